@@ -36,7 +36,7 @@ _POSE_SIGMAS = 0.003, 0.002  # of the poses in room_drive, by its README [m, rad
 
 
 @dataclass(frozen=True)
-class Opinion:
+class PoseSample:
     """A pose of a source: stamp [ns], ``T_map_base`` and its covariance."""
 
     stamp: int
@@ -56,7 +56,7 @@ class RecordedDrive:
     """
 
     name: str
-    sources: list[list[Opinion]]
+    sources: list[list[PoseSample]]
     odometry: list[tuple[int, PlanarPose]]
     truth: Trajectory
 
@@ -66,7 +66,7 @@ class RecordedDrive:
         squares = [np.nanmean(self.errors_of(source)[:, 0] ** 2) for source in self.sources]
         return int(np.argmin(squares))
 
-    def errors_of(self, source: Sequence[Opinion]) -> NDArray[np.float64]:
+    def errors_of(self, source: Sequence[PoseSample]) -> NDArray[np.float64]:
         """Return the errors of a source's poses; see `errors_at`."""
         return self.errors_at([o.stamp for o in source], [o.pose for o in source])
 
@@ -77,15 +77,15 @@ class RecordedDrive:
         errors = np.full((len(wanted), 2), np.nan)
         if known.any():
             true = planar_poses(interpolate(self.truth, wanted[known]))
-            said = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])[known]
-            errors[known, 0] = np.hypot(*(said - true)[:, :2].T)
-            errors[known, 1] = np.abs(np.remainder(said[:, 2] - true[:, 2] + np.pi, 2 * np.pi) - np.pi)
+            estimated = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])[known]
+            errors[known, 0] = np.hypot(*(estimated - true)[:, :2].T)
+            errors[known, 1] = np.abs(np.remainder(estimated[:, 2] - true[:, 2] + np.pi, 2 * np.pi) - np.pi)
         return errors
 
 
 def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
     """Return the drives of the bags, all or the named ones."""
-    makers: dict[str, Callable[[], list[list[Opinion]]]] = {
+    makers: dict[str, Callable[[], list[list[PoseSample]]]] = {
         'floor_drive': lambda: [_floor(BAGS / 'floor_drive')],
         'lamp_drive': lambda: [_lamps(BAGS / 'lamp_drive', [])],
         'lamp_drive_rolling': lambda: [
@@ -105,67 +105,67 @@ def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
     return drives
 
 
-def _drive(name: str, sources: list[list[Opinion]]) -> RecordedDrive:
+def _drive(name: str, sources: list[list[PoseSample]]) -> RecordedDrive:
     with BagReader(BAGS / name) as bag:
         truth, odometry = load_bag_trajectory(bag, '/ground_truth'), load_bag_trajectory(bag, '/odom')
     poses = [PlanarPose(*map(float, pose)) for pose in planar_poses(odometry)]
     return RecordedDrive(name, sources, list(zip(odometry.stamps_ns.tolist(), poses, strict=True)), truth)
 
 
-def _floor(bag: Path) -> list[Opinion]:
+def _floor(bag: Path) -> list[PoseSample]:
     options = floor_parser().parse_args(['--map', '', '--bag', str(bag)])
     options.map = ''  # the demo floor, which is that of the bag
     return [
-        Opinion(image.stamp_ns, image.result.T_map_base, _six(image.result.covariance))
+        PoseSample(image.stamp_ns, image.result.T_map_base, _covariance_tuple(image.result.covariance))
         for image in locate_floor(options)
         if isinstance(image.result, Fix)
     ]
 
 
-def _lamps(bag: Path, more: list[str]) -> list[Opinion]:
+def _lamps(bag: Path, more: list[str]) -> list[PoseSample]:
     beacons = str(bag / 'beacons.yaml')
     arguments = ['--beacons', beacons, '--bag', str(bag), '--camera-xyz', '0', '0', '0', *more]
     return [
-        Opinion(image.stamp_ns, image.fix.T_map_base, _six(image.fix.planar_covariance))
+        PoseSample(image.stamp_ns, image.fix.T_map_base, _covariance_tuple(image.fix.planar_covariance))
         for image in locate_lamps(lamp_parser().parse_args(arguments))
         if image.fix is not None
     ]
 
 
-def _corridor(bag: Path, places: Path) -> list[Opinion]:
+def _corridor(bag: Path, places: Path) -> list[PoseSample]:
     arguments = ['--places', str(places), '--bag', str(bag), '--camera-xyz', '0.1', '0.12', '1.25']
-    opinions = []
+    samples = []
     for frame in locate_landmarks(landmark_parser().parse_args(arguments)):
         fix = frame.fix
         if fix is not None and fix.T_map_base is not None and fix.map_covariance is not None:
-            opinions.append(Opinion(frame.stamp_ns, fix.T_map_base, _six(fix.map_covariance)))
-    return opinions
+            samples.append(PoseSample(frame.stamp_ns, fix.T_map_base, _covariance_tuple(fix.map_covariance)))
+    return samples
 
 
-def _room(bag: Path) -> list[Opinion]:
+def _room(bag: Path) -> list[PoseSample]:
     with BagReader(bag) as reader:
         poses = load_bag_trajectory(reader, '/pose')
     noise = diagonal(_POSE_SIGMAS[0] ** 2, _POSE_SIGMAS[1] ** 2)
     return [
-        Opinion(stamp, PlanarPose(*map(float, pose)), noise)
+        PoseSample(stamp, PlanarPose(*map(float, pose)), noise)
         for stamp, pose in zip(poses.stamps_ns.tolist(), planar_poses(poses), strict=True)
     ]
 
 
-def _mission(bag: Path) -> list[list[Opinion]]:
+def _mission(bag: Path) -> list[list[PoseSample]]:
     """Return the recorded poses of the localizers."""
     sources = []
     with BagReader(bag) as reader:
         for topic in _MISSION_TOPICS:
-            said = []
+            estimated = []
             for raw in reader.messages([topic]):
                 message = reader.decode(raw)
                 pose, noise = planar_pose_with_covariance(message.pose, topic)
-                said.append(Opinion(header_stamp(raw.raw), pose, _six(noise)))
-            sources.append(sorted(said, key=lambda opinion: opinion.stamp))
+                estimated.append(PoseSample(header_stamp(raw.raw), pose, _covariance_tuple(noise)))
+            sources.append(sorted(estimated, key=lambda sample: sample.stamp))
     return sources
 
 
-def _six(covariance: NDArray[np.float64]) -> Covariance:
+def _covariance_tuple(covariance: NDArray[np.float64]) -> Covariance:
     (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
     return (xx, xy, xt, yy, yt, tt)

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from _arbiter_bags import Opinion
+from _arbiter_bags import PoseSample
 
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.estimate import Estimate
+from pose_arbiter.core.kalman_filter import Estimate
 from pose_arbiter.core.source_settings import SourceSettings
 from shirube_geometry import PlanarPose
 
-Message = tuple[int, int, Opinion | PlanarPose]
+Message = tuple[int, int, PoseSample | PlanarPose]
 """Stamp [ns], source index or `ODOMETRY`, and the measurement."""
 ODOMETRY = 1000
 
 
 def messages_of(
-    opinions: Sequence[Sequence[Opinion]], odometry: Sequence[tuple[int, PlanarPose]]
+    samples: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, PlanarPose]]
 ) -> list[Message]:
     """Return the messages of some sources and of odometry in the order of their stamps."""
-    said: list[Message] = [(o.stamp, number, o) for number, source in enumerate(opinions) for o in source]
-    said += [(stamp, ODOMETRY, pose) for stamp, pose in odometry]
-    return sorted(said, key=lambda message: (message[0], -message[1]))
+    content: list[Message] = [(o.stamp, number, o) for number, source in enumerate(samples) for o in source]
+    content += [(stamp, ODOMETRY, pose) for stamp, pose in odometry]
+    return sorted(content, key=lambda message: (message[0], -message[1]))
 
 
 def new_arbiter(sources: int, settings: ArbiterSettings | None = None) -> Arbiter:
@@ -31,17 +31,17 @@ def new_arbiter(sources: int, settings: ArbiterSettings | None = None) -> Arbite
     return Arbiter((SourceSettings(),) * sources, settings or ArbiterSettings())
 
 
-def tell(arbiter: Arbiter, message: Message, now: int) -> None:
+def add_message(arbiter: Arbiter, message: Message, now: int) -> None:
     """Add a message to an arbiter.
 
     Raises:
         ValueError: the arbiter rejected it.
     """
-    stamp, source, said = message
-    if isinstance(said, PlanarPose):
-        refusal = arbiter.add_odometry(stamp, said, now)
+    stamp, source, content = message
+    if isinstance(content, PlanarPose):
+        refusal = arbiter.add_odometry(stamp, content, now)
     else:
-        refusal = arbiter.add_pose(source, stamp, said.pose, said.noise, now)
+        refusal = arbiter.add_pose(source, stamp, content.pose, content.noise, now)
     if refusal is not None:
         raise ValueError(f'{source} at {stamp}: {refusal.value}')
 
@@ -50,7 +50,7 @@ def fused(messages: Sequence[Message], sources: int, wanted: int) -> list[tuple[
     """Return stamp and pose right after each message of the wanted source, where there is one."""
     arbiter, poses = new_arbiter(sources), []
     for message in messages:
-        tell(arbiter, message, message[0])
+        add_message(arbiter, message, message[0])
         if message[1] == wanted and (estimate := arbiter.estimate_at(message[0])) is not None:
             poses.append((message[0], estimate))
     return poses

@@ -9,8 +9,8 @@ import sys
 import time
 
 import numpy as np
-from _arbiter_bags import Opinion
-from _arbiter_fusion import messages_of, new_arbiter, tell
+from _arbiter_bags import PoseSample
+from _arbiter_fusion import add_message, messages_of, new_arbiter
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
@@ -28,16 +28,16 @@ DELAY = 80_000_000
 _NOISE = np.diag([1e-4, 1e-4, 1e-4])
 
 
-def filter_share() -> float:
+def filter_cpu_fraction() -> float:
     """Return the processor time of the filter by the time of the drive: late poses, and 50 questions a second."""
     begin = 1_000_000_000_000
     odometry = [
         (begin + k * 1_000_000_000 // ODOMETRY_RATE, PlanarPose(0.5 * k / ODOMETRY_RATE, 0.0, 0.0))
         for k in range(round(SECONDS * ODOMETRY_RATE))
     ]
-    opinions = [
+    samples = [
         [
-            Opinion(begin + at, PlanarPose(0.5e-9 * at, 0.0, 0.0), diagonal(1e-4, 1e-4))
+            PoseSample(begin + at, PlanarPose(0.5e-9 * at, 0.0, 0.0), diagonal(1e-4, 1e-4))
             for at in (
                 round((k + 0.2 * number) * 1e9 / SOURCE_RATE) for k in range(round(SECONDS * SOURCE_RATE))
             )
@@ -45,11 +45,11 @@ def filter_share() -> float:
         for number in range(SOURCES)
     ]
     arrivals = sorted(
-        ((m[0] + _delay(m[1]), m) for m in messages_of(opinions, odometry)), key=lambda pair: pair[0]
+        ((m[0] + _delay(m[1]), m) for m in messages_of(samples, odometry)), key=lambda pair: pair[0]
     )
     arbiter, due, before = new_arbiter(SOURCES), begin, time.process_time()
     for now, message in arrivals:
-        tell(arbiter, message, now)
+        add_message(arbiter, message, now)
         if now >= due:
             arbiter.estimate_at(now)
             due += 20_000_000
@@ -60,7 +60,7 @@ def _delay(source: int) -> int:
     return 0 if source >= SOURCES else round(DELAY * (1.0 + 0.1 * source))
 
 
-def node_share() -> tuple[float, float]:
+def node_cpu_fraction() -> tuple[float, float]:
     """Return the processor time of the node by the time it ran, and its poses a second, at full rate over DDS."""
     names = [f'source{k}' for k in range(SOURCES)]
     arguments = ['--ros-args', '-p', f'sources:=[{", ".join(names)}]']
@@ -82,11 +82,11 @@ def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[floa
     sources = [
         robot.create_publisher(PoseWithCovarianceStamped, f'/{n}/pose_with_covariance', 10) for n in names
     ]
-    heard: list[float] = []
+    received: list[float] = []
     robot.create_subscription(
         PoseStamped,
         '/pose_arbiter/pose',
-        lambda _: heard.append(time.monotonic()),
+        lambda _: received.append(time.monotonic()),
         QoSProfile(depth=5000),
     )
     assert spin_until(lambda: all(p.get_subscription_count() for p in (odometry, *sources)), timeout=60.0)  # noqa: S101
@@ -109,9 +109,9 @@ def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[floa
                 sent[number] += 1
         if is_idle:
             robot.executor.spin_once(timeout_sec=2e-4)
-    share = (_processor_seconds(pid) - used) / elapsed
+    cpu_fraction = (_processor_seconds(pid) - used) / elapsed
     print(f'sent a second: odometry {sent[SOURCES] / elapsed:.0f}, each source {sent[0] / elapsed:.0f}')
-    return share, (len(heard) - 1) / (heard[-1] - heard[0])  # from the first pose on
+    return cpu_fraction, (len(received) - 1) / (received[-1] - received[0])  # from the first pose on
 
 
 def _processor_seconds(pid: int) -> float:

@@ -7,12 +7,12 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from _arbiter_bags import Opinion
+from _arbiter_bags import PoseSample
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import as_matrix
-from pose_arbiter.core.estimate import Estimate, moved_on, told
-from pose_arbiter.core.odometry_trail import OdometryTrail
+from pose_arbiter.core.kalman_filter import Estimate, initialize, predict
+from pose_arbiter.core.odometry_buffer import OdometryBuffer
 from shirube_geometry import PlanarPose
 
 try:
@@ -23,57 +23,59 @@ except ImportError:
 IS_INSTALLED = gtsam is not None
 INSTALL = "gtsam is not installed; 'pip install --no-deps gtsam' adds its smoother to the comparison"
 _LAG = 2.0  # as history_seconds of the arbiter [s]
-_LEAST = 1e-5  # keeps the covariance of a stationary robot invertible [m, rad]
+_MIN_SIGMA = 1e-5  # keeps the covariance of a stationary robot invertible [m, rad]
 
 
-def smoothed(
-    sources: Sequence[Sequence[Opinion]], odometry: Sequence[tuple[int, PlanarPose]], wanted: int
+def smooth(
+    sources: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, PlanarPose]], wanted: int
 ) -> list[tuple[int, PlanarPose]]:
     """Return the newest state after each opinion of one of the sources, with the noise of odometry of the arbiter."""
-    said = sorted(
+    sources_by_sample = sorted(
         ((o, number) for number, source in enumerate(sources) for o in source), key=lambda s: s[0].stamp
     )
-    opinions, settings = [opinion for opinion, _ in said], ArbiterSettings()
-    trail = OdometryTrail(settings)
+    samples, settings = [sample for sample, _ in sources_by_sample], ArbiterSettings()
+    buffer = OdometryBuffer(settings)
     for stamp, pose in odometry:
-        trail.add(stamp, pose)
+        buffer.add(stamp, pose)
     smoother = gtsam.BatchFixedLagSmoother(_LAG)
     states: list[tuple[int, PlanarPose]] = []
-    for number, opinion in enumerate(opinions):
+    for number, sample in enumerate(samples):
         graph, guess = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        start = _pose2(opinion.pose)
-        graph.add(gtsam.PriorFactorPose2(number, start, _in_its_own_frame(opinion)))
+        start = _pose2(sample.pose)
+        graph.add(gtsam.PriorFactorPose2(number, start, _body_frame_noise(sample)))
         if number:
             before, pose = states[-1]
-            mark = trail.mark_at(before)
+            odometry_before = buffer.lookup(before)
             # From the origin of the odometry's frame, so that the step and its noise are in the robot's own frame.
-            origin = told(mark, 0.0, 0.0, 0.0, (0.0,) * 6, 0)
-            step = moved_on(origin, trail.mark_at(opinion.stamp), settings)
-            noise = gtsam.noiseModel.Gaussian.Covariance(_turned_back(step) + _LEAST**2 * np.eye(3))
-            between = gtsam.Pose2(step.x, step.y, step.yaw)
-            graph.add(gtsam.BetweenFactorPose2(number - 1, number, between, noise))
-            start = _pose2(pose).compose(between)
+            origin = initialize(odometry_before, 0.0, 0.0, 0.0, (0.0,) * 6, 0)
+            step = predict(origin, buffer.lookup(sample.stamp), settings)
+            noise = gtsam.noiseModel.Gaussian.Covariance(
+                _body_frame_covariance(step) + _MIN_SIGMA**2 * np.eye(3)
+            )
+            relative_pose = gtsam.Pose2(step.x, step.y, step.yaw)
+            graph.add(gtsam.BetweenFactorPose2(number - 1, number, relative_pose, noise))
+            start = _pose2(pose).compose(relative_pose)
         guess.insert(number, start)
-        seconds = (opinion.stamp - opinions[0].stamp) * 1e-9
+        seconds = (sample.stamp - samples[0].stamp) * 1e-9
         smoother.update(graph, guess, {number: seconds})
         newest = smoother.calculateEstimatePose2(number)
-        states.append((opinion.stamp, PlanarPose(newest.x(), newest.y(), newest.theta())))
-    return [state for state, (_, number) in zip(states, said, strict=True) if number == wanted]
+        states.append((sample.stamp, PlanarPose(newest.x(), newest.y(), newest.theta())))
+    return [state for state, (_, number) in zip(states, sources_by_sample, strict=True) if number == wanted]
 
 
 def _pose2(pose: PlanarPose) -> Any:
     return gtsam.Pose2(pose.x, pose.y, pose.yaw)
 
 
-def _in_its_own_frame(opinion: Opinion) -> Any:
-    return gtsam.noiseModel.Gaussian.Covariance(_rotated(as_matrix(opinion.noise), -opinion.pose.yaw))
+def _body_frame_noise(sample: PoseSample) -> Any:
+    return gtsam.noiseModel.Gaussian.Covariance(_rotate(as_matrix(sample.noise), -sample.pose.yaw))
 
 
-def _turned_back(step: Estimate) -> np.ndarray:
-    return _rotated(as_matrix(step.covariance), -step.yaw)
+def _body_frame_covariance(step: Estimate) -> np.ndarray:
+    return _rotate(as_matrix(step.covariance), -step.yaw)
 
 
-def _rotated(covariance: np.ndarray, angle: float) -> np.ndarray:
+def _rotate(covariance: np.ndarray, angle: float) -> np.ndarray:
     turn = np.array(
         [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]
     )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.debug_picture import debug_picture
-from shirube_files import written_beside
+from shirube_files import atomic_write
 
 _ZOOM = 1.25
 _STRIP, _GAP, _COLUMNS = 26, 6, 4
@@ -57,5 +57,5 @@ def write_picture(path: Path, picture: NDArray[np.uint8]) -> None:
         OSError: the place cannot be written to.
     """
     _, data = cv2.imencode('.png', picture, [cv2.IMWRITE_PNG_COMPRESSION, 9])
-    with written_beside(path) as file:
+    with atomic_write(path) as file:
         file.write(data.tobytes())

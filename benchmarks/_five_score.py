@@ -47,7 +47,7 @@ class Score:
             error = found.distance_to(view.T_lesson_base)
             verdict = MISTAKEN if error > 0.5 * lesson.spacing else RIGHT
             if verdict == RIGHT:
-                turn = abs(found.turn_to(view.T_lesson_base))
+                turn = abs(found.yaw_to(view.T_lesson_base))
                 self.errors.setdefault(method, []).append((error, turn))
         else:
             verdict = found or NONE

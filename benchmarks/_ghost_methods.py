@@ -8,10 +8,10 @@ import numpy as np
 from _peer_octomap import OctoMap
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import TILE, FrameWindow, window_shape
-from reward_planner.core.voxels.point_density import focal_length_of_cloud
+from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow, window_shape
+from reward_planner.core.voxels.point_density import equivalent_focal_length
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
 from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.tile_store import NO_TILE
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
@@ -34,7 +34,7 @@ class Method(Protocol):
 
 def dense_shape(settings: VoxelSettings) -> tuple[int, int, int]:
     """Return the shape of all voxels of the room."""
-    return TILES * TILE, TILES * TILE, window_shape(settings)[1]
+    return TILES * TILE_SIZE, TILES * TILE_SIZE, window_shape(settings)[1]
 
 
 class Voxels:
@@ -57,7 +57,7 @@ class Voxels:
                 firm = tiles.values[slot] >= settings.log_odds_occupied
             else:
                 firm = tiles.values[slot] >= settings.value_min * max(float(tiles.frames[slot]), 1.0)
-            dense[TILE * i : TILE * (i + 1), TILE * j : TILE * (j + 1)] = firm
+            dense[TILE_SIZE * i : TILE_SIZE * (i + 1), TILE_SIZE * j : TILE_SIZE * (j + 1)] = firm
         return dense
 
 
@@ -66,7 +66,7 @@ class Cloud(Voxels):
 
     def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
         """Take a frame."""
-        super().add(stamp, points, SensorView(view.T_map_sensor, focal_length_of_cloud(points)))
+        super().add(stamp, points, SensorView(view.T_map_sensor, equivalent_focal_length(points)))
 
 
 class OredFrames:
@@ -105,7 +105,7 @@ class Octo:
         """Return the occupied voxels."""
         s, bottom = self._settings.resolution, self._settings.height_min
         dense = np.zeros(dense_shape(self._settings), dtype=np.bool_)
-        corner = np.array([FIRST_TILE * TILE * s, FIRST_TILE * TILE * s, bottom])
+        corner = np.array([FIRST_TILE * TILE_SIZE * s, FIRST_TILE * TILE_SIZE * s, bottom])
         cells = np.floor((self._tree.occupied_centres() - corner) / s).astype(np.int64)
         cells = cells[(cells >= 0).all(axis=1) & (cells < dense.shape).all(axis=1)]
         dense[tuple(cells.T)] = True
@@ -116,5 +116,5 @@ def tiles_in_room(voxels: VoxelMap) -> list[tuple[int, int, int]]:
     """Return the tiles of the room that a map has: number along x and y in the room, and slot."""
     s, bottom = voxels.settings.resolution, voxels.settings.height_min
     layers = window_shape(voxels.settings)[1]
-    slots = voxels.tiles.slots_of(FrameWindow(FIRST_TILE, FIRST_TILE, TILES * TILE, layers, s, bottom))
+    slots = voxels.tiles.slots_of(FrameWindow(FIRST_TILE, FIRST_TILE, TILES * TILE_SIZE, layers, s, bottom))
     return [(i, j, int(slots[i, j])) for i, j in np.argwhere(slots != NO_TILE).tolist()]

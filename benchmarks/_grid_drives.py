@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk
-from reward_planner.core.route.incremental_route import IncrementalRoute
+from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.octile import route_length
 from reward_planner.core.route.route import NoRoute
 from scene_simulator.grid_truth import is_driveable
@@ -43,9 +43,9 @@ Driver = Callable[[NDArray[np.bool_], GridTask, float], Drive]
 def drive_optimally(blocked: NDArray[np.bool_], task: GridTask, length_max: float) -> Drive:
     """Follow the shortest route on the map known so far; it is mended when the robot sees a new obstacle."""
     world, cells, length = GridWorld(blocked), [task.start], 0.0
-    routes = IncrementalRoute(np.zeros_like(blocked), task.goal)
+    routes = DStarLite(np.zeros_like(blocked), task.goal)
     while cells[-1] != task.goal and length <= length_max:
-        routes.change(*world.sense(cells[-1], REACH))
+        routes.update_cells(*world.sense(cells[-1], REACH))
         route = routes.route_from(cells[-1])
         if isinstance(route, NoRoute):
             return _drive('unreachable', blocked, cells)
@@ -60,9 +60,9 @@ def reward_driver(settings: RewardSettings) -> Driver:
     def drive(blocked: NDArray[np.bool_], task: GridTask, length_max: float) -> Drive:
         world, cells, length = GridWorld(blocked), [task.start], 0.0
         walk = RewardWalk(blocked.shape, task.start, task.goal, settings)
-        routes = IncrementalRoute(np.zeros_like(blocked), task.goal)
+        routes = DStarLite(np.zeros_like(blocked), task.goal)
         while not walk.is_at_goal and length <= length_max:
-            routes.change(*world.sense(walk.cell, REACH))
+            routes.update_cells(*world.sense(walk.cell, REACH))
             if isinstance(routes.route_from(walk.cell), NoRoute) or not walk.advance(routes.blocked):
                 return _drive('unreachable', blocked, cells)
             cells.append(walk.cell)

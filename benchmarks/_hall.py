@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.files.csv_form import HEADER
+from floor_localizer.files.csv_format import HEADER
 
 DENSITY = 5384.0
 # Dots lie on a lattice, no two on the same place [m].

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
-from shirube_files import written_beside
+from shirube_files import atomic_write
 
 if TYPE_CHECKING:
     from lamp_drive import LampDrive
@@ -30,7 +30,7 @@ def draw_lamp_drive(path: Path, drive: LampDrive) -> None:
     _draw_track(figure.add_subplot(grid[:, 0]), drive)
     _draw_errors(figure.add_subplot(grid[0, 1]), drive)
     _draw_lamps(figure.add_subplot(grid[1, 1]), drive)
-    with written_beside(path) as file:
+    with atomic_write(path) as file:
         figure.savefig(file, format='png', dpi=110)
     plt.close(figure)
 

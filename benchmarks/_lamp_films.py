@@ -15,6 +15,10 @@ from scene_simulator.lamp_shape import Disc, LampShape, LedGrid
 from scene_simulator.leg_drive import LegDrive
 from scene_simulator.other_lights import distractors
 from scene_simulator.shutter import Shutter
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
+from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command
@@ -23,10 +27,6 @@ from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.trust.command_judge import CommandJudge
-from vlc_beacon.core.trust.command_key import CommandKey
-from vlc_beacon.core.trust.counters import Counters
-from vlc_beacon.core.trust.trust_settings import TrustSettings
 
 BEACONS = tuple(Beacon(k + 1, xyz, LedGrid.radius) for k, xyz in enumerate(PAPER_LAMPS))
 COMMANDING = 4
@@ -118,10 +118,10 @@ def receiver_for(film: Film) -> BeaconReceiver:
         exposure_time=film.shutter.exposure,
     )
     places = {beacon.id: beacon.xyz[:2] for beacon in BEACONS}
-    judge = CommandJudge(
-        KEY, CounterMemory(), places, TrustSettings(zone_radius=math.hypot(*BEACONS[3].xyz[:2]))
+    authorizer = CommandAuthorizer(
+        KEY, CounterMemory(), places, AuthorizationSettings(zone_radius=math.hypot(*BEACONS[3].xyz[:2]))
     )
-    return BeaconReceiver(BEACONS, UPWARD, judge, settings)
+    return BeaconReceiver(BEACONS, UPWARD, authorizer, settings)
 
 
 def frames_told(drive: LampDrive, receiver: BeaconReceiver, seconds: float) -> Iterator[LampFrame]:

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, level_camera
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.bearing_model import camera_points
 
 CAMERA = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
 MOUNT = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi / 2.0))
-LEVEL = level_camera(MOUNT)
+LEVEL = gravity_aligned_camera(MOUNT)
 RADIUS = 0.0325
 BEACONS = tuple(
     Beacon(k + 1, (x, y, 2.5), RADIUS) for k, (x, y) in enumerate(((0, 0), (0, 1.8), (1.8, 0), (1.8, 1.8)))
@@ -46,7 +46,7 @@ class View:
 def view_from(pose: PlanarPose, roll: float = 0.0, pitch: float = 0.0) -> View:
     """Return the view of a robot on the floor that leans by roll and pitch [rad]."""
     pixels = CAMERA.pixels_from_points(
-        camera_points(state_of(pose), PLACES, np.zeros((4, 3)), level_camera(MOUNT, roll, pitch))
+        camera_points(state_of(pose), PLACES, np.zeros((4, 3)), gravity_aligned_camera(MOUNT, roll, pitch))
     )
     size = np.array([CAMERA.width, CAMERA.height])
     margin = LAMP_RADIUS + 1.0

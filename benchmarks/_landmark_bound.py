@@ -48,7 +48,7 @@ class PoseBound:
         for corners in wall.field_corners()[list(fields)]:
             points = np.column_stack([inverse.transform(corners[:, :2]), corners[:, 2]])
             noise, view = _measured(lesson, points, np.zeros(6))
-            by_points = _block_diagonal(view.by_point)
+            by_points = _block_diagonal(view.point_jacobian)
             known = np.linalg.inv(by_points.T @ np.linalg.solve(noise, by_points))
             self._taught.append((points, known))
 
@@ -58,10 +58,10 @@ class PoseBound:
         state = np.array([T_lesson_base.x, T_lesson_base.y, 0.0, T_lesson_base.yaw, 0.0, 0.0])
         for points, known in self._taught:
             noise, seen = _measured(view, points, state)
-            by_points = _block_diagonal(seen.by_point)
-            by_state = seen.by_state[:, :, :STATE].reshape(-1, STATE)
+            by_points = _block_diagonal(seen.point_jacobian)
+            state_jacobian = seen.state_jacobian[:, :, :STATE].reshape(-1, STATE)
             spread = noise + by_points @ known @ by_points.T
-            information += by_state.T @ np.linalg.solve(spread, by_state)
+            information += state_jacobian.T @ np.linalg.solve(spread, state_jacobian)
         return np.asarray(np.linalg.inv(information))
 
 

@@ -15,11 +15,11 @@ from scene_simulator.stereo_rig import StereoRig as Cameras
 from scene_simulator.stereo_rig import render_pair
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 TAUGHT = PlanarPose(-3.0, 0.0, 0.0)
@@ -74,7 +74,7 @@ def teach_corridor(
             if found is not None and _is_measurable(teacher, found):
                 parts[landmark.name.replace('/', ' ')] = found
     return TaughtCorridor(
-        scene, cameras, images, teacher.teach('corridor', [TargetChoice(target, parts)], TAUGHT)
+        scene, cameras, images, teacher.teach('corridor', [TargetSelection(target, parts)], TAUGHT)
     )
 
 
@@ -84,7 +84,7 @@ def _primitive_of(landmark: Landmark, cameras: Cameras, view: StereoView) -> Pri
     truth = cameras.left.intrinsics.pixels_from_points(
         pose.camera_points(np.array(list(landmark.points_map().values())))
     )
-    kind = Kind.ELLIPSE if isinstance(landmark, RoundLandmark) else Kind.QUADRILATERAL
+    kind = PrimitiveKind.ELLIPSE if isinstance(landmark, RoundLandmark) else PrimitiveKind.QUADRILATERAL
     best, least = None, NEAR
     for primitive in view.left.kinds[kind].primitives:
         points = primitive.image_points()

@@ -8,10 +8,10 @@ from _real_pairs import Moment
 from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, size_of
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_size
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 THRESHOLD = 3.31
@@ -34,13 +34,17 @@ def teach_photographs(rig: StereoRig, pair: Moment, count: int, seed: int) -> Ta
     view = StereoView(left, right, rig, pair.tilt)
     teacher = Teacher(view, processing)
     parts: dict[str, Primitive] = {}
-    found = view.left.kinds[Kind.QUADRILATERAL].primitives
+    found = view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives
     for number in np.random.default_rng(seed).permutation(len(found)).tolist():
         apart = [np.hypot(*(found[number].centre - other.centre)) for other in parts.values()]
-        if len(parts) < count and size_of(found[number]) >= SIZE_MIN and min(apart, default=np.inf) >= APART:
+        if (
+            len(parts) < count
+            and primitive_size(found[number]) >= SIZE_MIN
+            and min(apart, default=np.inf) >= APART
+        ):
             try:
                 teacher.measure(found[number])
             except StereoLandmarkError:
                 continue
             parts[f'part {number}'] = found[number]
-    return teacher.teach('room', [TargetChoice('target', parts)])
+    return teacher.teach('room', [TargetSelection('target', parts)])

@@ -67,7 +67,7 @@ class Result:
 
 def error_of(found: PlanarPose, truth: PlanarPose) -> NDArray[np.float64]:
     """Return found less true x, y [m] and yaw [rad], shape (3,)."""
-    return np.array([found.x - truth.x, found.y - truth.y, truth.turn_to(found)])
+    return np.array([found.x - truth.x, found.y - truth.y, truth.yaw_to(found)])
 
 
 def rms_ratios(judged: Sequence[Judged]) -> tuple[float, float]:

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from light_waveform import Waveform
-from vlc_beacon.core.light_code.lamp_rows import LampRows
-from vlc_beacon.core.light_code.light_profile import (
-    LightProfile,
+from vlc_beacon.core.light_code.code_profile import (
+    CodeProfile,
     manchester_profile,
     rs_fsk_profile,
     ufsook_profile,
 )
-from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
+from vlc_beacon.core.light_code.lamp_rows import LampRows
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
@@ -76,7 +76,7 @@ class Link:
     name: str
     frame_rate: float
     usual: Channel
-    profile: LightProfile
+    profile: CodeProfile
     waveform: Callable[[list[bytes], float], Waveform]
     decoder: Callable[[Channel], Decoder]
 
@@ -106,11 +106,11 @@ def seen_by_camera(
     """Return the brightness that a camera measures, shape (n, halves) or, where the shutter rolls, (n, rows)."""
     starts = stamps + rng.normal(0.0, channel.jitter, len(stamps))
     if channel.rows:
-        seen = waveform.exposed(starts[:, None] + np.arange(channel.rows) * ROW_TIME, channel.exposure)[
-            ..., 0
-        ]
+        seen = waveform.exposure_means(
+            starts[:, None] + np.arange(channel.rows) * ROW_TIME, channel.exposure
+        )[..., 0]
     else:
-        seen = waveform.exposed(starts, channel.exposure)
+        seen = waveform.exposure_means(starts, channel.exposure)
     return seen + rng.normal(0.0, 1.0 / channel.snr, seen.shape)
 
 
@@ -144,18 +144,18 @@ def rs_fsk_link() -> Link:
     return Link('RS-FSK', rate, Channel(60e-6, profile.rows_min), profile, waveform, decoder)
 
 
-def manchester_link(slot_bytes: int) -> Link:
+def manchester_link(segment_bytes: int) -> Link:
     """Return the link of a rolling shutter and a lamp that covers many rows."""
-    slot_format, exposure = SlotFormat(slot_bytes), 60e-6
+    segment_format, exposure = SegmentFormat(segment_bytes), 60e-6
 
     def decoder(channel: Channel) -> Decoder:
-        reader = ManchesterDecoder(slot_format)
+        reader = ManchesterDecoder(segment_format)
         return lambda stamps, seen: reader.add_frames(lamp_rows(stamps, seen, channel))
 
     def waveform(packets: list[bytes], clock_scale: float) -> Waveform:
-        slots = [slot for packet in packets for slot in slots_of_packet(packet, slot_bytes)]
-        return slots_waveform(slots, slot_format, clock_scale)
+        segments = [segment for packet in packets for segment in segments_from_packet(packet, segment_bytes)]
+        return segments_waveform(segments, segment_format, clock_scale)
 
-    profile = manchester_profile(slot_format, ROW_TIME, exposure)
-    name = f'Manchester, {slot_bytes} B slots'
+    profile = manchester_profile(segment_format, ROW_TIME, exposure)
+    name = f'Manchester, {segment_bytes} B slots'
     return Link(name, 30.0, Channel(exposure, profile.rows_min), profile, waveform, decoder)

@@ -13,7 +13,7 @@ import numpy as np
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time import RealTime
+from motor_bridge.emulator.real_time_stepper import RealTimeStepper
 
 
 class LoggedController(EmulatedController):
@@ -49,7 +49,7 @@ def main() -> None:
     over, lock = Event(), Lock()
     signal.signal(signal.SIGTERM, lambda *_: over.set())
     controller = LoggedController(EmulatorSettings(), np.random.default_rng(0))
-    with PseudoTerminal(controller, lock, link=link), RealTime(controller, lock):
+    with PseudoTerminal(controller, lock, link=link), RealTimeStepper(controller, lock):
         print('ready', flush=True)
         while not over.wait(0.2):
             pass

@@ -9,16 +9,16 @@ from threading import Event
 import numpy as np
 from _spoilt_line import SpoiltLine
 
-from motor_bridge.conversation import Conversation
+from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
 from motor_bridge.core.velocity import Velocity
-from motor_bridge.core.wheel_base import WheelBase
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.loop_report import LoopReport
+from motor_bridge.link_report import LinkReport
 
 PERIOD = 1.0 / 30.0
 ROUNDS = 3
@@ -41,7 +41,7 @@ class FuzzTally:
         jump: by which a step of odometry was longer than the true one [m].
         path: that the wheels made [m].
         faults: of the line.
-        verdicts: of counts.
+        status_counts: of counts.
     """
 
     replies: int = 0
@@ -54,7 +54,7 @@ class FuzzTally:
     jump: float = 0.0
     path: float = 0.0
     faults: Counter[str] = field(default_factory=Counter)
-    verdicts: Counter[str] = field(default_factory=Counter)
+    status_counts: Counter[str] = field(default_factory=Counter)
 
     def rows(self) -> list[tuple[str, str]]:
         """Return the table."""
@@ -71,7 +71,7 @@ class FuzzTally:
             ('of these by more than 5 mm', f'{sum(mm > 5.0 for mm in self.wrong_mm)}'),
             ('greatest step of odometry beyond the true one', f'{1e3 * self.jump:.1f} mm'),
             ('way of the wheels', f'{self.path:.0f} m'),
-            *((f'counts {name}', f'{number}') for name, number in self.verdicts.items()),
+            *((f'counts {name}', f'{number}') for name, number in self.status_counts.items()),
         ]
 
 
@@ -88,9 +88,9 @@ class FuzzedDrive:
         """
         self.rng = np.random.default_rng(seed)
         settings = DriveSettings()
-        self.base = WheelBase(settings)
+        self.base = DiffDriveKinematics(settings)
         self.limit = max(
-            self.base.ticks_of(Velocity(settings.max_linear_velocity, settings.max_angular_velocity))
+            self.base.to_wheel_ticks(Velocity(settings.max_linear_velocity, settings.max_angular_velocity))
         )
         robot = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0)
         self.controller = EmulatedController(robot, self.rng.spawn(1)[0])
@@ -98,8 +98,8 @@ class FuzzedDrive:
         self.states: list[OdometryState] = []
         drive = BaseDrive(self.base, settings, PERIOD)
         self.odometry = EncoderOdometry(self.base, settings)
-        report = LoopReport(lambda *_: None)
-        self.talk = Conversation(drive, self.odometry, self._now, report, self.states.append)
+        report = LinkReport(lambda *_: None)
+        self.session = ControllerSession(drive, self.odometry, self._now, report, self.states.append)
         self.link = ControllerLink(self.line, SETUP)
         self.over = Event()
         self.tally = FuzzTally()
@@ -115,24 +115,24 @@ class FuzzedDrive:
 
     def run(self, replies: int) -> FuzzTally:
         """Drive until the controller has sent so many replies."""
-        self.talk.meet(self.link, self.over)
+        self.session.connect(self.link, self.over)
         while self.line.replies < replies:
             self._step()
         tally = self.tally
         tally.replies, tally.faults = self.line.replies, self.line.faults
         tally.wrong_sent = self.line.faults['well-formed wrong counts']
-        tally.verdicts = Counter({verdict.value: n for verdict, n in self.odometry.verdicts.items()})
+        tally.status_counts = Counter({status.value: n for status, n in self.odometry.status_counts.items()})
         return tally
 
     def _step(self) -> None:
         self.controller.advance(self.controller.time + PERIOD)
         if self.rng.random() < 0.02:
             self._wanted = Velocity(float(self.rng.normal(0.0, 0.4)), float(self.rng.normal(0.0, 1.0)))
-        self.talk.drive.want(self._wanted, self._now())
+        self.session.drive.set_target(self._wanted, self._now())
         for _ in range(ROUNDS):
             shown = len(self.states)
             try:
-                while not self.talk.step(self.link, self.over, is_cycle=True):
+                while not self.session.step(self.link, self.over, is_cycle=True):
                     pass
             except Exception:  # noqa: BLE001 it is counted
                 self.tally.exceptions += 1
@@ -141,14 +141,14 @@ class FuzzedDrive:
                 self._count_odometry()
 
     def _count_speeds(self) -> None:
-        told = self.talk.drive.velocity
-        ticks = max(map(abs, self.base.ticks_of(told)))
+        told = self.session.drive.velocity
+        ticks = max(map(abs, self.base.to_wheel_ticks(told)))
         self.tally.fastest = max(self.tally.fastest, ticks / self.limit)
         self.tally.over_limit += ticks > self.limit + 1e-9
 
     def _count_odometry(self) -> None:
         """Compare the counts that odometry took with the wheels' true ones."""
-        good = self.odometry._watch.good  # noqa: SLF001 what was taken
+        good = self.odometry._monitor.last_accepted  # noqa: SLF001 what was taken
         if good is None:
             return
         sent = self.line.wrong.get(good[0])

@@ -21,9 +21,9 @@ from rclpy.publisher import Publisher
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.line_faults import FaultOrder, LineFaults
+from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time import RealTime
+from motor_bridge.emulator.real_time_stepper import RealTimeStepper
 from motor_bridge.node import MotorBridgeNode
 from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
 
@@ -62,24 +62,26 @@ def pulled_terminal(pulls: int) -> Rows:
     faults, rng = LineFaults(np.random.default_rng(2)), np.random.default_rng(3)
     with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
         link = Path(folder) / 'tty'
-        with PseudoTerminal(controller, lock, faults=faults, link=link), RealTime(controller, lock):
+        with PseudoTerminal(controller, lock, faults=faults, link=link), RealTimeStepper(controller, lock):
             bridge = graph.add(MotorBridgeNode, port=str(link))
-            driver, talk = Driver(graph), bridge._talk  # noqa: SLF001 the truth of the inside
+            driver, session = Driver(graph), bridge._session  # noqa: SLF001 the truth of the inside
             driver.wait_for_bridge()
-            graph.spin_until(lambda: talk.report.is_connected)
+            graph.spin_until(lambda: session.report.is_connected)
             driver.drive(6.0, 0.3)  # where the encoders are not near 0, as they are after a reset
             reconnected, worst = 0, 0.0
             for pull in range(pulls):
                 driver.drive(0.5, 0.3 if pull % 2 else -0.3)
-                before = talk.report.connections
-                faults.order(FaultOrder('unplug', float(rng.uniform(0.05, 0.5))))
-                reconnected += graph.spin_until(lambda n=before: talk.report.connections > n, 10.0)  # type: ignore[misc]
+                before = session.report.connections
+                faults.inject(FaultRequest('unplug', float(rng.uniform(0.05, 0.5))))
+                reconnected += graph.spin_until(lambda n=before: session.report.connections > n, 10.0)  # type: ignore[misc]
                 graph.spin_until(lambda: controller.is_stopped, 3.0)
                 graph.spin_until(lambda: False, 0.15)
-                with talk.lock, lock:
-                    said = talk.odometry.state.T_odom_base
+                with session.lock, lock:
+                    said = session.odometry.state.T_odom_base
                     worst = max(worst, said.distance_to(controller.T_world_base))
-            anew = sum(n for verdict, n in talk.odometry.verdicts.items() if verdict.name == 'RESTARTED')
+            anew = sum(
+                n for status, n in session.odometry.status_counts.items() if status.name == 'RESTARTED'
+            )
             bridge.stop()
     return [
         ('times the terminal was pulled away', f'{pulls}'),
@@ -189,7 +191,7 @@ def held_controller(times: int) -> Rows:
             driver = Driver(graph)
             driver.wait_for_bridge()
             for _ in range(times):
-                graph.spin_until(lambda: bridge._talk.report.is_connected)  # noqa: SLF001
+                graph.spin_until(lambda: bridge._session.report.is_connected)  # noqa: SLF001
                 driver.drive(1.5, 0.3)
                 process.send_signal(signal.SIGSTOP)
                 driver.drive(1.5, 0.3)

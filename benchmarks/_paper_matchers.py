@@ -49,7 +49,7 @@ def pole_star(floor: NDArray[np.float64]) -> Matcher:
 
     def locate(pixels: NDArray[np.float64]) -> Answer:
         poses = matcher.congruent_poses(view_points(pixels))
-        found = matcher.decide(poses)
+        found = matcher.select_pose(poses)
         if isinstance(found, NoPose):
             return Answer(None, 'match rate too low' if poses else 'nothing congruent', tuple(poses))
         return Answer(found.T_map_view, candidates=tuple(poses))

@@ -92,7 +92,7 @@ class Scorer:
         chance = self._chance_alignments(points, view.map_dots)
         if found is None:
             return Score('none', answer.reason, math.nan, math.nan, math.nan, rival_rate, chance, seconds)
-        distance, turn = found.distance_to(truth), abs(found.turn_to(truth))
+        distance, turn = found.distance_to(truth), abs(found.yaw_to(truth))
         verdict = 'right' if distance <= RIGHT_WITHIN and turn <= RIGHT_TURN else 'wrong'
         rate = match_rate(self._addresses, found.transform(points))
         return Score(verdict, '', distance, turn, rate, rival_rate, chance, seconds)

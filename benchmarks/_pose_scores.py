@@ -49,7 +49,7 @@ def score_pose(result: Fix | NoFix, truth: PlanarPose) -> PoseScore:
     if not isinstance(result, Fix):
         return PoseScore('none', result.reason.value, np.full(3, math.nan), np.full((3, 3), math.nan))
     found = result.T_map_base
-    error = np.array([found.x - truth.x, found.y - truth.y, truth.turn_to(found)])
+    error = np.array([found.x - truth.x, found.y - truth.y, truth.yaw_to(found)])
     is_right = math.hypot(error[0], error[1]) < RIGHT_WITHIN and abs(error[2]) < RIGHT_TURN
     return PoseScore('right' if is_right else 'wrong', '', error, result.covariance)
 

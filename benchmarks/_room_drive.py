@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.grid.footprint import clearance
 from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.inflation import clearance
 from reward_planner.core.grid.occupancy_map import FREE, OccupancyMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.planner_settings import PlannerSettings
@@ -129,7 +129,7 @@ def replay(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive, depth_of: DepthO
             navigator.add_pose(*pose)
             pose = next(poses)
         navigator.add_frame(instant.stamp, instant.stamp, SensorFrame(points, scene.rig.camera.fx))
-        frames += len(navigator.work(instant.stamp))
+        frames += len(navigator.process_frames(instant.stamp))
         seconds['depth'] += matched - start
         seconds['mapping'] += time.process_time() - matched
     return Replay(navigator.mapper.map.occupancy_in(truth.frame), seconds, frames)

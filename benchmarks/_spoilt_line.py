@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from motor_bridge.core.serial_protocol import BadReplyError, WheelCounts, read_counts
+from motor_bridge.core.serial_protocol import BadReplyError, WheelCounts, parse_counts
 from motor_bridge.emulator.emulated_controller import EmulatedController
 
 REPLY_FAULTS = (
@@ -76,9 +76,9 @@ class SpoiltLine:
 
     def drain(self) -> int:
         """Drop everything."""
-        return self.drop_received()
+        return self.discard_received()
 
-    def drop_received(self) -> int:
+    def discard_received(self) -> int:
         """Drop everything."""
         count, self._received = len(self._received), b''
         return count
@@ -98,7 +98,7 @@ class SpoiltLine:
         self.faults[kind] += 1
         spoilt = self._spoilt(kind, reply)
         try:
-            sent, got = read_counts(reply), read_counts(spoilt)
+            sent, got = parse_counts(reply), parse_counts(spoilt)
         except BadReplyError:
             return spoilt
         if sent != got:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, level_camera
+from shirube_geometry import PlanarPose, gravity_aligned_camera
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
 RATIO = 0.8
@@ -147,7 +147,7 @@ def level_displacement(
         tilt_then: roll and pitch of the base when it was taught [rad].
         rig: how the camera sits on the robot.
     """
-    camera = level_camera(rig.mount, *tilt_then)
+    camera = gravity_aligned_camera(rig.mount, *tilt_then)
     R_place_optical = camera.rotation @ R_now_then.T
     eye = camera.position - R_place_optical @ shift_now
     R_place_base = R_place_optical @ rig.mount.rotation.T

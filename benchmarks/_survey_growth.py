@@ -15,10 +15,10 @@ from _surveyed_floor import CAMERA, MOUNT, VIEW, RenderedSurvey
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.survey.survey_plan import choose_images
+from floor_localizer.core.survey.keyframe_selection import select_keyframes
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
-from floor_localizer.survey_files.survey_run import IMAGES_A_CHUNK, put_images_together, run_survey
+from floor_localizer.survey_files.survey_run import IMAGES_PER_CHUNK, build_all_submaps, run_survey
 from floor_localizer.task_runner import task_runner
 
 _NOISE = 0.02
@@ -32,7 +32,7 @@ class Growth:
 
     Attributes:
         images: number of images on the map.
-        sightings: number of observations of dots.
+        observations: number of observations of dots.
         base: private memory before: the interpreter and its libraries [bytes].
         peak: peak private memory of the main process [bytes].
         worker_peak: peak private memory of a worker, 0 without one [bytes].
@@ -41,7 +41,7 @@ class Growth:
     """
 
     images: int
-    sightings: int
+    observations: int
     base: int
     peak: int
     worker_peak: int
@@ -67,17 +67,17 @@ def _prepare(folder: Path, size: float, seed: int, settings: SurveySettings, wor
     survey, checkpoint = RenderedSurvey(size, seed), Checkpoint(folder, {'size': size, 'seed': seed})
     floor = survey.floor
     tree = cKDTree(floor.points)
-    chosen = choose_images([frame.T_odom_base for frame in survey.frames], VIEW, settings)
-    for chunk, start in enumerate(range(0, len(chosen), IMAGES_A_CHUNK)):
+    chosen = select_keyframes([frame.T_odom_base for frame in survey.frames], VIEW, settings)
+    for chunk, start in enumerate(range(0, len(chosen), IMAGES_PER_CHUNK)):
         if checkpoint.load_dots(chunk) is not None:
             continue
         found: dict[int, DetectedDots | str] = {
             index: _see(survey, tree, floor.points, floor.diameters, index, seed)
-            for index in chosen[start : start + IMAGES_A_CHUNK]
+            for index in chosen[start : start + IMAGES_PER_CHUNK]
         }
         checkpoint.save_dots(chunk, found)
     with task_runner(workers) as runner:
-        put_images_together(survey, MOUNT, settings, checkpoint, runner)
+        build_all_submaps(survey, MOUNT, settings, checkpoint, runner)
 
 
 def _see(
@@ -108,8 +108,8 @@ def _link_and_adjust(folder: Path, size: float, seed: int, settings: SurveySetti
     z, m = found - found.mean(), truth - truth.mean()
     turn = np.vdot(z, m)
     error = float(np.sqrt(np.mean(np.abs(turn / abs(turn) * z - m) ** 2)))
-    sightings = int(run.result.counts.sum())
-    grown = Growth(len(names), sightings, base, memory.peak, memory.worker_peak, seconds, error)
+    observations = int(run.result.counts.sum())
+    grown = Growth(len(names), observations, base, memory.peak, memory.worker_peak, seconds, error)
     (folder / 'growth.json').write_text(json.dumps(asdict(grown)))
 
 

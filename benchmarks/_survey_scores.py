@@ -13,7 +13,7 @@ from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.survey.placed_dots import map_points
+from floor_localizer.core.survey.dot_estimation import project_rays_to_map
 from floor_localizer.survey_files.survey_run import SurveyRun
 from shirube_geometry import PlanarPose
 
@@ -47,13 +47,13 @@ def wrong_merges(run: SurveyRun, survey: RenderedSurvey) -> tuple[int, int]:
     poses = np.array([(p.x, p.y, p.yaw, 0.0, 0.0, 0.0) for p in (survey.truth[k] for k in numbers)])
     wrong = dots = 0
     for block in run.result.blocks:
-        seen = block.seen
-        true = map_points(seen.directions, np.array(MOUNT.xyz), poses[seen.image])
-        count = np.maximum(np.bincount(seen.dot), 1)
-        means = np.column_stack([np.bincount(seen.dot, true[:, k]) / count for k in range(2)])
-        far = np.hypot(*(true - means[seen.dot]).T) > _SAME_PLACE
-        wrong += len(np.unique(seen.dot[far]))
-        dots += len(np.unique(seen.dot))
+        observations = block.observations
+        true = project_rays_to_map(observations.directions, np.array(MOUNT.xyz), poses[observations.image])
+        count = np.maximum(np.bincount(observations.dot), 1)
+        means = np.column_stack([np.bincount(observations.dot, true[:, k]) / count for k in range(2)])
+        far = np.hypot(*(true - means[observations.dot]).T) > _SAME_PLACE
+        wrong += len(np.unique(observations.dot[far]))
+        dots += len(np.unique(observations.dot))
     return wrong, dots
 
 
@@ -82,7 +82,7 @@ def locate_on(
                 placed = T_true_map @ fix.T_map_base
                 found.append(placed)
                 errors.append(placed.distance_to(pose))
-                turns.append(abs(placed.turn_to(pose)))
+                turns.append(abs(placed.yaw_to(pose)))
                 rates.append(fix.match_rate)
         if len(found) == 2:
             steps.append((found[0].inverse() @ found[1]).distance_to(_STEP))

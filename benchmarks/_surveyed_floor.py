@@ -64,9 +64,9 @@ class RenderedSurvey:
         """The true dot map."""
         return DotMap(self.floor.points, self.floor.diameters)
 
-    def part(self, wanted: Sequence[int]) -> RenderedPart:
+    def batch(self, wanted: Sequence[int]) -> RenderedBatch:
         """Return the wanted images as a batch that any process can render."""
-        return RenderedPart(self._size, self._seed, self._suspension, tuple(wanted))
+        return RenderedBatch(self._size, self._seed, self._suspension, tuple(wanted))
 
     def image(self, index: int) -> NDArray[np.uint8]:
         """Return an image of the drive."""
@@ -80,7 +80,7 @@ class RenderedSurvey:
 
 
 @dataclass(frozen=True)
-class RenderedPart:
+class RenderedBatch:
     """Some images of a drive.
 
     Attributes:

@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_measurement import stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.place_review import review_place
+from stereo_landmark.core.teaching.place_check import check_place
 
-KINDS = (Kind.QUADRILATERAL, Kind.CORNER)
+KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.CORNER)
 POINT_SIGMA_MAX = 0.03
 """[m]"""
 SIDE_MIN = 15.0
@@ -65,8 +65,8 @@ class TargetChooser:
         """
         rng = np.random.default_rng(seed)
         for draws in range(1, DRAWS_MAX + 1):
-            place = self._teacher.teach('room', [TargetChoice('room', self._drawn(rng))])
-            if not review_place(place, self._moment.left, self._moment.right, self._moment.tilt):
+            place = self._teacher.teach('room', [TargetSelection('room', self._drawn(rng))])
+            if not check_place(place, self._moment.left, self._moment.right, self._moment.tilt):
                 return place, draws
         raise StereoLandmarkError(f'seed {seed}: the tools remark on {DRAWS_MAX} sets; choose others')
 

@@ -46,7 +46,7 @@ def ask(locate: Callable[[Seen], PlanarPose | None], seen: Seen, truth: PlanarPo
     seconds = time.process_time() - begin
     if found is None:
         return TimedAnswer('none', seconds)
-    right = found.distance_to(truth) <= RIGHT_WITHIN and abs(found.turn_to(truth)) <= RIGHT_TURN
+    right = found.distance_to(truth) <= RIGHT_WITHIN and abs(found.yaw_to(truth)) <= RIGHT_TURN
     return TimedAnswer('right' if right else 'wrong', seconds)
 
 

@@ -1,6 +1,6 @@
 """The pose arbiter on recorded and simulated drives: `./shirube bench arbiter [PART ...] [--seeds N]`.
 
-Parts: `bags` (the fused pose against its source, odometry alone and gtsam), `lies`, `order`, `bad`, `load`; or all.
+Parts: `bags` (the fused pose against its source, odometry alone and gtsam), `faults`, `order`, `bad`, `load`; or all.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ import sys
 import time
 
 import numpy as np
-from _arbiter_bags import Opinion, RecordedDrive, recorded_drives
-from _arbiter_fusion import Message, fused, messages_of, new_arbiter, pose_of, tell
-from _arbiter_lies import CREWS, LIES, wrong_poses
-from _arbiter_load import filter_share, node_share
-from _arbiter_smoother import INSTALL, IS_INSTALLED, smoothed
+from _arbiter_bags import PoseSample, RecordedDrive, recorded_drives
+from _arbiter_faults import FAULTS, SCENARIOS, wrong_poses
+from _arbiter_fusion import Message, add_message, fused, messages_of, new_arbiter, pose_of
+from _arbiter_load import filter_cpu_fraction, node_cpu_fraction
+from _arbiter_smoother import INSTALL, IS_INSTALLED, smooth
 
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import diagonal
-from pose_arbiter.core.estimate import Estimate
+from pose_arbiter.core.kalman_filter import Estimate
 from shirube_geometry import PlanarPose
 
 OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8
@@ -31,22 +31,22 @@ BAD_MESSAGES = 100_000
 def main() -> int:
     """Print the tables of the named parts."""
     parser = argparse.ArgumentParser(prog='arbiter', description=__doc__)
-    parser.add_argument('parts', nargs='*', help='bags, lies, order, bad, load')
+    parser.add_argument('parts', nargs='*', help='bags, faults, order, bad, load')
     parser.add_argument('--seeds', type=int, default=20, help='drives for each fault (default: %(default)s)')
     options = parser.parse_args()
-    wanted = options.parts or ['bags', 'lies', 'order', 'bad', 'load']
+    wanted = options.parts or ['bags', 'faults', 'order', 'bad', 'load']
     if 'bags' in wanted:
         print_bags(recorded_drives())
-    if 'lies' in wanted:
-        print_lies(options.seeds)
+    if 'faults' in wanted:
+        print_faults(options.seeds)
     if 'order' in wanted or 'bad' in wanted:
         (drive,) = recorded_drives(['room_drive'])
         print(f'shuffled arrival: largest difference {largest_difference(drive):.1e}')
         print(f'{BAD_MESSAGES} bad messages: largest difference {difference_by_bad_messages(drive):.1e}')
     if 'load' in wanted:
-        print(f'filter: {filter_share():.1%} of a core')
-        share, rate = node_share()
-        print(f'node: {share:.1%} of a core, {rate:.1f} poses a second')
+        print(f'filter: {filter_cpu_fraction():.1%} of a core')
+        cpu_fraction, rate = node_cpu_fraction()
+        print(f'node: {cpu_fraction:.1%} of a core, {rate:.1f} poses a second')
     return 0
 
 
@@ -63,30 +63,30 @@ def print_bags(drives: list[RecordedDrive]) -> None:
         ours = drive.errors_at([s for s, _ in estimates], [pose_of(e) for _, e in estimates])
         a, b = rms(source), rms(ours)
         d, e = (rms(errors) for errors in outage_errors(drive))
-        cells = [cell(a), cell(b), ratio(b, a), *beside_gtsam(drive, b), cell(d), cell(e)]
+        cells = [cell(a), cell(b), ratio(b, a), *compare_with_gtsam(drive, b), cell(d), cell(e)]
         print(f'| {drive.name} | {len(source)} |', ' | '.join(cells), '|', flush=True)
     if not IS_INSTALLED:
         print(INSTALL)
 
 
-def beside_gtsam(drive: RecordedDrive, ours: tuple[float, float]) -> tuple[str, str]:
+def compare_with_gtsam(drive: RecordedDrive, ours: tuple[float, float]) -> tuple[str, str]:
     """Return the errors of gtsam's newest states, and the ratio of ours to them; dashes where it is not installed."""
     if not IS_INSTALLED:
         return '-', '-'
-    newest = smoothed(drive.sources, drive.odometry, drive.best)
+    newest = smooth(drive.sources, drive.odometry, drive.best)
     theirs = rms(drive.errors_at(*map(list, zip(*newest, strict=True))))
     return cell(theirs), ratio(ours, theirs)
 
 
 def outage_errors(drive: RecordedDrive) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors, shape (n, 2), through an outage: of the arbiter, and of odometry since the first pose."""
-    opinions = sorted((o for source in drive.sources for o in source), key=lambda o: o.stamp)
-    first, last = opinions[0].stamp, opinions[-1].stamp
+    samples = sorted((o for source in drive.sources for o in source), key=lambda o: o.stamp)
+    first, last = samples[0].stamp, samples[-1].stamp
     begin, end = (round(first + part * (last - first)) for part in (OUTAGE_FROM, OUTAGE_TO))
-    heard = [[o for o in source if not begin < o.stamp <= end] for source in drive.sources]
-    silent = {o.stamp for o in opinions if begin < o.stamp <= end}
-    at_end = messages_of(heard, [pair for pair in drive.odometry if pair[0] <= end])
-    arbiter, poses = new_arbiter(len(heard)), []
+    received = [[o for o in source if not begin < o.stamp <= end] for source in drive.sources]
+    silent = {o.stamp for o in samples if begin < o.stamp <= end}
+    at_end = messages_of(received, [pair for pair in drive.odometry if pair[0] <= end])
+    arbiter, poses = new_arbiter(len(received)), []
     waiting = sorted(silent)
     for message in at_end:
         while waiting and message[0] >= waiting[0]:
@@ -94,31 +94,33 @@ def outage_errors(drive: RecordedDrive) -> tuple[np.ndarray, np.ndarray]:
             estimate = arbiter.estimate_at(stamp)
             if estimate is not None:
                 poses.append((stamp, pose_of(estimate)))
-        tell(arbiter, message, message[0])
+        add_message(arbiter, message, message[0])
     stamps = np.array([stamp for stamp, _ in drive.odometry])
-    said = [pose for _, pose in drive.odometry]
-    origin = opinions[0].pose @ said[int(np.searchsorted(stamps, first).clip(0, len(said) - 1))].inverse()
-    nearest = [said[int(np.searchsorted(stamps, s).clip(0, len(said) - 1))] for s, _ in poses]
+    content = [pose for _, pose in drive.odometry]
+    origin = (
+        samples[0].pose @ content[int(np.searchsorted(stamps, first).clip(0, len(content) - 1))].inverse()
+    )
+    nearest = [content[int(np.searchsorted(stamps, s).clip(0, len(content) - 1))] for s, _ in poses]
     ours = drive.errors_at([s for s, _ in poses], [p for _, p in poses])
     return ours, drive.errors_at([s for s, _ in poses], [origin @ p for p in nearest])
 
 
-def print_lies(seeds: int) -> None:
+def print_faults(seeds: int) -> None:
     """Print how many drives had more than three wrong poses, and the most in one drive."""
-    print('| sources | ' + ' | '.join(LIES) + ' |')
-    print('|---' * (len(LIES) + 1) + '|')
-    for crew in CREWS:
+    print('| sources | ' + ' | '.join(FAULTS) + ' |')
+    print('|---' * (len(FAULTS) + 1) + '|')
+    for scenario in SCENARIOS:
         cells = []
-        for lie in LIES:
-            wrong = [wrong_poses(crew, lie, seed)[0] for seed in range(seeds)]
+        for fault in FAULTS:
+            wrong = [wrong_poses(scenario, fault, seed)[0] for seed in range(seeds)]
             cells.append(f'{sum(w > 3 for w in wrong)} of {seeds}, {max(wrong)}')
-        print(f'| {crew.name} | ' + ' | '.join(cells) + ' |', flush=True)
+        print(f'| {scenario.name} | ' + ' | '.join(cells) + ' |', flush=True)
 
 
 def largest_difference(drive: RecordedDrive, shuffles: int = 5) -> float:
     """Return how far the last poses of shuffled drives differ from that of the drive in order."""
-    (opinions,) = drive.sources
-    messages = messages_of([opinions[::2], opinions[1::2]], drive.odometry)
+    (samples,) = drive.sources
+    messages = messages_of([samples[::2], samples[1::2]], drive.odometry)
     settings, now = ArbiterSettings(history_seconds=30.0), messages[-1][0]
     ends = []
     for seed in range(shuffles + 1):
@@ -126,7 +128,7 @@ def largest_difference(drive: RecordedDrive, shuffles: int = 5) -> float:
         if seed:
             random.Random(seed).shuffle(order)  # noqa: S311
         for message in order:
-            tell(arbiter, message, now)
+            add_message(arbiter, message, now)
         ends.append([[*e[1:4], *e.covariance] for t in np.linspace(messages[0][0], now, 50)
                      if (e := arbiter.estimate_at(int(t))) is not None])  # fmt: skip
     return float(max(np.abs(np.array(end) - ends[0]).max() for end in ends))
@@ -140,9 +142,9 @@ def difference_by_bad_messages(drive: RecordedDrive) -> float:
     for message in messages:
         now = message[0]
         for arbiter in (plain, disturbed):
-            tell(arbiter, message, now)
+            add_message(arbiter, message, now)
         for _ in range(each):
-            if takes(disturbed, bad_message(rng, message), now):
+            if is_accepted(disturbed, bad_message(rng, message), now):
                 raise ValueError('a bad message was accepted')
         a, b = plain.estimate_at(now), disturbed.estimate_at(now)
         if a is not None and b is not None:
@@ -150,10 +152,10 @@ def difference_by_bad_messages(drive: RecordedDrive) -> float:
     return worst
 
 
-def takes(arbiter: Arbiter, message: Message, now: int) -> bool:
+def is_accepted(arbiter: Arbiter, message: Message, now: int) -> bool:
     """Add a message to an arbiter; return whether it was accepted."""
     try:
-        tell(arbiter, message, now)
+        add_message(arbiter, message, now)
     except ValueError:
         return False
     return True
@@ -161,12 +163,12 @@ def takes(arbiter: Arbiter, message: Message, now: int) -> bool:
 
 def state_of(estimate: Estimate) -> np.ndarray:
     """Return pose, biases and covariance as one array."""
-    return np.concatenate((estimate[1:4], estimate.lasting.ravel(), estimate.P.ravel()))
+    return np.concatenate((estimate[1:4], estimate.bias.ravel(), estimate.P.ravel()))
 
 
 def bad_message(rng: random.Random, latest: Message) -> Message:
     """Return a pose or odometry with one fault: a number, a covariance, a stamp, or one that the latest message had."""
-    now, source, said = latest
+    now, source, content = latest
     pose, noise, stamp = [rng.gauss(0.0, 10.0) for _ in range(3)], diagonal(1e-4, 1e-4), now
     is_odometry = rng.random() < 0.5
     match rng.randrange(5):
@@ -183,9 +185,13 @@ def bad_message(rng: random.Random, latest: Message) -> Message:
             stamp = rng.choice([0, -1, now + rng.randrange(10**9, 10**18), rng.randrange(1, now - 3 * 10**9)]) \
                 if now > 4 * 10**9 else 0  # fmt: skip
         case _:
-            is_odometry = isinstance(said, PlanarPose)
-    told = PlanarPose(*pose)
-    return (stamp, source if is_odometry else 0, told if is_odometry else Opinion(stamp, told, noise))
+            is_odometry = isinstance(content, PlanarPose)
+    pose_value = PlanarPose(*pose)
+    return (
+        stamp,
+        source if is_odometry else 0,
+        pose_value if is_odometry else PoseSample(stamp, pose_value, noise),
+    )
 
 
 def rms(errors: np.ndarray) -> tuple[float, float]:

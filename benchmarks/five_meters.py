@@ -23,10 +23,10 @@ from shirube_geometry import PlanarPose
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind, size_of
+from stereo_landmark.core.procedure.primitive import PrimitiveKind, primitive_size
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 VIEWS_OF_LESSON = 5
@@ -85,14 +85,14 @@ def taught_place(lesson: Lesson) -> TaughtPlace:
     for number, middle in zip(lesson.chosen, middles_of(lesson), strict=True):
         near = [
             each
-            for each in left.kinds[Kind.ELLIPSE].primitives
+            for each in left.kinds[PrimitiveKind.ELLIPSE].primitives
             if np.hypot(*(each.centre - middle)) <= CHOSEN_WITHIN
         ]
         if not near:
             raise StereoLandmarkError('a meter is not detected')
-        chosen[f'meter {number}'] = max(near, key=size_of)
+        chosen[f'meter {number}'] = max(near, key=primitive_size)
     teacher = Teacher(StereoView(left, right, CAMERAS), processing)
-    return teacher.teach('corridor', [TargetChoice('meters', chosen)])
+    return teacher.teach('corridor', [TargetSelection('meters', chosen)])
 
 
 def run(*, even: bool, bare: bool, wanted: int, seed: int, bar: tqdm[None]) -> Score:

@@ -24,10 +24,10 @@ from _timed_answers import TimedAnswer, ask, shares_of, times_of, use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.warm_up import warm_up
-from floor_localizer.files.binary_form import BinaryMap, load_binary, save_binary
+from floor_localizer.files.binary_format import BinaryMap, load_binary, save_binary
 from shirube_geometry import PlanarPose
 
 CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
@@ -142,7 +142,7 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     arguments = parser.parse_args()
     use_one_core()
-    warm_up()
+    compile_kernels()
     places = paper_places()
     places = places[np.linspace(0, len(places) - 1, min(arguments.places, len(places))).round().astype(int)]
     with tempfile.TemporaryDirectory() as folder:

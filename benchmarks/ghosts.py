@@ -19,8 +19,8 @@ from _voxel_scenes import ROOM, driving, points_at, standing, view_at
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from reward_planner.core.voxels.frame_voxels import FrameCounter
-from reward_planner.core.voxels.frame_window import TILE
+from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
+from reward_planner.core.voxels.frame_window import TILE_SIZE
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_geometry import PlanarPose
@@ -103,12 +103,12 @@ def clean_run(
 
 def passed_by_clean_frames(poses: list[PlanarPose], shape: tuple[int, int, int], seed: int) -> Dense:
     """Return the voxels that rays of the last FRAMES passed."""
-    passed, counter = np.zeros(shape, dtype=np.bool_), FrameCounter(SETTINGS)
+    passed, counter = np.zeros(shape, dtype=np.bool_), FrameVoxelizer(SETTINGS)
     for points, view in list(frames_of(poses, None, same=False, seed=seed))[FRAMES:]:
         frame = counter.count_and_trace(points, view)
         window = frame.window
-        x, y, z = np.unravel_index(frame.passed, (window.side, window.side, window.layers))
-        x, y = x + (window.tile_x - FIRST_TILE) * TILE, y + (window.tile_y - FIRST_TILE) * TILE
+        x, y, z = np.unravel_index(frame.traversed, (window.side, window.side, window.layers))
+        x, y = x + (window.tile_x - FIRST_TILE) * TILE_SIZE, y + (window.tile_y - FIRST_TILE) * TILE_SIZE
         inside = (x >= 0) & (x < shape[0]) & (y >= 0) & (y < shape[1])
         passed[x[inside], y[inside], z[inside]] = True
     return passed
@@ -156,9 +156,9 @@ def main() -> int:
     if not IS_INSTALLED:
         print(INSTALL)
     s = SETTINGS.resolution
-    first = FIRST_TILE * TILE * s
+    first = FIRST_TILE * TILE_SIZE * s
     heights = (SETTINGS.height_min, SETTINGS.height_max)
-    solid = ROOM.solid_cells((first, first), s, (TILES * TILE, TILES * TILE), heights).T
+    solid = ROOM.solid_cells((first, first), s, (TILES * TILE_SIZE, TILES * TILE_SIZE), heights).T
     print('## Ghosts\n\n`./shirube bench ghosts`')
     progress = tqdm(total=2 * (len(PHANTOMS) + 1), leave=False, desc='runs of 80 frames')
     for drive, poses in (

@@ -74,7 +74,7 @@ class Score:
         if found is None:
             self.none += 1
             return
-        way, turn = found.distance_to(truth), abs(found.turn_to(truth))
+        way, turn = found.distance_to(truth), abs(found.yaw_to(truth))
         if way <= RIGHT_WITHIN and turn <= RIGHT_TURN:
             self.right.append((way, turn))
         else:

@@ -23,17 +23,17 @@ from shirube_bags.error_table import planar_poses
 from shirube_bags.trajectory import interpolate
 from shirube_geometry import CameraMount
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
+from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.decision import Accepted
 from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, Reception
+from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.trust.counters import Counters
-from vlc_beacon.core.trust.trust_settings import TrustSettings
-from vlc_beacon.core.trust.verdict import Accepted
 from vlc_beacon.files.counter_file import CounterFile
 from vlc_beacon.located_image import LocatedImage
 from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.receiver_from_files import beacons_of, judge_of
+from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
 
 BAG = Path(__file__).parents[1] / 'bags' / 'lamp_drive'
 ZONE_RADIUS = 0.3
@@ -91,14 +91,16 @@ def read_drive(folder: Path) -> LampDrive:
     settings = NodeSettings(
         beacons_file=str(BAG / 'beacons.yaml'), key_file=str(key), counter_file=str(counters)
     )
-    beacons = beacons_of(settings)
-    judge = judge_of(settings, TrustSettings(zone_radius=ZONE_RADIUS, speed_limit=SPEED_LIMIT), beacons)
+    beacons = beacons_from_settings(settings)
+    authorizer = authorizer_from_settings(
+        settings, AuthorizationSettings(zone_radius=ZONE_RADIUS, speed_limit=SPEED_LIMIT), beacons
+    )
     mount = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.5 * np.pi))
     with BagReader(BAG) as bag:
         localization = BagLocalization(
             bag,
             choose_topics(bag, None, None, None, None),
-            lambda: BeaconReceiver(beacons, mount, judge, ReceiverSettings()),
+            lambda: BeaconReceiver(beacons, mount, authorizer, ReceiverSettings()),
         )
         images = list(tqdm(localization.run(), desc='images', unit=''))
         truth = load_bag_trajectory(bag, '/ground_truth')
@@ -128,17 +130,17 @@ def _sigma(image: LocatedImage) -> float:
 
 
 def _named(image: LocatedImage) -> int:
-    if not isinstance(image.result, Reception):
+    if not isinstance(image.result, ReceiverOutput):
         return 0
     return sum(lamp.beacon is not None and lamp.sample.is_lit for lamp in image.result.lamps)
 
 
 def _obeyed(image: LocatedImage) -> list[str]:
-    if not isinstance(image.result, Reception):
+    if not isinstance(image.result, ReceiverOutput):
         return []
-    accepted = [v.answer.command for v in image.result.verdicts if isinstance(v.answer, Accepted)]
+    accepted = [v.outcome.command for v in image.result.decisions if isinstance(v.outcome, Accepted)]
     return [
-        f'{Operation(command.operation).word} {command.value:g} of lamp {command.beacon}'
+        f'{Operation(command.operation).label} {command.value:g} of lamp {command.beacon}'
         for command in accepted
     ]
 

@@ -22,8 +22,8 @@ from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.row_profile import row_profile
 from vlc_beacon.core.lamp_image.settings import LampSettings
-from vlc_beacon.core.light_code.lamp_rows import rows_of_frame
-from vlc_beacon.core.light_code.row_tones import tone_likelihoods
+from vlc_beacon.core.light_code.lamp_rows import rows_from_frame
+from vlc_beacon.core.light_code.row_tones import tone_log_likelihoods
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.pose_fix import BeaconFix
@@ -49,8 +49,8 @@ def likelihoods(image: NDArray[np.uint8], blobs: LampBlobs) -> NDArray[np.float6
     noise, table = noise_sigma(image), []
     for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds, strict=True):
         first, brightness = row_profile(image, centre, radius, background, noise)
-        rows = rows_of_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, EXPOSURE)
-        table.append(tone_likelihoods(rows, TONES)[0])
+        rows = rows_from_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, EXPOSURE)
+        table.append(tone_log_likelihoods(rows, TONES)[0])
     return np.array(table)
 
 

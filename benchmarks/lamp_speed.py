@@ -28,10 +28,10 @@ from tqdm import tqdm
 
 from scene_simulator.ceiling_camera import PAPER_OPTICS
 from shirube_geometry import PlanarPose
+from vlc_beacon.core.authorization.decision import Accepted
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.pose.pose_fix import BeaconFix
-from vlc_beacon.core.receiver.beacon_receiver import Reception
-from vlc_beacon.core.trust.verdict import Accepted
+from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 
 WARM_UP = 10
 """Images before the clock counts."""
@@ -58,13 +58,13 @@ class Run:
     commands: int = 0
     images: int = 0
 
-    def add(self, reception: Reception, truth: PlanarPose) -> None:
+    def add(self, output: ReceiverOutput, truth: PlanarPose) -> None:
         """Take what the receiver made of an image."""
         self.images += 1
-        self.named = max(self.named, sum(lamp.beacon is not None for lamp in reception.lamps))
-        self.commands += sum(isinstance(verdict.answer, Accepted) for verdict in reception.verdicts)
-        if isinstance(reception.result, BeaconFix):
-            self.errors.append(reception.result.T_map_base.distance_to(truth))
+        self.named = max(self.named, sum(lamp.beacon is not None for lamp in output.lamps))
+        self.commands += sum(isinstance(decision.outcome, Accepted) for decision in output.decisions)
+        if isinstance(output.result, BeaconFix):
+            self.errors.append(output.result.T_map_base.distance_to(truth))
 
 
 def milliseconds(work: Callable[[], object]) -> float:
@@ -83,7 +83,7 @@ def run_film(film: Film, seconds: float) -> Run:
     for frame in tqdm(frames, film.name, drive.frame_count(seconds), leave=False):
         image = frame.photo.image
         begin = time.process_time()
-        reception = receiver.receive(frame.stamp, image, PAPER_OPTICS)
+        output = receiver.receive(frame.stamp, image, PAPER_OPTICS)
         whole = 1e3 * (time.process_time() - begin)
         alone = milliseconds(partial(detector.detect, image))
         peer = on_markers = np.nan
@@ -91,7 +91,7 @@ def run_film(film: Film, seconds: float) -> Run:
             peer = milliseconds(partial(markers.find, image))
             on_markers = milliseconds(partial(markers.find, marked))
         run.times.append((whole, alone, peer, on_markers))
-        run.add(reception, frame.pose)
+        run.add(output, frame.pose)
     return run
 
 
@@ -129,8 +129,8 @@ def main() -> int:
         run = run_film(film, seconds)
         rates.append(1e3 / float(np.mean(run.times[WARM_UP:], axis=0)[WHOLE]))
         print(row_of(film, run), flush=True)
-    verdict = 'reached' if min(rates) >= WANTED else 'missed'
-    print(f'\nAt least {WANTED:.0f} images/s: {verdict}, minimum {min(rates):.0f}.')
+    decision = 'reached' if min(rates) >= WANTED else 'missed'
+    print(f'\nAt least {WANTED:.0f} images/s: {decision}, minimum {min(rates):.0f}.')
     return 0 if min(rates) >= WANTED else 1
 
 

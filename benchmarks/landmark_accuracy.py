@@ -33,10 +33,10 @@ from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import StereoPoints
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 DISTANCES = (2.0, 3.0, 5.0)
@@ -59,7 +59,7 @@ def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
     left, right = (detect_scene(image, processing) for image in view.panel)
     stereo = StereoView(left, right, CAMERAS)
     teacher = Teacher(stereo, processing, EXACT.pixel_sigma)
-    quadrilaterals = left.kinds[Kind.QUADRILATERAL].primitives
+    quadrilaterals = left.kinds[PrimitiveKind.QUADRILATERAL].primitives
     chosen = {}
     for number, corners in enumerate(field_pixels(wall, view.T_map_base)):
         here, there = corners[:, :2], corners[:, 2:]
@@ -73,7 +73,7 @@ def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
             chosen[f'field {number}'] = nearest
     if len(chosen) < FIELDS_MIN:
         return None
-    return teacher.teach('wall', [TargetChoice('panel', chosen)])
+    return teacher.teach('wall', [TargetSelection('panel', chosen)])
 
 
 def field_pixels(wall: LandmarkWall, T_map_base: PlanarPose) -> NDArray[np.float64]:
@@ -169,7 +169,7 @@ def fit_alone(
         truth: the displacement.
         rng: of the noise.
     """
-    true = place.coordinates.selected(fix.names)
+    true = place.coordinates.select(fix.names)
     state = np.array([truth.x, truth.y, 0.0, truth.yaw, 0.0, 0.0])
     noise = np.tile(FIT_SIGMA**2 * np.eye(4), (len(true), 1, 1))
     pairs = []

@@ -46,18 +46,18 @@ LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
 DISPLACEMENT = PlanarPose(0.2, -0.25, 0.1)
 STAGES: dict[str, tuple[object, str]] = {
     'edges': (scene_module, 'extract_edges'),
-    'segments': (scene_module, 'follow_segments'),
-    'sides': (scene_module, 'find_sides'),
+    'segments': (scene_module, 'trace_segments'),
+    'sides': (scene_module, 'fit_line_segments'),
     'ellipses': (scene_module, 'detect_ellipses'),
     'quadrilaterals': (scene_module, 'detect_quadrilaterals'),
     'corners': (scene_module, 'detect_corners'),
     'left with right': (view_module, 'match_pairs'),
-    'candidates': (search_module, 'stereo_candidates'),
-    'paths of the tree': (search_module, 'suppose'),
-    'coarse poses': (search_module, 'coarse_fit'),
-    'evidence': (search_module, 'Evidence'),
-    'measured in grey': (search_module, 'refined_pair'),
-    'patches': (TaughtPatches, 'measured'),
+    'candidates': (search_module, 'find_stereo_candidates'),
+    'paths of the tree': (search_module, 'generate_hypotheses'),
+    'coarse poses': (search_module, 'fit_coarse_pose'),
+    'evidence': (search_module, 'PoseScorer'),
+    'measured in grey': (search_module, 'refine_pair'),
+    'patches': (TaughtPatches, 'measure'),
     'displacement': (PlaceLocator, 'locate'),
 }
 

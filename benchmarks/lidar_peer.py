@@ -66,7 +66,7 @@ class Score:
         self.times.append(1e3 * answer.seconds)
         if answer.pose is not None:
             self.errors.append(answer.pose.distance_to(truth))
-            self.turns.append(abs(answer.pose.turn_to(truth)))
+            self.turns.append(abs(answer.pose.yaw_to(truth)))
 
     def cells(self) -> str:
         """Return the cells of a line."""

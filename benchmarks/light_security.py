@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
+from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.decision import Accepted
 from vlc_beacon.core.packet.command_packet import MAC_BYTES, Command, CommandPacket, read_command_packet
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.trust.command_judge import CommandJudge
-from vlc_beacon.core.trust.command_key import CommandKey
-from vlc_beacon.core.trust.trust_settings import TrustSettings
-from vlc_beacon.core.trust.verdict import Accepted
 from vlc_beacon.files.counter_file import CounterFile
 from vlc_beacon.files.key_file import make_key_file, read_key
 
@@ -32,7 +32,7 @@ TRUE_EVERY = 1000
 """A true command and, in the replays, a restart of the robot after so many attacks."""
 PLACES = {beacon: (1.8 * (beacon % 8), 1.8 * (beacon // 8)) for beacon in range(64)}
 # Wrong codes come one a second at most: the lockout needs a thousand of them in a second.
-SETTINGS = TrustSettings(bad_macs_max=1000, lockout_time=1.0)
+SETTINGS = AuthorizationSettings(bad_macs_max=1000, lockout_time=1.0)
 
 
 @dataclass
@@ -50,21 +50,21 @@ class Robot:
     counter_file: CounterFile
     now: float = 0.0
     counter: int = 1000
-    authorizer: CommandJudge = field(init=False)
+    authorizer: CommandAuthorizer = field(init=False)
 
     def __post_init__(self) -> None:
         self.restart()
 
     def restart(self) -> None:
         """Forget all but the file."""
-        self.authorizer = CommandJudge(self.key, self.counter_file, PLACES, SETTINGS)
+        self.authorizer = CommandAuthorizer(self.key, self.counter_file, PLACES, SETTINGS)
 
     def hear(self, packet: CommandPacket, speaker: int, place: tuple[float, float]) -> str:
         """Return what becomes of a packet: 'accepted' or the reason of the refusal."""
         self.now += 1.0
-        self.authorizer.robot_at(self.now, place)
-        verdict = self.authorizer.judge(packet, speaker, self.now)
-        return 'accepted' if isinstance(verdict, Accepted) else verdict.reason.value
+        self.authorizer.update_position(self.now, place)
+        decision = self.authorizer.authorize(packet, speaker, self.now)
+        return 'accepted' if isinstance(decision, Accepted) else decision.reason.value
 
     def true_command(self, rng: np.random.Generator) -> Command:
         """Return a command that the host has never sent before."""
@@ -176,7 +176,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         make_key_file(Path(folder) / 'key')
         counter_file = CounterFile(Path(folder) / 'counters.json')
-        counter_file.renew(0)
+        counter_file.reset(0)
         robot = Robot(read_key(Path(folder) / 'key'), counter_file)
         for seed, (name, (kind, restarts)) in enumerate(ATTACKS_BY_NAME.items()):
             fates = {True: Counter[str](), False: Counter[str]()}

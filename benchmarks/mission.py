@@ -106,26 +106,26 @@ def row(summary: Summary) -> str:
 
 def print_sums(summaries: Sequence[Summary]) -> None:
     """Print median and worst of all missions that have figures."""
-    told = [summary for summary in summaries if summary['poses']['pose_arbiter']['count']]
-    if not told:
+    with_poses = [summary for summary in summaries if summary['poses']['pose_arbiter']['count']]
+    if not with_poses:
         return
 
     def line(name: str, of: Callable[[list[float]], float], least: Callable[[list[float]], float]) -> str:
-        goals = [goal for summary in told for goal in summary['goals']] or [
+        goals = [goal for summary in with_poses for goal in summary['goals']] or [
             {'true_error': 0.0, 'fused_error': 0.0}
         ]
-        fused = [summary['poses']['pose_arbiter'] for summary in told]
+        fused = [summary['poses']['pose_arbiter'] for summary in with_poses]
         cells = [
             name,
             '',
             *(f'{1e3 * of([goal[key] for goal in goals]):.1f}' for key in ('true_error', 'fused_error')),
             *(f'{1e3 * of([pose[key] for pose in fused]):.1f}' for key in ('rmse', 'worst')),
-            f'{1e3 * least([summary["least_clearance"] for summary in told]):.0f}',
-            f'{of([summary["collisions"] for summary in told]):.0f}',
-            f'{of([summary["path_length"] for summary in told]):.1f}',
-            f'{of([summary["seconds"] for summary in told]):.0f}',
+            f'{1e3 * least([summary["least_clearance"] for summary in with_poses]):.0f}',
+            f'{of([summary["collisions"] for summary in with_poses]):.0f}',
+            f'{of([summary["path_length"] for summary in with_poses]):.1f}',
+            f'{of([summary["seconds"] for summary in with_poses]):.0f}',
             ', '.join(
-                f'{of([summary["timing"][key] for summary in told]):.0f}' for key in ('start', 'drive')
+                f'{of([summary["timing"][key] for summary in with_poses]):.0f}' for key in ('start', 'drive')
             ),
         ]
         return f'| {" | ".join(cells)} |'

@@ -33,6 +33,7 @@ from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.primitives.corner import detect_corners
 from stereo_landmark.core.primitives.ellipse import detect_ellipses, refine_ellipse
+from stereo_landmark.core.primitives.line_segments import fit_line_segments
 from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
@@ -40,9 +41,8 @@ from stereo_landmark.core.primitives.quadrilateral import (
     refine_quadrilateral,
 )
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.primitives.sides import find_sides
-from stereo_landmark.core.procedure.primitive import Primitive, refined
-from stereo_landmark.core.segments.segments import Segments, follow_segments
+from stereo_landmark.core.procedure.primitive import Primitive, refine
+from stereo_landmark.core.segments.segments import Segments, trace_segments
 from stereo_landmark.files.grey_image import load_grey_image
 
 CONDITIONS = (
@@ -94,7 +94,7 @@ def _rms(errors: Sequence[NDArray[np.float64]]) -> str:
 
 def segments_of(image: NDArray[np.uint8], settings: EdgeSettings) -> Segments:
     """Return the segments of an image."""
-    return follow_segments(extract_edges(image, settings), settings)
+    return trace_segments(extract_edges(image, settings), settings)
 
 
 def score_ellipse(score: Score, picture: Picture, settings: EdgeSettings) -> None:
@@ -117,7 +117,7 @@ def score_quadrilateral(score: Score, picture: Picture, settings: EdgeSettings) 
     peer = lsd_corners(picture.image, picture.truth)
     if peer is not None and np.abs(peer - picture.truth).max() < 3.0:
         score.peer.append(peer - picture.truth)
-    sides = find_sides(segments_of(picture.image, settings), _PRIMITIVES)
+    sides = fit_line_segments(segments_of(picture.image, settings), _PRIMITIVES)
     for found in detect_quadrilaterals(sides, _PRIMITIVES):
         quadrilateral = _in_order(found, picture.truth)
         refined = refine_quadrilateral(quadrilateral, picture.image)
@@ -129,7 +129,8 @@ def score_quadrilateral(score: Score, picture: Picture, settings: EdgeSettings) 
 
 def _in_order(found: Quadrilateral, truth: NDArray[np.float64]) -> Quadrilateral:
     return min(
-        (found.turned(k) for k in range(4)), key=lambda q: float(np.abs(q.corners.ravel() - truth).max())
+        (found.rotate_corners(k) for k in range(4)),
+        key=lambda q: float(np.abs(q.corners.ravel() - truth).max()),
     )
 
 
@@ -170,10 +171,10 @@ def stages(image: NDArray[np.uint8], settings: EdgeSettings) -> Iterable[tuple[s
     edges = extract_edges(image, settings)
     yield 'edges', 1e3 * (time.process_time() - start), len(edges)
     start = time.process_time()
-    segments = follow_segments(edges, settings)
+    segments = trace_segments(edges, settings)
     yield 'segments', 1e3 * (time.process_time() - start), len(segments)
     start = time.process_time()
-    sides = find_sides(segments, _PRIMITIVES)
+    sides = fit_line_segments(segments, _PRIMITIVES)
     yield 'sides', 1e3 * (time.process_time() - start), len(sides)
     detectors: tuple[tuple[str, Callable[[], Sequence[object]]], ...] = (
         ('corners', partial(detect_corners, sides, _PRIMITIVES)),
@@ -221,7 +222,7 @@ def print_times(path: Path, repeats: int) -> None:
 def print_refinement(image: NDArray[np.uint8], settings: EdgeSettings) -> None:
     """Print what it takes to refine one primitive of each kind: the mean over those of an image."""
     segments = segments_of(image, settings)
-    sides = find_sides(segments, _PRIMITIVES)
+    sides = fit_line_segments(segments, _PRIMITIVES)
     cells = []
     kinds: tuple[tuple[str, Sequence[Primitive]], ...] = (
         ('ellipse', detect_ellipses(segments, _PRIMITIVES)),
@@ -231,10 +232,10 @@ def print_refinement(image: NDArray[np.uint8], settings: EdgeSettings) -> None:
     )
     for name, found in kinds:
         if found:
-            refined(found[0], image)
+            refine(found[0], image)
             start = time.process_time()
             for primitive in found[:100]:
-                refined(primitive, image)
+                refine(primitive, image)
             cells.append(f'{name} {1e3 * (time.process_time() - start) / len(found[:100]):.2f}')
     print(f'\nTo refine one, ms: {", ".join(cells)}.')
 

@@ -13,7 +13,7 @@ import numpy as np
 from _voxel_scenes import CAMERA, points_at, view_at
 from tqdm import tqdm
 
-from reward_planner.core.voxels.frame_voxels import FrameCounter
+from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.core.voxels.voxel_values import counts_over_expected, counts_over_maximum
 from scene_simulator.box_room import BoxRoom, points_from_depth
@@ -51,7 +51,7 @@ def main() -> int:
     )
     for resolution in (0.1, VoxelSettings().resolution):
         settings = VoxelSettings(resolution=resolution)
-        counter, rows = FrameCounter(settings), []
+        counter, rows = FrameVoxelizer(settings), []
         pose = PlanarPose(0.0, 0.0, 0.0)
         view = view_at(pose)
         for k in tqdm(range(SCENES), leave=False):

@@ -20,7 +20,7 @@ from tqdm import tqdm
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import pair_from_projections
-from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_of_pair
+from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
 from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, OccupancyMap
 from scene_simulator.box_room import with_phantoms
 from scene_simulator.room_drive import RoomDrive
@@ -52,7 +52,7 @@ def methods(bag: RoomBag, scene: RoomDrive) -> dict[str, DepthOf]:
     return {
         'three cameras, union': lambda i: union.compute(*i.images).depth,
         'three cameras, agreement': lambda i: agreement.compute(*i.images).depth,
-        'two cameras': lambda i: depth_of_pair(pair.match(*i.images[:2]), first),
+        'two cameras': lambda i: depth_from_disparity(pair.match(*i.images[:2]), first),
         'true depth': lambda i: boxes.depth_image(rig.camera, rig.views(i.truth)['left']),
         'true depth, 3 % phantoms': lambda i: with_phantoms(
             boxes.depth_image(rig.camera, rig.views(i.truth)['left']), PHANTOMS, PATCH, PHANTOM_DEPTHS, rng

@@ -13,7 +13,7 @@ from _grid_tasks import GridTask, arena_file, benchmark_maps, solvable_tasks, un
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from reward_planner.core.route.incremental_route import IncrementalRoute
+from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_truth import is_driveable
@@ -36,7 +36,7 @@ def errors_of(
 def print_map(name: str, truth: str, blocked: NDArray[np.bool_], tasks: list[GridTask], lost: int) -> bool:
     """Print a line; return whether all is as it must be."""
     anew = errors_of([shortest_route(blocked, t.start, t.goal) for t in tasks], tasks, blocked)
-    mended = errors_of([IncrementalRoute(blocked, t.goal).route_from(t.start) for t in tasks], tasks, blocked)
+    mended = errors_of([DStarLite(blocked, t.goal).route_from(t.start) for t in tasks], tasks, blocked)
     hopeless = unsolvable_tasks(blocked, lost, 3)
     told = sum(isinstance(shortest_route(blocked, t.start, t.goal), NoRoute) for t in hopeless)
     equal = sum(max(pair) <= ALLOWED for pair in zip(anew, mended, strict=True))

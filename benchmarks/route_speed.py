@@ -19,7 +19,7 @@ from _timed_answers import use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from reward_planner.core.route.incremental_route import IncrementalRoute
+from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_maps import GRID_MAPS, maze, random_field, rooms
@@ -111,7 +111,7 @@ def replan(blocked: NDArray[np.bool_], count: int) -> Replans:
 def _drive(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int], found: Replans) -> None:
     world, known, cell = GridWorld(blocked), np.zeros_like(blocked), start
     begin = time.process_time()
-    routes = IncrementalRoute(known, goal)
+    routes = DStarLite(known, goal)
     route = route_of(routes.route_from(start))
     found.first.append(time.process_time() - begin)
     way, place = route.cells, 0
@@ -133,8 +133,8 @@ def _drive(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, 
         cell = (int(way[place, 0]), int(way[place, 1]))
 
 
-def _mend(routes: IncrementalRoute, new: NDArray[np.int64], cell: tuple[int, int]) -> object:
-    routes.change(new, True)
+def _mend(routes: DStarLite, new: NDArray[np.int64], cell: tuple[int, int]) -> object:
+    routes.update_cells(new, True)
     return routes.route_from(cell)
 
 
@@ -143,7 +143,7 @@ def _compare_with_scratch(
 ) -> None:
     seconds, route = timed(shortest_route, known, cell, goal)
     found.scratch.append(seconds)
-    found.anew.append(timed(lambda: IncrementalRoute(known, goal).route_from(cell))[0])
+    found.anew.append(timed(lambda: DStarLite(known, goal).route_from(cell))[0])
     if abs(route.length - length) > 1e-6:
         raise AssertionError(f'{cell} to {goal}: lengths {route.length} and {length}')
 

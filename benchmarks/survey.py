@@ -70,7 +70,7 @@ def report_growth(sizes: list[float], seed: int, workers: int) -> None:
         grown = measure_growth(size, seed, SETTINGS, workers)
         above = (grown.peak - grown.base) / grown.images
         print(
-            f'| {size:g} x {size:g} | {grown.images} | {grown.sightings} | {grown.base / 1e6:.0f} | '
+            f'| {size:g} x {size:g} | {grown.images} | {grown.observations} | {grown.base / 1e6:.0f} | '
             f'{grown.peak / 1e6:.0f} | {above / 1e3:.1f} | '
             f'{f"{grown.worker_peak / 1e6:.0f}" if workers > 1 else "-"} | {grown.seconds:.0f} | '
             f'{1e3 * grown.seconds / grown.images:.1f} | {1e3 * grown.error:.4f} |',
@@ -91,8 +91,8 @@ def report(survey: RenderedSurvey, run: SurveyRun, size: float, seconds: float, 
     print(row(f'a length of {0.8 * size:g} m, 0.5 mm too long ({100 * (scale - 1):+.4f} %)', after))
     wrong, dots = wrong_merges(run, survey)
     print(
-        f'\nLoop closures: {result.loops}; images on the map: {len(result.images)} of {len(run.images)}; '
-        f'spurious dots: {result.dirt}'
+        f'\nLoop closures: {result.loop_closures}; images on the map: {len(result.images)} of {len(run.images)}; '
+        f'spurious dots: {result.spurious_count}'
     )
     print(f'dots merged from observations of different true dots: {wrong} of {dots}.\n')
     print(

@@ -28,7 +28,7 @@ from _timed_answers import TimedAnswer, ask, shares_of, times_of, use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from floor_localizer.core.warm_up import warm_up
+from floor_localizer.core.compile_kernels import compile_kernels
 from shirube_geometry import PlanarPose
 
 CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
@@ -117,7 +117,7 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     arguments = parser.parse_args()
     use_one_core()
-    warm_up()
+    compile_kernels()
     floor, places = paper_floor(arguments.seed), paper_places()
     places = places[np.linspace(0, len(places) - 1, min(arguments.places, len(places))).round().astype(int)]
     compared = methods(floor, arguments.seed)

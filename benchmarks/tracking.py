@@ -24,13 +24,13 @@ from _paper_views import CAMERA, FLOOR_SIZE, MOUNT, NOISE, paper_floor, paper_vi
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
-from floor_localizer.core.warm_up import warm_up
 from scene_simulator.dot_floor import FloorDesign, lay_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from shirube_geometry import PinholeCamera, PlanarPose
@@ -125,7 +125,7 @@ def main() -> None:
     arguments = parser.parse_args()
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     cv2.setNumThreads(1)
-    warm_up()
+    compile_kernels()
     few = max(arguments.images // 10, 3)
     print('| from | dots | right | median ms | 99 % ms | a second |\n|---|---|---|---|---|---|')
     print(row_of('points, 25 % missing, 30 % spurious', *moments_of_points(arguments.images)))

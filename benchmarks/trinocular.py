@@ -26,7 +26,7 @@ from tqdm import tqdm
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair
-from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_of_pair
+from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
 from scene_simulator.box_room_picture import picture_of
 
 Image = NDArray[np.uint8]
@@ -82,7 +82,7 @@ def methods(third: StereoPair, settings: DepthSettings) -> dict[str, Callable[[S
     agreement = TrinocularDepth(RIGHT, third, replace(settings, fusion='agreement'))
     union = TrinocularDepth(RIGHT, third, replace(settings, fusion='union'))
     return {
-        'two cameras': lambda s: depth_of_pair(pair.match(s.left, s.right), RIGHT),
+        'two cameras': lambda s: depth_from_disparity(pair.match(s.left, s.right), RIGHT),
         'three, agreement': lambda s: agreement.compute(s.left, s.right, s.third).depth,
         'three, union': lambda s: union.compute(s.left, s.right, s.third).depth,
     }

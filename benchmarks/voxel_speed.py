@@ -21,7 +21,7 @@ from tqdm import tqdm
 
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
-from reward_planner.core.voxels.frame_voxels import FrameCounter
+from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.frame_window import FrameWindow, window_around
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -57,7 +57,7 @@ def jobs_of(room: BoxRoom, settings: VoxelSettings) -> dict[str, Job]:
     points, view = points_at(room, pose, np.random.default_rng(0)), view_at(pose)
     R, t = view.T_map_sensor[:3, :3].astype(np.float32), view.origin.astype(np.float32)
     points_map = points @ R.T + t
-    window, counter = window_around(view, settings), FrameCounter(settings)
+    window, counter = window_around(view, settings), FrameVoxelizer(settings)
     by_count = VoxelMap(VoxelSettings(rule='count', resolution=settings.resolution))
     by_log_odds = VoxelMap(settings)
     mapper = ObstacleMapper(MOUNT, settings, MappingSettings())
@@ -78,7 +78,7 @@ def jobs_of(room: BoxRoom, settings: VoxelSettings) -> dict[str, Job]:
 
 
 def check_counts(
-    counts: NDArray[np.int64], counter: FrameCounter, points: NDArray[np.float32], settings: VoxelSettings
+    counts: NDArray[np.int64], counter: FrameVoxelizer, points: NDArray[np.float32], settings: VoxelSettings
 ) -> None:
     """Say how many points both counts have, and how far they differ."""
     frame = counter.count(points, view_at(standing(1)[0]))

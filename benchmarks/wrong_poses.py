@@ -124,7 +124,7 @@ def is_right(kind: Kind, fix: Fix, view: PaperView) -> bool:
     if kind.other_floor or kind.mirrored or kind.name == DUST_ALONE:
         return False
     pose, truth = fix.T_map_base, view.T_map_view
-    return pose.distance_to(truth) <= RIGHT_WITHIN and abs(pose.turn_to(truth)) <= RIGHT_TURN
+    return pose.distance_to(truth) <= RIGHT_WITHIN and abs(pose.yaw_to(truth)) <= RIGHT_TURN
 
 
 @cache

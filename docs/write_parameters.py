@@ -21,8 +21,8 @@ from shirube_settings import settings_table
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
 PAGE = Path(__file__).parent / 'parameters.md'
@@ -73,7 +73,7 @@ def parameters_page() -> str:
                 '## vlc_beacon: light and pose',
                 settings_table(ReceiverSettings).strip(),
                 '## vlc_beacon: trust',
-                settings_table(TrustSettings).strip(),
+                settings_table(AuthorizationSettings).strip(),
             ]
         )
         + '\n'

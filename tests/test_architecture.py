@@ -40,7 +40,7 @@ PURE = (
             'accuracy_report',
             'coverage',
             'errors',
-            'replay_pace',
+            'replay_clock',
             'stamps',
             'trajectory',
             'trajectory_errors',
@@ -49,7 +49,7 @@ PURE = (
 )
 NOT_PURE = (
     'motor_bridge/motor_bridge/emulator/pseudo_terminal.py',
-    'motor_bridge/motor_bridge/emulator/real_time.py',
+    'motor_bridge/motor_bridge/emulator/real_time_stepper.py',
     'scene_simulator/scene_simulator/commands',
     'scene_simulator/scene_simulator/floor_bag.py',
     'scene_simulator/scene_simulator/lamp_bag.py',

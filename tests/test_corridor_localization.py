@@ -69,7 +69,7 @@ def test_the_robot_is_found_at_the_place_in_millimetres(
             continue
         found = taught @ frame.fix.displacement.T_place_base
         errors.append(1e3 * found.distance_to(truth))
-        turns.append(abs(math.degrees(found.turn_to(truth))))
+        turns.append(abs(math.degrees(found.yaw_to(truth))))
     assert np.median(errors) < median
     assert max(errors) < most
     assert max(turns) < 0.5
@@ -78,4 +78,4 @@ def test_the_robot_is_found_at_the_place_in_millimetres(
 def test_the_place_is_not_looked_for_with_other_cameras(places: list[TaughtPlace]) -> None:
     frames, _ = located('corridor_raw', places, is_raw=True)
     assert frames
-    assert all(isinstance(frame.result, str) and 'other cameras' in frame.result for frame in frames)
+    assert all(isinstance(frame.outcome, str) and 'other cameras' in frame.outcome for frame in frames)

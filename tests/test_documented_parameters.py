@@ -26,8 +26,8 @@ from shirube_mission.node_parameters import mission_nodes
 from shirube_settings import describe_settings, settings_from_values
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.files.beacons_file import load_beacons
 from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
@@ -58,7 +58,7 @@ SETTINGS = {
         DrivingSettings,
     ),
     'stereo_landmark': (StereoLandmarkSettings, LandmarkSettings),
-    'vlc_beacon': (VlcBeaconSettings, ReceiverSettings, TrustSettings),
+    'vlc_beacon': (VlcBeaconSettings, ReceiverSettings, AuthorizationSettings),
 }
 
 
@@ -71,7 +71,7 @@ def flat(parameters: dict[str, Any], prefix: str = '') -> dict[str, Any]:
 
 
 @pytest.mark.parametrize('node', SETTINGS)
-def test_no_name_stands_for_two_parameters(node: str) -> None:
+def test_parameter_names_are_unique(node: str) -> None:
     names = [d.name for cls in SETTINGS[node] for d in describe_settings(cls)]
     assert len(names) == len(set(names))
 

@@ -11,7 +11,7 @@ import pytest
 
 from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.stereo_rig import StereoRig
-from shirube_geometry import PlanarPose, level_camera, matrix_from_rpy
+from shirube_geometry import PlanarPose, gravity_aligned_camera, matrix_from_rpy
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -81,7 +81,7 @@ def test_the_motion_of_the_camera_becomes_that_of_the_robot():
     peers = importlib.import_module('_stereo_peers')
     rig = importlib.import_module('_product_rig').product_rig(StereoRig())
     pose = PlanarPose(0.3, -0.2, 0.25)
-    camera = level_camera(rig.mount, 0.0, 0.0)
+    camera = gravity_aligned_camera(rig.mount, 0.0, 0.0)
     R_place_now = matrix_from_rpy((0.0, 0.0, pose.yaw)) @ camera.rotation
     eye = np.array([pose.x, pose.y, 0.0]) + matrix_from_rpy((0.0, 0.0, pose.yaw)) @ camera.position
     R_now_then = R_place_now.T @ camera.rotation

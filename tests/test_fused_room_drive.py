@@ -33,7 +33,7 @@ def drive():
         return poses_of(bag, '/pose'), poses_of(bag, '/odom'), load_bag_trajectory(bag, '/ground_truth')
 
 
-def fused(source, odometry, wanted, shuffle=None):
+def fuse(source, odometry, wanted, shuffle=None):
     arbiter = Arbiter([SOURCE], ArbiterSettings(history_seconds=30.0))
     messages = sorted([(s, 0, p) for s, p in source] + [(s, 1, p) for s, p in odometry], key=lambda m: m[:2])
     now = messages[-1][0]
@@ -47,18 +47,18 @@ def fused(source, odometry, wanted, shuffle=None):
     return [(s, PlanarPose(e.x, e.y, e.yaw)) for s in wanted if (e := arbiter.estimate_at(s)) is not None]
 
 
-def rms(said, truth):
-    stamps = np.array([stamp for stamp, _ in said])
+def rms(values, truth):
+    stamps = np.array([stamp for stamp, _ in values])
     known = can_interpolate(truth, stamps, 400_000_000)
     true = planar_poses(interpolate(truth, stamps[known]))
-    poses = np.array([(p.x, p.y, p.yaw) for _, p in said])[known]
+    poses = np.array([(p.x, p.y, p.yaw) for _, p in values])[known]
     turn = np.remainder(poses[:, 2] - true[:, 2] + np.pi, 2 * np.pi) - np.pi
     return np.sqrt(np.mean((poses - true)[:, :2] ** 2) * 2), np.sqrt(np.mean(turn**2))
 
 
 def test_the_fused_pose_is_not_worse_than_its_source(drive):
     source, odometry, truth = drive
-    ours = rms(fused(source, odometry, [s for s, _ in source]), truth)
+    ours = rms(fuse(source, odometry, [s for s, _ in source]), truth)
     assert (np.array(ours) <= 1.05 * np.array(rms(source, truth))).all()
 
 
@@ -67,10 +67,10 @@ def test_through_an_outage_it_is_better_than_odometry_alone(drive):
     first, last = source[0][0], source[-1][0]
     begin, end = first + (last - first) * 2 // 5, first + (last - first) * 4 // 5
     silent = [s for s, _ in source if begin < s <= end]
-    heard = [pair for pair in source if not begin < pair[0] <= end]
+    received = [pair for pair in source if not begin < pair[0] <= end]
     origin = source[0][1] @ odometry[0][1].inverse()
     alone = [(s, origin @ pose) for s, pose in odometry if begin < s <= end]
-    ours = np.array(rms(fused(heard, odometry, silent), truth))
+    ours = np.array(rms(fuse(received, odometry, silent), truth))
     assert (ours < rms(alone, truth)).all()
 
 
@@ -78,6 +78,6 @@ def test_through_an_outage_it_is_better_than_odometry_alone(drive):
 def test_shuffled_arrival_gives_the_same(drive):
     source, odometry, _ = drive
     wanted = [s for s, _ in source[::20]]
-    in_order = np.array([(p.x, p.y, p.yaw) for _, p in fused(source, odometry, wanted)])
-    shuffled = np.array([(p.x, p.y, p.yaw) for _, p in fused(source, odometry, wanted, shuffle=1)])
+    in_order = np.array([(p.x, p.y, p.yaw) for _, p in fuse(source, odometry, wanted)])
+    shuffled = np.array([(p.x, p.y, p.yaw) for _, p in fuse(source, odometry, wanted, shuffle=1)])
     np.testing.assert_allclose(shuffled, in_order, atol=1e-9)

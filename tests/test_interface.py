@@ -151,7 +151,7 @@ EXECUTABLES = {
 }
 
 
-def names_of(package: str, node: Node) -> dict[str, Any]:
+def format_names(package: str, node: Node) -> dict[str, Any]:
     """Return what a node publishes, subscribes to, serves and declares; its private names begin with `~`."""
     graph = node.get_publisher_names_and_types_by_node, node.get_subscriber_names_and_types_by_node
     topics = [
@@ -184,7 +184,7 @@ def interface(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         with isolated_graph() as graph:
             node = graph.add(create, **parameters, **more)
             graph.spin_until(lambda: False, 0.3)
-            found[package] = names_of(package, node)
+            found[package] = format_names(package, node)
     return found
 
 

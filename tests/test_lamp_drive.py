@@ -20,15 +20,15 @@ from shirube_geometry import PlanarPose
 from shirube_ros.pose_conversion import planar_pose
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
 from vlc_beacon.commands import locate, survey
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
+from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, Reception
-from vlc_beacon.core.trust.trust_settings import TrustSettings
-from vlc_beacon.core.trust.verdict import Accepted, Refusal, Refused
+from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.files.beacons_file import load_beacons
 from vlc_beacon.files.counter_file import CounterFile
 from vlc_beacon.located_image import LocatedImage
 from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.receiver_from_files import beacons_of, judge_of
+from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -52,7 +52,7 @@ class Run:
     images: list[LocatedImage]
     truth: dict[int, PlanarPose]
     obeyed: list[tuple[int, Operation, float]] = field(default_factory=list)
-    refused: set[Refusal] = field(default_factory=set)
+    refused: set[RejectionReason] = field(default_factory=set)
 
 
 @pytest.fixture(scope='module')
@@ -61,14 +61,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     folder = tmp_path_factory.mktemp('lamp_drive')
     shutil.copy(BAG / 'demo_key', folder / 'key')
     (folder / 'key').chmod(0o600)
-    CounterFile(folder / 'counters.json').renew(0)
+    CounterFile(folder / 'counters.json').reset(0)
     node = NodeSettings(
         beacons_file=str(BAG / 'beacons.yaml'),
         key_file=str(folder / 'key'),
         counter_file=str(folder / 'counters.json'),
     )
-    beacons = beacons_of(node)
-    judge = judge_of(node, TrustSettings(), beacons)
+    beacons = beacons_from_settings(node)
+    authorizer = authorizer_from_settings(node, AuthorizationSettings(), beacons)
     with BagReader(BAG) as bag:
         truth = {}
         for raw in islice(bag.messages(['/ground_truth']), IMAGES):
@@ -78,17 +78,17 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
         localization = BagLocalization(
             bag,
             choose_topics(bag, None, None, None, None),
-            lambda: BeaconReceiver(beacons, node.mount, judge),
+            lambda: BeaconReceiver(beacons, node.mount, authorizer),
         )
         found = Run(list(islice(localization.run(), IMAGES)), truth)
     for image in found.images:
-        assert isinstance(image.result, Reception)
-        for verdict in image.result.verdicts:
-            if isinstance(verdict.answer, Accepted):
-                command = verdict.answer.command
+        assert isinstance(image.result, ReceiverOutput)
+        for decision in image.result.decisions:
+            if isinstance(decision.outcome, Accepted):
+                command = decision.outcome.command
                 found.obeyed.append((command.beacon, Operation(command.operation), command.value))
-            elif isinstance(verdict.answer, Refused):
-                found.refused.add(verdict.answer.reason)
+            elif isinstance(decision.outcome, Rejected):
+                found.refused.add(decision.outcome.reason)
     return found
 
 
@@ -99,14 +99,14 @@ def test_the_commands_are_obeyed_at_their_lamps_and_once(run: Run) -> None:
         (LAMP_B, Operation.TURN, pytest.approx(-math.pi / 2.0, abs=1e-4)),
         (LAMP_B, Operation.SPEED_UP, 0.25),
     ]
-    assert run.refused == {Refusal.OTHER_PLACE}
+    assert run.refused == {RejectionReason.WRONG_LOCATION}
 
 
 def test_only_the_four_lamps_are_named_and_soon(run: Run) -> None:
     named = [
         {lamp.beacon for lamp in image.result.lamps if lamp.beacon is not None}
         for image in run.images
-        if isinstance(image.result, Reception)
+        if isinstance(image.result, ReceiverOutput)
     ]
     assert set().union(*named) == set().union(*named[:150]) == {1, 2, 3, 4}
 
@@ -116,7 +116,7 @@ def test_poses_are_as_good_as_they_say(run: Run) -> None:
     assert len(fixes) > 0.85 * IMAGES
     errors = np.array(
         [
-            [fix.T_map_base.x - true.x, fix.T_map_base.y - true.y, true.turn_to(fix.T_map_base)]
+            [fix.T_map_base.x - true.x, fix.T_map_base.y - true.y, true.yaw_to(fix.T_map_base)]
             for fix, true in fixes
         ]
     )
@@ -124,8 +124,8 @@ def test_poses_are_as_good_as_they_say(run: Run) -> None:
     assert np.median(places) < 0.004
     assert places.max() < 0.025
     assert np.abs(errors[:, 2]).max() < math.radians(1.0)
-    spreads = np.array([fix.covariance[:2, :2] for fix, _ in fixes])
-    squares = np.einsum('ni,nij,nj->n', errors[:, :2], np.linalg.inv(spreads), errors[:, :2])
+    pixel_jacobians = np.array([fix.covariance[:2, :2] for fix, _ in fixes])
+    squares = np.einsum('ni,nij,nj->n', errors[:, :2], np.linalg.inv(pixel_jacobians), errors[:, :2])
     assert np.sqrt(np.mean(squares) / 2.0) < 1.5
 
 

@@ -9,24 +9,24 @@ from simulated_lamp import SimulatedLamp
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, rs_fsk_frame, ufsook_frame
-from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, bytes_of_frame
-from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_of_frame
+from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_from_frame
 from vlc_beacon.core.transmitter.serial_protocol import upload_requests
 
 pytestmark = pytest.mark.newest_set_only
 
 ID = IdPacket(4711).to_bytes()
-TONE = bytes_of_frame(constant_tone_frame(2000.0))
+TONE = frame_to_bytes(constant_tone_frame(2000.0))
 
 
 def test_kept_frame_is_played_after_power_up(firmware: Path, eeprom: Path) -> None:
     frame = rs_fsk_frame([ID], 30.0)
     lamp = SimulatedLamp(firmware, eeprom)
-    lamp.load(bytes_of_frame(frame))
-    lamp.run(waveform_of_frame(frame).period)
+    lamp.load(frame_to_bytes(frame))
+    lamp.run(waveform_from_frame(frame).period)
     before = lamp.power_off()
     lamp = SimulatedLamp(firmware, eeprom)
-    lamp.run(waveform_of_frame(frame).period)
+    lamp.run(waveform_from_frame(frame).period)
     after = lamp.power_off()
     count = min(len(before.ticks), len(after.ticks))
     steps = [np.diff(light.ticks[2:count]) for light in (before, after)]
@@ -36,7 +36,7 @@ def test_kept_frame_is_played_after_power_up(firmware: Path, eeprom: Path) -> No
 
 def test_longest_frame_is_played(firmware: Path, eeprom: Path) -> None:
     payloads = [bytes(100)] * 4 + [bytes(11)]
-    data = bytes_of_frame(ufsook_frame([DataPacket(payload).to_bytes() for payload in payloads]))
+    data = frame_to_bytes(ufsook_frame([DataPacket(payload).to_bytes() for payload in payloads]))
     assert len(data) == LENGTH_MAX
     lamp = SimulatedLamp(firmware, eeprom)
     assert set(lamp.load(data)) == {'OK'}
@@ -59,9 +59,9 @@ def crc_played(firmware: Path, eeprom: Path) -> str:
 def test_power_cut_while_writing_keeps_one_whole_frame(firmware: Path, eeprom: Path) -> None:
     """Whenever it comes, also within a byte, which then is anything."""
     rng = np.random.default_rng(5)
-    old, new = TONE, bytes_of_frame(ufsook_frame([ID]))
+    old, new = TONE, frame_to_bytes(ufsook_frame([ID]))
     lamp = SimulatedLamp(firmware, eeprom)
-    lamp.load(bytes_of_frame(constant_tone_frame(3000.0)))
+    lamp.load(frame_to_bytes(constant_tone_frame(3000.0)))
     lamp.load(old)
     lamp.power_off()
     contents = [eeprom.read_bytes()]

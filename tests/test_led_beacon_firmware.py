@@ -9,9 +9,9 @@ from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 from simulated_lamp import TICK_RATE, Light, SimulatedLamp
 
 from light_waveform import Waveform
-from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
 from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
@@ -26,9 +26,15 @@ from vlc_beacon.core.transmitter.coded_frame import (
     rs_fsk_frame,
     ufsook_frame,
 )
-from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, STEP_TICKS_MIN, LampFrame, Section, Train
-from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
-from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_of_frame
+from vlc_beacon.core.transmitter.lamp_frame import (
+    STEP_FRACTION,
+    STEP_TICKS_MIN,
+    LampFrame,
+    PulseTrain,
+    Section,
+)
+from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_from_frame
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -36,7 +42,7 @@ ID = IdPacket(4711)
 COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
 TEXT = DataPacket('曲がる'.encode(), is_text=True)
 HUNDRED = DataPacket(np.random.default_rng(0).bytes(100))
-SLOTS = SlotFormat(1)
+SLOTS = SegmentFormat(1)
 
 
 def bytes_of(*packets: Packet) -> list[bytes]:
@@ -44,22 +50,23 @@ def bytes_of(*packets: Packet) -> list[bytes]:
 
 
 def slots_of(packets: list[bytes]) -> Waveform:
-    return slots_waveform(
-        [slot for packet in packets for slot in slots_of_packet(packet, SLOTS.slot_bytes)], SLOTS
+    return segments_waveform(
+        [segment for packet in packets for segment in segments_from_packet(packet, SLOTS.segment_bytes)],
+        SLOTS,
     )
 
 
 def light_of(firmware: Path, eeprom: Path, frame: LampFrame, periods: int = 1) -> Light:
     """Return how a lamp shines that is given a frame."""
     lamp = SimulatedLamp(firmware, eeprom)
-    assert set(lamp.load(bytes_of_frame(frame))) == {'OK'}
-    lamp.run(periods * waveform_of_frame(frame).period + 0.01)
+    assert set(lamp.load(frame_to_bytes(frame))) == {'OK'}
+    lamp.run(periods * waveform_from_frame(frame).period + 0.01)
     return lamp.power_off()
 
 
 def played(light: Light, frame: LampFrame, periods: int) -> Waveform:
     """Return whole periods of a light that began with a frame."""
-    expected = waveform_of_frame(frame)
+    expected = waveform_from_frame(frame)
     start = light.first_dark() - round(float(expected.times[1]) * TICK_RATE)
     return light.waveform(start, expected.period * TICK_RATE, periods)
 
@@ -97,16 +104,16 @@ def test_nothing_on_the_line_moves_the_light(firmware: Path, eeprom: Path) -> No
     """Steps as short as they may be, a packet in each, frames that take turns, and a line that never rests."""
     step = STEP_TICKS_MIN * STEP_FRACTION
     frame = LampFrame(
-        wheel=(0, 3) * 4,
+        pattern=(0, 3) * 4,
         bits=3,
-        trains=tuple(Train(6 + i % 2, 1, step) for i in range(8)),
-        marker=(),
+        pulse_trains=tuple(PulseTrain(6 + i % 2, 1, step) for i in range(8)),
+        preamble=(),
         sections=[Section(np.array([[i % 2]])) for i in range(4)],
     )
     lamp = SimulatedLamp(firmware, eeprom)
-    lamp.load(bytes_of_frame(frame))
+    lamp.load(frame_to_bytes(frame))
     for _ in range(10):
-        assert set(lamp.load(bytes_of_frame(replace(frame, plays=1)), keep=False)) == {'OK'}
+        assert set(lamp.load(frame_to_bytes(replace(frame, plays=1)), keep=False)) == {'OK'}
         lamp.send(b's\rv\rd 0 00\r' * 20)
         lamp.run(0.2)
     light = lamp.power_off()

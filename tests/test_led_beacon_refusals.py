@@ -10,13 +10,13 @@ from simulated_lamp import SimulatedLamp
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
-from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, bytes_of_frame, frame_of_bytes
+from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, frame_from_bytes, frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
 
 pytestmark = pytest.mark.newest_set_only
 
 ID = IdPacket(4711).to_bytes()
-TONE = bytes_of_frame(constant_tone_frame(2000.0))
+TONE = frame_to_bytes(constant_tone_frame(2000.0))
 
 
 def with_crc(body: bytes) -> bytes:
@@ -79,7 +79,7 @@ def test_bad_frame_is_refused_with_a_reason(lamp: SimulatedLamp, fault: str) -> 
 
 def test_damaged_frames_are_refused(lamp: SimulatedLamp) -> None:
     rng = np.random.default_rng(4)
-    frame = np.frombuffer(bytes_of_frame(ufsook_frame([ID])), np.uint8)
+    frame = np.frombuffer(frame_to_bytes(ufsook_frame([ID])), np.uint8)
     for _ in range(20):
         damage = np.packbits(rng.random(8 * len(frame)) < rng.choice([0.003, 0.03, 0.5]))
         if damage.any():
@@ -113,7 +113,7 @@ def test_bad_lines_are_refused(lamp: SimulatedLamp) -> None:
 
 def test_lamp_and_host_refuse_the_same_frames(firmware: Path, eeprom: Path) -> None:
     rng = np.random.default_rng(6)
-    body = bytes_of_frame(ufsook_frame([ID]))[:-2]
+    body = frame_to_bytes(ufsook_frame([ID]))[:-2]
     lamp = SimulatedLamp(firmware, eeprom)
     answers = []
     for _ in range(150):
@@ -121,7 +121,7 @@ def test_lamp_and_host_refuse_the_same_frames(firmware: Path, eeprom: Path) -> N
         changed[rng.integers(44)] = rng.choice([0, 1, 2, 3, 4, 64, 255])
         frame = with_crc(bytes(changed))
         try:
-            frame_of_bytes(frame)
+            frame_from_bytes(frame)
             expected = 'OK'
         except LampFrameError:
             expected = 'ERR'

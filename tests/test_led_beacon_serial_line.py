@@ -13,7 +13,7 @@ from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
 from vlc_beacon.core.transmitter.lamp_frame import LampFrame, Section
-from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
+from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes
 from vlc_beacon.core.transmitter.serial_protocol import LampStatus, upload_requests
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.lamp_port import LampPort
@@ -21,7 +21,7 @@ from vlc_beacon.lamp_port import LampPort
 pytestmark = pytest.mark.newest_set_only
 
 ID = IdPacket(4711).to_bytes()
-TONE = bytes_of_frame(constant_tone_frame(2000.0))
+TONE = frame_to_bytes(constant_tone_frame(2000.0))
 
 
 def test_new_lamp_shines_steadily(firmware: Path, eeprom: Path) -> None:
@@ -50,7 +50,7 @@ def test_lamp_stops_and_plays_again(firmware: Path, eeprom: Path) -> None:
 def test_temporary_frame_gives_way_to_the_kept_one(firmware: Path, eeprom: Path) -> None:
     lamp = SimulatedLamp(firmware, eeprom)
     lamp.load(TONE)
-    ten_times = bytes_of_frame(replace(constant_tone_frame(4000.0), plays=10))
+    ten_times = frame_to_bytes(replace(constant_tone_frame(4000.0), plays=10))
     assert lamp.load(ten_times, keep=False)[-1] == 'OK'
     lamp.run(0.1)
     assert lamp.ask('s').startswith('playing kept')
@@ -59,7 +59,7 @@ def test_temporary_frame_gives_way_to_the_kept_one(firmware: Path, eeprom: Path)
     assert (np.diff(light.ticks[2:]) == 2000).sum() >= 2 * 10 - 1
 
     lamp = SimulatedLamp(firmware, eeprom)
-    lamp.load(bytes_of_frame(constant_tone_frame(4000.0)), keep=False)
+    lamp.load(frame_to_bytes(constant_tone_frame(4000.0)), keep=False)
     assert lamp.ask('s').startswith('playing temporary')
     lamp.power_off()
     lamp = SimulatedLamp(firmware, eeprom)
@@ -70,16 +70,16 @@ def test_temporary_frame_gives_way_to_the_kept_one(firmware: Path, eeprom: Path)
 def test_temporary_frame_is_played_to_its_end(firmware: Path, eeprom: Path) -> None:
     tones = [constant_tone_frame(tone) for tone in (3000.0, 4000.0)]
     both = LampFrame(
-        wheel=tones[0].wheel,
+        pattern=tones[0].pattern,
         bits=1,
-        trains=tuple(replace(tone.trains[0], steps=20) for tone in tones),
-        marker=(),
+        pulse_trains=tuple(replace(tone.pulse_trains[0], steps=20) for tone in tones),
+        preamble=(),
         sections=[Section(np.array([[0]])), Section(np.array([[1]]))],
         plays=1,
     )
     lamp = SimulatedLamp(firmware, eeprom)
     lamp.load(TONE)
-    lamp.load(bytes_of_frame(both), keep=False)
+    lamp.load(frame_to_bytes(both), keep=False)
     lamp.run(0.1)
     light = lamp.power_off()
     assert light.tones() == [2000, 3000, 4000, 2000]
@@ -89,7 +89,7 @@ def test_temporary_frame_is_played_to_its_end(firmware: Path, eeprom: Path) -> N
 def test_upload_that_rests_gives_way_to_the_kept_frame(firmware: Path, eeprom: Path) -> None:
     lamp = SimulatedLamp(firmware, eeprom)
     lamp.load(TONE)
-    lamp.load(bytes_of_frame(replace(constant_tone_frame(4000.0), plays=200)), keep=False)
+    lamp.load(frame_to_bytes(replace(constant_tone_frame(4000.0), plays=200)), keep=False)
     requests = upload_requests(TONE, keep=False)
     lamp.ask(requests[0])
     lamp.run(0.1)
@@ -99,7 +99,7 @@ def test_upload_that_rests_gives_way_to_the_kept_frame(firmware: Path, eeprom: P
 
 
 def test_frame_that_waits_is_told_apart_from_the_one_that_plays(firmware: Path, eeprom: Path) -> None:
-    slow, next_one = (bytes_of_frame(ufsook_frame([packet])) for packet in (ID, bytes(20)))
+    slow, next_one = (frame_to_bytes(ufsook_frame([packet])) for packet in (ID, bytes(20)))
     lamp = SimulatedLamp(firmware, eeprom)
     lamp.load(slow)
     lamp.load(next_one, keep=False)
@@ -121,12 +121,12 @@ def test_frame_that_waits_is_told_apart_from_the_one_that_plays(firmware: Path, 
 def test_commands_are_streamed_with_a_rising_counter(firmware: Path, eeprom: Path) -> None:
     commands = [CommandPacket(Command(3, 5, 1.570796, 100 + i, is_one_shot=True), b'abcd') for i in range(3)]
     lamp = SimulatedLamp(firmware, eeprom)
-    lamp.load(bytes_of_frame(ufsook_frame([ID])))
+    lamp.load(frame_to_bytes(ufsook_frame([ID])))
     for command in commands:
         while lamp.ask('s').endswith(' 1'):
             lamp.run(0.2)
         assert (
-            lamp.load(bytes_of_frame(ufsook_frame([command.to_bytes(), ID], plays=2)), keep=False)[-1] == 'OK'
+            lamp.load(frame_to_bytes(ufsook_frame([command.to_bytes(), ID], plays=2)), keep=False)[-1] == 'OK'
         )
         refused = lamp.ask('b 40')
         assert refused == 'ERR busy'
@@ -138,7 +138,8 @@ def test_commands_are_streamed_with_a_rising_counter(firmware: Path, eeprom: Pat
     whole = light.waveform(light.first_dark(), seconds * TICK_RATE - light.first_dark(), 1)
     stamps = np.arange(0.0, whole.period - 0.1, 1.0 / 60.0)
     got = [
-        received.packet for received in UfsookDecoder().add_frames(stamps, whole.exposed(stamps, 5e-4), 5e-4)
+        received.packet
+        for received in UfsookDecoder().add_frames(stamps, whole.exposure_means(stamps, 5e-4), 5e-4)
     ]
     heard = [packet for packet in got if packet != IdPacket(4711)]
     assert list(dict.fromkeys(heard)) == commands
@@ -147,8 +148,8 @@ def test_commands_are_streamed_with_a_rising_counter(firmware: Path, eeprom: Pat
 
 
 def test_host_speaks_with_the_lamp(firmware: Path, eeprom: Path) -> None:
-    frame = bytes_of_frame(ufsook_frame([ID]))
-    streamed = [bytes_of_frame(constant_tone_frame(tone)) for tone in (3000.0, 4000.0)]
+    frame = frame_to_bytes(ufsook_frame([ID]))
+    streamed = [frame_to_bytes(constant_tone_frame(tone)) for tone in (3000.0, 4000.0)]
     lamp = SimulatedLamp(firmware, eeprom)
     with terminal_of(lamp) as path, LampPort(path) as port:
         assert port.status() == LampStatus(False, 'none', 0, 0, False)
@@ -156,7 +157,7 @@ def test_host_speaks_with_the_lamp(firmware: Path, eeprom: Path) -> None:
         assert port.status() == LampStatus(True, 'kept', len(frame), int.from_bytes(frame[-2:]), False)
         port.load(TONE, keep=True)
         port.stream(streamed)
-        port.shine_steadily()
+        port.halt()
         assert not port.status().is_playing
         port.play()
         with pytest.raises(VlcBeaconError, match="replied 'ERR crc' to 'k'"):

@@ -63,7 +63,7 @@ def test_scans_are_matched_with_the_map_of_the_same_room(rooms: ModuleType, matc
         found = matcher.match(room.scan(pose, rng), pose @ PlanarPose(0.07, -0.07, 0.08))
         assert found is not None
         assert found.distance_to(pose) < 0.005
-        assert abs(found.turn_to(pose)) < 0.002
+        assert abs(found.yaw_to(pose)) < 0.002
 
 
 def test_shelves_hide_lamps_behind_them_and_low_ones_do_not(rooms: ModuleType) -> None:

@@ -33,17 +33,17 @@ def test_every_dependency_is_locked_as_it_is_asked_for() -> None:
     project = tomllib.loads((ROOT / 'pyproject.toml').read_text())['project']
     extras = project['optional-dependencies']
     runtime = set(locked_versions('runtime'))
-    assert names_of(project['dependencies']) <= runtime
-    development = names_of([*extras['test'], *extras['check'], *extras['bench']])
+    assert format_names(project['dependencies']) <= runtime
+    development = format_names([*extras['test'], *extras['check'], *extras['bench']])
     assert development <= runtime | set(locked_versions('dev'))
     assert not runtime & set(locked_versions('dev'))
     oldest = locked_versions('oldest')
-    assert names_of([*project['dependencies'], *extras['test']]) <= set(oldest)
-    assert {f'{name}=={oldest[name]}' for name in names_of(extras['oldest'])} == set(extras['oldest'])
+    assert format_names([*project['dependencies'], *extras['test']]) <= set(oldest)
+    assert {f'{name}=={oldest[name]}' for name in format_names(extras['oldest'])} == set(extras['oldest'])
     assert locked_versions('installer')['setuptools'] == locked_versions('runtime')['setuptools']
 
 
-def names_of(requirements: list[str]) -> set[str]:
+def format_names(requirements: list[str]) -> set[str]:
     """Return the names of packages as lock files spell them."""
     return {re.split(r'[<>=\[]', one)[0].lower().replace('_', '-') for one in requirements}
 

@@ -49,7 +49,7 @@ def is_right(poses: dict[int, PlanarPose], folder: Path) -> bool:
     return check([str(file), *truth, *LIMITS]) == 0
 
 
-def fused(bag: BagReader, shift: PlanarPose | None = None) -> dict[int, PlanarPose]:
+def fuse(bag: BagReader, shift: PlanarPose | None = None) -> dict[int, PlanarPose]:
     """Return the arbiter's poses by stamp [ns]; with a shift, what the localizers say is off by it."""
     arbiter = Arbiter([SourceSettings()] * len(SOURCES), ArbiterSettings())
     poses = {}
@@ -65,9 +65,11 @@ def fused(bag: BagReader, shift: PlanarPose | None = None) -> dict[int, PlanarPo
             continue
         pose, noise = planar_pose_with_covariance(decoded.pose, message.topic)
         (xx, xy, xt), (_, yy, yt), (_, _, tt) = noise.tolist()
-        told = shift @ pose if shift else pose
+        measured_pose = shift @ pose if shift else pose
         number = TOPICS[message.topic]
-        assert arbiter.add_pose(number, stamp, told, (xx, xy, xt, yy, yt, tt), message.stamp_ns) is None
+        assert (
+            arbiter.add_pose(number, stamp, measured_pose, (xx, xy, xt, yy, yt, tt), message.stamp_ns) is None
+        )
     return poses
 
 
@@ -86,16 +88,16 @@ def test_the_bag_is_small_and_holds_poses_odometry_grids_and_commands() -> None:
 
 def test_the_mission_was_good_as_it_was_recorded(tmp_path: Path) -> None:
     with BagReader(BAG) as bag:
-        said = {
+        recorded = {
             header_stamp(message.raw): planar_pose(bag.decode(message).pose, message.topic)
             for message in bag.messages(['/pose_arbiter/pose'])
         }
-    assert is_right(said, tmp_path)
+    assert is_right(recorded, tmp_path)
 
 
 def test_the_arbiter_is_within_the_limits_and_right_at_the_last_goal(tmp_path: Path) -> None:
     with BagReader(BAG) as bag:
-        poses = fused(bag)
+        poses = fuse(bag)
         truths = {
             header_stamp(message.raw): planar_pose(bag.decode(message).pose, message.topic)
             for message in bag.messages(['/ground_truth'])
@@ -109,7 +111,7 @@ def test_the_arbiter_is_within_the_limits_and_right_at_the_last_goal(tmp_path: P
 @pytest.mark.newest_set_only
 def test_localizers_that_are_off_break_the_limits(shift: PlanarPose, tmp_path: Path) -> None:
     with BagReader(BAG) as bag:
-        assert not is_right(fused(bag, shift), tmp_path)
+        assert not is_right(fuse(bag, shift), tmp_path)
 
 
 @pytest.mark.timeout(600)

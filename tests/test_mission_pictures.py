@@ -54,7 +54,7 @@ def errors(poses: Poses, truth: Callable[[int], PlanarPose]) -> tuple[np.ndarray
     """Return how far poses are off [m], and how far turned [rad]."""
     pairs = [(pose, truth(stamp)) for stamp, pose in poses.items()]
     places = np.array([pose.distance_to(true) for pose, true in pairs])
-    return places, np.abs([true.turn_to(pose) for pose, true in pairs])
+    return places, np.abs([true.yaw_to(pose) for pose, true in pairs])
 
 
 @pytest.mark.timeout(300)
@@ -92,7 +92,7 @@ def is_clear_of_the_carpet(pose: PlanarPose) -> bool:
 
 
 @pytest.mark.timeout(300)
-def test_lamps_tell_the_pose_to_centimetres(truth: Callable[[int], PlanarPose], tmp_path: Path) -> None:
+def test_lamps_give_the_pose_to_centimetres(truth: Callable[[int], PlanarPose], tmp_path: Path) -> None:
     beacons = tmp_path / 'beacons.yaml'
     write_beacons(list(LAMPS.items()), LAMP_RADIUS, beacons)
     shutter, mount = CEILING_CAMERA.shutter, CEILING_MOUNT
@@ -121,7 +121,7 @@ def test_lamps_tell_the_pose_to_centimetres(truth: Callable[[int], PlanarPose], 
 
 
 @pytest.mark.timeout(600)
-def test_landmarks_tell_the_pose_to_a_centimetre(truth: Callable[[int], PlanarPose], tmp_path: Path) -> None:
+def test_landmarks_give_the_pose_to_a_centimetre(truth: Callable[[int], PlanarPose], tmp_path: Path) -> None:
     teach_places(tmp_path)
     places = list(load_places(tmp_path))
     with BagReader(BAG) as bag:

@@ -7,14 +7,14 @@ from threading import Event
 import pytest
 from simulated_motor_controller import SimulatedMotorController
 
-from motor_bridge.conversation import Conversation
+from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
 from motor_bridge.core.velocity import Velocity
-from motor_bridge.core.wheel_base import WheelBase
-from motor_bridge.loop_report import LoopReport
+from motor_bridge.link_report import LinkReport
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -42,12 +42,12 @@ class ChipLine:
         return line
 
     def drain(self) -> int:
-        count = self.drop_received()
+        count = self.discard_received()
         while more := self._chip.run(0.02):
             count += len(more)
         return count
 
-    def drop_received(self) -> int:
+    def discard_received(self) -> int:
         count, self._received = len(self._received), b''
         return count
 
@@ -57,17 +57,17 @@ class Bridge:
 
     def __init__(self, chip: SimulatedMotorController) -> None:
         settings = DriveSettings()
-        base = WheelBase(settings)
+        base = DiffDriveKinematics(settings)
         self.chip, self.states = chip, list[OdometryState]()
         self.link = ControllerLink(ChipLine(chip), ControllerSetup(57600, (20, 12, 0, 50)))
-        self.talk = Conversation(
+        self.session = ControllerSession(
             BaseDrive(base, settings, PERIOD),
             EncoderOdometry(base, settings),
             self.now,
-            LoopReport(lambda *_: None),
+            LinkReport(lambda *_: None),
             self.states.append,
         )
-        self.talk.meet(self.link, Event())
+        self.session.connect(self.link, Event())
 
     def now(self) -> float:
         return self.chip.truth().seconds
@@ -75,7 +75,7 @@ class Bridge:
     def drive(self, velocity: Velocity, seconds: float) -> None:
         end = self.now() + seconds
         while (begun := self.now()) < end:
-            self.talk.drive.want(velocity, begun)
+            self.session.drive.set_target(velocity, begun)
             self.cycle(begun)
 
     def counts(self) -> tuple[int, int]:
@@ -83,7 +83,7 @@ class Bridge:
         return counts.left, counts.right
 
     def cycle(self, begun: float) -> None:
-        assert self.talk.step(self.link, Event(), is_cycle=True)
+        assert self.session.step(self.link, Event(), is_cycle=True)
         self.chip.run(max(0.0, begun + PERIOD - self.now()))
 
 
@@ -104,11 +104,11 @@ def test_the_robot_goes_where_it_is_sent_and_odometry_counts_every_tick(
     assert before.forward == pytest.approx(velocity.forward, abs=0.02)
     assert before.turn_rate == pytest.approx(velocity.turn_rate, abs=0.1)
     bridge.drive(Velocity(), 2.0)
-    assert bridge.talk.report.faults.total() == 0
+    assert bridge.session.report.faults.total() == 0
     assert bridge.counts() == bridge.chip.truth().ticks
 
 
-def test_a_bridge_that_falls_silent_stands_and_goes_on_afterwards(bridge: Bridge) -> None:
+def test_a_link_without_replies_stops_the_robot_until_they_return(bridge: Bridge) -> None:
     bridge.drive(Velocity(0.3, 0.0), 1.0)
     bridge.chip.run(2.5)
     assert bridge.chip.truth().pwm == (0, 0)

@@ -65,7 +65,7 @@ def test_answers_are_those_of_ros_arduino_bridge(
     assert re.fullmatch(answer, controller.run(0.02))
 
 
-def test_motors_are_off_until_they_are_told(controller: SimulatedMotorController) -> None:
+def test_motors_are_off_until_the_first_command(controller: SimulatedMotorController) -> None:
     for _ in range(50):
         assert controller.truth().pwm == STOPPED
         controller.run(0.001)
@@ -236,7 +236,7 @@ def test_free_pins_are_the_hosts(controller: SimulatedMotorController) -> None:
     assert controller.counts() == controller.truth().ticks
 
 
-def test_host_speaks_through_a_serial_port(controller: SimulatedMotorController) -> None:
+def test_host_uses_a_serial_port(controller: SimulatedMotorController) -> None:
     with terminal_of(controller) as path, serial.Serial(str(path), 57600, timeout=20) as port:
         for request, answer in ((b'\r', b'Invalid Command'), (b'b\r', b'57600'), (b'e\r', b'0 0')):
             port.write(request)

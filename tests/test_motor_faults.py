@@ -22,7 +22,7 @@ def benchmarks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.mark.parametrize('seed', [1, 2])
-def test_spoilt_replies_move_nothing_that_should_not(seed: int) -> None:
+def test_corrupted_replies_move_nothing_that_should_not(seed: int) -> None:
     fuzz = import_module('_motor_fuzz').fuzz
     tally = fuzz(4000, seed)
     assert sum(tally.faults.values()) > 100

@@ -79,7 +79,7 @@ class SheetBench:
         error = float(np.linalg.norm(off))
         from_dots = off - _centre_by_dots(photograph.sheets[sheet], corners, outline)
         outcome = 'right' if error <= AGREEMENT else 'off' if error <= ELSEWHERE else 'wrong'
-        turn = T_sheet_base.turn_to(fix.T_map_base)
+        turn = T_sheet_base.yaw_to(fix.T_map_base)
         to_dots = float(np.linalg.norm(from_dots))
         return SheetTrial(photograph.number, sheet, outcome, without_it, '', error, to_dots, turn)
 

@@ -29,17 +29,21 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.floor_survey import survey_floor
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
-from floor_localizer.core.survey.piece import Piece, build_piece
-from floor_localizer.core.survey.shelf import MemoryShelf
+from floor_localizer.core.survey.submap import Submap, build_submap
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_geometry import PlanarPose
 
 POSITION_NOISE, HEADING_NOISE = 0.01, math.radians(3.0)
 SETTINGS = SurveySettings(
-    odometry_radius=0.045, odometry_turn=0.25, scale_sigma=0.01, tilt_sigma=0.01, dot_sigma=0.0002
+    odometry_position_tolerance=0.045,
+    odometry_yaw_tolerance=0.25,
+    scale_sigma=0.01,
+    tilt_sigma=0.01,
+    dot_sigma=0.0002,
 )
 LEAST_VIEWS = 8
 RIGHT = 0.001
@@ -114,7 +118,7 @@ def survey_sheet(dots: NDArray[np.float64], views: list[View]) -> SheetScore:
     true_map, kept_out = DotMap(dots, np.full(len(dots), DOT_DIAMETER)), views[1::2]
     images, outline = noisy_images(views[::2]), view_outline(VIEW_CAMERA, VIEW_MOUNT)
     result = survey_floor(
-        images, pieces_of(images), outline, np.array(VIEW_MOUNT.xyz), SETTINGS, MemoryShelf()
+        images, build_submaps_of(images), outline, np.array(VIEW_MOUNT.xyz), SETTINGS, MemoryArrayStore()
     )
     # Hands and cut edges stand in a few views.
     often = result.counts >= max(2, len(result.images) // 4)
@@ -155,16 +159,16 @@ def noisy_images(views: list[View]) -> list[SurveyImage]:
     return images
 
 
-def pieces_of(images: list[SurveyImage]) -> list[Piece]:
+def build_submaps_of(images: list[SurveyImage]) -> list[Submap]:
     """Put views together as far as they follow each other."""
-    pieces, first = [], 0
+    submaps, first = [], 0
     while first < len(images):
-        piece = build_piece(
-            images, first, len(images) - 1, np.array(VIEW_MOUNT.xyz), SETTINGS, is_linked=False
+        submap = build_submap(
+            images, first, len(images) - 1, np.array(VIEW_MOUNT.xyz), SETTINGS, is_continuation=False
         )
-        pieces.append(piece)
-        first = int(piece.images[-1]) + 1
-    return pieces
+        submaps.append(submap)
+        first = int(submap.images[-1]) + 1
+    return submaps
 
 
 def right_poses(dot_map: DotMap, views: list[View], T_sheet_map: PlanarPose) -> int:

@@ -49,7 +49,7 @@ class TerrazzoBench:
         if not isinstance(fix, Fix):
             return TerrazzoTrial('none', np.nan, np.nan, 0 if fix.dots is None else len(fix.dots), np.nan)
         error = fix.T_map_base.distance_to(view.T_map_base)
-        turn = view.T_map_base.turn_to(fix.T_map_base)
+        turn = view.T_map_base.yaw_to(fix.T_map_base)
         return TerrazzoTrial(
             'right' if error <= RIGHT else 'wrong', error, turn, len(fix.dots), fix.match_rate
         )

@@ -42,7 +42,7 @@ static bool reply_number(int16_t number)
     return reply(text);
 }
 
-static bool tell_baud(const int16_t *numbers)
+static bool send_baud(const int16_t *numbers)
 {
     (void)numbers;
     char text[8];
@@ -50,7 +50,7 @@ static bool tell_baud(const int16_t *numbers)
     return reply(text);
 }
 
-static bool tell_encoders(const int16_t *numbers)
+static bool send_encoders(const int16_t *numbers)
 {
     (void)numbers;
     int32_t ticks[WHEEL_COUNT];
@@ -107,8 +107,8 @@ static bool write_pin(const int16_t *numbers)
 }
 
 static const struct command commands[] = {
-    {'b', tell_baud, 0, 0, {}},
-    {'e', tell_encoders, 0, 0, {}},
+    {'b', send_baud, 0, 0, {}},
+    {'e', send_encoders, 0, 0, {}},
     {'r', reset_encoders, 0, 0, {}},
     {'m', hold_speed, 2, ' ', {SPEED, SPEED}},
     {'o', set_pwm, 2, ' ', {PWM, PWM}},
@@ -127,7 +127,7 @@ static bool read_numbers(const struct command *command, const char *text, int16_
     return *text == ' ' && numbers_read(text + 1, command->separator, command->ranges, command->count, numbers);
 }
 
-static bool obey(const char *line)
+static bool execute(const char *line)
 {
     int16_t numbers[NUMBERS_MAX];
     for (uint8_t i = 0; i < sizeof commands / sizeof *commands; i++) {
@@ -137,8 +137,8 @@ static bool obey(const char *line)
     return false;
 }
 
-void commands_obey(const char *line)
+void commands_execute(const char *line)
 {
-    if (!obey(line))
+    if (!execute(line))
         reply("Invalid Command");
 }

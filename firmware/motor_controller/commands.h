@@ -2,4 +2,4 @@
 #pragma once
 
 // Execute a line without its end and send the reply. A line that is not exactly a command has no effect.
-void commands_obey(const char *line);
+void commands_execute(const char *line);

@@ -16,7 +16,7 @@ static bool line_is_damaged;
 static void end_line(void)
 {
     line[line_length] = 0;
-    commands_obey(line_is_damaged ? "" : line);
+    commands_execute(line_is_damaged ? "" : line);
     line_length = 0;
     line_is_damaged = false;
 }

@@ -105,7 +105,7 @@ void chip_run(uint64_t microseconds, const unsigned *counter, unsigned count)
     fflush(stdout);
 }
 
-void chip_obey(const char *line)
+void chip_execute(const char *line)
 {
     uint64_t microseconds = strtoull(line + 1, NULL, 10);
     switch (line[0]) {

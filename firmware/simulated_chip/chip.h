@@ -18,7 +18,7 @@
 avr_t *chip_begin(const char *firmware_path);
 
 // Execute a line; an unknown command ends the program.
-void chip_obey(const char *line);
+void chip_execute(const char *line);
 
 // Run for some microseconds, or until the counter has grown by count if that is not 0, and print the received bytes.
 void chip_run(uint64_t microseconds, const unsigned *counter, unsigned count);

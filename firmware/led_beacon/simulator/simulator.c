@@ -67,7 +67,7 @@ int main(int count, char **arguments)
         if (line[0] == 'e')
             chip_run(1000000, &eeprom_writes, atoi(line + 1));
         else
-            chip_obey(line);
+            chip_execute(line);
     }
     if (!pins_end())
         chip_fail("the pins' file cannot be written");

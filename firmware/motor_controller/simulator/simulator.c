@@ -60,7 +60,7 @@ static void reset(avr_t *resetting)
     begin_wheels();
 }
 
-static void tell_truth(void)
+static void publish_ground_truth(void)
 {
     printf("%llu %lld %lld %.0f %.0f %u\n", (unsigned long long)avr->cycle / (CHIP_FREQUENCY / 1000000),
            (long long)left.ticks, (long long)right.ticks, 255 * left_voltage(avr), 255 * right_voltage(avr), resets);
@@ -83,14 +83,14 @@ static void poke(const char *text)
         avr->data[address++] = byte;
 }
 
-static void obey(const char *line)
+static void execute(const char *line)
 {
     switch (line[0]) {
-    case 'w': tell_truth(); break;
+    case 'w': publish_ground_truth(); break;
     case 't': change_motors(line + 1); break;
     case 'h': hang(); break;
     case 'k': poke(line + 1); break;
-    default: chip_obey(line);
+    default: chip_execute(line);
     }
 }
 
@@ -104,6 +104,6 @@ int main(int count, char **arguments)
     avr->reset = reset;
     begin_wheels();
     while (fgets(line, sizeof line, stdin))
-        obey(line);
+        execute(line);
     return 0;
 }

@@ -18,7 +18,7 @@ from shirube_recordings.recording_topics import (
 )
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.message_error import MessageError
-from shirube_ros.stamp_order import StampOrder
+from shirube_ros.stamp_validator import StampValidator
 
 
 def choose_topics(
@@ -49,7 +49,7 @@ class BagLocalization:
         self._recording = Recording(bag, topics, camera_from_camera_info)
         self._create_tracker = create_tracker
         self._tracker = create_tracker()
-        self._stamps = StampOrder(self._start_again)
+        self._stamps = StampValidator(self._reset)
 
     def run(self) -> Iterator[LocatedImage]:
         """Yield the images with their poses; a malformed message is reported as a result or skipped.
@@ -64,7 +64,7 @@ class BagLocalization:
                 case BadImage():
                     yield LocatedImage(message.topic, message.stamp_ns, message.fault)
                 case RecordedOdometry():
-                    self._take_odometry(message)
+                    self._add_odometry(message)
 
     def _locate(self, image: RecordedImage[PinholeCamera]) -> LocatedImage:
         try:
@@ -74,7 +74,7 @@ class BagLocalization:
         except (MessageError, FloorLocalizerError) as fault:
             return LocatedImage(image.topic, image.stamp_ns, str(fault))
 
-    def _take_odometry(self, odometry: RecordedOdometry) -> None:
+    def _add_odometry(self, odometry: RecordedOdometry) -> None:
         try:
             # The stamp first: after a jump back in time, the odometry belongs to the new tracker.
             stamp = self._stamps.check(odometry.header, odometry.topic)
@@ -82,5 +82,5 @@ class BagLocalization:
             return  # as in the node, a malformed message is skipped
         self._tracker.add_odometry(stamp, odometry.T_odom_base)
 
-    def _start_again(self) -> None:
+    def _reset(self) -> None:
         self._tracker = self._create_tracker()

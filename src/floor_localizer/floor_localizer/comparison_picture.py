@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.map_comparison import MapComparison
 
-_MOST_ARROWS = 1500
-_LONGEST = 1.5
+_MAX_ARROWS = 1500
+_MAX_LENGTH = 1.5
 """Maximum length of an arrow [lengths of the 95th percentile]."""
-_ARROW = 0.04
+_ARROW_LENGTH = 0.04
 """Length of the arrow of the 95th percentile, as a fraction of the plot."""
 
 
@@ -22,15 +22,15 @@ def draw_comparison(file: BinaryIO, first: DotMap, second: DotMap, found: MapCom
     figure = Figure(figsize=(10.0, 9.0), layout='constrained')
     axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]')
     places = first.points[found.pairs[:, 0]]
-    chosen = np.linspace(0, len(places) - 1, min(len(places), _MOST_ARROWS)).astype(int)
+    chosen = np.linspace(0, len(places) - 1, min(len(places), _MAX_ARROWS)).astype(int)
     lengths = np.hypot(*found.residuals.T)
     typical = max(float(np.percentile(lengths, 95.0)), 1e-7)
     size = float(np.ptp(first.points, axis=0).max())
     # Clipped: the arrow of two chips detected as one would cross the whole plot.
-    shown = found.residuals * np.minimum(1.0, _LONGEST * typical / np.maximum(lengths, 1e-12))[:, None]
+    shown = found.residuals * np.minimum(1.0, _MAX_LENGTH * typical / np.maximum(lengths, 1e-12))[:, None]
     arrows = axes.quiver(
         *places[chosen].T, *shown[chosen].T, 1e3 * lengths[chosen], angles='xy', scale_units='xy',
-        scale=typical / (_ARROW * size), cmap='viridis', width=0.0015, clim=(0.0, 1e3 * _LONGEST * typical),
+        scale=typical / (_ARROW_LENGTH * size), cmap='viridis', width=0.0015, clim=(0.0, 1e3 * _MAX_LENGTH * typical),
     )  # fmt: skip
     figure.colorbar(arrows, ax=axes, extend='max', label='distance between the maps [mm]', shrink=0.7)
     moved = found.T_first_second.transform(second.points)
@@ -40,7 +40,7 @@ def draw_comparison(file: BinaryIO, first: DotMap, second: DotMap, found: MapCom
     ):
         if len(points):
             axes.plot(*points.T, mark, color=colour, fillstyle='none', markersize=4, label=name)
-    axes.set_title(f'arrows magnified {_ARROW * size / typical:.0f} times')
+    axes.set_title(f'arrows magnified {_ARROW_LENGTH * size / typical:.0f} times')
     if axes.get_legend_handles_labels()[0]:
         figure.legend(loc='outside lower center', ncols=2)
     figure.savefig(file, format='png', dpi=100)

@@ -38,6 +38,6 @@ def dot_markers(fix: Fix, camera: PinholeCamera, mount: CameraMount, header: Hea
     return MarkerArray(markers=markers)
 
 
-def no_markers(header: Header) -> MarkerArray:
+def delete_markers(header: Header) -> MarkerArray:
     """Return a marker message that deletes the dots of earlier images."""
     return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])

@@ -6,21 +6,21 @@ from collections.abc import Callable
 
 import numpy as np
 
+from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.settings import LocalizerSettings
-from floor_localizer.core.warm_up import warm_up
 from floor_localizer.files.dot_map_file import load_indexed_map
 from floor_localizer.node_settings import NodeSettings
 
-PREPARING = 'loading the map and the numba kernels (the very first start compiles them, about 1 min)'
+STARTUP_NOTICE = 'loading the map and the numba kernels (the very first start compiles them, about 1 min)'
 """Message at the start."""
 
 
 def localizer_from_map_file(
-    node_settings: NodeSettings, settings: LocalizerSettings, tell: Callable[[str], object]
+    node_settings: NodeSettings, settings: LocalizerSettings, report: Callable[[str], object]
 ) -> FloorLocalizer:
     """Return a localizer for the map of the settings, with compiled kernels.
 
@@ -35,16 +35,16 @@ def localizer_from_map_file(
     """
     check_mount(node_settings.mount)  # before the slow steps
     floor = load_indexed_map(node_settings.map_path)
-    tell(_describe(floor))
-    warm_up()
+    report(_describe(floor))
+    compile_kernels()
     return FloorLocalizer(floor, node_settings.mount, settings, DotDetector(node_settings.dots))
 
 
 def _describe(floor: IndexedMap) -> str:
     arrays = [part for part in (*floor.grid, *floor.index, *floor.addresses) if isinstance(part, np.ndarray)]
     megabytes = sum(array.nbytes for array in arrays) / 1e6
-    sheets = ', '.join(sheet.name for sheet in floor.sheets)
+    levels = ', '.join(level.name for level in floor.levels)
     text = (
         f'map of {len(floor.grid.points)} dots, {len(floor.index.entries)} constellations, {megabytes:.0f} MB'
     )
-    return f'{text}, levels: {sheets}' if sheets else text
+    return f'{text}, levels: {levels}' if levels else text

@@ -9,7 +9,7 @@ from time import monotonic
 from floor_localizer.core.fix import Fix, NoFix
 from shirube_ros.diagnostics import Level, Status
 
-_LONGEST_SILENCE = 2.0  # timeout of the images [s]
+_IMAGE_TIMEOUT = 2.0  # timeout of the images [s]
 
 
 class LocalizerReport:
@@ -46,7 +46,7 @@ class LocalizerReport:
         if self._latest is None:
             return Status(Level.WARN, 'no image received; check the topics image_raw and camera_info', values)
         values['time for the latest image [ms]'] = f'{1e3 * self._duration:.1f}'
-        if self._now() - self._latest_at > _LONGEST_SILENCE:
+        if self._now() - self._latest_at > _IMAGE_TIMEOUT:
             return Status(Level.WARN, 'no images for 2 s; check the camera', values)
         if isinstance(self._latest, NoFix):
             values |= _no_fix_values(self._latest)
@@ -62,8 +62,8 @@ def _no_fix_values(result: NoFix) -> dict[str, str]:
 def _fix_values(fix: Fix) -> dict[str, str]:
     pose = fix.T_map_base
     sigma_x, sigma_y, sigma_yaw = fix.covariance.diagonal() ** 0.5
-    sheet = {'sheet': fix.sheet} if fix.sheet else {}
-    return sheet | {
+    level = {'level': fix.level} if fix.level else {}
+    return level | {
         'dots': str(len(fix.dots)),
         'dots matched': str(int(fix.matched.sum())),
         'match rate': f'{fix.match_rate:.3f}',

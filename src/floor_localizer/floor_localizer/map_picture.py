@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.uniqueness import Place, PlaceKind
 
-_LONG_SIDE, _SHORT_SIDE_LEAST = 10.0, 3.0  # size of the plot [inch]
+_LONG_SIDE, _MIN_SHORT_SIDE = 10.0, 3.0  # size of the plot [inch]
 _MARGIN = np.array([1.5, 1.0])  # margin for scales and legend [inch]
 _DOTS_PER_CELL = 60.0
 _MARKS = {
-    PlaceKind.THIN: ('tab:orange', 'v'),
-    PlaceKind.TWIN: ('tab:red', 'o'),
-    PlaceKind.MIRRORED_TWIN: ('tab:purple', 'D'),
+    PlaceKind.TOO_FEW_DOTS: ('tab:orange', 'v'),
+    PlaceKind.AMBIGUOUS: ('tab:red', 'o'),
+    PlaceKind.MIRROR_AMBIGUOUS: ('tab:purple', 'D'),
 }
 
 
@@ -32,8 +32,10 @@ def draw_map(file: BinaryIO, points: NDArray[np.float64], places: Sequence[Place
         title: title of the plot.
     """
     size = np.maximum(np.ptp(points, axis=0), 1e-3)
-    share = size / size.max()
-    figure = Figure(figsize=np.maximum(_LONG_SIDE * share, _SHORT_SIDE_LEAST) + _MARGIN, layout='constrained')
+    proportions = size / size.max()
+    figure = Figure(
+        figsize=np.maximum(_LONG_SIDE * proportions, _MIN_SHORT_SIDE) + _MARGIN, layout='constrained'
+    )
     axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=title)
     _draw_density(figure, axes, points, size)
     for kind, (colour, mark) in _MARKS.items():

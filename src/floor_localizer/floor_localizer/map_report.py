@@ -5,30 +5,33 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from floor_localizer.core.map_inspection import MapFigures
+from floor_localizer.core.map_inspection import MapStatistics
 from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings
 
-_MOST_LISTED = 10
+_MAX_LISTED = 10
 
 
-def map_report(figures: MapFigures) -> str:
+def map_report(statistics: MapStatistics) -> str:
     """Return the statistics of a map as lines of text."""
-    width, height = figures.upper - figures.lower
+    width, height = statistics.upper - statistics.lower
     diameters = 'unknown'
-    if figures.diameters is not None:
-        smallest, median, largest = 1e3 * figures.diameters
+    if statistics.diameters is not None:
+        smallest, median, largest = 1e3 * statistics.diameters
         diameters = f'{smallest:.2f} to {largest:.2f} mm, median {median:.2f} mm'
-        diameters += f', known for {figures.diameters_known:.0%} of the dots'
-    x0, y0 = figures.lower
-    x1, y1 = figures.upper
+        diameters += f', known for {statistics.known_diameter_fraction:.0%} of the dots'
+    x0, y0 = statistics.lower
+    x1, y1 = statistics.upper
     rows = (
-        ('dots', f'{figures.dots}'),
+        ('dots', f'{statistics.dots}'),
         ('extent', f'{width:.3f} x {height:.3f} m: x {x0:.3f} to {x1:.3f}, y {y0:.3f} to {y1:.3f}'),
-        ('area with dots', f'{figures.area:.3f} m²'),
-        ('density', f'{figures.density:.0f} dots/m², {1e3 * figures.density**-0.5:.1f} mm apart'),
+        ('area with dots', f'{statistics.area:.3f} m²'),
+        ('density', f'{statistics.density:.0f} dots/m², {1e3 * statistics.density**-0.5:.1f} mm apart'),
         ('diameters', diameters),
-        ('constellations', f'{figures.constellations}, {figures.constellations / figures.dots:.1f} per dot'),
-        ('size', f'{figures.bytes_per_dot:.0f} bytes per dot'),
+        (
+            'constellations',
+            f'{statistics.constellations}, {statistics.constellations / statistics.dots:.1f} per dot',
+        ),
+        ('size', f'{statistics.bytes_per_dot:.0f} bytes per dot'),
     )
     return '\n'.join(f'{name:<16}{value}' for name, value in rows)
 
@@ -47,19 +50,19 @@ def places_report(places: Sequence[Place], view: ViewSettings) -> str:
             continue
         lines.append(f'{counts[kind]} places: {kind.value}')
         of_kind = [place for place in places if place.kind is kind]
-        lines += [f'    {_line(place)}' for place in of_kind[:_MOST_LISTED]]
-        if len(of_kind) > _MOST_LISTED:
-            lines.append(f'    and {len(of_kind) - _MOST_LISTED} more')
+        lines += [f'    {_line(place)}' for place in of_kind[:_MAX_LISTED]]
+        if len(of_kind) > _MAX_LISTED:
+            lines.append(f'    and {len(of_kind) - _MAX_LISTED} more')
     return '\n'.join(lines)
 
 
 def _line(place: Place) -> str:
     number = f'{place.dots} dot' if place.dots == 1 else f'{place.dots} dots'
     text = f'({place.x:.3f}, {place.y:.3f}) m, {number}'
-    if place.kind is PlaceKind.THIN:
+    if place.kind is PlaceKind.TOO_FEW_DOTS:
         if place.expected_chance_alignments > 1.0:
             return f'{text}, expected chance alignments above 1'
         return f'{text}, expected chance alignments {place.expected_chance_alignments:.1g}'
-    if place.rival is None:
+    if place.runner_up is None:
         return text
-    return f'{text}, {place.rival_share:.0%} match at ({place.rival[0]:.3f}, {place.rival[1]:.3f}) m'
+    return f'{text}, {place.runner_up_fraction:.0%} match at ({place.runner_up[0]:.3f}, {place.runner_up[1]:.3f}) m'

@@ -16,8 +16,8 @@ from matplotlib.path import Path as Outline
 from matplotlib.text import Text
 from matplotlib.transforms import Affine2D, Transform
 
+from floor_localizer.core.mat.page_layout import Layout, Page
 from floor_localizer.core.mat.random_mat import Mat
-from floor_localizer.core.mat.sheet_layout import Layout, Sheet
 
 _INCH = 0.0254
 _HAIRLINE, _TEXT_SIZE = 0.3, 6.0  # [pt]
@@ -36,19 +36,19 @@ def draw_mat(file: BinaryIO, mat: Mat, layout: Layout) -> None:
         mat: the dots.
         layout: the pages.
     """
-    with PdfPages(file, metadata={'CreationDate': None, 'Title': _title(mat)}) as pages:
-        for sheet in layout.sheets:
-            pages.savefig(_draw_sheet(mat, layout, sheet))
+    with PdfPages(file, metadata={'CreationDate': None, 'Title': _title(mat)}) as pdf:
+        for page in layout.pages:
+            pdf.savefig(_draw_page(mat, layout, page))
 
 
-class _Page:
+class _Canvas:
     """A page whose artists have coordinates on the mat, in metres."""
 
-    def __init__(self, layout: Layout, sheet: Sheet) -> None:
+    def __init__(self, layout: Layout, page: Page) -> None:
         self.figure = Figure(figsize=(layout.page_size[0] / _INCH, layout.page_size[1] / _INCH))
         margin = layout.settings.margin
         self.mat: Transform = (
-            Affine2D().translate(margin - sheet.x0, margin - sheet.y0).scale(1.0 / _INCH)
+            Affine2D().translate(margin - page.x0, margin - page.y0).scale(1.0 / _INCH)
             + self.figure.dpi_scale_trans
         )
 
@@ -74,22 +74,22 @@ class _Page:
         )
 
 
-def _draw_sheet(mat: Mat, layout: Layout, sheet: Sheet) -> Figure:
-    page = _Page(layout, sheet)
-    _draw_dots(page, mat, sheet)
-    _draw_trim_marks(page, sheet)
-    _draw_glue_marks(page, layout, sheet)
-    _draw_scale_bar(page, sheet)
-    if sheet.row == 0 and sheet.column == 0:
-        _draw_origin(page)
+def _draw_page(mat: Mat, layout: Layout, page: Page) -> Figure:
+    canvas = _Canvas(layout, page)
+    _draw_dots(canvas, mat, page)
+    _draw_trim_marks(canvas, page)
+    _draw_glue_marks(canvas, layout, page)
+    _draw_scale_bar(canvas, page)
+    if page.row == 0 and page.column == 0:
+        _draw_origin(canvas)
     lines = [_title(mat)]
-    if len(layout.sheets) > 1:
+    if len(layout.pages) > 1:
         lines[0] += (
-            f' | sheet row {sheet.row + 1} of {layout.rows}, column {sheet.column + 1} of {layout.columns}'
+            f' | sheet row {page.row + 1} of {layout.rows}, column {page.column + 1} of {layout.columns}'
         )
-    top = sheet.y0 + sheet.height + _GAP
-    page.text(sheet.x0 + _MARK, top, '\n'.join(lines), va='bottom', ha='left')
-    return page.figure
+    top = page.y0 + page.height + _GAP
+    canvas.text(page.x0 + _MARK, top, '\n'.join(lines), va='bottom', ha='left')
+    return canvas.figure
 
 
 def _title(mat: Mat) -> str:
@@ -101,75 +101,75 @@ def _title(mat: Mat) -> str:
     )
 
 
-def _draw_dots(page: _Page, mat: Mat, sheet: Sheet) -> None:
+def _draw_dots(canvas: _Canvas, mat: Mat, page: Page) -> None:
     """Draw the dots of the page, clipped at its border."""
     radius = 0.5 * mat.settings.diameter
-    lower = np.array([sheet.x0, sheet.y0])
+    lower = np.array([page.x0, page.y0])
     off = mat.points - lower
-    size = np.array([sheet.width, sheet.height])
+    size = np.array([page.width, page.height])
     shown = mat.points[((off > -radius) & (off < size + radius)).all(axis=1)]
     dots = PathCollection(
         [Outline.unit_circle().transformed(Affine2D().scale(radius / _INCH))],
         offsets=shown,
-        offset_transform=page.mat,
-        transform=page.figure.dpi_scale_trans,
+        offset_transform=canvas.mat,
+        transform=canvas.figure.dpi_scale_trans,
         facecolors='black',
         edgecolors='none',
         linewidths=0.0,
     )
-    page.figure.add_artist(dots)
-    dots.set_clip_path(Rectangle((sheet.x0, sheet.y0), sheet.width, sheet.height, transform=page.mat))
+    canvas.figure.add_artist(dots)
+    dots.set_clip_path(Rectangle((page.x0, page.y0), page.width, page.height, transform=canvas.mat))
 
 
-def _draw_trim_marks(page: _Page, sheet: Sheet) -> None:
+def _draw_trim_marks(canvas: _Canvas, page: Page) -> None:
     """Draw two ticks outside each corner of the page's part of the mat."""
-    left, right = sheet.x0, sheet.x0 + sheet.width
-    lower, upper = sheet.y0, sheet.y0 + sheet.height
+    left, right = page.x0, page.x0 + page.width
+    lower, upper = page.y0, page.y0 + page.height
     segments = []
     for x, out_x in ((left, -1.0), (right, 1.0)):
         for y, out_y in ((lower, -1.0), (upper, 1.0)):
             segments.append([(x + out_x * _GAP, y), (x + out_x * (_GAP + _MARK), y)])
             segments.append([(x, y + out_y * _GAP), (x, y + out_y * (_GAP + _MARK))])
-    page.lines(segments)
+    canvas.lines(segments)
 
 
-def _draw_glue_marks(page: _Page, layout: Layout, sheet: Sheet) -> None:
+def _draw_glue_marks(canvas: _Canvas, layout: Layout, page: Page) -> None:
     """Mark in the margins the positions of the neighbours' trimmed borders."""
     overlap = layout.settings.overlap
-    left, right = sheet.x0, sheet.x0 + sheet.width
-    lower, upper = sheet.y0, sheet.y0 + sheet.height
-    if sheet.column + 1 < layout.columns:
+    left, right = page.x0, page.x0 + page.width
+    lower, upper = page.y0, page.y0 + page.height
+    if page.column + 1 < layout.columns:
         x = right - overlap
-        page.lines(
+        canvas.lines(
             [[(x, lower - _GAP), (x, lower - _GAP - _MARK)], [(x, upper + _GAP), (x, upper + _GAP + _MARK)]]
         )
-        words = f'column {sheet.column + 2} is glued on from here'
-        page.text(x - 0.001, lower - _GAP, words, va='top', ha='right')
-    if sheet.row + 1 < layout.rows:
+        label = f'column {page.column + 2} is glued on from here'
+        canvas.text(x - 0.001, lower - _GAP, label, va='top', ha='right')
+    if page.row + 1 < layout.rows:
         y = upper - overlap
-        page.lines(
+        canvas.lines(
             [[(left - _GAP, y), (left - _GAP - _MARK, y)], [(right + _GAP, y), (right + _GAP + _MARK, y)]]
         )
-        words = f'row {sheet.row + 2} is glued on from here'
-        page.text(left - _GAP, y - 0.001, words, va='top', ha='right', rotation=90.0)
+        label = f'row {page.row + 2} is glued on from here'
+        canvas.text(left - _GAP, y - 0.001, label, va='top', ha='right', rotation=90.0)
 
 
-def _draw_scale_bar(page: _Page, sheet: Sheet) -> None:
+def _draw_scale_bar(canvas: _Canvas, page: Page) -> None:
     """Draw a scale bar to check the printer, 100 mm or as long as fits."""
-    length = min(_SCALE_BAR, max(0.01 * int(100.0 * (sheet.width - 0.06)), 0.02))
-    start, y = sheet.x0 + 0.015, sheet.y0 - 2.0 * _GAP - _MARK
+    length = min(_SCALE_BAR, max(0.01 * int(100.0 * (page.width - 0.06)), 0.02))
+    start, y = page.x0 + 0.015, page.y0 - 2.0 * _GAP - _MARK
     ticks = [
         [(start + 0.01 * k, y), (start + 0.01 * k, y + (0.002 if k % 5 == 0 else 0.001))]
         for k in range(round(length / 0.01) + 1)
     ]
-    page.lines([[(start, y), (start + length, y)], *ticks], width=0.5)
-    page.text(start + length + 0.002, y, f'{1e3 * length:g} mm: measure it', va='bottom', ha='left')
+    canvas.lines([[(start, y), (start + length, y)], *ticks], width=0.5)
+    canvas.text(start + length + 0.002, y, f'{1e3 * length:g} mm: measure it', va='bottom', ha='left')
 
 
-def _draw_origin(page: _Page) -> None:
+def _draw_origin(canvas: _Canvas) -> None:
     """Draw the map's origin and axes next to the lower left corner."""
-    page.arrow(0.0, -_GAP, 0.011, 0.0)
-    page.arrow(-_GAP, 0.0, 0.0, 0.011)
-    page.text(0.012, -_GAP, 'x', va='center', ha='left')
-    page.text(-_GAP, 0.012, 'y', va='bottom', ha='center')
-    page.text(-_GAP, -_GAP, '0', va='top', ha='right')
+    canvas.arrow(0.0, -_GAP, 0.011, 0.0)
+    canvas.arrow(-_GAP, 0.0, 0.0, 0.011)
+    canvas.text(0.012, -_GAP, 'x', va='center', ha='left')
+    canvas.text(-_GAP, 0.012, 'y', va='bottom', ha='center')
+    canvas.text(-_GAP, -_GAP, '0', va='top', ha='right')

@@ -23,18 +23,19 @@ from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.debug_picture import debug_picture
-from floor_localizer.dot_markers import dot_markers, no_markers
-from floor_localizer.localizer_from_map_file import PREPARING, localizer_from_map_file
+from floor_localizer.dot_markers import delete_markers, dot_markers
+from floor_localizer.localizer_from_map_file import STARTUP_NOTICE, localizer_from_map_file
 from floor_localizer.localizer_report import LocalizerReport
 from floor_localizer.node_settings import NodeSettings
 from shirube_geometry import PinholeCamera
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
 from shirube_ros.message_error import PoseError
-from shirube_ros.message_guard import MessageGuard
-from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.node_main import run_node
+from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import (
     planar_pose,
     planar_pose_with_covariance,
@@ -42,11 +43,10 @@ from shirube_ros.pose_conversion import (
     pose_with_covariance_stamped,
 )
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
-from shirube_ros.safe_main import run_node
-from shirube_ros.stamp_order import StampOrder
-from shirube_ros.trigger_service import offer_trigger
+from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.trigger_service import create_trigger_service
 
-_TELL_INTERVAL = 1.0  # minimum interval between log messages about found and lost poses [s]
+_LOG_INTERVAL = 1.0  # minimum interval between log messages about found and lost poses [s]
 
 
 class FloorLocalizerNode(Node):
@@ -96,15 +96,15 @@ class FloorLocalizerNode(Node):
         super().__init__('floor_localizer', **options)
         self._settings = declare_parameters(self, NodeSettings)
         localizer_settings = declare_parameters(self, LocalizerSettings)
-        refuse_misspelled_parameters(self)
+        reject_misspelled_parameters(self)
         self._report = LocalizerReport(self._map_name())
-        self.get_logger().info(PREPARING)
+        self.get_logger().info(STARTUP_NOTICE)
         localizer = create_localizer(self._settings, localizer_settings, self.get_logger().info)
         self._had_fix: bool | None = None
         self._create_tracker = partial(create_tracker, localizer, self._settings.tracker)
         self._tracker = self._create_tracker()
-        self._stamps = StampOrder(self._start_again)
-        self._guard = MessageGuard(self, (FloorLocalizerError,))
+        self._stamps = StampValidator(self._reset)
+        self._guard = CallbackGuard(self, (FloorLocalizerError,))
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
         self._subscribe()
@@ -124,7 +124,7 @@ class FloorLocalizerNode(Node):
         )
         self._dots = self.create_publisher(MarkerArray, '~/dots', pose_profile())
         self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
-        offer_trigger(self, self._guard, '~/relocalize', self._relocalize)
+        create_trigger_service(self, self._guard, '~/relocalize', self._relocalize)
 
     def _subscribe(self) -> None:
         transport = self._settings.image_transport
@@ -134,31 +134,31 @@ class FloorLocalizerNode(Node):
             ('image_raw', 'camera_info'),
             transport,
             camera_from_camera_info,
-            self._take_image,
+            self._on_image,
         )
-        take_odometry = self._guard.guard('odom', self._take_odometry)
+        on_odometry = self._guard.guard('odom', self._on_odometry)
         self.create_subscription(
-            Odometry, 'odom', take_odometry, odometry_profile(), qos_overriding_options=overridable()
+            Odometry, 'odom', on_odometry, odometry_profile(), qos_overriding_options=overridable()
         )
-        take_initial_pose = self._guard.guard('initialpose', self._take_initial_pose)
-        self.create_subscription(PoseWithCovarianceStamped, 'initialpose', take_initial_pose, pose_profile())
+        on_initial_pose = self._guard.guard('initialpose', self._on_initial_pose)
+        self.create_subscription(PoseWithCovarianceStamped, 'initialpose', on_initial_pose, pose_profile())
 
-    def _take_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
+    def _on_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
         started = perf_counter()
         result = self._tracker.track(stamp, pixels, camera)
         self._report.add(result, perf_counter() - started)
-        self._tell_change(result)
-        self._publish(Header(stamp=header.stamp, frame_id=self._frame_of(result)), result, camera)
+        self._log_change(result)
+        self._publish(Header(stamp=header.stamp, frame_id=self._pose_frame(result)), result, camera)
         if self._debug_image.get_subscription_count() > 0:
             self._debug_image.publish(image_from_array(debug_picture(pixels, result), header))
 
-    def _frame_of(self, result: Fix | NoFix) -> str:
+    def _pose_frame(self, result: Fix | NoFix) -> str:
         """Return the frame of a pose: each level of a map has its own, such as ``map/ground``."""
-        sheet = result.sheet if isinstance(result, Fix) else ''
-        return f'{self._settings.map_frame}/{sheet}' if sheet else self._settings.map_frame
+        level = result.level if isinstance(result, Fix) else ''
+        return f'{self._settings.map_frame}/{level}' if level else self._settings.map_frame
 
-    def _tell_change(self, result: Fix | NoFix) -> None:
+    def _log_change(self, result: Fix | NoFix) -> None:
         """Log one line when the pose is found or lost; details are in the diagnostics."""
         has_fix = isinstance(result, Fix)
         if has_fix == self._had_fix:
@@ -166,15 +166,15 @@ class FloorLocalizerNode(Node):
         self._had_fix = has_fix
         if isinstance(result, Fix):
             pose = result.T_map_base
-            where = f' on {result.sheet}' if result.sheet else ''
+            where = f' on {result.level}' if result.level else ''
             self.get_logger().info(
                 f'pose found{where}: x {pose.x:.4f} m, y {pose.y:.4f} m, yaw {pose.yaw:.4f} rad, '
                 f'{int(result.matched.sum())} of {len(result.dots)} dots match',
-                throttle_duration_sec=_TELL_INTERVAL,
+                throttle_duration_sec=_LOG_INTERVAL,
             )
         else:
             self.get_logger().info(
-                f'no pose: {result.reason.value} ({result.detail})', throttle_duration_sec=_TELL_INTERVAL
+                f'no pose: {result.reason.value} ({result.detail})', throttle_duration_sec=_LOG_INTERVAL
             )
 
     def _publish(self, header: Header, result: Fix | NoFix, camera: PinholeCamera) -> None:
@@ -184,12 +184,12 @@ class FloorLocalizerNode(Node):
                 pose_with_covariance_stamped(result.T_map_base, result.covariance, header)
             )
         if self._dots.get_subscription_count() > 0:
-            markers = no_markers(header)
+            markers = delete_markers(header)
             if isinstance(result, Fix):
                 markers = dot_markers(result, camera, self._settings.mount, header)
             self._dots.publish(markers)
 
-    def _take_odometry(self, message: Odometry) -> None:
+    def _on_odometry(self, message: Odometry) -> None:
         base_frame = self._settings.base_frame
         if message.child_frame_id not in ('', base_frame):
             raise PoseError(
@@ -199,18 +199,18 @@ class FloorLocalizerNode(Node):
         stamp = self._stamps.check(message.header, 'odom')
         self._tracker.add_odometry(stamp, T_odom_base)
 
-    def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         map_frame, frame = self._settings.map_frame, message.header.frame_id or self._settings.map_frame
-        root, _, sheet = frame.partition(f'{map_frame}/')
-        if frame != map_frame and (root or not sheet):
+        root, _, level = frame.partition(f'{map_frame}/')
+        if frame != map_frame and (root or not level):
             raise PoseError(f'initialpose is in {frame!r}, it must be in {map_frame!r} or one of its levels')
-        self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'), sheet)
+        self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'), level)
 
     def _relocalize(self) -> str:
         self._tracker.relocalize()
         return 'prior dropped; the next image is searched in the whole map'
 
-    def _start_again(self) -> None:
+    def _reset(self) -> None:
         self.get_logger().warning('clock jumped back; pose and odometry were reset')
         self._tracker = self._create_tracker()
 

@@ -11,14 +11,14 @@ from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.independent_tasks import OwnProcess, Task, TaskRunner
+from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner
 
 if TYPE_CHECKING:
     from distributed import Client
 
-_PATIENCE = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
+_SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
 _ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
-_WORKERS = {
+_WORKER_CONFIG = {
     # Dask's workers return memory immediately, which makes arrays 50 % slower.
     f'{_ENVIRONMENT}.MALLOC_TRIM_THRESHOLD_': None,
     # Errors are raised here and reported in one line.
@@ -68,25 +68,25 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
         FloorLocalizerError: the scheduler does not answer, or has no workers.
     """
     if scheduler is None and workers == 1:
-        yield OwnProcess()
+        yield InProcessRunner()
         return
     # Imported here, as it takes half a second and only index and survey need it; the import sets its logging levels.
     import distributed  # noqa: F401, PLC0415
 
     for name in ('distributed', 'distributed.client'):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # as for the workers
-    with _own_workers(workers) if scheduler is None else _workers_of(scheduler) as client:
+    with _local_workers(workers) if scheduler is None else _scheduler_workers(scheduler) as client:
         yield DaskRunner(client)
 
 
 @contextmanager
-def _own_workers(workers: int) -> Iterator[Client]:
+def _local_workers(workers: int) -> Iterator[Client]:
     """Start local workers, and stop them at the end."""
     import dask  # noqa: PLC0415 as in `task_runner`
     from distributed import Client, LocalCluster  # noqa: PLC0415
 
-    with dask.config.set(_WORKERS):
-        with _interrupts_held():
+    with dask.config.set(_WORKER_CONFIG):
+        with _block_interrupts():
             cluster = LocalCluster(
                 n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0
             )
@@ -95,19 +95,19 @@ def _own_workers(workers: int) -> Iterator[Client]:
 
 
 @contextmanager
-def _workers_of(scheduler: str) -> Iterator[Client]:
+def _scheduler_workers(scheduler: str) -> Iterator[Client]:
     """Connect to the workers of a scheduler."""
     from distributed import Client  # noqa: PLC0415 as in `task_runner`
 
     try:
-        client = Client(scheduler, timeout=_PATIENCE)
+        client = Client(scheduler, timeout=_SCHEDULER_TIMEOUT)
     except (OSError, ValueError) as fault:
         raise FloorLocalizerError(
             f'--scheduler {scheduler}: does not answer; start "dask scheduler" there, or leave it out'
         ) from fault
     with client:
         try:
-            client.wait_for_workers(1, timeout=_PATIENCE)
+            client.wait_for_workers(1, timeout=_SCHEDULER_TIMEOUT)
         except TimeoutError as fault:
             raise FloorLocalizerError(
                 f'--scheduler {scheduler}: has no workers; start "dask worker {scheduler}", or leave it out'
@@ -116,15 +116,15 @@ def _workers_of(scheduler: str) -> Iterator[Client]:
 
 
 @contextmanager
-def _interrupts_held() -> Iterator[None]:
+def _block_interrupts() -> Iterator[None]:
     """Block SIGINT while workers are started; they inherit the blocked signal.
 
     A terminal sends SIGINT to all its processes. Only this process handles it and stops the workers, which otherwise
     would print tracebacks.
     """
     resource_tracker.ensure_running()  # otherwise started with the first worker, which would unblock the signal
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)

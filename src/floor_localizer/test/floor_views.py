@@ -93,4 +93,4 @@ def is_right(fix: object, truth: PlanarPose, position: float = 0.0005, heading: 
     if not isinstance(fix, Fix):
         return False
     found = fix.T_map_base
-    return found.distance_to(truth) < position and abs(found.turn_to(truth)) < heading
+    return found.distance_to(truth) < position and abs(found.yaw_to(truth)) < heading

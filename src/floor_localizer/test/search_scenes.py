@@ -9,8 +9,8 @@ from floor_views import CAMERA, MOUNT, View, pose_over, see
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.neighbours import order_neighbours
-from floor_localizer.core.constellation.search_state import Search, new_search
+from floor_localizer.core.constellation.neighbours import sort_neighbours
+from floor_localizer.core.constellation.search_state import SearchState, new_search
 from floor_localizer.core.constellation.view_dots import ViewDots
 from floor_localizer.core.dot_map import DotMap
 from shirube_geometry import PlanarPose
@@ -19,7 +19,7 @@ SIGMA = 8e-5
 
 
 def view_dots(points: NDArray[np.float64], density: float, sigma: float = SIGMA) -> ViewDots:
-    return ViewDots(points, points @ (1.0, 1j), order_neighbours(points, 32), sigma, 0.27, 0.05, density)
+    return ViewDots(points, points @ (1.0, 1j), sort_neighbours(points, 32), sigma, 0.27, 0.05, density)
 
 
 def scene(
@@ -36,7 +36,7 @@ def similarity(pose: PlanarPose) -> tuple[complex, complex]:
     return cmath.exp(1j * pose.yaw), complex(pose.x, pose.y)
 
 
-def search_of(view: ViewDots, indexed: IndexedMap) -> Search:
+def new_search_for(view: ViewDots, indexed: IndexedMap) -> SearchState:
     return new_search(len(view.z), float(len(indexed.grid.points)), 1e-3, 0.25)
 
 

@@ -10,11 +10,11 @@ from floor_views import CAMERA, MOUNT, random_floor, see
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
-from floor_localizer.core.survey.piece import Piece, build_piece
-from floor_localizer.core.survey.shelf import MemoryShelf
+from floor_localizer.core.survey.keyframe_selection import split_into_submaps
+from floor_localizer.core.survey.submap import Submap, build_submap
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
-from floor_localizer.core.survey.survey_plan import cut_pieces
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_geometry import PlanarPose
 
@@ -72,22 +72,24 @@ def drive_over(
     return Drive(floor, images, truth)
 
 
-def pieces_of(images: list[SurveyImage], settings: SurveySettings = SETTINGS) -> list[Piece]:
-    pieces: list[Piece] = []
-    for start, last in cut_pieces([image.T_odom_base for image in images], OUTLINE.width, settings):
-        first, is_linked = start, bool(pieces)
+def build_submaps_of(images: list[SurveyImage], settings: SurveySettings = SETTINGS) -> list[Submap]:
+    submaps: list[Submap] = []
+    for start, last in split_into_submaps([image.T_odom_base for image in images], OUTLINE.width, settings):
+        first, is_continuation = start, bool(submaps)
         while True:
-            piece = build_piece(images, first, last, POSITION, settings, is_linked=is_linked)
-            pieces.append(piece)
-            if piece.images[-1] >= last:
+            submap = build_submap(images, first, last, POSITION, settings, is_continuation=is_continuation)
+            submaps.append(submap)
+            if submap.images[-1] >= last:
                 break
-            first, is_linked = int(piece.images[-1]) + 1, False
-    return pieces
+            first, is_continuation = int(submap.images[-1]) + 1, False
+    return submaps
 
 
 def survey(drive: Drive, existing: DotMap | None = None) -> SurveyResult:
-    shelf = MemoryShelf()
-    return survey_floor(drive.images, pieces_of(drive.images), OUTLINE, POSITION, SETTINGS, shelf, existing)
+    store = MemoryArrayStore()
+    return survey_floor(
+        drive.images, build_submaps_of(drive.images), OUTLINE, POSITION, SETTINGS, store, existing
+    )
 
 
 def seen_dots(drive: Drive) -> np.ndarray:

@@ -11,15 +11,15 @@ from search_scenes import SIGMA, scene, similarity
 
 from floor_localizer.core.constellation.alignment import (
     add_match,
+    empty_sums,
     fit_similarity,
-    grow,
     match_view,
-    no_matches,
+    verify_hypothesis,
 )
 
 
 def fit(z, m):
-    sums = no_matches()
+    sums = empty_sums()
     for view_dot, map_dot in zip(z, m, strict=True):
         sums = add_match(sums, complex(view_dot), complex(map_dot))
     return fit_similarity(sums)
@@ -54,42 +54,44 @@ def pairs_of(truth, dots, number):
     return near[:: max(len(near) // number, 1)]
 
 
-def test_right_guesses_grow_to_the_right_similarity(floor, indexed_floor):
+def test_right_hypotheses_are_verified_with_the_right_similarity(floor, indexed_floor):
     pose, view, dots = scene(floor, indexed_floor, 3)
     truth, middle = map_dots(floor, indexed_floor, view), np.mean(dots.z)
     a, b = similarity(pose)
     results = []
     for i, j in pairs_of(truth, dots, 40):
-        good, found_a, found_b = grow(indexed_floor.grid, dots, np.array([i, j]), truth[i], truth[j])
+        good, found_a, found_b = verify_hypothesis(
+            indexed_floor.grid, dots, np.array([i, j]), truth[i], truth[j]
+        )
         if good:
             assert abs(found_a * middle + found_b - (a * middle + b)) < 0.01
         results.append(good)
     assert np.mean(results) > 0.9
 
 
-def test_wrong_guesses_do_not_grow(floor, indexed_floor):
+def test_wrong_hypotheses_are_rejected(floor, indexed_floor):
     _, view, dots = scene(floor, indexed_floor, 3)
     truth = map_dots(floor, indexed_floor, view)
     tree = cKDTree(indexed_floor.grid.points)
     rng = np.random.default_rng(0)
-    grown = []
+    accepted = []
     for i, j in pairs_of(truth, dots, 40):
         start = int(rng.integers(len(indexed_floor.grid.points)))
         length = abs(dots.z[i] - dots.z[j])
         for end in tree.query_ball_point(indexed_floor.grid.points[start], 1.04 * length):
             apart = np.linalg.norm(indexed_floor.grid.points[start] - indexed_floor.grid.points[end])
             if apart > 0.96 * length and start != truth[i]:
-                grown.append(grow(indexed_floor.grid, dots, np.array([i, j]), start, end)[0])
-    assert len(grown) > 50
-    assert np.mean(grown) < 0.02
+                accepted.append(verify_hypothesis(indexed_floor.grid, dots, np.array([i, j]), start, end)[0])
+    assert len(accepted) > 50
+    assert np.mean(accepted) < 0.02
 
 
-def test_a_guess_of_another_scale_is_dropped_at_once(floor, indexed_floor):
+def test_a_hypothesis_of_another_scale_is_rejected_at_once(floor, indexed_floor):
     _, view, dots = scene(floor, indexed_floor, 3)
     truth = map_dots(floor, indexed_floor, view)
     i, j = pairs_of(truth, dots, 10)[0]
     larger = dots._replace(points=dots.points * 1.3, z=dots.z * 1.3)
-    assert not grow(indexed_floor.grid, larger, np.array([i, j]), truth[i], truth[j])[0]
+    assert not verify_hypothesis(indexed_floor.grid, larger, np.array([i, j]), truth[i], truth[j])[0]
 
 
 def test_the_other_seeds_must_be_on_the_map(floor, indexed_floor):
@@ -97,7 +99,7 @@ def test_the_other_seeds_must_be_on_the_map(floor, indexed_floor):
     truth = map_dots(floor, indexed_floor, view)
     false = np.flatnonzero(view.sources < 0)[0]
     lost = [
-        grow(indexed_floor.grid, dots, np.array([i, j, false]), truth[i], truth[j])[0]
+        verify_hypothesis(indexed_floor.grid, dots, np.array([i, j, false]), truth[i], truth[j])[0]
         for i, j in pairs_of(truth, dots, 20)
     ]
     assert np.mean(lost) < 0.3

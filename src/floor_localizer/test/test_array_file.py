@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from floor_localizer.files.array_file import NO_ROOM, write_array
+from floor_localizer.files.array_file import DISK_FULL_ERRORS, write_array
 
 # A limit on the size of files stands in for a full disk: writing fails in the same way. Only a child process may have
 # it: in pytest's own process it would also hold for pytest's log.
@@ -14,7 +14,7 @@ FULL_DISK = """
 import json, resource, sys
 from pathlib import Path
 import numpy as np
-from floor_localizer.survey_files.shelf_folder import ShelfFolder
+from floor_localizer.survey_files.disk_array_store import DiskArrayStore
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
 results = []
 for number in map(int, sys.argv[3:]):
@@ -22,7 +22,7 @@ for number in map(int, sys.argv[3:]):
     array = np.arange(float(number))
     fault = None
     try:
-        shelf = ShelfFolder(path)
+        shelf = DiskArrayStore(path)
         shelf.put('block', 0, array)
         assert np.array_equal(shelf.get('block', 0)[0], array)
     except OSError as error:
@@ -57,6 +57,6 @@ def test_a_full_disk_leaves_no_file_and_is_reported(tmp_path: Path) -> None:
             assert fault is None
             assert file_count > 0
         else:
-            assert fault[0] in NO_ROOM
+            assert fault[0] in DISK_FULL_ERRORS
             assert 'too large' in fault[1]
             assert file_count == 0

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 from drawn_floor import disc_coverage, photograph, scattered_centres
 
-from floor_localizer.core.dot_extraction.background import enlarged, smooth_background
+from floor_localizer.core.dot_extraction.background import smooth_background, upsample
 
 CENTRES = scattered_centres(1, 16)
 LIGHT = np.linspace(0.6, 1.3, 160)[None, :] * np.ones((160, 1))
 
 
 def background_of(image, polarity, largest):
-    return enlarged(smooth_background(image, polarity, largest), image.shape[1], image.shape[0])
+    return upsample(smooth_background(image, polarity, largest), image.shape[1], image.shape[0])
 
 
 @pytest.mark.parametrize(

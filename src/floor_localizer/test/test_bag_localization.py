@@ -27,7 +27,7 @@ def odometry(stamp):
     return odometry_message(PlanarPose(1.0, 2.0, 0.5), np.eye(3), header, 'base_link')
 
 
-def test_odometry_that_tells_of_a_jump_back_goes_to_the_new_tracker():
+def test_odometry_after_a_jump_back_goes_to_the_new_tracker():
     rows = [SimpleNamespace(topic='/odom', msgtype='', message=odometry(stamp)) for stamp in (100, 5, 6)]
     bag = SimpleNamespace(messages=lambda _: iter(rows), decode=lambda row: row.message)
     trackers = []

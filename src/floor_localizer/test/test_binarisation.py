@@ -3,7 +3,12 @@ import numpy as np
 import pytest
 from drawn_floor import disc_coverage, photograph, scattered_centres
 
-from floor_localizer.core.dot_extraction.binarisation import SIGNS, binarise, contrast_threshold, contrasts
+from floor_localizer.core.dot_extraction.binarisation import (
+    SIGNS,
+    binarise,
+    contrast_threshold,
+    relative_contrast,
+)
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
 SETTINGS = DotDetectorSettings()
@@ -15,10 +20,10 @@ def threshold_of(image, polarity='dark', settings=SETTINGS):
 
 
 def contrast_image(image, background, polarity):
-    return contrasts(image, background, SIGNS[polarity])
+    return relative_contrast(image, background, SIGNS[polarity])
 
 
-def test_contrast_is_the_covered_share_times_the_darkness():
+def test_contrast_is_the_covered_fraction_times_the_darkness():
     coverage = disc_coverage([[80.0, 70.0]], 20.0)
     contrast = contrast_image(photograph(coverage)[..., None], BACKGROUND, 'dark')
     np.testing.assert_allclose(contrast, coverage * (160.0 - 30.0) / 160.0, atol=0.005)
@@ -53,7 +58,7 @@ def test_the_threshold_is_higher_where_the_floor_is_rough():
     assert threshold[:, 120:].min() > 3.0 * threshold[:, :30].max()
 
 
-def test_a_giant_dark_patch_hardly_raises_the_threshold_beside_it():
+def test_a_giant_dark_patch_hardly_raises_the_threshold_next_to_it():
     image = photograph(np.zeros((160, 160)), noise=1.0)
     plain = threshold_of(image[..., None]).max()
     image[40:110, 40:110] = 150

@@ -8,7 +8,7 @@ from survey_scene import fault_of, folder_options, record_drive, run
 from floor_localizer.commands.build_map import main
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.map_comparison import compare
-from floor_localizer.files.csv_form import load_csv, save_csv
+from floor_localizer.files.csv_format import load_csv, save_csv
 
 
 @pytest.fixture(scope='module')
@@ -34,7 +34,7 @@ def test_a_drive_becomes_a_map(
         assert cv2.imread(str(tmp_path / name)) is not None
 
 
-def test_a_known_length_sets_the_scale_and_nothing_is_linked_or_adjusted_anew(
+def test_a_known_length_sets_the_scale_without_repeating_the_adjustment(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A camera height that is given 1 % too large makes a map that is 1 % too large.
@@ -62,8 +62,8 @@ def test_a_known_length_sets_the_scale_and_nothing_is_linked_or_adjusted_anew(
     places = found.points[ends[:, 1]].ravel()
     known = ['--known-length', *places, length]
     with monkeypatch.context() as nothing:
-        nothing.setattr('floor_localizer.core.survey.linked_images.PieceLinker', None)
-        nothing.setattr('floor_localizer.core.survey.adjustment_rounds.adjust_blocks', None)
+        nothing.setattr('floor_localizer.core.survey.connected_images.PoseGraphBuilder', None)
+        nothing.setattr('floor_localizer.core.survey.adjustment_rounds.bundle_adjust_blocks', None)
         assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
     after = compare(truth, load_csv(tmp_path / 'a' / 'map.csv'))
     assert abs(after.scale - 1.0) < 0.0008
@@ -88,7 +88,7 @@ def test_a_second_drive_extends_the_map(
 
 
 @pytest.mark.newest_set_only
-def test_images_that_cannot_be_used_are_told_and_left_out(
+def test_unusable_images_are_reported_and_left_out(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     images = tmp_path / 'images'

@@ -5,7 +5,7 @@ import cv2
 import pytest
 from survey_scene import START_NS, STEP_NS, fault_of, folder_options, record_drive, run
 
-from floor_localizer.core.independent_tasks import OwnProcess
+from floor_localizer.core.independent_tasks import InProcessRunner
 from scene_simulator.floor_camera import PAPER_CAMERA
 from scene_simulator.scene_messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
@@ -129,10 +129,10 @@ def test_bad_input_is_one_line_and_exit_code_1(
     assert part in fault_of(err)
 
 
-def test_workers_that_write_elsewhere_are_told(
+def test_workers_that_write_to_another_folder_are_an_error(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(OwnProcess, 'run', lambda _, __, arguments: iter([None] * len(arguments)))
+    monkeypatch.setattr(InProcessRunner, 'run', lambda _, __, arguments: iter([None] * len(arguments)))
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 1
     assert 'use workers that see the same files under the same names' in fault_of(err)
@@ -144,7 +144,7 @@ def test_an_interrupt_is_one_line(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(OwnProcess, 'run', interrupted)
+    monkeypatch.setattr(InProcessRunner, 'run', interrupted)
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 130
     assert 'give the same command again to resume' in fault_of(err)

@@ -16,8 +16,8 @@ from survey_scene import FLAGS, fault_of, folder_options, record_drive, run
 
 from floor_localizer.commands import build_map
 from floor_localizer.commands.build_map import main
-from floor_localizer.core.survey import adjustment_rounds, linked_images
-from floor_localizer.survey_files import checkpoint, shelf_folder
+from floor_localizer.core.survey import adjustment_rounds, connected_images
+from floor_localizer.survey_files import checkpoint, disk_array_store
 from floor_localizer.survey_files.checkpoint import Checkpoint
 
 pytestmark = pytest.mark.newest_set_only
@@ -26,16 +26,16 @@ TABLES = ('map.csv', 'sightings.csv', 'images.csv', 'report.txt')
 KILLED_WHILE_ADJUSTING = """
 import os, signal, sys
 from floor_localizer.commands.build_map import main
-from floor_localizer.survey_files.shelf_folder import ShelfFolder
+from floor_localizer.survey_files.disk_array_store import DiskArrayStore
 
-put = ShelfFolder.put
+put = DiskArrayStore.put
 
-def put_or_die(shelf, name, number, *arrays):
+def store_or_die(shelf, name, number, *arrays):
     put(shelf, name, number, *arrays)
     if name == 'found' and (shelf.folder.parents[1] / 'adjusted_1.npz').exists():
         os.killpg(0, signal.SIGKILL)
 
-ShelfFolder.put = put_or_die
+DiskArrayStore.put = store_or_die
 main(sys.argv[1:])
 """
 
@@ -82,10 +82,10 @@ def test_a_survey_killed_while_adjusting_goes_on_with_that_round_and_ends_the_sa
     )
     assert child.returncode == -signal.SIGKILL
     assert list((tmp_path / 'checkpoint' / 'adjustment').glob('*/found_00000.npy'))
-    adjusted, adjust_blocks = [], adjustment_rounds.adjust_blocks
-    monkeypatch.setattr(linked_images, 'PieceLinker', None)
+    adjusted, bundle_adjust_blocks = [], adjustment_rounds.bundle_adjust_blocks
+    monkeypatch.setattr(connected_images, 'PoseGraphBuilder', None)
     monkeypatch.setattr(
-        adjustment_rounds, 'adjust_blocks', lambda *a: adjusted.append(a) or adjust_blocks(*a)
+        adjustment_rounds, 'bundle_adjust_blocks', lambda *a: adjusted.append(a) or bundle_adjust_blocks(*a)
     )
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err
@@ -108,11 +108,11 @@ def test_a_damaged_step_is_done_again(
 
 
 def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> None:
-    Checkpoint(tmp_path, {'survey': 1}).keep('linked')
+    Checkpoint(tmp_path, {'survey': 1}).save_step('linked')
     for name in (
         '.images.bin.x1y2x1y2',
         '.dots_00001.npz.ab_cd_ef',
-        '.pieces_00000.npz.abcd_123',
+        '.submaps_00000.npz.abcd_123',
         '.linked.npz.swp',
     ):
         (tmp_path / name).write_bytes(b'half')
@@ -124,7 +124,7 @@ def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> No
     ]
 
 
-def test_a_full_disk_is_told_and_the_survey_goes_on(
+def test_a_full_disk_is_reported_and_the_survey_resumes(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     saved = np.savez
@@ -146,7 +146,7 @@ def test_a_full_disk_is_told_and_the_survey_goes_on(
     assert code == 0, err  # the dots were kept: no image was looked at again
 
 
-def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_same(
+def test_a_disk_that_fills_up_while_adjusting_is_reported_and_the_map_is_the_same(
     scene: Path,
     whole: Path,
     tmp_path: Path,
@@ -154,7 +154,7 @@ def test_a_disk_that_fills_up_while_adjusting_is_told_and_the_survey_ends_the_sa
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     with monkeypatch.context() as full:
-        full.setattr(shelf_folder, 'write_array', without_room)
+        full.setattr(disk_array_store, 'write_array', without_room)
         code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
     assert code == 1
     assert 'No space left on device; free some and give the same command again' in fault_of(err)

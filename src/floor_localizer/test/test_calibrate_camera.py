@@ -9,9 +9,9 @@ import yaml
 from floor_localizer.commands.calibrate_camera import main
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.mat.mat_settings import MatSettings
-from floor_localizer.core.mat.random_mat import lay_mat
+from floor_localizer.core.mat.random_mat import generate_mat
 from floor_localizer.files.camera_files import save_intrinsics
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.csv_format import save_csv
 from scene_simulator.dot_floor import DotFloor, FloorDesign
 from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.floor_marks import FloorMarks
@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp('mat')
     settings = MatSettings(width=0.25, height=0.25)
     for seed in (1, 2):
-        mat = lay_mat(settings, seed)
+        mat = generate_mat(settings, seed)
         save_csv(place / f'mat{seed}.csv', mat.dot_map)
     save_intrinsics(place / 'camera.yaml', CAMERA)
     return place
@@ -37,7 +37,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def printed_mat(seed: int = 1) -> DotFloor:
     """The mat on paper, whose dots are round: polygons of 48 corners of the same area."""
-    mat = lay_mat(MatSettings(width=0.25, height=0.25), seed)
+    mat = generate_mat(MatSettings(width=0.25, height=0.25), seed)
     angles = np.arange(48) * math.tau / 48
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     circle *= 0.5 * mat.settings.diameter * math.sqrt(math.pi / (24 * math.sin(math.tau / 48)))
@@ -121,7 +121,9 @@ def test_the_focal_length_is_found_from_the_height(
     assert f'{130.0 / 330.0:.2f}' in next(line for line in out.splitlines() if line.startswith('pixel'))
 
 
-def test_the_covariance_is_honest(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_covariance_is_consistent(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """The rotation matrix of the fit and the one of the simulator are one and the same."""
     mount = CameraMount((0.0, 0.0, 0.13), (math.pi + 0.02, -0.03, -math.pi / 2))
     np.testing.assert_allclose(matrix_from_rpy(mount.rpy), mount.rotation)
@@ -164,7 +166,7 @@ def test_bad_input_is_one_line_and_exit_code_1(
     half = image.copy()
     half[:, 110:] = 200
     cv2.imwrite(str(tmp_path / 'half.png'), half)
-    points = lay_mat(MatSettings(width=0.25, height=0.25), 1).points
+    points = generate_mat(MatSettings(width=0.25, height=0.25), 1).points
     save_csv(tmp_path / 'bare.csv', DotMap(points, np.full(len(points), np.nan)))
     given = arguments.format(tmp_path, folder).split()
     if '--mat' not in given:

@@ -22,11 +22,11 @@ def test_with_much_noise_only_noise_counts():
     np.testing.assert_allclose(sigmas(blobs), 0.3 * 1.04, rtol=0.01)
 
 
-def test_parts_discords_steps_of_the_light_and_soft_edges_are_less_certain():
+def test_parts_edge_asymmetries_luminance_steps_and_soft_edges_raise_the_sigma():
     split = np.arange(12) == 2
     plain = sigmas(round_blobs())[0]
     assert sigmas(round_blobs(), split=split)[2] > 5.0 * plain
-    for column, value in (('discords', 0.6), ('steps', 0.3), ('softness', 1.6)):
+    for column, value in (('edge_asymmetries', 0.6), ('steps', 0.3), ('softness', 1.6)):
         blobs = round_blobs()
         getattr(blobs, column)[2] = value
         assert np.argmax(sigmas(blobs)) == 2

@@ -34,7 +34,7 @@ def test_second_moments_are_those_of_an_ellipse():
     np.testing.assert_allclose(blobs.covariances, [[36.0, 0.0, 6.25]], atol=1.0)
 
 
-def test_a_wrong_background_is_mended_by_the_ring():
+def test_a_wrong_background_is_corrected_by_the_ring():
     coverage = disc_coverage([[70.3, 80.1]], 8.0)
     right = measure(photograph(coverage), 160.0, coverage)
     wrong = measure(photograph(coverage), 176.0, coverage)
@@ -57,7 +57,7 @@ def test_colour_counts_along_the_difference_from_the_floor():
     np.testing.assert_allclose(blobs.contrasts, np.hypot(0.5, 0.5), rtol=0.02)
 
 
-def test_saturated_pixels_and_steps_of_the_light_are_told():
+def test_saturated_pixels_and_luminance_steps_are_measured():
     coverage = disc_coverage([[40.0, 40.0], [120.0, 120.0]], 9.0)
     image = photograph(coverage, floor=80.0, dot=200.0)
     image[36:45, 36:41] = 255
@@ -75,10 +75,10 @@ def test_a_blob_at_the_border_is_not_measured():
 
 def test_a_faint_neighbour_moves_the_outer_half_of_the_edge_against_the_inner():
     coverage = disc_coverage([[70.3, 80.1]], 8.0)
-    alone = measure(photograph(coverage), 160.0, coverage).discords[0]
+    alone = measure(photograph(coverage), 160.0, coverage).edge_asymmetries[0]
     with_faint = np.maximum(coverage, 0.4 * disc_coverage([[75.5, 80.1]], 6.0))
     assert alone < 0.1
-    assert measure(photograph(with_faint), 160.0, with_faint).discords[0] > 0.5
+    assert measure(photograph(with_faint), 160.0, with_faint).edge_asymmetries[0] > 0.5
 
 
 def test_a_blurred_edge_is_softer():

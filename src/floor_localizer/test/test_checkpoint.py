@@ -10,48 +10,48 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.survey_files import checkpoint as checkpoint_module
 from floor_localizer.survey_files import code_version
 from floor_localizer.survey_files.checkpoint import Checkpoint
-from floor_localizer.survey_files.sole_survey import alone_in
+from floor_localizer.survey_files.exclusive_lock import exclusive_lock
 
 pytestmark = pytest.mark.newest_set_only
 
-SURVEY: dict[str, object] = {'camera': {'fx': 300.0}, 'settings': {'chance': 1e-6}}
+SURVEY: dict[str, object] = {'camera': {'fx': 300.0}, 'settings': {'chance_alignments_max': 1e-6}}
 
 
-def test_what_was_kept_is_recalled(tmp_path: Path) -> None:
-    Checkpoint(tmp_path, SURVEY).keep('linked', images=np.arange(3), loops=np.array(2))
-    found = Checkpoint(tmp_path, SURVEY).recall('linked')
+def test_a_saved_step_is_loaded(tmp_path: Path) -> None:
+    Checkpoint(tmp_path, SURVEY).save_step('linked', images=np.arange(3), loops=np.array(2))
+    found = Checkpoint(tmp_path, SURVEY).load_step('linked')
     assert found is not None
     assert found['images'].tolist() == [0, 1, 2]
     assert int(found['loops']) == 2
-    assert Checkpoint(tmp_path, SURVEY).recall('adjusted_0') is None
+    assert Checkpoint(tmp_path, SURVEY).load_step('adjusted_0') is None
 
 
 @pytest.mark.parametrize('kept', [0, 1, 100, 400])
 def test_a_file_that_was_cut_off_counts_as_none(tmp_path: Path, kept: int) -> None:
     """After a power failure, files may be truncated to any length, often to zero."""
     checkpoint = Checkpoint(tmp_path, SURVEY)
-    checkpoint.keep('linked', images=np.arange(3), loops=np.array(2))
+    checkpoint.save_step('linked', images=np.arange(3), loops=np.array(2))
     whole = (tmp_path / 'linked.npz').read_bytes()
     (tmp_path / 'linked.npz').write_bytes(whole[:kept])
-    assert checkpoint.recall('linked') is None
+    assert checkpoint.load_step('linked') is None
 
 
 def test_no_damaged_byte_is_an_error(tmp_path: Path) -> None:
     checkpoint = Checkpoint(tmp_path, SURVEY)
-    checkpoint.keep('adjusted_0', states=np.arange(6.0))
+    checkpoint.save_step('adjusted_0', states=np.arange(6.0))
     whole = (tmp_path / 'adjusted_0.npz').read_bytes()
     for place in range(len(whole)):
         for value in (0x00, 0xFF, whole[place] ^ 0x01, whole[place] ^ 0x20):
             damaged = bytearray(whole)
             damaged[place] = value
             (tmp_path / 'adjusted_0.npz').write_bytes(damaged)
-            found = checkpoint.recall('adjusted_0')
+            found = checkpoint.load_step('adjusted_0')
             assert found is None or found['states'].tolist() == list(range(6))
 
 
 def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path: Path) -> None:
     Checkpoint(tmp_path, SURVEY)
-    other = {'camera': {'fx': 301.0}, 'settings': {'chance': 1e-5}}
+    other = {'camera': {'fx': 301.0}, 'settings': {'chance_alignments_max': 1e-5}}
     with pytest.raises(
         FloorLocalizerError, match='another survey, which differs by its camera and settings; remove it or'
     ):
@@ -92,7 +92,7 @@ def test_the_version_changes_with_a_source_its_name_and_a_library(
 
 def test_only_one_survey_is_at_work_in_a_folder(tmp_path: Path) -> None:
     for _ in range(2):
-        with alone_in(tmp_path / 'checkpoint'):
-            second = alone_in(tmp_path / 'checkpoint')
+        with exclusive_lock(tmp_path / 'checkpoint'):
+            second = exclusive_lock(tmp_path / 'checkpoint')
             with pytest.raises(FloorLocalizerError, match='another survey is running there'):
                 second.__enter__()

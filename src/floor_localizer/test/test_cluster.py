@@ -16,7 +16,7 @@ from dot_maps import random_map
 from survey_scene import FLAGS, record_drive
 
 from floor_localizer.commands import build_map, index_map
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.csv_format import save_csv
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -25,10 +25,10 @@ pytestmark = pytest.mark.newest_set_only
 def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Yield the address of a scheduler with one worker."""
     folder = tmp_path_factory.mktemp('cluster')
-    told = ('--scheduler-file', 'scheduler.json', '--no-dashboard')
+    scheduler_options = ('--scheduler-file', 'scheduler.json', '--no-dashboard')
     commands = (
-        ('scheduler', '--host', '127.0.0.1', '--port', '0', *told),
-        ('worker', '--nthreads', '1', '--no-nanny', '--local-directory', '.', *told),
+        ('scheduler', '--host', '127.0.0.1', '--port', '0', *scheduler_options),
+        ('worker', '--nthreads', '1', '--no-nanny', '--local-directory', '.', *scheduler_options),
     )
     processes = [
         subprocess.Popen(

@@ -10,27 +10,27 @@ import pytest
 from floor_views import random_floor
 
 from floor_localizer.core.constellation.constellation_index import (
-    MOST_IN_LENS,
+    INDEX_LUNE_DOTS_MAX,
     build_constellation_index,
     list_constellations,
     sort_into_buckets,
 )
 from floor_localizer.core.constellation.constellation_key import (
-    base_coordinates,
+    baseline_coordinates,
     bucket_of_hash,
-    cut_into_steps,
-    hash_of_steps,
-    imbalance,
-    pack_parts,
+    hash_cell,
+    mean_x_offset,
+    pack_subcell,
+    quantize_coordinates,
     sort_by_x,
-    turn_around,
+    swap_ends,
 )
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
 from floor_localizer.core.constellation.index_entry import (
     DOTS_MAX,
-    first_of_entry,
-    parts_of_entry,
-    second_of_entry,
+    first_dot_of_entry,
+    second_dot_of_entry,
+    subcell_of_entry,
 )
 from floor_localizer.core.constellation.index_rules import LARGE_MAP, index_rules
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
@@ -51,20 +51,20 @@ def index(grid):
 def key_of(points, first, second, others, step):
     """The steps of the key in canonical order, and the baseline in the same order."""
     xy = np.empty((4, 2))
-    base_coordinates(points, first, second, np.array(others), xy)
-    swapped = imbalance(xy) > 0.0
+    baseline_coordinates(points, first, second, np.array(others), xy)
+    swapped = mean_x_offset(xy) > 0.0
     if swapped:
-        turn_around(xy)
+        swap_ends(xy)
     sort_by_x(xy)
     steps = np.empty(8, dtype=np.int64)
-    cut_into_steps(xy, step, steps)
+    quantize_coordinates(xy, step, steps)
     return steps, (second, first) if swapped else (first, second)
 
 
-def base_of(grid, index, entry):
+def baseline_of(grid, index, entry):
     entry = np.uint64(entry)
-    first = first_of_entry(entry)
-    return first, second_of_entry(grid, entry, first, index.longest)
+    first = first_dot_of_entry(entry)
+    return first, second_dot_of_entry(grid, entry, first, index.longest)
 
 
 def constellations(points, index):
@@ -75,18 +75,18 @@ def constellations(points, index):
         if base > index.longest:
             continue
         lens = [k for k in np.flatnonzero((gaps[i] <= base) & (gaps[j] <= base)) if k not in (i, j)]
-        if not 4 <= len(lens) <= MOST_IN_LENS:
+        if not 4 <= len(lens) <= INDEX_LUNE_DOTS_MAX:
             continue
         for others in itertools.combinations(lens, 4):
             if all(gaps[k, m] <= base for k, m in itertools.combinations(others, 2)):
                 yield key_of(points, i, j, others, index.step)
 
 
-def test_index_holds_the_constellations_that_plain_search_finds_but_for_crowded_ends(grid, index):
+def test_index_holds_the_constellations_of_brute_force_except_with_crowded_ends(grid, index):
     points = grid.points.astype(np.float64)
     # The key of a coordinate on the border of two steps depends on rounding; baselines do not.
     expected = Counter(tuple(sorted(base)) for _, base in constellations(points, index))
-    found = Counter(tuple(sorted(base_of(grid, index, entry))) for entry in index.entries)
+    found = Counter(tuple(sorted(baseline_of(grid, index, entry))) for entry in index.entries)
     assert found <= expected
     assert found.total() > 0.97 * expected.total()
 
@@ -95,11 +95,12 @@ def test_every_constellation_is_found_in_the_bucket_of_its_own_key(grid, index):
     points = grid.points.astype(np.float64)
     missed = total = 0
     for steps, base in constellations(points, index):
-        bucket = bucket_of_hash(np.uint64(hash_of_steps(steps)), len(index.starts) - 1)
+        bucket = bucket_of_hash(np.uint64(hash_cell(steps)), len(index.starts) - 1)
         entries = index.entries[index.starts[bucket] : index.starts[bucket + 1]]
         total += 1
         missed += not any(
-            parts_of_entry(np.uint64(entry)) == pack_parts(steps) and base_of(grid, index, entry) == base
+            subcell_of_entry(np.uint64(entry)) == pack_subcell(steps)
+            and baseline_of(grid, index, entry) == base
             for entry in entries
         )
     assert total > 1000
@@ -147,8 +148,8 @@ def test_there_are_about_sixteen_constellations_a_dot(grid, index):
     assert 8 < len(index.entries) / len(grid.points) < 24
 
 
-def test_no_base_is_longer_than_the_longest(grid, index):
-    ends = np.array([grid.points[list(base_of(grid, index, entry))] for entry in index.entries])
+def test_no_baseline_is_longer_than_the_longest(grid, index):
+    ends = np.array([grid.points[list(baseline_of(grid, index, entry))] for entry in index.entries])
     lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
     assert 0.8 * index.longest < lengths.max() <= index.longest
 
@@ -158,8 +159,8 @@ def contents(dots):
     grid, _ = build_dot_grid(dots)
     index = build_constellation_index(grid)
     scale = 1.0 / index.longest
-    bases = [grid.points[list(base_of(grid, index, entry))].reshape(4) * scale for entry in index.entries]
-    parts = [int(parts_of_entry(np.uint64(entry))) for entry in index.entries]
+    bases = [grid.points[list(baseline_of(grid, index, entry))].reshape(4) * scale for entry in index.entries]
+    parts = [int(subcell_of_entry(np.uint64(entry))) for entry in index.entries]
     return sorted((key, *np.round(base, 4).tolist()) for key, base in zip(parts, bases))
 
 

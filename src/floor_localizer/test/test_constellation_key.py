@@ -11,50 +11,50 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from floor_localizer.core.constellation.constellation_key import (
-    LANE_HASHES,
-    LANES,
+    COORDINATE_HASHES,
+    INNER_DOTS,
+    KEY_SIZE,
     LOWER,
-    OTHERS,
-    PARTS,
-    base_coordinates,
+    STEPS_PER_CELL,
+    baseline_coordinates,
     bucket_of_hash,
     cell_step,
-    cut_into_steps,
-    from_steps,
-    hash_of_steps,
-    imbalance,
-    pack_parts,
-    part_of_lane,
+    dequantize,
+    hash_cell,
+    mean_x_offset,
+    pack_subcell,
+    quantize,
+    quantize_coordinates,
     sort_by_x,
-    to_steps,
-    turn_around,
+    subcell_step,
+    swap_ends,
 )
 
 # The first call compiles.
 UNHURRIED = settings(deadline=None)
 STEP = 0.013
-STEPS = hnp.arrays(np.int64, LANES, elements=st.integers(0, 160))
+STEPS = hnp.arrays(np.int64, KEY_SIZE, elements=st.integers(0, 160))
 IN_LENS = np.array([[0.2, 0.5], [0.45, -0.3], [0.6, 0.1], [0.85, -0.4]])
 
 
 def coordinates(points, first=0, second=1):
-    xy = np.empty((OTHERS, 2))
-    base_coordinates(points, first, second, np.arange(2, 6), xy)
+    xy = np.empty((INNER_DOTS, 2))
+    baseline_coordinates(points, first, second, np.arange(2, 6), xy)
     return xy
 
 
 def six_dots(rng):
-    return np.vstack([[[0.0, 0.0], [1.0, 0.0]], rng.uniform((0.1, -0.5), (0.9, 0.5), (OTHERS, 2))])
+    return np.vstack([[[0.0, 0.0], [1.0, 0.0]], rng.uniform((0.1, -0.5), (0.9, 0.5), (INNER_DOTS, 2))])
 
 
-def test_base_lies_on_zero_and_one():
+def test_baseline_is_mapped_to_zero_and_one():
     points = np.random.default_rng(0).normal(size=(6, 2))
-    xy = np.empty((OTHERS, 2))
-    base_coordinates(points, 0, 1, np.array([0, 1, 0, 1]), xy)
+    xy = np.empty((INNER_DOTS, 2))
+    baseline_coordinates(points, 0, 1, np.array([0, 1, 0, 1]), xy)
     np.testing.assert_allclose(xy, [[0, 0], [1, 0], [0, 0], [1, 0]], atol=1e-12)
 
 
-def test_coordinates_are_left_alone_in_the_base_itself():
+def test_coordinates_are_unchanged_in_the_baseline_frame():
     points = six_dots(np.random.default_rng(1))
     np.testing.assert_allclose(coordinates(points), points[2:], atol=1e-12)
 
@@ -76,26 +76,26 @@ def test_a_mirror_changes_the_sign_of_y():
     )
 
 
-def test_turning_around_twice_is_nothing():
+def test_swapping_the_ends_twice_is_the_identity():
     xy = IN_LENS.copy()
-    turn_around(xy)
-    turn_around(xy)
+    swap_ends(xy)
+    swap_ends(xy)
     np.testing.assert_allclose(xy, IN_LENS, atol=1e-15)
 
 
-def test_turning_around_is_exchanging_the_ends():
+def test_swapping_the_ends_equals_swapping_the_dots():
     points = six_dots(np.random.default_rng(3))
     xy = coordinates(points)
-    turn_around(xy)
+    swap_ends(xy)
     np.testing.assert_allclose(xy, coordinates(points, first=1, second=0), atol=1e-12)
 
 
-def test_imbalance_changes_its_sign_with_the_ends():
+def test_mean_x_offset_changes_its_sign_with_the_ends():
     xy = IN_LENS.copy()
-    before = imbalance(xy)
-    turn_around(xy)
+    before = mean_x_offset(xy)
+    swap_ends(xy)
     assert before == pytest.approx(np.mean(IN_LENS[:, 0]) - 0.5)
-    assert imbalance(xy) == pytest.approx(-before)
+    assert mean_x_offset(xy) == pytest.approx(-before)
 
 
 def test_sorting_keeps_the_dots_whole():
@@ -105,13 +105,13 @@ def test_sorting_keeps_the_dots_whole():
 
 
 def steps_of(xy, step=STEP):
-    steps = np.empty(LANES, dtype=np.int64)
-    cut_into_steps(xy, step, steps)
+    steps = np.empty(KEY_SIZE, dtype=np.int64)
+    quantize_coordinates(xy, step, steps)
     return steps
 
 
 def hash_of(steps):
-    return int(hash_of_steps(steps))
+    return int(hash_cell(steps))
 
 
 def test_key_does_not_depend_on_the_order_of_the_dots_once_sorted():
@@ -124,35 +124,39 @@ def test_key_does_not_depend_on_the_order_of_the_dots_once_sorted():
 
 
 def test_steps_hold_the_coordinates_to_half_a_step():
-    steps = steps_of(IN_LENS).reshape(OTHERS, 2)
-    middles = [[from_steps(steps[k, axis], LOWER[axis], STEP) for axis in range(2)] for k in range(OTHERS)]
+    steps = steps_of(IN_LENS).reshape(INNER_DOTS, 2)
+    middles = [
+        [dequantize(steps[k, axis], LOWER[axis], STEP) for axis in range(2)] for k in range(INNER_DOTS)
+    ]
     assert np.max(np.abs(middles - IN_LENS)) <= 0.5001 * STEP
 
 
 def test_coordinates_below_the_range_are_in_its_first_step():
-    assert to_steps(-5.0, LOWER[0], STEP) == 0
+    assert quantize(-5.0, LOWER[0], STEP) == 0
 
 
 @UNHURRIED
 @given(STEPS)
-def test_parts_tell_the_place_in_the_cell_along_every_lane(steps):
-    parts = np.uint64(pack_parts(steps))
-    assert parts < 1 << 24
-    assert [part_of_lane(parts, lane) for lane in range(LANES)] == (steps % PARTS).tolist()
+def test_subcell_holds_the_step_of_every_coordinate(steps):
+    subcell = np.uint64(pack_subcell(steps))
+    assert subcell < 1 << 24
+    assert [subcell_step(subcell, coordinate) for coordinate in range(KEY_SIZE)] == (
+        steps % STEPS_PER_CELL
+    ).tolist()
 
 
 @UNHURRIED
 @given(STEPS, STEPS)
 def test_keys_of_the_same_cell_have_the_same_hash_and_others_another(steps, others):
-    same = bool(np.all(steps // PARTS == others // PARTS))
+    same = bool(np.all(steps // STEPS_PER_CELL == others // STEPS_PER_CELL))
     assert (hash_of(steps) == hash_of(others)) == same
 
 
 @UNHURRIED
-@given(STEPS, st.integers(0, LANES - 1))
-def test_the_next_cell_along_a_lane_is_an_addition_away(steps, lane):
-    beyond = steps + PARTS * (np.arange(LANES) == lane)
-    assert hash_of(beyond) == (hash_of(steps) + int(LANE_HASHES[lane])) % 2**64
+@given(STEPS, st.integers(0, KEY_SIZE - 1))
+def test_the_next_cell_along_a_coordinate_is_an_addition_away(steps, coordinate):
+    beyond = steps + STEPS_PER_CELL * (np.arange(KEY_SIZE) == coordinate)
+    assert hash_of(beyond) == (hash_of(steps) + int(COORDINATE_HASHES[coordinate])) % 2**64
 
 
 @pytest.mark.parametrize('number', [1, 3, 4096, 5000, 10**8])
@@ -162,15 +166,15 @@ def test_buckets_are_within_their_number(number):
 
 
 def test_keys_of_a_random_floor_are_spread_over_the_buckets():
-    cells = np.random.default_rng(0).integers(0, 8, (4000, LANES))
-    buckets = [bucket_of_hash(np.uint64(hash_of(PARTS * row)), 4100) for row in cells]
+    cells = np.random.default_rng(0).integers(0, 8, (4000, KEY_SIZE))
+    buckets = [bucket_of_hash(np.uint64(hash_of(STEPS_PER_CELL * row)), 4100) for row in cells]
     fullest = np.bincount(buckets, minlength=4100).max()
     assert len(np.unique(buckets)) > 0.55 * 4100
     assert fullest < 12
 
 
 def test_cells_of_a_hundred_times_more_keys_are_finer_by_the_eighth_root():
-    assert cell_step(10**8, 0.5) / cell_step(10**6, 0.5) == pytest.approx(100.0 ** (-1.0 / LANES))
+    assert cell_step(10**8, 0.5) / cell_step(10**6, 0.5) == pytest.approx(100.0 ** (-1.0 / KEY_SIZE))
     assert cell_step(8 * 10**6, 4.0) == pytest.approx(cell_step(10**6, 0.5))
     assert cell_step(0, 0.5) > 0
     assert cell_step(10**14, 0.5) > 0

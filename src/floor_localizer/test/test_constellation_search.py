@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from search_scenes import found_pose, scene, search_of, similarity
+from search_scenes import found_pose, new_search_for, scene, similarity
 
 from floor_localizer.core.constellation.constellation_search import (
-    rounds_for,
+    rounds_for_index,
+    run_search_rounds,
     search_constellations,
-    search_in_rounds,
 )
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.constellation.search_state import is_accepted, judge, new_search
+from floor_localizer.core.constellation.search_state import is_accepted, new_search, score_hypothesis
 from floor_localizer.core.dot_map import DotMap
 
 CELLS = 400000
@@ -25,75 +25,77 @@ def distance(found, pose):
 @pytest.mark.parametrize('seed', range(6))
 def test_place_of_a_view_is_found(floor, indexed_floor, seed):
     pose, _, dots = scene(floor, indexed_floor, seed, missing=0.2, spurious=8)
-    search = search_of(dots, indexed_floor)
+    search = new_search_for(dots, indexed_floor)
     assert search_constellations(indexed_floor.grid, indexed_floor.index, dots, search, CELLS)
     assert is_accepted(search, search.best)
-    assert not is_accepted(search, search.rival)
+    assert not is_accepted(search, search.runner_up)
     assert distance(search.best, pose) < 0.001
 
 
 @pytest.mark.parametrize('seed', range(6))
 def test_the_rounds_for_very_many_keys_find_it_as_well(floor, indexed_floor, seed):
     pose, _, dots = scene(floor, indexed_floor, seed, missing=0.2, spurious=8)
-    search = search_of(dots, indexed_floor)
-    rounds = rounds_for(10**9)
-    assert search_in_rounds(indexed_floor.grid, indexed_floor.index, dots, search, rounds, CELLS)
+    search = new_search_for(dots, indexed_floor)
+    rounds = rounds_for_index(10**9)
+    assert run_search_rounds(indexed_floor.grid, indexed_floor.index, dots, search, rounds, CELLS)
     assert is_accepted(search, search.best)
-    assert not is_accepted(search, search.rival)
+    assert not is_accepted(search, search.runner_up)
     assert distance(search.best, pose) < 0.001
 
 
 def test_no_key_is_left_out_or_tried_twice():
     rng = np.random.default_rng(1)
-    likely, misfit = 10.0 ** rng.uniform(-4.0, 0.0, 3000), rng.uniform(0.0, 20.0, 3000)
+    probability, misfit = 10.0 ** rng.uniform(-4.0, 0.0, 3000), rng.uniform(0.0, 20.0, 3000)
     tried = []
     for keys in (10**6, 10**9):
-        least, below, closest, farthest = rounds_for(keys).T[:, :, None]
-        inside = (likely >= least) & (likely < below) & (misfit >= closest) & (misfit < farthest)
+        minimum, maximum, closest, farthest = rounds_for_index(keys).T[:, :, None]
+        inside = (
+            (probability >= minimum) & (probability < maximum) & (misfit >= closest) & (misfit < farthest)
+        )
         tried.append(inside.sum(axis=0))
         assert tried[-1].max() == 1
     np.testing.assert_array_equal(*tried)
-    np.testing.assert_array_equal(tried[0], (likely >= 0.0008) & (misfit < 17.5))
+    np.testing.assert_array_equal(tried[0], (probability >= 0.0008) & (misfit < 17.5))
 
 
 def test_without_budget_little_is_looked_up(floor, indexed_floor):
     _, _, dots = scene(floor, indexed_floor, 0, missing=1.0, spurious=200)
-    few, many = search_of(dots, indexed_floor), search_of(dots, indexed_floor)
+    few, many = new_search_for(dots, indexed_floor), new_search_for(dots, indexed_floor)
     assert not search_constellations(indexed_floor.grid, indexed_floor.index, dots, few, 0)
     assert not search_constellations(indexed_floor.grid, indexed_floor.index, dots, many, CELLS)
     assert few.counts[0] < many.counts[0]
 
 
-def test_truth_is_judged_right_and_chance_is_not(floor, indexed_floor):
+def test_truth_is_accepted_and_chance_is_not(floor, indexed_floor):
     pose, _, dots = scene(floor, indexed_floor, 1)
     a, b = similarity(pose)
-    search = search_of(dots, indexed_floor)
-    assert not judge(indexed_floor.grid, dots, search, a, b + 0.05)
-    assert judge(indexed_floor.grid, dots, search, a, b)
+    search = new_search_for(dots, indexed_floor)
+    assert not score_hypothesis(indexed_floor.grid, dots, search, a, b + 0.05)
+    assert score_hypothesis(indexed_floor.grid, dots, search, a, b)
     assert distance(search.best, pose) < 0.001
 
 
-def test_the_same_place_twice_is_no_rival(floor, indexed_floor):
+def test_the_same_place_twice_is_no_runner_up(floor, indexed_floor):
     pose, _, dots = scene(floor, indexed_floor, 1)
     a, b = similarity(pose)
-    search = search_of(dots, indexed_floor)
+    search = new_search_for(dots, indexed_floor)
     for shift in (1e-4, 0.0, -1e-4):
-        judge(indexed_floor.grid, dots, search, a, b + shift)
+        score_hypothesis(indexed_floor.grid, dots, search, a, b + shift)
     assert is_accepted(search, search.best)
-    assert not is_accepted(search, search.rival)
+    assert not is_accepted(search, search.runner_up)
 
 
 def test_a_guess_of_another_scale_is_refused(floor, indexed_floor):
     pose, _, dots = scene(floor, indexed_floor, 2)
     larger = dots._replace(points=dots.points * 1.2, z=dots.z * 1.2)
     a, b = similarity(pose)
-    assert not judge(indexed_floor.grid, larger, search_of(larger, indexed_floor), a / 1.2, b)
+    assert not score_hypothesis(indexed_floor.grid, larger, new_search_for(larger, indexed_floor), a / 1.2, b)
 
 
 def test_a_new_search_has_accepted_nothing():
     search = new_search(20, 1e5, 1e-3, 0.25)
     assert not is_accepted(search, search.best)
-    assert search.least_matches == 5.0
+    assert search.min_matches == 5.0
 
 
 def test_too_few_matches_are_not_accepted_however_unlikely():
@@ -110,17 +112,19 @@ def test_a_view_of_two_places_finds_both(floor):
         DotMap(np.vstack([floor.points, floor.points + shift]), np.full(2 * len(floor), np.nan))
     )
     pose, _, dots = scene(floor, twice, 3, missing=0.2, spurious=8)
-    search = search_of(dots, twice)
+    search = new_search_for(dots, twice)
     assert search_constellations(twice.grid, twice.index, dots, search, CELLS)
-    found = sorted((found_pose(place) for place in (search.best, search.rival)), key=lambda place: place.x)
-    assert is_accepted(search, search.rival)
+    found = sorted(
+        (found_pose(place) for place in (search.best, search.runner_up)), key=lambda place: place.x
+    )
+    assert is_accepted(search, search.runner_up)
     assert found[0].distance_to(pose) < 0.001
     assert found[1].x - found[0].x == pytest.approx(shift[0], abs=0.001)
 
 
 def test_the_same_view_is_searched_in_the_same_way(floor, indexed_floor):
     _, _, dots = scene(floor, indexed_floor, 4, missing=0.3, spurious=20)
-    first, second = search_of(dots, indexed_floor), search_of(dots, indexed_floor)
+    first, second = new_search_for(dots, indexed_floor), new_search_for(dots, indexed_floor)
     for search in (first, second):
         search_constellations(indexed_floor.grid, indexed_floor.index, dots, search, CELLS)
     np.testing.assert_array_equal(first.counts, second.counts)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.dot_extraction.coverage import (
-    differences_along,
-    direction_of,
+    contrast_along,
+    contrast_direction,
     dot_level,
     floor_level,
 )
@@ -17,7 +17,7 @@ def test_the_level_of_a_noisy_ring_is_its_mean(count):
     assert floor_level(ring) == pytest.approx(0.03, abs=4.0 * 0.01 / np.sqrt(count))
 
 
-def test_what_lies_on_a_ring_does_not_change_its_level():
+def test_outliers_on_a_ring_do_not_change_its_level():
     ring = RNG.normal(0.0, 0.01, 90)
     ring[10:25] = 0.8
     assert abs(floor_level(ring)) < 0.006
@@ -33,11 +33,11 @@ def test_the_level_of_a_dot_is_the_mean_of_its_upper_quarter():
     assert dot_level(np.array([-0.1, 0.0])) == 0.0
 
 
-def test_differences_are_told_along_the_direction_of_the_colour():
+def test_contrast_is_measured_along_the_direction_of_the_colour():
     image = np.array([[[60, 120, 180], [90, 120, 150], [120, 120, 120]]], np.uint8)
     background = np.full((1, 3, 3), 120.0, np.float32)
     places = np.array([[0, 0], [0, 1], [0, 2]])
-    direction = direction_of(image, background, places[:1])
+    direction = contrast_direction(image, background, places[:1])
     np.testing.assert_allclose(direction, np.array([-1.0, 0.0, 1.0]) / np.sqrt(2.0))
     expected = np.array([1.0, 0.5, 0.0]) / np.sqrt(2.0)
-    np.testing.assert_allclose(differences_along(image, background, places, direction), expected)
+    np.testing.assert_allclose(contrast_along(image, background, places, direction), expected)

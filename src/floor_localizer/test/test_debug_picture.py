@@ -24,7 +24,7 @@ def colours_around(picture: np.ndarray, pixel: tuple[int, int]) -> set[str]:
 
 
 @pytest.mark.parametrize('pixels', [GRAY, np.dstack([GRAY] * 3)])
-def test_rings_tell_matched_from_unmatched(pixels: np.ndarray) -> None:
+def test_rings_show_matched_and_unmatched_dots(pixels: np.ndarray) -> None:
     before = pixels.copy()
     picture = debug_picture(pixels, a_fix())
     assert picture.shape == (235, 235, 3)

@@ -61,15 +61,15 @@ def test_a_strong_gradient_moves_nothing():
 
 
 @pytest.mark.parametrize('polarity', ['auto', 'dark', 'any'])
-def test_the_edge_of_a_shadow_is_no_dot_and_hides_none_beside_it(polarity):
+def test_the_edge_of_a_shadow_is_no_dot_and_hides_none_next_to_it(polarity):
     centres = scattered_centres(9, 12)
     v, u = np.mgrid[:160, :160]
     edge = (u - 80) * np.cos(0.4) + (v - 80) * np.sin(0.4)
-    beside = np.abs((centres - 80) @ (np.cos(0.4), np.sin(0.4))) > 7.0
+    off_edge = np.abs((centres - 80) @ (np.cos(0.4), np.sin(0.4))) > 7.0
     light = 1.0 - 0.55 / (1.0 + np.exp(-edge))
     dots = detector(polarity=polarity).detect(photograph(disc_coverage(centres, 6.5), light=light, noise=1.0))
     assert len(dots) <= len(centres)
-    assert np.abs(offsets(dots.pixels, centres[beside])).max() < 0.1
+    assert np.abs(offsets(dots.pixels, centres[off_edge])).max() < 0.1
 
 
 @pytest.mark.parametrize('polarity', ['auto', 'dark', 'light', 'any'])
@@ -137,7 +137,7 @@ def test_a_reflection_is_no_light_dot():
 
 
 @pytest.mark.parametrize('polarity', ['auto', 'any'])
-def test_chips_of_the_same_brightness_are_told_by_colour(polarity):
+def test_chips_of_the_same_brightness_are_found_by_colour(polarity):
     centres = scattered_centres(13)
     image = photograph(
         disc_coverage(centres, 7.0), floor=(120.0, 120.0, 120.0), dot=(60.0, 125.0, 170.0), noise=1.0
@@ -192,7 +192,7 @@ def test_the_image_stays_as_it_was_and_may_be_a_view():
 
 
 @pytest.mark.parametrize(
-    ('image', 'words'),
+    ('image', 'expected'),
     [
         (np.zeros((64, 64), np.uint16), 'uint16'),
         (np.zeros((64, 64)), 'float64'),
@@ -203,10 +203,10 @@ def test_the_image_stays_as_it_was_and_may_be_a_view():
         (np.zeros((0, 0), np.uint8), '0 x 0'),
     ],
 )
-def test_what_is_no_image_is_refused_in_one_line(image, words):
+def test_what_is_no_image_is_refused_in_one_line(image, expected):
     with pytest.raises(DotImageError) as refusal:
         DETECTOR.detect(image)
-    assert words in str(refusal.value)
+    assert expected in str(refusal.value)
     assert '\n' not in str(refusal.value)
 
 

@@ -38,7 +38,7 @@ def test_order_leads_from_given_dots_to_those_of_the_grid(points):
     np.testing.assert_array_equal(grid.points, points[order])
 
 
-def test_every_dot_lies_in_its_own_cell(points):
+def test_every_dot_is_in_its_own_cell(points):
     grid, _ = build_dot_grid(points)
     cells = np.repeat(np.arange(grid.rows * grid.columns), np.diff(grid.starts))
     column, row = np.floor((grid.points - (grid.x0, grid.y0)) / grid.cell + 1e-4).astype(int).T
@@ -47,7 +47,7 @@ def test_every_dot_lies_in_its_own_cell(points):
     assert np.mean(off != 0) <= 0.01
 
 
-def test_memory_is_bounded_however_thin_the_dots_lie():
+def test_memory_is_bounded_however_sparse_the_dots_are():
     points = np.vstack([np.random.default_rng(0).uniform(0.0, 0.1, (100, 2)), [[50.0, 80.0]]])
     grid, _ = build_dot_grid(points)
     assert len(grid.starts) < 40 * len(points)

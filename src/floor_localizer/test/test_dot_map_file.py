@@ -7,7 +7,7 @@ from dot_maps import random_map
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map, load_indexed_map, write_indexed_map
 from floor_localizer.files.file_errors import DotMapError
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
@@ -31,7 +31,7 @@ def view_of(points: np.ndarray, pose: PlanarPose) -> DetectedDots:
     return DetectedDots(pixels, np.full(len(pixels), 7.0), np.full(len(pixels), 0.2))
 
 
-def test_both_forms_hold_the_same_dots(files: tuple[Path, Path]) -> None:
+def test_both_formats_hold_the_same_dots(files: tuple[Path, Path]) -> None:
     tables = []
     for path in files:
         dot_map = load_dot_map(path)
@@ -40,7 +40,7 @@ def test_both_forms_hold_the_same_dots(files: tuple[Path, Path]) -> None:
     np.testing.assert_allclose(tables[1], tables[0], rtol=0, atol=2e-8)
 
 
-def test_both_forms_give_the_same_pose_and_the_true_one(files: tuple[Path, Path]) -> None:
+def test_both_formats_give_the_same_pose_and_the_true_one(files: tuple[Path, Path]) -> None:
     pose = PlanarPose(0.2, 0.15, 0.7)
     dots = view_of(load_dot_map(files[0]).points, pose)
     from_csv, from_binary = (
@@ -51,10 +51,10 @@ def test_both_forms_give_the_same_pose_and_the_true_one(files: tuple[Path, Path]
     assert from_csv.T_map_base == from_binary.T_map_base
     np.testing.assert_array_equal(from_csv.covariance, from_binary.covariance)
     assert from_csv.T_map_base.distance_to(pose) < 1e-6
-    assert abs(from_csv.T_map_base.turn_to(pose)) < 1e-5
+    assert abs(from_csv.T_map_base.yaw_to(pose)) < 1e-5
 
 
-def test_the_form_is_told_by_the_content_too(files: tuple[Path, Path]) -> None:
+def test_the_format_is_recognised_by_the_content_too(files: tuple[Path, Path]) -> None:
     renamed = files[1].rename(files[1].with_suffix('.bin'))
     assert len(load_dot_map(renamed)) == len(load_dot_map(files[0]))
 

@@ -8,7 +8,7 @@ from localizer_results import CAMERA, MOUNT, POSE, a_fix
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from floor_localizer.dot_markers import dot_markers, no_markers
+from floor_localizer.dot_markers import delete_markers, dot_markers
 
 
 def test_each_dot_is_a_marker_whose_image_is_the_dot() -> None:
@@ -28,4 +28,4 @@ def test_markers_are_as_large_as_the_dots() -> None:
 
 
 def test_without_a_fix_the_old_markers_go_away() -> None:
-    assert [marker.action for marker in no_markers(Header()).markers] == [Marker.DELETEALL]
+    assert [marker.action for marker in delete_markers(Header()).markers] == [Marker.DELETEALL]

@@ -10,14 +10,14 @@ from floor_localizer.core.fix import NoFix, NoFixReason, PosePrior
 from shirube_geometry import PlanarPose
 
 
-def test_every_reason_says_something_of_its_own():
+def test_every_reason_has_its_own_text():
     texts = [reason.value for reason in NoFixReason]
     assert len(set(texts)) == len(texts)
     assert all(len(text.split()) >= 3 for text in texts)
 
 
-def test_an_expectation_need_not_hold_unless_told():
-    assert not PosePrior(PlanarPose(0.0, 0.0, 0.0), 0.1, 0.1).must_hold
+def test_a_prior_is_not_strict_by_default():
+    assert not PosePrior(PlanarPose(0.0, 0.0, 0.0), 0.1, 0.1).is_strict
 
 
 def test_results_do_not_change():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from floor_localizer.core.floor_points import FloorPoints, join_points, move_points
+from floor_localizer.core.floor_points import FloorPoints, merge_points, transform_points
 from shirube_geometry import PlanarPose
 
 NOTHING = FloorPoints(np.empty((0, 2)), np.empty(0))
@@ -21,33 +21,36 @@ def points():
 def test_moved_points_stay_where_they_are_on_the_floor(points):
     T_map_old = PlanarPose(1.0, 2.0, 0.3)
     T_map_new = T_map_old @ STEP.inverse()
-    moved = move_points(points, STEP, 0.05)
+    moved = transform_points(points, STEP, 0.05)
     np.testing.assert_allclose(
         T_map_new.transform(moved.points), T_map_old.transform(points.points), atol=1e-12
     )
 
 
-def test_moving_makes_points_less_sure_by_the_way_driven(points):
-    sigmas = [move_points(points, PlanarPose(way, 0.0, 0.0), 0.05).sigmas[0] for way in (0.0, 0.1, 1.0)]
+def test_odometry_increases_sigmas_with_the_distance_driven(points):
+    sigmas = [
+        transform_points(points, PlanarPose(distance, 0.0, 0.0), 0.05).sigmas[0]
+        for distance in (0.0, 0.1, 1.0)
+    ]
     assert sigmas[0] == pytest.approx(1e-4)
     assert sigmas == sorted(sigmas)
-    assert move_points(points, STEP, 0.0).sigmas == pytest.approx(points.sigmas)
+    assert transform_points(points, STEP, 0.0).sigmas == pytest.approx(points.sigmas)
 
 
-def test_joining_with_nothing_changes_nothing(points):
-    for joined in (join_points(points, NOTHING), join_points(NOTHING, points)):
-        np.testing.assert_array_equal(joined.points, points.points)
-        np.testing.assert_array_equal(joined.sigmas, points.sigmas)
+def test_merging_with_nothing_changes_nothing(points):
+    for merged in (merge_points(points, NOTHING), merge_points(NOTHING, points)):
+        np.testing.assert_array_equal(merged.points, points.points)
+        np.testing.assert_array_equal(merged.sigmas, points.sigmas)
 
 
-def test_joining_with_itself_keeps_each_dot_once(points):
+def test_merging_with_itself_keeps_each_dot_once(points):
     again = FloorPoints(points.points + 1e-4, points.sigmas)
-    joined = join_points(points, again)
-    np.testing.assert_array_equal(joined.points, again.points)
+    merged = merge_points(points, again)
+    np.testing.assert_array_equal(merged.points, again.points)
 
 
 def test_different_dots_are_all_kept_those_of_the_second_first(points):
     others = FloorPoints(np.add(points.points, (2.0, 0.0)), points.sigmas * 2.0)
-    joined = join_points(points, others)
-    np.testing.assert_array_equal(joined.points, np.vstack([others.points, points.points]))
-    np.testing.assert_array_equal(joined.sigmas, np.concatenate([others.sigmas, points.sigmas]))
+    merged = merge_points(points, others)
+    np.testing.assert_array_equal(merged.points, np.vstack([others.points, points.points]))
+    np.testing.assert_array_equal(merged.sigmas, np.concatenate([others.sigmas, points.sigmas]))

@@ -19,7 +19,7 @@ def test_measures_the_noise_under_dots_and_gradient(noise, channels):
     np.testing.assert_allclose(noise_at(image, pixels).mean(), np.hypot(noise, 12.0**-0.5), rtol=0.2)
 
 
-def test_tells_the_noisy_corner_from_the_quiet_one():
+def test_noise_is_measured_locally():
     image = photograph(np.zeros((160, 160)), noise=1.0)
     image[96:, 96:] = photograph(np.zeros((64, 64)), noise=6.0, seed=1)
     quiet, noisy = noise_at(image[..., None], np.array([[10, 10], [150, 150]]))

@@ -13,7 +13,7 @@ import pytest
 from dot_maps import random_map
 
 from floor_localizer.commands.index_map import main
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_building import index_build
 from floor_localizer.map_building.index_build import PartSizes
@@ -78,7 +78,7 @@ def test_a_build_that_was_killed_goes_on(source: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.newest_set_only
-def test_a_disk_without_room_is_one_line_and_nothing_is_lost(source: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_one_line_and_nothing_is_lost(source: Path, tmp_path: Path) -> None:
     out = tmp_path / 'floor.dotmap'
     _, error = start(source, '--out', out, MOST_BYTES='90000').communicate()
     assert 'disk full' in fault_of(error)
@@ -110,7 +110,7 @@ def test_bad_input_is_one_line_and_exit_code_1(
     part: str,
 ) -> None:
     monkeypatch.chdir(source.parent)
-    monkeypatch.setattr('floor_localizer.task_runner._PATIENCE', 1.0)
+    monkeypatch.setattr('floor_localizer.task_runner._SCHEDULER_TIMEOUT', 1.0)
     Path('empty.csv').touch()
     Path('few.csv').write_text('x,y,diameter\n0.1,0.2,\n')
     given = arguments.split()

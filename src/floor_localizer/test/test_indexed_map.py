@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from floor_views import DENSITY
 
-from floor_localizer.core.constellation.address_grid import is_occupied
-from floor_localizer.core.constellation.index_entry import first_of_entry
+from floor_localizer.core.constellation.index_entry import first_dot_of_entry
+from floor_localizer.core.constellation.occupancy_bitmap import is_occupied
 
 
 def test_indexed_map_holds_every_dot(floor, indexed_floor):
@@ -21,11 +21,11 @@ def test_density_is_that_of_the_floor(indexed_floor):
     assert indexed_floor.density == pytest.approx(DENSITY, rel=0.1)
 
 
-def test_bases_are_dots_of_the_map(floor, indexed_floor):
-    assert max(first_of_entry(np.uint64(entry)) for entry in indexed_floor.index.entries) < len(floor)
+def test_baseline_ends_are_dots_of_the_map(floor, indexed_floor):
+    assert max(first_dot_of_entry(np.uint64(entry)) for entry in indexed_floor.index.entries) < len(floor)
 
 
-def test_addresses_are_those_of_the_map(floor, indexed_floor):
+def test_occupancy_is_that_of_the_map(floor, indexed_floor):
     assert all(is_occupied(indexed_floor.addresses, x, y) for x, y in floor.points[:200])
 
 

@@ -7,7 +7,7 @@ from dot_maps import random_map
 
 from floor_localizer.commands.inspect_map import main
 from floor_localizer.core.dot_map import DotMap
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map
 
 
@@ -27,20 +27,20 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
     return code, captured.out, captured.err
 
 
-def test_the_report_tells_the_unique_and_the_ambiguous_places(
+def test_the_report_lists_the_unique_and_the_ambiguous_places(
     floor: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, out, _ = run(capsys, floor)
     assert code == 0
     assert f'{len(load_dot_map(floor))}\n' in out
     lines = out.splitlines()
-    twins = [k for k, line in enumerate(lines) if 'ambiguous with another place' in line]
-    assert twins
-    assert '100% match at' in lines[twins[0] + 1]
+    ambiguous = [k for k, line in enumerate(lines) if 'ambiguous with another place' in line]
+    assert ambiguous
+    assert '100% match at' in lines[ambiguous[0] + 1]
     assert 'mirror' not in out
 
 
-def test_the_binary_form_that_it_writes_gives_the_same_report(
+def test_the_binary_map_that_it_writes_gives_the_same_report(
     floor: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _, first, _ = run(capsys, floor, '--write', tmp_path / 'out' / 'floor.dotmap')

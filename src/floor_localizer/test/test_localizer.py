@@ -68,7 +68,7 @@ def test_wherever_the_camera_sits_another_height_is_found(floor, indexed_floor, 
         assert result.scale == pytest.approx(scale, abs=0.005)
 
 
-def test_tilt_and_height_are_told(floor, localizer):
+def test_tilt_and_height_are_estimated(floor, localizer):
     rng = np.random.default_rng(3)
     for _ in range(5):
         pose, tilt = pose_over(rng), tuple(rng.uniform(-TILT, TILT, 2))
@@ -88,7 +88,7 @@ def test_covariance_holds_the_errors(floor, indexed_floor):
         tilt = rng.normal(0.0, 0.01, 2)
         result = localizer.locate_dots(see(floor, pose, rng, tilt=tuple(tilt)).dots, CAMERA)
         found = result.T_map_base
-        error = np.array([found.x - pose.x, found.y - pose.y, pose.turn_to(found)])
+        error = np.array([found.x - pose.x, found.y - pose.y, pose.yaw_to(found)])
         squares.append(error @ np.linalg.solve(result.covariance, error))
     assert 2.0 < np.mean(squares) < 4.0  # of three degrees of freedom
 
@@ -117,14 +117,14 @@ def test_order_of_the_dots_does_not_matter(floor, localizer):
 
 def test_another_floor_gives_no_fix(localizer):
     rng = np.random.default_rng(7)
-    strange = random_floor(99)
+    other_floor = random_floor(99)
     for effort in (1.0, 0.04):
-        result = localizer.locate_dots(see(strange, pose_over(rng), rng).dots, CAMERA, effort=effort)
+        result = localizer.locate_dots(see(other_floor, pose_over(rng), rng).dots, CAMERA, effort=effort)
         assert isinstance(result, NoFix)
         assert result.reason in {NoFixReason.NO_MATCH, NoFixReason.UNCERTAIN}
 
 
-def test_a_mirrored_image_is_told(floor, localizer):
+def test_a_mirrored_image_is_reported(floor, localizer):
     rng = np.random.default_rng(8)
     for _ in range(3):
         result = localizer.locate_dots(mirrored(see(floor, pose_over(rng), rng).dots), CAMERA)
@@ -168,7 +168,7 @@ def twice():
     return DotMap(points, np.full(len(points), math.nan))
 
 
-def test_a_floor_that_repeats_itself_is_ambiguous_without_an_expectation(twice):
+def test_a_floor_that_repeats_itself_is_ambiguous_without_a_prior(twice):
     rng = np.random.default_rng(12)
     localizer = FloorLocalizer(index_map(twice), MOUNT)
     for _ in range(3):
@@ -180,7 +180,7 @@ def test_a_floor_that_repeats_itself_is_ambiguous_without_an_expectation(twice):
 
 
 @pytest.mark.parametrize('turn', [0.05, 1.0, math.pi])
-def test_near_an_expectation_the_pose_is_found_by_it(floor, localizer, turn):
+def test_near_a_prior_the_pose_is_found_with_it(floor, localizer, turn):
     rng = np.random.default_rng(13)
     for _ in range(4):
         pose = pose_over(rng)
@@ -192,7 +192,7 @@ def test_near_an_expectation_the_pose_is_found_by_it(floor, localizer, turn):
         assert result.used_prior
 
 
-def test_a_wrong_expectation_is_overcome_unless_it_must_hold(floor, localizer):
+def test_a_wrong_prior_is_overcome_unless_it_is_strict(floor, localizer):
     rng = np.random.default_rng(14)
     pose = PlanarPose(0.2, 0.2, 0.0)
     dots = see(floor, pose, rng).dots
@@ -200,15 +200,15 @@ def test_a_wrong_expectation_is_overcome_unless_it_must_hold(floor, localizer):
     result = localizer.locate_dots(dots, CAMERA, wrong)
     assert is_right(result, pose)
     assert not result.used_prior
-    held = localizer.locate_dots(dots, CAMERA, replace(wrong, must_hold=True))
+    held = localizer.locate_dots(dots, CAMERA, replace(wrong, is_strict=True))
     assert held.reason is NoFixReason.OUTSIDE_AREA
 
 
-def test_a_wide_area_that_must_hold_refuses_what_lies_outside(floor, localizer):
+def test_a_wide_strict_area_rejects_poses_outside(floor, localizer):
     rng = np.random.default_rng(15)
     pose = PlanarPose(0.2, 0.2, 0.0)
     dots = see(floor, pose, rng).dots
-    far = PosePrior(PlanarPose(5.0, 5.0, 0.0), 1.0, math.pi, must_hold=True)
+    far = PosePrior(PlanarPose(5.0, 5.0, 0.0), 1.0, math.pi, is_strict=True)
     assert localizer.locate_dots(dots, CAMERA, far).reason is NoFixReason.OUTSIDE_AREA
     near = replace(far, T_map_base=PlanarPose(0.5, 0.5, 2.0))
     assert is_right(localizer.locate_dots(dots, CAMERA, near), pose)

@@ -12,7 +12,7 @@ import yaml
 
 from floor_localizer.commands.locate import main
 from floor_localizer.core.dot_map import DotMap
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.csv_format import save_csv
 from scene_simulator.dot_floor import FloorDesign, lay_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.scene_messages import camera_info, compressed_image, odometry

@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from search_scenes import found_pose, scene, search_of
+from search_scenes import found_pose, new_search_for, scene
 
 from floor_localizer.core.constellation.near_search import search_near
 from shirube_geometry import PlanarPose
 
 
 def near(indexed, dots, expected, radius, turn, pairs=12):
-    search = search_of(dots, indexed)
+    search = new_search_for(dots, indexed)
     place = np.array([expected.x, expected.y, expected.yaw])
     return search_near(indexed.grid, dots, search, place, radius, turn, pairs), search
 

@@ -28,7 +28,7 @@ from shirube_geometry import PinholeCamera, PlanarPose
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import odometry_message, planar_pose, pose_with_covariance_stamped
-from shirube_ros.start_here import start_here
+from shirube_ros.run_in_process import run_in_process
 
 PIXELS = np.random.default_rng(4).integers(0, 256, (235, 235), dtype=np.uint8)
 INFO = CameraInfo(width=235, height=235, k=[339.44, 0.0, 117.0, 0.0, 339.44, 117.0, 0.0, 0.0, 1.0])
@@ -44,8 +44,8 @@ class FakeTracker:
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
         self.calls.append(('odometry', stamp, T_odom_base))
 
-    def set_area(self, T_map_base: PlanarPose, covariance: np.ndarray, sheet: str) -> None:
-        self.calls.append(('area', T_map_base, covariance, sheet))
+    def set_area(self, T_map_base: PlanarPose, covariance: np.ndarray, level: str) -> None:
+        self.calls.append(('area', T_map_base, covariance, level))
 
     def relocalize(self) -> None:
         self.calls.append(('relocalize',))
@@ -89,8 +89,10 @@ class Robot:
         return FloorLocalizerNode(lambda *_: None, create_tracker, **options)  # type: ignore[arg-type, return-value]
 
     def _is_connected(self) -> bool:
-        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
-        return heard and all(
+        has_subscribers = all(
+            publisher.get_subscription_count() == 1 for publisher in self._publishers.values()
+        )
+        return has_subscribers and all(
             self.robot.count_publishers(topic) == 1 for topic in ('/floor_localizer/pose', '/diagnostics')
         )
 
@@ -179,7 +181,7 @@ def test_the_node_survives_every_bad_message(graph: IsolatedGraph) -> None:
     robot.send_image(1.3)
     counts = robot.node._guard.counts
     assert [
-        counts[topic].refused.total() for topic in ('image_raw', 'camera_info', 'odom', 'initialpose')
+        counts[topic].rejected.total() for topic in ('image_raw', 'camera_info', 'odom', 'initialpose')
     ] == [
         5,
         1,
@@ -198,22 +200,22 @@ def test_odometry_and_area_reach_the_tracker(graph: IsolatedGraph) -> None:
     robot = Robot(graph)
     robot.send('odom', odometry(3.25))
     robot.send('initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map')))
-    (kind, stamp, pose), (other_kind, area, covariance, sheet) = robot.tracker.calls
-    assert (kind, stamp, other_kind, sheet) == ('odometry', 3.25, 'area', '')
+    (kind, stamp, pose), (other_kind, area, covariance, level) = robot.tracker.calls
+    assert (kind, stamp, other_kind, level) == ('odometry', 3.25, 'area', '')
     assert POSE.distance_to(pose) < 1e-12
     assert POSE.distance_to(area) < 1e-12
     np.testing.assert_array_equal(covariance, np.eye(3) * 0.2)
 
 
-def test_a_pose_on_a_sheet_is_in_the_frame_of_the_sheet(graph: IsolatedGraph) -> None:
+def test_a_pose_on_a_level_is_in_the_frame_of_the_level(graph: IsolatedGraph) -> None:
     robot = Robot(graph)
-    robot.tracker.answer = replace(a_fix(), sheet='ground')
+    robot.tracker.answer = replace(a_fix(), level='ground')
     robot.send_image(10.0)
     robot.wait_for(robot.poses)
     assert robot.poses[0].header.frame_id == 'map/ground'
     robot.send('initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map/ground')))
     assert robot.tracker.calls[-1][3] == 'ground'
-    assert {value.key: value.value for value in robot.report().values}['sheet'] == 'ground'
+    assert {value.key: value.value for value in robot.report().values}['level'] == 'ground'
 
 
 def test_a_jump_back_in_time_starts_a_new_tracker(graph: IsolatedGraph) -> None:
@@ -266,7 +268,7 @@ def test_without_a_map_the_demo_floor_is_announced(
 
 
 @pytest.mark.parametrize(
-    ('parameter', 'words'),
+    ('parameter', 'expected'),
     [
         ('map_file:=/no/such/map.csv', '/no/such/map.csv'),
         ('match_rate_min:=7.0', 'match_rate_min is 7.0'),
@@ -275,12 +277,12 @@ def test_without_a_map_the_demo_floor_is_announced(
     ],
 )
 def test_a_bad_start_is_one_line_and_exit_code_1(
-    capfd: pytest.CaptureFixture[str], parameter: str, words: str
+    capfd: pytest.CaptureFixture[str], parameter: str, expected: str
 ) -> None:
-    assert start_here(main, '--ros-args', '-p', parameter) == 1
-    said = capfd.readouterr().err.splitlines()
-    (line,) = (line for line in said if not line.startswith(('[INFO]', '[WARN]')))
-    assert words in line
+    assert run_in_process(main, '--ros-args', '-p', parameter) == 1
+    lines = capfd.readouterr().err.splitlines()
+    (line,) = (line for line in lines if not line.startswith(('[INFO]', '[WARN]')))
+    assert expected in line
 
 
 @pytest.mark.newest_set_only

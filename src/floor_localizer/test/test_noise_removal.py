@@ -4,8 +4,8 @@ import pytest
 from floor_localizer.core.dot_extraction.centroids import Blobs
 from floor_localizer.core.dot_extraction.noise_removal import (
     are_dots,
-    elongations_of,
-    excess_discords,
+    blob_elongations,
+    excess_edge_asymmetry,
     typical_diameter,
 )
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
@@ -21,12 +21,12 @@ def round_blobs(count=12, diameter=6.0):
         steps=np.zeros(count),
         clipped=np.zeros(count),
         softness=np.full(count, 0.8),
-        discords=np.full(count, 0.1),
+        edge_asymmetries=np.full(count, 0.1),
     )
 
 
 def kept(blobs, **settings):
-    return are_dots(blobs, elongations_of(blobs), 25.0, DotDetectorSettings(**settings))
+    return are_dots(blobs, blob_elongations(blobs), 25.0, DotDetectorSettings(**settings))
 
 
 def test_round_blobs_are_dots():
@@ -42,16 +42,16 @@ def test_round_blobs_are_dots():
         ('contrasts', 0.0),
         ('steps', 0.7),
         ('clipped', 0.3),
-        ('discords', 2.5),
+        ('edge_asymmetries', 2.5),
     ],
 )
-def test_one_that_is_not_like_a_dot_is_told_from_the_others(what, value):
+def test_a_blob_that_is_not_like_a_dot_is_rejected(what, value):
     blobs = round_blobs()
     getattr(blobs, what)[4] = value
     assert list(np.flatnonzero(~kept(blobs))) == [4]
 
 
-def test_a_blur_that_stretches_all_alike_stretches_none():
+def test_a_blur_common_to_all_blobs_is_no_elongation():
     blobs = round_blobs()
     stretch = np.array([[5.0, 2.0], [0.0, 1.0]])
     moments = stretch @ stretch.T
@@ -66,19 +66,19 @@ def test_an_exposure_that_saturates_all_is_no_reflection():
     assert kept(blobs).all()
 
 
-def test_specks_do_not_sway_the_typical_diameter():
+def test_specks_do_not_change_the_typical_diameter():
     dots, specks = np.full(20, np.pi * 9.0), np.full(200, np.pi * 0.25)
     assert typical_diameter(np.append(dots, specks), 3.0, 25.0) == pytest.approx(6.0)
     assert typical_diameter(np.empty(0), 3.0, 25.0) == 3.0
 
 
-def test_a_few_large_pale_spots_do_not_sway_the_typical_diameter():
+def test_a_few_large_pale_spots_do_not_change_the_typical_diameter():
     areas = np.append(np.full(30, np.pi * 9.0), np.full(5, np.pi * 121.0))
     contrasts = np.append(np.full(30, 0.9), np.full(5, 0.25))
     assert typical_diameter(areas, 3.0, 25.0, contrasts) == pytest.approx(6.0)
 
 
-def test_noise_and_ragged_outlines_explain_small_discords():
+def test_noise_and_ragged_outlines_explain_small_edge_asymmetries():
     blobs = round_blobs(3)
-    blobs.discords[:] = 0.0, 0.27, 1.27
-    np.testing.assert_allclose(excess_discords(blobs), [0.0, 0.0, 1.0])
+    blobs.edge_asymmetries[:] = 0.0, 0.27, 1.27
+    np.testing.assert_allclose(excess_edge_asymmetry(blobs), [0.0, 0.0, 1.0])

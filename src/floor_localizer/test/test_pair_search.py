@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from search_scenes import found_pose, scene, search_of
+from search_scenes import found_pose, new_search_for, scene
 
 from floor_localizer.core.constellation.pair_search import choose_pairs, search_pairs
 from floor_localizer.core.constellation.search_state import is_accepted
@@ -13,15 +13,15 @@ from floor_localizer.core.constellation.search_state import is_accepted
 @pytest.mark.parametrize('seed', range(4))
 def test_sparse_views_are_found(floor, indexed_floor, seed):
     pose, _, dots = scene(floor, indexed_floor, seed, missing=0.6, spurious=3)
-    search = search_of(dots, indexed_floor)
+    search = new_search_for(dots, indexed_floor)
     assert search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 24)
-    assert not is_accepted(search, search.rival)
+    assert not is_accepted(search, search.runner_up)
     assert found_pose(search.best).distance_to(pose) < 0.001
 
 
 def test_a_view_of_nothing_is_not_found(floor, indexed_floor):
     _, _, dots = scene(floor, indexed_floor, 0, missing=1.0, spurious=40)
-    search = search_of(dots, indexed_floor)
+    search = new_search_for(dots, indexed_floor)
     assert not search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 6)
     assert search.counts[1] > 0
 
@@ -44,5 +44,5 @@ def test_first_pairs_have_no_dot_in_common(floor, indexed_floor):
 
 def test_no_pairs_no_pose(floor, indexed_floor):
     _, _, dots = scene(floor, indexed_floor, 1)
-    search = search_of(dots, indexed_floor)
+    search = new_search_for(dots, indexed_floor)
     assert not search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 0)

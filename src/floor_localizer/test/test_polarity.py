@@ -13,7 +13,7 @@ def chosen(image):
 
 
 @pytest.mark.parametrize('noise', [0.0, 2.0])
-def test_tells_dark_from_light_dots(noise):
+def test_dark_and_light_dots_are_distinguished(noise):
     light = np.linspace(0.5, 1.2, 160)[None, :]
     assert chosen(photograph(COVERAGE, 160.0, 40.0, light, noise)) == 'dark'
     assert chosen(photograph(COVERAGE, 60.0, 180.0, light, noise)) == 'light'

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from floor_localizer.core.pose_fit import MountedRays, fit_pose, map_point
+from floor_localizer.core.pose_fit import MountedRays, fit_pose, project_to_map
 from shirube_geometry import CameraMount, PlanarPose, matrix_from_rpy
 
 MOUNT = CameraMount(xyz=(0.11, -0.04, 0.13), rpy=(math.pi + 0.05, -0.08, 0.4))
@@ -53,7 +53,7 @@ def fitted(mounted, targets, *, sigmas=None, matched=None, priors=WIDE, start=No
 
 def test_model_is_that_of_rays_and_planes(mounted, rays):
     expected = targets_of(rays, STATE)
-    found = [map_point(mounted, k, STATE) for k in range(len(rays))]
+    found = [project_to_map(mounted, k, STATE) for k in range(len(rays))]
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
@@ -61,14 +61,16 @@ def test_a_level_robot_sees_what_the_mount_says(mounted, rays):
     pose = PlanarPose(0.4, 0.7, -2.0)
     state = np.array([pose.x, pose.y, pose.yaw, 0.0, 0.0, 0.0])
     expected = pose.transform(MOUNT.floor_points_from_rays(rays))
-    np.testing.assert_allclose([map_point(mounted, k, state) for k in range(len(rays))], expected, atol=1e-12)
+    np.testing.assert_allclose(
+        [project_to_map(mounted, k, state) for k in range(len(rays))], expected, atol=1e-12
+    )
 
 
 def test_length_of_a_ray_does_not_matter(rays):
     stretched = MountedRays(rays * 7.3, MOUNT.rotation, np.array(MOUNT.xyz))
     expected = targets_of(rays, STATE)
     np.testing.assert_allclose(
-        [map_point(stretched, k, STATE) for k in range(len(rays))], expected, atol=1e-12
+        [project_to_map(stretched, k, STATE) for k in range(len(rays))], expected, atol=1e-12
     )
 
 

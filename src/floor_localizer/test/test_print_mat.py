@@ -6,7 +6,7 @@ from pdf_dots import PdfPage, read_pages
 from scipy.spatial import cKDTree
 
 from floor_localizer.commands.print_mat import main
-from floor_localizer.files.csv_form import load_csv
+from floor_localizer.files.csv_format import load_csv
 
 MARGIN = 12.0
 
@@ -72,7 +72,7 @@ def test_the_same_seed_prints_the_same_bytes(tmp_path: Path, capsys: pytest.Capt
     assert (tmp_path / 'a.csv').read_bytes() == (tmp_path / 'b.csv').read_bytes()
 
 
-def test_without_a_seed_no_two_mats_are_alike(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_seed_mats_differ(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ('a', 'b'):
         printed(tmp_path / f'{name}.pdf', capsys)
     assert (tmp_path / 'a.csv').read_bytes() != (tmp_path / 'b.csv').read_bytes()

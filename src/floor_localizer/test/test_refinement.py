@@ -10,7 +10,7 @@ from floor_views import CAMERA, MOUNT, pose_over, see
 from scipy.stats import chi2
 
 from floor_localizer.core.pose_fit import MountedRays
-from floor_localizer.core.refinement import refine
+from floor_localizer.core.refinement import refine_pose
 from shirube_geometry import PlanarPose
 
 PRIORS = np.array([0.03, 0.02, 0.02])
@@ -19,7 +19,7 @@ PRIORS = np.array([0.03, 0.02, 0.02])
 def refined(indexed_floor, view, start, sigma=8e-5):
     rays = CAMERA.rays_from_pixels(view.dots.pixels)
     mounted = MountedRays(rays, MOUNT.rotation, np.array(MOUNT.xyz))
-    return refine(indexed_floor.grid, mounted, np.full(len(rays), sigma), np.array(start), PRIORS)
+    return refine_pose(indexed_floor.grid, mounted, np.full(len(rays), sigma), np.array(start), PRIORS)
 
 
 @pytest.mark.parametrize('seed', range(5))
@@ -80,7 +80,7 @@ def test_a_false_dot_does_not_bend_a_view_of_few(floor, indexed_floor, seed):
     pixels = view.dots.pixels[few]
     pixels[-1] += 1.5
     rays = MountedRays(CAMERA.rays_from_pixels(pixels), MOUNT.rotation, np.array(MOUNT.xyz))
-    found = refine(indexed_floor.grid, rays, np.full(len(few), 5e-5), np.array(start), PRIORS)
+    found = refine_pose(indexed_floor.grid, rays, np.full(len(few), 5e-5), np.array(start), PRIORS)
     error = (found.state - start)[:3]
     assert error @ np.linalg.solve(found.covariance[:3, :3], error) < chi2.ppf(0.9999, 3)
 

@@ -12,8 +12,8 @@ from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix, NoFixReason
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.levels import arrange_levels
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.sheets import lay_out_sheets
 from floor_localizer.core.tracker import FloorTracker
 from shirube_geometry import PlanarPose
 
@@ -23,10 +23,10 @@ NARROW = np.diag([1e-4, 1e-4, 1e-2])
 
 
 def building(floors: dict[str, DotMap]) -> FloorLocalizer:
-    sheets = lay_out_sheets(list(floors), [(0.0, 0.0, *SIZE)] * len(floors))
-    points = np.vstack([floor.points + sheet.offset for sheet, floor in zip(sheets, floors.values())])
+    levels = arrange_levels(list(floors), [(0.0, 0.0, *SIZE)] * len(floors))
+    points = np.vstack([floor.points + level.offset for level, floor in zip(levels, floors.values())])
     indexed = index_map(DotMap(points, np.full(len(points), np.nan)))
-    return FloorLocalizer(replace(indexed, sheets=sheets), MOUNT)
+    return FloorLocalizer(replace(indexed, levels=levels), MOUNT)
 
 
 @pytest.fixture(scope='module')
@@ -42,28 +42,28 @@ def views(name: str, number: int):
 
 
 @pytest.mark.parametrize('name', NAMES)
-def test_the_floor_and_the_pose_on_it_are_told(house: FloorLocalizer, name: str) -> None:
+def test_the_level_and_the_pose_on_it_are_found(house: FloorLocalizer, name: str) -> None:
     for pose, dots in views(name, 8):
-        fix = house.on_sheet(house.locate_dots(dots, CAMERA))
+        fix = house.to_level(house.locate_dots(dots, CAMERA))
         assert is_right(fix, pose)
-        assert fix.sheet == name
+        assert fix.level == name
         from_points = fix.map_points[fix.matched]
         assert np.all((from_points > -0.01) & (from_points < np.array(SIZE) + 0.01))
 
 
 def test_a_lift_changes_the_floor(house: FloorLocalizer) -> None:
     tracker = FloorTracker(house)
-    told = []
+    found_levels = []
     for k, name in enumerate([*NAMES, *NAMES]):
         pose, dots = next(views(name, 1))
         fix = tracker.track_dots(0.1 * k, dots, CAMERA)
         assert is_right(fix, pose)
         assert isinstance(fix, Fix)
-        told.append(fix.sheet)
-    assert told == [*NAMES, *NAMES]
+        found_levels.append(fix.level)
+    assert found_levels == [*NAMES, *NAMES]
 
 
-def test_an_area_is_on_its_sheet(house: FloorLocalizer) -> None:
+def test_an_area_is_on_its_level(house: FloorLocalizer) -> None:
     pose, dots = next(views('first', 1))
     tracker = FloorTracker(house)
     tracker.set_area(pose, NARROW, 'ground')
@@ -73,20 +73,20 @@ def test_an_area_is_on_its_sheet(house: FloorLocalizer) -> None:
 
 
 def test_floors_that_look_the_same_are_ambiguous() -> None:
-    twins = building({'left': FLOORS['ground'], 'right': FLOORS['ground']})
+    ambiguous = building({'left': FLOORS['ground'], 'right': FLOORS['ground']})
     _, dots = next(views('ground', 1))
-    assert twins.locate_dots(dots, CAMERA).reason is NoFixReason.AMBIGUOUS
+    assert ambiguous.locate_dots(dots, CAMERA).reason is NoFixReason.AMBIGUOUS
 
 
-def test_a_sheet_that_is_not_there_is_named_with_those_that_are(house: FloorLocalizer) -> None:
+def test_a_missing_level_is_named_with_the_existing_ones(house: FloorLocalizer) -> None:
     with pytest.raises(FloorLocalizerError, match="no level 'roof'; it has: ground, first"):
-        house.pose_on_map(PlanarPose(0.0, 0.0, 0.0), 'roof')
+        house.to_map(PlanarPose(0.0, 0.0, 0.0), 'roof')
     with pytest.raises(FloorLocalizerError, match="no level ''"):
         FloorTracker(house).set_area(PlanarPose(0.0, 0.0, 0.0), NARROW)
 
 
 def test_a_map_of_one_floor_has_its_own_frame(localizer: FloorLocalizer) -> None:
     pose = PlanarPose(0.3, 0.2, 0.1)
-    assert localizer.pose_on_map(pose, '') == pose
+    assert localizer.to_map(pose, '') == pose
     with pytest.raises(FloorLocalizerError, match='it has: none'):
-        localizer.pose_on_map(pose, 'ground')
+        localizer.to_map(pose, 'ground')

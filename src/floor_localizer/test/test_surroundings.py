@@ -2,10 +2,10 @@ import numpy as np
 from scipy import ndimage
 
 from floor_localizer.core.dot_extraction.labelling import DISCARDED, label_blobs
-from floor_localizer.core.dot_extraction.surroundings import REACH, grow_labels
+from floor_localizer.core.dot_extraction.surroundings import SURROUNDINGS_WIDTH, grow_labels
 
 
-def grown(mask):
+def grown_labels(mask):
     labels, boxes = label_blobs(mask.astype(np.uint8))
     grow_labels(labels, boxes)
     return labels
@@ -18,18 +18,18 @@ def disc(u, v, diameter, size=60):
 
 def test_a_blob_gets_a_soft_edge_and_a_ring_about_as_wide_as_each_other():
     mask = disc(30, 30, 11)
-    labels = grown(mask)
+    labels = grown_labels(mask)
     distance = ndimage.distance_transform_edt(~mask)
     np.testing.assert_array_equal(labels[mask], 1)
     assert distance[labels == 1].max() < 3.0
-    assert distance[labels == 0].min() > REACH - 1
+    assert distance[labels == 0].min() > SURROUNDINGS_WIDTH - 1
     ring = distance[labels == -1]
     assert ring.min() > 1.5
-    assert ring.max() <= REACH + 2.0
+    assert ring.max() <= SURROUNDINGS_WIDTH + 2.0
 
 
 def test_between_two_blobs_the_border_runs_half_way():
-    labels = grown(disc(24, 30, 9) | disc(36, 30, 9))
+    labels = grown_labels(disc(24, 30, 9) | disc(36, 30, 9))
     left, right = np.abs(labels[30, 20:30]), np.abs(labels[30, 31:41])
     assert set(left) == {1}
     assert set(right) == {2}

@@ -15,7 +15,7 @@ from floor_localizer.task_runner import task_runner
 pytestmark = pytest.mark.newest_set_only
 
 
-def test_faults_of_workers_are_raised_and_told_only_here(
+def test_errors_of_workers_are_raised_and_logged_only_here(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with task_runner(2) as runner:
@@ -30,8 +30,8 @@ def test_faults_of_workers_are_raised_and_told_only_here(
     assert capfd.readouterr() == ('', '')
 
 
-def test_a_scheduler_without_workers_and_one_that_goes_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(task_runner_module, '_PATIENCE', 2.0)
+def test_a_scheduler_without_workers_or_that_stops_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(task_runner_module, '_SCHEDULER_TIMEOUT', 2.0)
     with LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster:
         address = cluster.scheduler_address
         with pytest.raises(FloorLocalizerError, match=f'start "dask worker {address}"'):

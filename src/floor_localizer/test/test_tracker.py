@@ -29,7 +29,7 @@ def drive(number, start=START):
 
 
 @pytest.mark.parametrize('odometry', [True, False])
-def test_a_driving_robot_is_followed_by_expectation(floor, tracker, odometry):
+def test_a_driving_robot_is_tracked_by_prediction(floor, tracker, odometry):
     rng = np.random.default_rng(0)
     odom = PlanarPose(7.0, 7.0, -2.0)
     for k, pose in enumerate(drive(12)):
@@ -102,7 +102,7 @@ def sparse_views(floor, rng, number):
     return views
 
 
-def test_sparse_views_joined_by_odometry_find_what_none_finds_alone(floor, localizer):
+def test_sparse_views_merged_by_odometry_find_what_none_finds_alone(floor, localizer):
     rng = np.random.default_rng(7)
     tracker = FloorTracker(localizer, TrackerSettings(odometry_error=0.005, joined_views=8))
     views = sparse_views(floor, rng, 8)
@@ -123,7 +123,7 @@ def test_without_odometry_sparse_views_are_not_joined(floor, tracker):
         assert isinstance(tracker.track_dots(0.1 * k, dots, CAMERA), NoFix)
 
 
-def test_relocalize_forgets_views_that_wait_to_be_joined(floor, tracker):
+def test_relocalize_drops_views_that_wait_to_be_merged(floor, tracker):
     for k, (pose, dots) in enumerate(sparse_views(floor, np.random.default_rng(7), 4)):
         tracker.relocalize()
         tracker.add_odometry(0.1 * k, START.inverse() @ pose)
@@ -148,7 +148,7 @@ def test_a_first_pose_that_is_not_sure_enough_waits(floor, localizer):
     assert never_sure.track_dots(0.0, dots, CAMERA).reason is NoFixReason.UNCERTAIN
 
 
-def test_an_image_stamped_before_the_last_is_located_without_expectation(floor, tracker):
+def test_an_image_stamped_before_the_last_is_located_without_prior(floor, tracker):
     rng = np.random.default_rng(10)
     tracker.track_dots(1.0, see(floor, START, rng).dots, CAMERA)
     result = tracker.track_dots(0.5, see(floor, START, rng).dots, CAMERA)

@@ -41,45 +41,47 @@ def test_every_place_of_a_random_floor_is_unique() -> None:
 def test_every_place_of_a_periodic_floor_is_ambiguous() -> None:
     tile = random_map(2, (0.15, 0.15)).points
     tiles = [tile + 0.15 * np.array([i, j]) for i in range(3) for j in range(3)]
-    assert set(kinds(map_of(*tiles))) == {PlaceKind.TWIN}
+    assert set(kinds(map_of(*tiles))) == {PlaceKind.AMBIGUOUS}
 
 
 @pytest.mark.parametrize('turn', [0.0, 0.5, np.pi])
-def test_a_copied_piece_is_found_and_its_original_named(turn: float) -> None:
+def test_a_copied_part_is_found_and_its_original_named(turn: float) -> None:
     original = random_map(3).points
     T_copy = PlanarPose(1.0, 0.2, turn)
     floor = index_map(map_of(original, T_copy.transform(original)))
     place = inspect_place(floor, (0.2, 0.15), VIEW, SETTINGS)
-    assert place.kind is PlaceKind.TWIN
-    assert place.rival_share == 1.0
-    assert place.rival is not None
-    np.testing.assert_allclose(place.rival, T_copy.transform([(0.2, 0.15)])[0], atol=1e-4)
+    assert place.kind is PlaceKind.AMBIGUOUS
+    assert place.runner_up_fraction == 1.0
+    assert place.runner_up is not None
+    np.testing.assert_allclose(place.runner_up, T_copy.transform([(0.2, 0.15)])[0], atol=1e-4)
 
 
 def test_a_copy_with_one_dot_in_ten_missing_is_found_and_one_with_half_of_them_is_not() -> None:
     original = random_map(4).points
     rng = np.random.default_rng(4)
-    for share, kind in ((0.9, PlaceKind.TWIN), (0.5, PlaceKind.UNIQUE)):
-        copy = original[rng.random(len(original)) < share] + (1.0, 0.0)
+    for fraction, kind in ((0.9, PlaceKind.AMBIGUOUS), (0.5, PlaceKind.UNIQUE)):
+        copy = original[rng.random(len(original)) < fraction] + (1.0, 0.0)
         floor = index_map(map_of(original, copy))
         found = [inspect_place(floor, (x, 0.15), VIEW, SETTINGS).kind for x in (0.1, 0.2, 0.3)]
         assert Counter(found).most_common(1)[0][0] is kind
 
 
-def test_a_mirrored_piece_is_found() -> None:
+def test_a_mirrored_part_is_found() -> None:
     original = random_map(5).points
     floor = index_map(map_of(original, original * (-1.0, 1.0) + (1.5, 0.0)))
     place = inspect_place(floor, (0.2, 0.15), VIEW, SETTINGS)
-    assert place.kind is PlaceKind.MIRRORED_TWIN
-    assert place.rival is not None
-    np.testing.assert_allclose(place.rival, (1.3, 0.15), atol=1e-4)
+    assert place.kind is PlaceKind.MIRROR_AMBIGUOUS
+    assert place.runner_up is not None
+    np.testing.assert_allclose(place.runner_up, (1.3, 0.15), atol=1e-4)
 
 
-def test_a_corner_that_was_swept_bare_is_thin() -> None:
+def test_a_corner_that_was_swept_bare_has_too_few_dots() -> None:
     dot_map = random_map(6)
     rng = np.random.default_rng(6)
     kept = (dot_map.points > (0.18, 0.15)).any(axis=1) | (rng.random(len(dot_map)) < 0.05)
-    thin = [place for place in inspected(map_of(dot_map.points[kept])) if place.kind is PlaceKind.THIN]
+    thin = [
+        place for place in inspected(map_of(dot_map.points[kept])) if place.kind is PlaceKind.TOO_FEW_DOTS
+    ]
     assert thin
     assert all(place.x < 0.18 and place.y < 0.15 for place in thin)
     assert all(place.expected_chance_alignments > SETTINGS.chance_alignments_max for place in thin)

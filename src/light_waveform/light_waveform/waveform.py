@@ -57,8 +57,8 @@ class Waveform:
         Returns:
             array, shape (*times.shape, parts), 0 to 1.
         """
-        rest = np.mod(np.asarray(times, dtype=np.float64), self.period)
-        return np.array(self.levels[np.searchsorted(self.times, rest, side='right') - 1])
+        phase = np.mod(np.asarray(times, dtype=np.float64), self.period)
+        return np.array(self.levels[np.searchsorted(self.times, phase, side='right') - 1])
 
     def mean_levels(self, starts: ArrayLike, stops: ArrayLike) -> NDArray[np.float64]:
         """Return the exact mean over time windows: the integral of the step function over their length.
@@ -79,28 +79,28 @@ class Waveform:
         means = np.divide(light, length, out=self.levels_at(begin), where=length > 0.0)
         return np.asarray(np.clip(means, 0.0, 1.0))
 
-    def exposed(self, starts: ArrayLike, exposure: float) -> NDArray[np.float64]:
+    def exposure_means(self, starts: ArrayLike, exposure: float) -> NDArray[np.float64]:
         """Return the mean levels over exposures that begin at ``starts`` [s] and last ``exposure`` [s]."""
         begin = np.asarray(starts, dtype=np.float64)
         return self.mean_levels(begin, begin + exposure)
 
     def _integral(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the integral of the levels from 0 to times, shape (..., parts) [s]."""
-        turns = np.floor(times / self.period)
+        whole_periods = np.floor(times / self.period)
         # Rounding of the quotient at the end of a period must not give a negative phase.
-        rest = np.maximum(times - turns * self.period, 0.0)
-        step = np.searchsorted(self.times, rest, side='right') - 1
-        within = self._sums[step] + (rest - self.times[step])[..., None] * self.levels[step]
-        return np.asarray(turns[..., None] * self._sums[-1] + within)
+        phase = np.maximum(times - whole_periods * self.period, 0.0)
+        step = np.searchsorted(self.times, phase, side='right') - 1
+        partial = self._cumulative[step] + (phase - self.times[step])[..., None] * self.levels[step]
+        return np.asarray(whole_periods[..., None] * self._cumulative[-1] + partial)
 
     @cached_property
-    def _sums(self) -> NDArray[np.float64]:
+    def _cumulative(self) -> NDArray[np.float64]:
         """Integral from 0 to each time and to the period, shape (n + 1, parts) [s]."""
         steps = np.diff(np.append(self.times, self.period))[:, None] * self.levels
         return np.concatenate([np.zeros((1, self.parts)), np.cumsum(steps, axis=0)])
 
 
-def waveform_of_steps(durations: ArrayLike, levels: ArrayLike) -> Waveform:
+def waveform_from_steps(durations: ArrayLike, levels: ArrayLike) -> Waveform:
     """Build one period from steps; adjacent steps with equal levels are merged.
 
     Args:
@@ -124,4 +124,4 @@ def waveform_of_steps(durations: ArrayLike, levels: ArrayLike) -> Waveform:
 
 def steady_light(parts: int = 1) -> Waveform:
     """Return the waveform of a lamp that is constantly on."""
-    return waveform_of_steps([1.0], np.ones((1, parts)))
+    return waveform_from_steps([1.0], np.ones((1, parts)))

@@ -15,8 +15,8 @@ _HEADERS = {1: 't,level', 2: 't,level_a,level_b'}
 _REMEDY = f'the first line must be {_HEADERS[1]} or {_HEADERS[2]}, the others as many numbers'
 
 
-def csv_of_waveform(waveform: Waveform) -> str:
-    """Return one period as CSV text; `waveform_of_csv` restores it exactly."""
+def waveform_to_csv(waveform: Waveform) -> str:
+    """Return one period as CSV text; `waveform_from_csv` restores it exactly."""
     times = [*waveform.times.tolist(), waveform.period]
     levels = [*waveform.levels.tolist(), waveform.levels[0].tolist()]
     rows = [
@@ -26,7 +26,7 @@ def csv_of_waveform(waveform: Waveform) -> str:
     return '\n'.join([_HEADERS[waveform.parts], *rows]) + '\n'
 
 
-def waveform_of_csv(text: str) -> Waveform:
+def waveform_from_csv(text: str) -> Waveform:
     """Parse a waveform from CSV text.
 
     Raises:
@@ -37,7 +37,7 @@ def waveform_of_csv(text: str) -> Waveform:
     if header not in _HEADERS.values():
         raise LightWaveformError(f'the waveform begins with {header[:40]!r}; {_REMEDY}')
     columns = header.count(',') + 1
-    rows = [_row(number, line, columns) for number, line in enumerate(lines[1:], start=2)]
+    rows = [_parse_row(number, line, columns) for number, line in enumerate(lines[1:], start=2)]
     if len(rows) < 2:
         raise LightWaveformError(
             'the waveform has no period; give one row per level and a last row that ends the period'
@@ -46,9 +46,9 @@ def waveform_of_csv(text: str) -> Waveform:
     return Waveform(table[:-1, 0], table[:-1, 1:], float(table[-1, 0]))
 
 
-def _row(number: int, line: str, columns: int) -> list[float]:
+def _parse_row(number: int, line: str, columns: int) -> list[float]:
     try:
-        row = [float(word) for word in line.split(',')]
+        row = [float(cell) for cell in line.split(',')]
     except ValueError:
         row = []
     if len(row) != columns or not np.isfinite(row).all():

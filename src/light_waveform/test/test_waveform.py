@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from light_waveform import LightWaveformError, Waveform, steady_light, waveform_of_steps
+from light_waveform import LightWaveformError, Waveform, steady_light, waveform_from_steps
 
-UNEVEN = waveform_of_steps([0.7e-3, 0.2e-3, 1.1e-3], [[1.0, 0.0], [0.25, 1.0], [0.0, 0.5]])
+UNEVEN = waveform_from_steps([0.7e-3, 0.2e-3, 1.1e-3], [[1.0, 0.0], [0.25, 1.0], [0.0, 0.5]])
 
 
 def windows(count: int, longest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -32,7 +32,7 @@ def test_levels_hold_until_the_next_time_and_repeat() -> None:
         np.testing.assert_array_equal(UNEVEN.levels_at(times + 1e-9 + turns * UNEVEN.period), expected)
 
 
-def test_a_window_keeps_the_light_of_its_pieces() -> None:
+def test_mean_of_a_window_is_that_of_its_parts() -> None:
     cuts = np.sort(np.random.default_rng(1).uniform(0.0, 0.02, 30))
     pieces = UNEVEN.mean_levels(cuts[:-1], cuts[1:]) * np.diff(cuts)[:, None]
     whole = UNEVEN.mean_levels(cuts[0], cuts[-1]) * (cuts[-1] - cuts[0])
@@ -49,14 +49,14 @@ def test_any_whole_period_holds_the_mean_of_all() -> None:
 
 def test_periods_that_are_added_up_hold_the_mean_of_all() -> None:
     for period in np.random.default_rng(1).uniform(1e-4, 1e-2, 200):
-        blink = waveform_of_steps([0.3 * period, 0.7 * period], [1.0, 0.0])
+        blink = waveform_from_steps([0.3 * period, 0.7 * period], [1.0, 0.0])
         # A sum of periods lies a rounding before or after the border of a period.
         stops = np.cumsum(np.full(200, period))
         np.testing.assert_allclose(blink.mean_levels(np.zeros(200), stops)[:, 0], 0.3, atol=1e-9)
 
 
 def test_half_of_an_edge_is_half_the_light() -> None:
-    blink = waveform_of_steps([1e-3, 1e-3], [1.0, 0.0])
+    blink = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
     share = np.linspace(0.0, 1.0, 11)
     starts = 1e-3 - share * 1e-4
     np.testing.assert_allclose(blink.mean_levels(starts, starts + 1e-4)[:, 0], share, atol=1e-9)
@@ -80,7 +80,7 @@ def test_windows_of_any_shape_give_one_more_axis() -> None:
 
 
 def test_equal_neighbours_join_and_play_the_same() -> None:
-    joined = waveform_of_steps([1e-3, 2e-3, 1e-3], [1.0, 1.0, 0.0])
+    joined = waveform_from_steps([1e-3, 2e-3, 1e-3], [1.0, 1.0, 0.0])
     np.testing.assert_array_equal(joined.times, [0.0, 3e-3])
     np.testing.assert_array_equal(joined.levels, [[1.0], [0.0]])
     assert joined.period == pytest.approx(4e-3)
@@ -107,7 +107,7 @@ def test_steady_light_is_always_full() -> None:
         ([], np.empty((0, 1)), 2.0),
     ],
 )
-def test_what_is_no_waveform_is_refused(times: list[float], levels: object, period: float) -> None:
+def test_invalid_waveforms_are_rejected(times: list[float], levels: object, period: float) -> None:
     with pytest.raises(LightWaveformError, match='waveform'):
         Waveform(np.array(times), np.array(levels), period)
 
@@ -116,6 +116,6 @@ def test_what_is_no_waveform_is_refused(times: list[float], levels: object, peri
     ('durations', 'levels'),
     [([], []), ([1.0], [1.0, 0.0]), ([1.0, 0.0], [1.0, 0.0]), ([1.0], [2.0]), ([[1.0]], [1.0]), ([1.0], 1.0)],
 )
-def test_what_are_no_steps_is_refused(durations: object, levels: object) -> None:
+def test_invalid_steps_are_rejected(durations: object, levels: object) -> None:
     with pytest.raises(LightWaveformError, match=r'waveform|steps'):
-        waveform_of_steps(durations, levels)
+        waveform_from_steps(durations, levels)

@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from light_waveform import LightWaveformError, csv_of_waveform, waveform_of_csv, waveform_of_steps
+from light_waveform import LightWaveformError, waveform_from_csv, waveform_from_steps, waveform_to_csv
 
 
 @pytest.mark.parametrize('parts', [1, 2])
 def test_the_same_numbers_come_back(parts: int) -> None:
     rng = np.random.default_rng(parts)
-    waveform = waveform_of_steps(rng.uniform(1e-4, 1e-3, 200), rng.random((200, parts)))
-    again = waveform_of_csv(csv_of_waveform(waveform))
+    waveform = waveform_from_steps(rng.uniform(1e-4, 1e-3, 200), rng.random((200, parts)))
+    again = waveform_from_csv(waveform_to_csv(waveform))
     np.testing.assert_array_equal(again.times, waveform.times)
     np.testing.assert_array_equal(again.levels, waveform.levels)
     assert again.period == waveform.period
 
 
-def test_the_text_tells_one_whole_period() -> None:
-    text = csv_of_waveform(waveform_of_steps([0.25, 0.5], [[1.0, 0.0], [0.0, 0.5]]))
+def test_csv_holds_one_period() -> None:
+    text = waveform_to_csv(waveform_from_steps([0.25, 0.5], [[1.0, 0.0], [0.0, 0.5]]))
     assert text == 't,level_a,level_b\n0.0,1,0\n0.25,0,0.5\n0.75,1,0\n'
 
 
@@ -36,6 +36,6 @@ def test_the_text_tells_one_whole_period() -> None:
         ('t,level\n0,1\n0.5,0\n0.5,1\n', 'rise'),
     ],
 )
-def test_other_text_is_refused(text: str, complaint: str) -> None:
+def test_malformed_csv_is_rejected(text: str, complaint: str) -> None:
     with pytest.raises(LightWaveformError, match=complaint):
-        waveform_of_csv(text)
+        waveform_from_csv(text)

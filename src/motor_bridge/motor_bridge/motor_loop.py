@@ -7,18 +7,18 @@ from contextlib import AbstractContextManager, suppress
 from threading import Event, Thread
 from typing import Protocol
 
-from motor_bridge.conversation import Conversation
-from motor_bridge.core.controller_link import ControllerLink, ControllerSetup, Line
+from motor_bridge.controller_session import ControllerSession
+from motor_bridge.core.controller_link import ControllerLink, ControllerSetup, SerialLine
 from motor_bridge.core.serial_protocol import LinkError
 from motor_bridge.core.velocity import Velocity
 from motor_bridge.serial_port import PortError
 
 BACK_OFF = (0.1, 2.0)
 """First and longest back-off before the port is reopened [s]; it doubles each time."""
-_JOIN_MAX = 3.0  # [s]
+_JOIN_TIMEOUT = 3.0  # [s]
 
 
-class OpenLine(Line, AbstractContextManager[Line], Protocol):
+class OpenSerialLine(SerialLine, AbstractContextManager[SerialLine], Protocol):
     """A serial line that is also a context manager."""
 
 
@@ -31,9 +31,9 @@ class MotorLoop:
 
     def __init__(
         self,
-        open_line: Callable[[], OpenLine],
+        open_line: Callable[[], OpenSerialLine],
         setup: ControllerSetup,
-        conversation: Conversation,
+        session: ControllerSession,
         now: Callable[[], float],
     ) -> None:
         """Prepare; call `start` to begin.
@@ -45,8 +45,8 @@ class MotorLoop:
             now: returns the time of timeouts [s].
         """
         self._open_line, self._setup, self._now = open_line, setup, now
-        self._talk = conversation
-        self._wake, self._over, self._cycle_due = Event(), Event(), Event()
+        self._session = session
+        self._wake, self._stop_event, self._cycle_due = Event(), Event(), Event()
         self._thread = Thread(target=self._run, name='motor loop', daemon=True)
 
     def start(self) -> None:
@@ -55,21 +55,21 @@ class MotorLoop:
 
     def close(self) -> None:
         """Stop the motors and close the port."""
-        self._over.set()
+        self._stop_event.set()
         self._wake.set()
         if self._thread.is_alive():
-            self._thread.join(_JOIN_MAX)
+            self._thread.join(_JOIN_TIMEOUT)
 
-    def want(self, velocity: Velocity) -> None:
+    def set_target(self, velocity: Velocity) -> None:
         """Set the target velocity."""
-        with self._talk.lock:
-            self._talk.drive.want(velocity, self._now())
+        with self._session.lock:
+            self._session.drive.set_target(velocity, self._now())
         self._wake.set()
 
-    def emergency(self, *, is_on: bool) -> None:
+    def set_emergency_stop(self, *, is_on: bool) -> None:
         """Stop at once, or allow later target velocities again."""
-        with self._talk.lock:
-            self._talk.drive.emergency(is_on=is_on)
+        with self._session.lock:
+            self._session.drive.set_emergency_stop(is_on=is_on)
         self._wake.set()
 
     def cycle(self) -> None:
@@ -78,33 +78,33 @@ class MotorLoop:
         self._wake.set()
 
     def _run(self) -> None:
-        pause, report = BACK_OFF[0], self._talk.report
-        while not self._over.is_set():
+        pause, report = BACK_OFF[0], self._session.report
+        while not self._stop_event.is_set():
             connections = report.connections
             try:
                 with self._open_line() as line:
                     self._serve(ControllerLink(line, self._setup))
             except (PortError, LinkError) as fault:
-                report.lost(str(fault))
+                report.set_disconnected(str(fault))
             except Exception as fault:  # noqa: BLE001 the loop must survive programming errors
                 report.faults[f'{type(fault).__name__} in the loop'] += 1
-                report.lost(' '.join(f'{type(fault).__name__}: {fault}'.split()))
-            with self._talk.lock:
-                self._talk.drive.halt()
+                report.set_disconnected(' '.join(f'{type(fault).__name__}: {fault}'.split()))
+            with self._session.lock:
+                self._session.drive.halt()
             pause = BACK_OFF[0] if report.connections > connections else min(2.0 * pause, BACK_OFF[1])
-            self._over.wait(pause)
+            self._stop_event.wait(pause)
 
     def _serve(self, link: ControllerLink) -> None:
         """Serve an open line until an error or the stop event; the motors are always stopped at the end."""
         try:
-            self._talk.meet(link, self._over)
-            while not self._over.is_set():
+            self._session.connect(link, self._stop_event)
+            while not self._stop_event.is_set():
                 self._wake.wait()
                 self._wake.clear()
                 is_cycle = self._cycle_due.is_set()
                 self._cycle_due.clear()
-                if not self._talk.step(link, self._over, is_cycle=is_cycle):
+                if not self._session.step(link, self._stop_event, is_cycle=is_cycle):
                     self.cycle()
         finally:
             with suppress(PortError, LinkError):
-                link.leave()
+                link.stop_and_resynchronize()

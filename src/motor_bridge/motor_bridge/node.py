@@ -13,25 +13,25 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from motor_bridge.bridge_report import bridge_status
-from motor_bridge.conversation import Conversation
+from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_link import ControllerSetup
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.velocity import finite_velocity
-from motor_bridge.core.wheel_base import WheelBase
-from motor_bridge.loop_report import LoopReport
+from motor_bridge.core.velocity import check_velocity
+from motor_bridge.link_report import LinkReport
 from motor_bridge.motor_loop import MotorLoop
 from motor_bridge.node_settings import NodeSettings
-from motor_bridge.odometry_output import OdometryOutput
+from motor_bridge.odometry_publisher import OdometryPublisher
 from motor_bridge.serial_port import SerialPort
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics, Status
-from shirube_ros.message_guard import MessageGuard
-from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.node_main import run_node
+from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.quality_of_service import overridable, pose_profile
-from shirube_ros.safe_main import run_node
-from shirube_ros.trigger_service import offer_trigger
+from shirube_ros.trigger_service import create_trigger_service
 
 
 class MotorBridgeNode(Node):
@@ -69,7 +69,7 @@ class MotorBridgeNode(Node):
         super().__init__('motor_bridge', **options)
         self._settings = declare_parameters(self, NodeSettings)
         drive = declare_parameters(self, DriveSettings)
-        refuse_misspelled_parameters(self)
+        reject_misspelled_parameters(self)
         if not self._settings.port:
             raise MotorBridgeError('port is empty; set it to the serial port of the motor controller')
         if self._settings.odom_frame == self._settings.base_frame:
@@ -80,39 +80,41 @@ class MotorBridgeNode(Node):
             )
         self._timeout = drive.cmd_vel_timeout
         self._is_simulated = bool(self.get_parameter('use_sim_time').value)
-        self._guard = MessageGuard(self, (MotorBridgeError,))
-        self._output = OdometryOutput(self, self._settings)
-        self._talk = self._make_conversation(drive)
+        self._guard = CallbackGuard(self, (MotorBridgeError,))
+        self._output = OdometryPublisher(self, self._settings)
+        self._session = self._make_session(drive)
         self._loop = self._make_loop()
         self._diagnostics = Diagnostics(self, self._guard.counts, self._status)
         self._subscribe()
-        offer_trigger(self, self._guard, '~/reset_odometry', self._reset_odometry)
+        create_trigger_service(self, self._guard, '~/reset_odometry', self._reset_odometry)
         self.create_timer(1.0 / self._settings.update_rate, self._loop.cycle)
         self._loop.start()
 
-    def _make_conversation(self, drive: DriveSettings) -> Conversation:
-        base = WheelBase(drive)
-        return Conversation(
-            BaseDrive(base, drive, 1.0 / self._settings.update_rate),
-            EncoderOdometry(base, drive),
+    def _make_session(self, drive: DriveSettings) -> ControllerSession:
+        kinematics = DiffDriveKinematics(drive)
+        return ControllerSession(
+            BaseDrive(kinematics, drive, 1.0 / self._settings.update_rate),
+            EncoderOdometry(kinematics, drive),
             self._now,
-            LoopReport(self._say),
-            self._output.show,
+            LinkReport(self._log_link_state),
+            self._output.publish,
         )
 
     def _make_loop(self) -> MotorLoop:
         settings = self._settings
         open_line = partial(SerialPort, settings.port, settings.baud, settings.reply_timeout)
-        return MotorLoop(open_line, ControllerSetup(settings.baud, settings.gains), self._talk, self._now)
+        return MotorLoop(open_line, ControllerSetup(settings.baud, settings.gains), self._session, self._now)
 
     def _subscribe(self) -> None:
         if self._settings.stamped:
-            self._velocities = self._listen(TwistStamped, 'cmd_vel', self._take_stamped)
+            self._cmd_vel_subscription = self._create_guarded_subscription(
+                TwistStamped, 'cmd_vel', self._take_stamped
+            )
         else:
-            self._velocities = self._listen(Twist, 'cmd_vel', self._take_twist)
-        self._listen(Bool, 'estop', self._take_estop)
+            self._cmd_vel_subscription = self._create_guarded_subscription(Twist, 'cmd_vel', self._take_twist)
+        self._create_guarded_subscription(Bool, 'estop', self._take_estop)
 
-    def _listen(self, kind: type, topic: str, take: Any) -> Subscription:
+    def _create_guarded_subscription(self, kind: type, topic: str, take: Any) -> Subscription:
         guarded = self._guard.guard(topic, take)
         return self.create_subscription(
             kind, topic, guarded, pose_profile(), qos_overriding_options=overridable()
@@ -125,11 +127,11 @@ class MotorBridgeNode(Node):
     def _ros_now(self) -> float:
         return float(self.get_clock().now().nanoseconds * 1e-9)
 
-    def _say(self, sentence: str, is_connected: bool) -> None:
+    def _log_link_state(self, message: str, is_connected: bool) -> None:
         if is_connected:
-            self.get_logger().info(f'{self._settings.port}: {sentence}')
+            self.get_logger().info(f'{self._settings.port}: {message}')
         else:
-            self.get_logger().warning(sentence)
+            self.get_logger().warning(message)
 
     def _take_stamped(self, message: TwistStamped) -> None:
         stamp = float(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
@@ -144,27 +146,27 @@ class MotorBridgeNode(Node):
         self._take_twist(message.twist)
 
     def _take_twist(self, message: Twist) -> None:
-        velocity = finite_velocity(message.linear.x, message.angular.z)
-        if self._drivers() > 1:
+        velocity = check_velocity(message.linear.x, message.angular.z)
+        if self._publisher_count() > 1:
             raise MotorBridgeError('more than one node publishes cmd_vel, all are ignored; keep one of them')
-        self._loop.want(velocity)
+        self._loop.set_target(velocity)
 
-    def _drivers(self) -> int:
-        return int(self.count_publishers(self._velocities.topic_name))
+    def _publisher_count(self) -> int:
+        return int(self.count_publishers(self._cmd_vel_subscription.topic_name))
 
     def _take_estop(self, message: Bool) -> None:
-        self._loop.emergency(is_on=message.data)
+        self._loop.set_emergency_stop(is_on=message.data)
 
     def _reset_odometry(self) -> str:
-        with self._talk.lock:
-            self._talk.odometry.reset()
+        with self._session.lock:
+            self._session.odometry.reset()
         return 'odometry reset to the origin'
 
     def _status(self) -> Status:
-        offers = self.get_publishers_info_by_topic(self._velocities.topic_name)
+        publishers = self.get_publishers_info_by_topic(self._cmd_vel_subscription.topic_name)
         kind = 'TwistStamped' if self._settings.stamped else 'Twist'
-        offered = [str(offer.topic_type) for offer in offers]
-        return bridge_status(self._talk, self._now(), f'geometry_msgs/msg/{kind}', offered)
+        published_types = [str(offer.topic_type) for offer in publishers]
+        return bridge_status(self._session, self._now(), f'geometry_msgs/msg/{kind}', published_types)
 
     def stop(self) -> None:
         """Stop the motors when the node ends."""

@@ -15,8 +15,8 @@ import serial
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
-_QUIET = 0.02  # the line is quiet after this time without bytes [s]
-_DRAIN_MAX = 0.3  # timeout of draining [s]
+_QUIET_TIME = 0.02  # the line is quiet after this time without bytes [s]
+_DRAIN_TIMEOUT = 0.3  # timeout of draining [s]
 _WRITE_TIMEOUT = 0.2  # [s]
 _CHUNK = 4096
 _REMEDIES = {
@@ -75,7 +75,7 @@ class SerialPort:
         Raises:
             PortError: the port was disconnected or accepts no bytes.
         """
-        with self._told():
+        with self._port_errors():
             self._serial.write(data)
 
     def read_line(self, size_max: int) -> bytes:
@@ -86,8 +86,8 @@ class SerialPort:
         """
         end = monotonic() + self._reply_timeout
         while b'\n' not in self._received and len(self._received) < size_max:
-            left = end - monotonic()
-            if left <= 0.0 or not self._wait(left):
+            remaining = end - monotonic()
+            if remaining <= 0.0 or not self._wait(remaining):
                 break
             self._received += self._read()
         size = min(self._received.find(b'\n') + 1 or size_max, size_max)
@@ -100,12 +100,12 @@ class SerialPort:
         Raises:
             PortError: the port was disconnected.
         """
-        end, count = monotonic() + _DRAIN_MAX, self.drop_received()
-        while monotonic() < end and self._wait(_QUIET):
+        end, count = monotonic() + _DRAIN_TIMEOUT, self.discard_received()
+        while monotonic() < end and self._wait(_QUIET_TIME):
             count += len(self._read())
         return count
 
-    def drop_received(self) -> int:
+    def discard_received(self) -> int:
         """Discard received bytes without waiting; return their number.
 
         Raises:
@@ -117,15 +117,15 @@ class SerialPort:
         return count
 
     def _wait(self, seconds: float) -> bool:
-        with self._told():
+        with self._port_errors():
             return bool(select.select([self._serial.fileno()], [], [], seconds)[0])
 
     def _read(self) -> bytes:
-        with self._told():
+        with self._port_errors():
             return self._serial.read(min(_CHUNK, max(1, self._serial.in_waiting)))
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _port_errors(self) -> Iterator[None]:
         try:
             yield
         except (

@@ -17,9 +17,9 @@ from std_srvs.srv import Trigger
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.line_faults import FaultOrder, LineFaults
+from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time import RealTime
+from motor_bridge.emulator.real_time_stepper import RealTimeStepper
 from motor_bridge.node import MotorBridgeNode
 from shirube_ros.pose_conversion import planar_pose
 
@@ -37,7 +37,7 @@ class Robot:
             PseudoTerminal(self.controller, self.lock, faults=self.faults, link=link)
         )
         if real_time:
-            self._stack.enter_context(RealTime(self.controller, self.lock))
+            self._stack.enter_context(RealTimeStepper(self.controller, self.lock))
         self.node = graph.add(MotorBridgeNode, port=str(link), **parameters)
         self.person = graph.add(lambda **options: Node('person', **options))
         self.odometry, self.joints, self.reports = [], [], []
@@ -60,7 +60,7 @@ class Robot:
 
     @property
     def report(self):
-        return self.node._talk.report
+        return self.node._session.report
 
     def until(self, is_done, timeout=10.0):
         assert self._graph.spin_until(is_done, timeout)
@@ -84,7 +84,7 @@ class Robot:
         self.estop.publish(Bool(data=is_on))
 
     def fault(self, kind, amount=1.0):
-        self.faults.order(FaultOrder(kind, amount))
+        self.faults.inject(FaultRequest(kind, amount))
 
     def message(self):
         before = len(self.reports)
@@ -92,7 +92,7 @@ class Robot:
         return self.reports[-1]
 
     def refusals(self, topic='cmd_vel'):
-        return list(self.node._guard.counts[topic].refused)
+        return list(self.node._guard.counts[topic].rejected)
 
     def call(self, service):
         client = self.person.create_client(Trigger, f'/motor_bridge/{service}')
@@ -101,7 +101,7 @@ class Robot:
         self.until(future.done)
         return future.result()
 
-    def stands(self):
+    def is_stopped(self):
         with self.lock:
             return self.controller.is_stopped
 
@@ -111,7 +111,7 @@ class Robot:
 
     def error(self):
         """Position error of odometry when the robot is stopped [m]."""
-        self.until(self.stands)
+        self.until(self.is_stopped)
         seen = len(self.odometry)
         self.until(lambda: len(self.odometry) > seen + 2)
         pose = planar_pose(self.odometry[-1].pose.pose, 'odom')

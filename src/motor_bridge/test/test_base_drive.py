@@ -3,13 +3,13 @@ import math
 import pytest
 
 from motor_bridge.core.base_drive import BaseDrive
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.velocity import Velocity
-from motor_bridge.core.wheel_base import WheelBase
 
 PERIOD = 1.0 / 30.0
 SETTINGS = DriveSettings()
-BASE = WheelBase(SETTINGS)
+BASE = DiffDriveKinematics(SETTINGS)
 
 
 class Driver:
@@ -20,7 +20,7 @@ class Driver:
         for _ in range(round(seconds / PERIOD)):
             self.now += PERIOD
             if wanted is not None:
-                self.drive.want(wanted, self.now)
+                self.drive.set_target(wanted, self.now)
             self.sent.append(self.drive.next_ticks(self.now))
         return self.sent[-1]
 
@@ -31,7 +31,7 @@ def test_nothing_is_driven_before_somebody_wants_it():
 
 def test_a_velocity_becomes_its_wheels_speeds():
     left, right = Driver().go(3.0, Velocity(0.2, 0.5))
-    assert (left, right) == pytest.approx(BASE.ticks_of(Velocity(0.2, 0.5)), abs=1.0)
+    assert (left, right) == pytest.approx(BASE.to_wheel_ticks(Velocity(0.2, 0.5)), abs=1.0)
 
 
 def test_silence_brakes_within_the_limits():
@@ -47,13 +47,13 @@ def test_silence_brakes_within_the_limits():
     assert max(steps) <= per_period * 1.2 + 1.0
 
 
-def test_an_emergency_stops_at_once_and_old_wishes_are_forgotten():
+def test_an_emergency_stops_at_once_and_drops_the_target():
     driver = Driver()
     driver.go(3.0, Velocity(0.4, 0.0))
-    driver.drive.emergency(is_on=True)
+    driver.drive.set_emergency_stop(is_on=True)
     assert driver.drive.next_ticks(driver.now) == (0, 0)
     assert driver.go(1.0, Velocity(0.4, 0.0)) == (0, 0)
-    driver.drive.emergency(is_on=False)
+    driver.drive.set_emergency_stop(is_on=False)
     assert driver.go(0.3) == (0, 0)
     assert driver.go(1.0, Velocity(0.4, 0.0))[0] > 0
 
@@ -62,7 +62,7 @@ def test_a_clock_that_goes_back_drives_nothing():
     driver = Driver()
     driver.go(1.0, Velocity(0.4, 0.0))
     driver.now -= 100.0
-    assert driver.drive.is_silent(driver.now)
+    assert driver.drive.is_timed_out(driver.now)
     assert driver.go(1.2) == (0, 0)
 
 
@@ -71,4 +71,4 @@ def test_slow_motion_comes_out_right_on_average():
     driver.go(200.0, Velocity(0.0013, 0.0))
     ways = sum(left for left, _ in driver.sent) * PERIOD / SETTINGS.pid_frame * BASE.metres_per_tick
     assert ways == pytest.approx(0.26, rel=0.02)
-    assert not math.isclose(BASE.ticks_of(Velocity(0.0013, 0.0))[0], 0.0)
+    assert not math.isclose(BASE.to_wheel_ticks(Velocity(0.0013, 0.0))[0], 0.0)

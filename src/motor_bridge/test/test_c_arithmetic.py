@@ -1,6 +1,6 @@
 import pytest
 
-from motor_bridge.emulator.c_arithmetic import atoi, divided, wrapped
+from motor_bridge.emulator.c_arithmetic import atoi, divide_truncating, wrap_signed
 
 
 @pytest.mark.parametrize(
@@ -15,13 +15,13 @@ def test_numbers_are_read_as_by_the_microcontroller(text, number):
 
 
 def test_division_cuts_towards_zero():
-    assert [divided(n, 50) for n in (-99, -50, -49, 0, 49, 50, 99)] == [-1, -1, 0, 0, 0, 1, 1]
-    assert divided(5, 0) == 0
+    assert [divide_truncating(n, 50) for n in (-99, -50, -49, 0, 49, 50, 99)] == [-1, -1, 0, 0, 0, 1, 1]
+    assert divide_truncating(5, 0) == 0
 
 
 @pytest.mark.parametrize('bits', [16, 32])
 def test_wrapping_keeps_what_fits_and_goes_round(bits):
     top = 1 << (bits - 1)
-    assert wrapped(top - 1, bits) == top - 1
-    assert wrapped(top, bits) == -top
-    assert wrapped(3 * top + 5, bits) == wrapped(-top + 5, bits)
+    assert wrap_signed(top - 1, bits) == top - 1
+    assert wrap_signed(top, bits) == -top
+    assert wrap_signed(3 * top + 5, bits) == wrap_signed(-top + 5, bits)

@@ -129,7 +129,7 @@ def test_bad_files_are_one_line(tmp_path, capsys, content, words):
     assert words in told[0]
 
 
-def test_an_answer_that_is_no_number_and_an_early_end_are_told(params, capsys, monkeypatch):
+def test_an_answer_that_is_no_number_and_an_early_end_are_reported(params, capsys, monkeypatch):
     def end(_):
         raise EOFError
 

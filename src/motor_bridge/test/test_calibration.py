@@ -24,7 +24,9 @@ def turn(radians, radius=0.034, separation=0.21):
 def test_exact_runs_give_the_true_wheels():
     found = calibrate_wheels([straight(2.0), straight(-1.0)], [turn(30.0), turn(-12.0)], N)
     assert (found.radius, found.separation) == pytest.approx((0.034, 0.21))
-    assert (found.radius_spread, found.separation_spread, found.pull) == pytest.approx((0, 0, 0), abs=1e-12)
+    assert (found.radius_spread, found.separation_spread, found.wheel_asymmetry) == pytest.approx(
+        (0, 0, 0), abs=1e-12
+    )
 
 
 def test_an_emulated_robot_is_measured():
@@ -38,11 +40,11 @@ def test_an_emulated_robot_is_measured():
             robot.receive(command)
             yaw = robot.T_world_base
             robot.advance(robot.time + 0.1)
-            heading += yaw.turn_to(robot.T_world_base)
+            heading += yaw.yaw_to(robot.T_world_base)
         robot.receive(b'm 0 0\r')
         last = robot.T_world_base
         robot.advance(robot.time + 1.0)
-        heading += last.turn_to(robot.T_world_base)
+        heading += last.yaw_to(robot.T_world_base)
         left, right = np.array(robot.receive(b'e\r').split(), dtype=float) - before
         way = start.distance_to(robot.T_world_base)
         runs.append(MeasuredRun(left, right, way if len(runs) == 0 else heading))
@@ -51,11 +53,11 @@ def test_an_emulated_robot_is_measured():
     assert found.separation == pytest.approx(0.187, rel=3e-3)
 
 
-def test_scatter_and_pull_are_told():
+def test_spread_and_wheel_asymmetry_are_reported():
     crooked = MeasuredRun(10_300.0, 10_000.0, 2.0)
     found = calibrate_wheels([straight(2.0), straight(2.02, 0.0343), crooked], [turn(30.0)], N)
     assert found.radius_spread > 1e-4
-    assert found.pull == pytest.approx(0.01, abs=0.003)
+    assert found.wheel_asymmetry == pytest.approx(0.01, abs=0.003)
 
 
 @pytest.mark.parametrize(
@@ -73,7 +75,7 @@ def test_scatter_and_pull_are_told():
         ([straight(2.0)], [MeasuredRun(-20000, 20000, 0.1)], 'wheel_separation is'),
     ],
 )
-def test_runs_that_tell_nothing_are_refused_in_one_line(straights, turns, words):
+def test_useless_runs_are_rejected_in_one_line(straights, turns, words):
     with pytest.raises(MotorBridgeError, match=words) as refusal:
         calibrate_wheels(straights, turns, N)
     assert '\n' not in str(refusal.value)

@@ -43,7 +43,7 @@ def order(program: subprocess.Popen[str], line: str) -> None:
     program.stdin.flush()
 
 
-def test_it_answers_at_its_link_and_tells_in_the_end_where_the_robot_stands(tmp_path: Path) -> None:
+def test_it_replies_at_its_link_and_prints_the_final_pose(tmp_path: Path) -> None:
     link = tmp_path / 'tty'
     with emulator('--link', str(link)) as (program, path):
         assert os.path.realpath(link) == path

@@ -18,28 +18,28 @@ pytestmark = pytest.mark.newest_set_only
 def test_silence_stops_the_robot(robot):
     robot.drive(1.5, 0.3)
     assert robot.is_driving()
-    robot.until(robot.stands, 0.5 + 0.3 / 0.5 + 1.0)
+    robot.until(robot.is_stopped, 0.5 + 0.3 / 0.5 + 1.0)
 
 
 def test_the_emergency_stop_holds_until_it_is_taken_back(robot):
     robot.drive(1.5, 0.3)
     robot.stop()
-    robot.until(robot.stands, 1.0)
+    robot.until(robot.is_stopped, 1.0)
     robot.drive(0.5, 0.3)
-    assert robot.stands()
+    assert robot.is_stopped()
     assert robot.message().message == 'stopped by estop'
     robot.stop(is_on=False)
     robot.drive(1.0, 0.3)
     assert robot.is_driving()
 
 
-def test_the_robot_stands_when_the_node_ends(robot):
+def test_the_robot_stops_when_the_node_ends(robot):
     robot.drive(1.5, 0.3)
     robot.node.stop()
     assert robot.controller._firmware.pwm == (0, 0)
 
 
-def test_the_robot_stands_when_the_node_ends_though_the_line_lost_the_end_of_a_command(robot):
+def test_the_robot_stops_when_the_node_ends_though_the_line_lost_the_end_of_a_command(robot):
     robot.drive(1.5, 0.3)
     robot.fault('lost_cr', 1)
     robot.node.stop()
@@ -82,18 +82,18 @@ def test_a_reset_of_the_controller_makes_no_jump_and_odometry_less_sure(robot):
     assert robot.is_driving()
 
 
-def test_a_controller_that_hung_runs_one_command_at_most_and_then_stands(robot):
+def test_a_controller_that_hung_runs_one_command_at_most_and_then_stops(robot):
     robot.drive(1.5, 0.3)
     robot.fault('hang', 1.0)
     robot.wait(0.5)
     assert not robot.report.is_connected
     robot.until(lambda: robot.report.is_connected)
-    assert robot.stands() or robot.controller._firmware.pwm == (0, 0)
+    assert robot.is_stopped() or robot.controller._firmware.pwm == (0, 0)
 
 
-def test_odometry_begins_anew_on_request(robot):
+def test_odometry_is_reset_on_request(robot):
     robot.drive(1.0, 0.3)
-    robot.until(robot.stands)
+    robot.until(robot.is_stopped)
     answer = robot.call('reset_odometry')
     assert (answer.success, answer.message) == (True, 'odometry reset to the origin')
     seen = len(robot.odometry)
@@ -114,10 +114,10 @@ def test_unstamped_velocities_are_taken_when_set(graph, tmp_path):
     twist = Twist()
     twist.linear.x = 0.2
     publisher.publish(twist)
-    assert graph.spin_until(lambda: robot._talk.drive._wanted.forward == 0.2)
+    assert graph.spin_until(lambda: robot._session.drive._target.forward == 0.2)
 
 
-def test_velocities_of_the_other_type_are_told(robot, monkeypatch):
+def test_velocities_of_the_other_type_are_reported(robot, monkeypatch):
     # Publishers of both types cannot share this process.
     offer = SimpleNamespace(topic_type='geometry_msgs/msg/Twist')
     monkeypatch.setattr(robot.node, 'get_publishers_info_by_topic', lambda _: [offer])
@@ -141,7 +141,7 @@ def test_what_cannot_be_obeyed_is_refused_in_one_line(robot, forward, ago, words
     robot.send(forward, stamp=Time(sec=now // 10**9, nanosec=now % 10**9))
     robot.until(lambda: robot.refusals() != [])
     assert robot.refusals()[0].startswith(words)
-    assert robot.stands()
+    assert robot.is_stopped()
 
 
 def test_two_drivers_at_once_are_refused(robot):
@@ -149,7 +149,7 @@ def test_two_drivers_at_once_are_refused(robot):
     other = robot.person.create_publisher(TwistStamped, 'cmd_vel', 10)
     robot.until(lambda: other.get_subscription_count() == 1)
     robot.drive(2.0, 0.3)
-    assert robot.stands()
+    assert robot.is_stopped()
     assert robot.refusals() == ['more than one node publishes cmd_vel, all are ignored; keep one of them']
     assert '2 nodes publish cmd_vel' in robot.message().message
     robot.person.destroy_publisher(other)

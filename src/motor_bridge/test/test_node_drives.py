@@ -11,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
 
 
-def test_velocities_drive_and_odometry_tells_where(robot):
+def test_velocities_drive_and_odometry_follows(robot):
     robot.drive(2.5, 0.3, 0.6)
     assert robot.controller.T_world_base.x > 0.2
     assert robot.controller.T_world_base.yaw > 0.5

@@ -4,7 +4,7 @@ import pytest
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.node import MotorBridgeNode, main
-from shirube_ros.start_here import start_here
+from shirube_ros.run_in_process import run_in_process
 from shirube_settings import SettingsError
 
 pytestmark = pytest.mark.newest_set_only
@@ -32,6 +32,6 @@ def test_bad_parameters_are_refused_in_one_line(graph, parameters, words):
 
 
 def test_a_bad_start_is_one_line_and_exit_code_1(capfd):
-    assert start_here(main, '--ros-args', '-p', 'wheel_radius:=-1.0') == 1
+    assert run_in_process(main, '--ros-args', '-p', 'wheel_radius:=-1.0') == 1
     (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith('motor_bridge: setting wheel_radius is -1.0 m')

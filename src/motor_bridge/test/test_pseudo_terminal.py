@@ -11,9 +11,9 @@ import serial
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.line_faults import FAULTS, FaultOrder, LineFaults, read_fault_order
+from motor_bridge.emulator.line_faults import FAULTS, FaultRequest, LineFaults, parse_fault_request
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time import RealTime
+from motor_bridge.emulator.real_time_stepper import RealTimeStepper
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -50,15 +50,15 @@ def test_replies_come_over_the_line(bench):
 
 def test_in_real_time_the_robot_drives_by_itself(bench):
     bench.ask(b'm 10 10\r')
-    with RealTime(bench.controller, bench.lock):
+    with RealTimeStepper(bench.controller, bench.lock):
         time.sleep(0.3)
     assert 0.1 < bench.controller.time < 0.9
     assert bench.controller.T_world_base.x > 0.0
 
 
-def test_faults_spoil_as_many_replies_as_ordered(bench):
+def test_as_many_replies_are_corrupted_as_ordered(bench):
     for kind in ('garbage', 'wrong'):
-        bench.faults.order(FaultOrder(kind, 1))
+        bench.faults.inject(FaultRequest(kind, 1))
         spoilt = bench.ask(b'e\r')
         bench.port.reset_input_buffer()
         assert spoilt != b'0 0\r\n'
@@ -66,13 +66,13 @@ def test_faults_spoil_as_many_replies_as_ordered(bench):
 
 
 def test_silence_swallows_replies_for_a_time(bench):
-    bench.faults.order(FaultOrder('silence', 0.2))
+    bench.faults.inject(FaultRequest('silence', 0.2))
     assert bench.ask(b'b\r') == b''
     assert bench.ask(b'b\r') == b'57600\r\n'
 
 
 def test_a_controller_that_hangs_answers_later(bench):
-    bench.faults.order(FaultOrder('hang', 2.0))
+    bench.faults.inject(FaultRequest('hang', 2.0))
     time.sleep(0.05)
     assert bench.ask(b'b\r') == b''
     bench.port.timeout = 20.0
@@ -81,7 +81,7 @@ def test_a_controller_that_hangs_answers_later(bench):
 
 
 def test_a_carriage_return_is_lost(bench):
-    bench.faults.order(FaultOrder('lost_cr', 1))
+    bench.faults.inject(FaultRequest('lost_cr', 1))
     assert bench.ask(b'b\r') == b''
     assert bench.ask(b'\r') == b'57600\r\n'
 
@@ -90,7 +90,7 @@ def test_a_reset_zeroes_the_counts(bench):
     bench.ask(b'm 50 50\r')
     with bench.lock:
         bench.controller.advance(1.0)
-    bench.faults.order(FaultOrder('reset', 1))
+    bench.faults.inject(FaultRequest('reset', 1))
     time.sleep(0.1)
     assert bench.ask(b'e\r') == b''
     with bench.lock:
@@ -99,7 +99,7 @@ def test_a_reset_zeroes_the_counts(bench):
 
 
 def test_unplugged_and_plugged_in_again(bench, tmp_path):
-    bench.faults.order(FaultOrder('unplug', 0.2))
+    bench.faults.inject(FaultRequest('unplug', 0.2))
     time.sleep(0.05)
     with pytest.raises((OSError, serial.SerialException)):
         bench.ask(b'b\r')
@@ -120,8 +120,8 @@ def test_the_link_goes_with_the_terminal(tmp_path):
 
 
 def test_orders_are_read():
-    assert read_fault_order('silence 1.5\n') == FaultOrder('silence', 1.5)
-    assert [read_fault_order(kind).amount for kind in FAULTS] == [1.0] * len(FAULTS)
+    assert parse_fault_request('silence 1.5\n') == FaultRequest('silence', 1.5)
+    assert [parse_fault_request(kind).amount for kind in FAULTS] == [1.0] * len(FAULTS)
 
 
 @pytest.mark.parametrize(
@@ -136,5 +136,5 @@ def test_orders_are_read():
 )
 def test_a_bad_order_is_one_line(line, words):
     with pytest.raises(MotorBridgeError, match=words) as refusal:
-        read_fault_order(line)
+        parse_fault_request(line)
     assert '\n' not in str(refusal.value)

@@ -37,22 +37,22 @@ def refusal(path):
     return str(told.value)
 
 
-def test_a_missing_port_is_told(tmp_path):
+def test_a_missing_port_is_reported(tmp_path):
     assert 'does not exist; connect the controller or set port' in refusal(tmp_path / 'ttyUSB7')
 
 
-def test_what_is_no_terminal_is_told(tmp_path):
+def test_what_is_no_terminal_is_reported(tmp_path):
     (tmp_path / 'file').touch()
     assert 'is not a working serial port' in refusal(tmp_path / 'file')
     assert 'is not a working serial port' in refusal(tmp_path)
     assert 'is not a working serial port' in refusal('/dev/null')
 
 
-def test_a_taken_port_is_told(wire):
+def test_a_taken_port_is_reported(wire):
     assert 'is in use by another program; stop it' in refusal(wire[0]._path)
 
 
-def test_a_port_that_may_not_be_opened_is_told(monkeypatch, tmp_path):
+def test_a_port_that_may_not_be_opened_is_reported(monkeypatch, tmp_path):
     def refuse(*_, **__):
         raise serial.SerialException(errno.EACCES, 'could not open port')
 
@@ -70,7 +70,7 @@ def test_a_line_without_end_is_cut_and_silence_ends(wire):
     port, master, _ = wire
     os.write(master, b'x' * 100)
     assert port.read_line(64) == b'x' * 64
-    port.drop_received()
+    port.discard_received()
     start = time.monotonic()
     assert port.read_line(64) == b''
     assert time.monotonic() - start < 2.0
@@ -104,7 +104,7 @@ def test_a_port_that_is_gone_is_one_line_whatever_is_done(wire):
     os.close(slave)
     with pytest.raises(PortError, match='was disconnected or accepts no bytes; reconnect the controller'):
         port.read_line(64)
-    for do in (lambda: port.write(b'e\r'), port.drain, port.drop_received):
+    for do in (lambda: port.write(b'e\r'), port.drain, port.discard_received):
         with suppress(PortError):  # no other exception may be raised
             do()
 

@@ -7,10 +7,10 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.serial_protocol import (
     BadReplyError,
     WheelCounts,
-    check_done,
+    check_acknowledged,
     gains_request,
-    read_baud,
-    read_counts,
+    parse_baud,
+    parse_counts,
     speeds_request,
 )
 
@@ -35,7 +35,7 @@ def test_speeds_of_more_than_16_bits_are_never_sent(pair):
     ],
 )
 def test_counts_are_read(reply, counts):
-    assert read_counts(reply) == counts
+    assert parse_counts(reply) == counts
 
 
 @pytest.mark.parametrize(
@@ -65,22 +65,22 @@ def test_counts_are_read(reply, counts):
 )
 def test_other_replies_are_no_counts(reply):
     with pytest.raises(BadReplyError, match='instead of two counts') as refusal:
-        read_counts(reply)
+        parse_counts(reply)
     assert re.fullmatch(r'[ -~]+', str(refusal.value))
 
 
 @pytest.mark.parametrize('reply', [b'', b'OK', b'OK\n', b'ok\r\n', b'OKOK\r\n', b'Invalid Command\r\n'])
 def test_only_ok_is_done(reply):
-    check_done(b'OK\r\n')
+    check_acknowledged(b'OK\r\n')
     with pytest.raises(BadReplyError, match='instead of OK'):
-        check_done(reply)
+        check_acknowledged(reply)
 
 
 @pytest.mark.parametrize('reply', [b'', b'OK\r\n', b'576\x0000\r\n', b'57600', b'-57600\r\n', b'57600 1\r\n'])
 def test_only_a_number_is_a_baud_rate(reply):
-    assert read_baud(b'57600\r\n') == 57600
+    assert parse_baud(b'57600\r\n') == 57600
     with pytest.raises(BadReplyError, match='instead of a baud rate'):
-        read_baud(reply)
+        parse_baud(reply)
 
 
 def test_random_bytes_are_refused_and_nothing_else_happens():
@@ -90,7 +90,7 @@ def test_random_bytes_are_refused_and_nothing_else_happens():
     for _ in range(5000):
         reply = rng.choice(alphabet, rng.integers(0, 12)).tobytes()
         try:
-            read_counts(reply)
+            parse_counts(reply)
         except BadReplyError:
             continue
         assert strict.fullmatch(reply)

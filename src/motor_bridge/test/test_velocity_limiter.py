@@ -19,7 +19,7 @@ LIMITS = (
 
 
 def driven(limiter, wanted, steps, elapsed=STEP):
-    velocities = [limiter.toward(wanted, elapsed) for _ in range(steps)]
+    velocities = [limiter.step_toward(wanted, elapsed) for _ in range(steps)]
     return np.array([(v.forward, v.turn_rate) for v in velocities])
 
 
@@ -98,4 +98,4 @@ def test_halting_is_at_once():
     driven(limiter, Velocity(0.5, 0.0), 100)
     limiter.halt()
     assert limiter.velocity == Velocity()
-    assert limiter.toward(Velocity(), 0.1) == Velocity()
+    assert limiter.step_toward(Velocity(), 0.1) == Velocity()

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_of_ways
+from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_from_distances
 from shirube_geometry import PlanarPose
 
 B = 0.2
@@ -58,16 +58,16 @@ def test_the_covariance_stays_positive_definite_and_symmetric():
 def test_a_motion_that_nobody_counted_moves_nothing_and_is_covered():
     odometry = moved([(0.5, 0.6)])
     before = odometry.T_odom_base
-    odometry.may_have_moved(0.3, 0.2)
+    odometry.add_uncounted_motion(0.3, 0.2)
     assert odometry.T_odom_base == before
     sigma = np.sqrt(np.diag(odometry.covariance))
     after = moved([(0.5, 0.6), (0.3, 0.2)]).T_odom_base
     assert before.distance_to(after) < math.hypot(*sigma[:2])
-    assert abs(before.turn_to(after)) < sigma[2]
+    assert abs(before.yaw_to(after)) < sigma[2]
 
 
 def test_velocities_and_their_covariance():
-    velocity = velocity_of_ways(0.01, 0.03, 0.1, B)
+    velocity = velocity_from_distances(0.01, 0.03, 0.1, B)
     assert (velocity.forward, velocity.turn_rate) == pytest.approx((0.2, 1.0))
     odometry, rng, tick = WheelOdometry(B, 0.01), np.random.default_rng(3), 1e-3
     samples = []
@@ -75,7 +75,7 @@ def test_velocities_and_their_covariance():
         ways = (
             0.05 + 0.01 * math.sqrt(0.05) * rng.normal(size=2) + rng.uniform(-0.5, 0.5, (2, 2)).sum(0) * tick
         )
-        seen = velocity_of_ways(*ways, 0.1, B)
+        seen = velocity_from_distances(*ways, 0.1, B)
         samples.append((seen.forward, seen.turn_rate))
     said = odometry.velocity_covariance(0.05, 0.05, 0.1, tick)
     np.testing.assert_allclose(np.diag(said), np.var(samples, axis=0), rtol=0.1)

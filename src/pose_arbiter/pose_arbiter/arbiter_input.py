@@ -10,26 +10,26 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
-from pose_arbiter.core.arbiter import PERSON, Arbiter
+from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.covariance import Covariance
+from pose_arbiter.core.measurement_status import RejectReason
 from pose_arbiter.core.source_settings import SourceSettings
-from pose_arbiter.core.verdict import Refusal
 from pose_arbiter.node_settings import NodeSettings
 from pose_arbiter.stamp_conversion import nanoseconds
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.message_error import MessageError
-from shirube_ros.message_guard import MessageGuard
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 
 ODOMETRY, INITIAL_POSE = 'odom', 'initialpose'
 _REMEDIES = {
-    Refusal.NOT_FINITE: 'check its publisher',
-    Refusal.FAR: 'check its publisher',
-    Refusal.BAD_COVARIANCE: 'let its publisher fill in the covariance, or set with_covariance to false',
-    Refusal.NO_STAMP: 'let its publisher set header.stamp',
-    Refusal.FUTURE: 'synchronize the clocks, and set use_sim_time of all nodes to the same value',
-    Refusal.TOO_OLD: 'set use_sim_time of all nodes to the same value, or raise history_seconds',
-    Refusal.DUPLICATE: 'give each message its own stamp, and each topic one publisher',
+    RejectReason.NOT_FINITE: 'check its publisher',
+    RejectReason.TOO_FAR: 'check its publisher',
+    RejectReason.BAD_COVARIANCE: 'let its publisher fill in the covariance, or set with_covariance to false',
+    RejectReason.NO_STAMP: 'let its publisher set header.stamp',
+    RejectReason.FUTURE: 'synchronize the clocks, and set use_sim_time of all nodes to the same value',
+    RejectReason.TOO_OLD: 'set use_sim_time of all nodes to the same value, or raise history_seconds',
+    RejectReason.DUPLICATE: 'give each message its own stamp, and each topic one publisher',
 }
 
 
@@ -39,7 +39,7 @@ class ArbiterInput:
     def __init__(
         self,
         node: Node,
-        guard: MessageGuard,
+        guard: CallbackGuard,
         arbiter: Arbiter,
         sources: dict[str, SourceSettings],
         frames: NodeSettings,
@@ -58,21 +58,21 @@ class ArbiterInput:
         self._arbiter, self._now = arbiter, now
         self._map_frame, self._odom_frame = frames.map_frame, frames.odom_frame
         self.twist: Any = None  # twist of the latest odometry message
-        for number, (name, source) in enumerate(sources.items()):
+        for index, (name, source) in enumerate(sources.items()):
             kind = PoseWithCovarianceStamped if source.with_covariance else PoseStamped
-            take = partial(self._take_pose, number, name, source)
-            self._subscribe(node, kind, source.topic, guard.guard(name, take), pose_profile())
-        odometry = guard.guard(ODOMETRY, self._take_odometry)
+            callback = partial(self._on_pose, index, name, source)
+            self._subscribe(node, kind, source.topic, guard.guard(name, callback), pose_profile())
+        odometry = guard.guard(ODOMETRY, self._on_odometry)
         self._subscribe(node, Odometry, ODOMETRY, odometry, odometry_profile())
-        person = guard.guard(INITIAL_POSE, self._take_initial_pose)
-        self._subscribe(node, PoseWithCovarianceStamped, INITIAL_POSE, person, pose_profile())
+        initial_pose = guard.guard(INITIAL_POSE, self._on_initial_pose)
+        self._subscribe(node, PoseWithCovarianceStamped, INITIAL_POSE, initial_pose, pose_profile())
 
     def _subscribe(
-        self, node: Node, kind: Any, topic: str, take: Callable[[Any], None], profile: Any
+        self, node: Node, kind: Any, topic: str, callback: Callable[[Any], None], profile: Any
     ) -> None:
-        node.create_subscription(kind, topic, take, profile, qos_overriding_options=overridable())
+        node.create_subscription(kind, topic, callback, profile, qos_overriding_options=overridable())
 
-    def _take_pose(self, number: int, name: str, source: SourceSettings, message: Any) -> None:
+    def _on_pose(self, index: int, name: str, source: SourceSettings, message: Any) -> None:
         if message.header.frame_id != source.frame:
             raise MessageError(
                 f'poses of {name} have frame_id {message.header.frame_id!r}, expected '
@@ -81,13 +81,13 @@ class ArbiterInput:
         noise = None
         if source.with_covariance:
             pose, covariance = planar_pose_with_covariance(message.pose, name)
-            noise = six_numbers(covariance)
+            noise = covariance_tuple(covariance)
         else:
             pose = planar_pose(message.pose, name)
         stamp = nanoseconds(message.header.stamp)
-        _raise(name, self._arbiter.add_pose(number, stamp, pose, noise, self._time()))
+        _raise_if_rejected(name, self._arbiter.add_pose(index, stamp, pose, noise, self._time()))
 
-    def _take_odometry(self, message: Odometry) -> None:
+    def _on_odometry(self, message: Odometry) -> None:
         if message.header.frame_id not in ('', self._odom_frame):
             raise MessageError(
                 f'odometry has frame_id {message.header.frame_id!r}, expected '
@@ -95,10 +95,10 @@ class ArbiterInput:
             )
         stamp = nanoseconds(message.header.stamp)
         pose = planar_pose(message.pose.pose, ODOMETRY)
-        _raise(ODOMETRY, self._arbiter.add_odometry(stamp, pose, self._time()))
+        _raise_if_rejected(ODOMETRY, self._arbiter.add_odometry(stamp, pose, self._time()))
         self.twist = message.twist
 
-    def _take_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
+    def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         if message.header.frame_id not in ('', self._map_frame):
             raise MessageError(
                 f'{INITIAL_POSE} has frame_id {message.header.frame_id!r}, expected {self._map_frame!r}; '
@@ -107,7 +107,9 @@ class ArbiterInput:
         pose, covariance = planar_pose_with_covariance(message.pose, INITIAL_POSE)
         now = self._time()
         stamp = nanoseconds(message.header.stamp) or now
-        _raise(INITIAL_POSE, self._arbiter.add_pose(PERSON, stamp, pose, six_numbers(covariance), now))
+        _raise_if_rejected(
+            INITIAL_POSE, self._arbiter.add_pose(OPERATOR, stamp, pose, covariance_tuple(covariance), now)
+        )
 
     def _time(self) -> int:
         """Return the current time [ns]; without it no stamp can be checked.
@@ -121,12 +123,12 @@ class ArbiterInput:
         return now
 
 
-def six_numbers(covariance: Any) -> Covariance:
+def covariance_tuple(covariance: Any) -> Covariance:
     """Return a covariance, shape (3, 3), as the six floats of the core."""
     (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
     return (xx, xy, xt, yy, yt, tt)
 
 
-def _raise(name: str, refusal: Refusal | None) -> None:
-    if refusal is not None:
-        raise MessageError(f'{name}: {refusal.value}; {_REMEDIES[refusal]}')
+def _raise_if_rejected(name: str, reason: RejectReason | None) -> None:
+    if reason is not None:
+        raise MessageError(f'{name}: {reason.value}; {_REMEDIES[reason]}')

@@ -9,23 +9,23 @@ from rclpy.node import Node
 
 from pose_arbiter.arbiter_input import ODOMETRY
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.estimate import Estimate
-from pose_arbiter.core.judge import Belief
-from pose_arbiter.core.source_record import SourceRecord
+from pose_arbiter.core.kalman_filter import Estimate
+from pose_arbiter.core.localization_status import LocalizationStatus
+from pose_arbiter.core.measurement_status import MeasurementStatus
+from pose_arbiter.core.outlier_rejection import FilterState
 from pose_arbiter.core.source_settings import SourceSettings
-from pose_arbiter.core.standing import Standing
-from pose_arbiter.core.verdict import Verdict
+from pose_arbiter.core.source_state import SourceState
 from shirube_ros.diagnostics import Level, Status
 
 _LEVELS = {
-    Standing.WAITING: Level.WARN,
-    Standing.FOLLOWED: Level.OK,
-    Standing.ODOMETRY_ONLY: Level.WARN,
-    Standing.LOST: Level.ERROR,
+    LocalizationStatus.WAITING: Level.WARN,
+    LocalizationStatus.TRACKING: Level.OK,
+    LocalizationStatus.ODOMETRY_ONLY: Level.WARN,
+    LocalizationStatus.LOST: Level.ERROR,
 }
-_GOOD = (Verdict.USED, Verdict.RESET)
-_ODOMETRY_LATE = 0.5  # [s]
-_LOOKED_FOR = 5  # number of reports after which topics without publisher are logged
+_ACCEPTED = (MeasurementStatus.USED, MeasurementStatus.RESET)
+_ODOMETRY_TIMEOUT = 0.5  # [s]
+_PUBLISHER_CHECK_REPORTS = 5  # number of reports after which topics without publisher are logged
 
 
 class ArbiterReport:
@@ -43,54 +43,54 @@ class ArbiterReport:
             now: returns the current time [ns].
         """
         self._node, self._arbiter, self._sources, self._now = node, arbiter, sources, now
-        self._standing, self._resets = Standing.WAITING, 0
+        self._status, self._resets = LocalizationStatus.WAITING, 0
         self._reports = 0
-        self._belief: Belief | None = None
+        self._state: FilterState | None = None
         self._estimate: Estimate | None = None
 
-    def look(self, belief: Belief, estimate: Estimate | None, standing: Standing) -> None:
+    def observe(self, state: FilterState, estimate: Estimate | None, status: LocalizationStatus) -> None:
         """Store the current state; log a reset, and when the pose is lost or found again."""
-        if belief.resets > self._resets and estimate is not None:
+        if state.resets > self._resets and estimate is not None:
             place = f'x {estimate.x:.2f} m, y {estimate.y:.2f} m, yaw {math.degrees(estimate.yaw):.0f} deg'
             self._node.get_logger().info(f'pose reset to {place}')
-        if standing is not self._standing and Standing.LOST in (standing, self._standing):
-            if standing is Standing.LOST:
+        if status is not self._status and LocalizationStatus.LOST in (status, self._status):
+            if status is LocalizationStatus.LOST:
                 self._node.get_logger().error(f'LOST: {self._sigmas(estimate)}')
             else:
-                self._node.get_logger().info(standing.value)
-        self._standing, self._resets = standing, belief.resets
-        self._belief, self._estimate = belief, estimate
+                self._node.get_logger().info(status.value)
+        self._status, self._resets = status, state.resets
+        self._state, self._estimate = state, estimate
 
     def status(self) -> Status:
         """Return the status for the diagnostics."""
         self._reports += 1
         now = self._now()
-        self._tell_silent_topics()
-        values = {'state': self._standing.value, 'resets': str(self._resets)}
+        self._log_topics_without_publisher()
+        values = {'state': self._status.value, 'resets': str(self._resets)}
         if self._estimate is not None:
             values['sigma'] = self._sigmas(self._estimate)
-        words, is_well = [], True
+        parts, all_ok = [], True
         for number, (name, source) in enumerate(self._sources.items()):
-            record = SourceRecord() if self._belief is None else self._belief.records[number]
-            word, is_good = _word(record, source, now)
-            values[name] = word
-            is_well = is_well and is_good
-            words.append(f'{name} {word}')
-        words.append(self._odometry_word(now))
-        for (number, verdict), count in sorted(self._arbiter.counts().items(), key=lambda item: str(item[0])):
+            source_state = SourceState() if self._state is None else self._state.source_states[number]
+            description, is_ok = _source_status(source_state, source, now)
+            values[name] = description
+            all_ok = all_ok and is_ok
+            parts.append(f'{name} {description}')
+        parts.append(self._odometry_status(now))
+        for (number, status), count in sorted(self._arbiter.counts().items(), key=lambda item: str(item[0])):
             name = 'initialpose' if number < 0 else list(self._sources)[number]
-            values[f'{name}: {verdict.value}'] = str(count)
-        level = _LEVELS[self._standing]
-        if level is Level.OK and not is_well:
+            values[f'{name}: {status.value}'] = str(count)
+        level = _LEVELS[self._status]
+        if level is Level.OK and not all_ok:
             level = Level.WARN
-        return Status(level, f'{self._standing.value}: {", ".join(words)}', values)
+        return Status(level, f'{self._status.value}: {", ".join(parts)}', values)
 
-    def _odometry_word(self, now: int) -> str:
+    def _odometry_status(self, now: int) -> str:
         latest = self._arbiter.latest_odometry
         if latest is None:
             return 'no odometry'
-        late = (now - latest) * 1e-9
-        return f'no odometry for {late:.1f} s' if late > _ODOMETRY_LATE else 'odometry used'
+        age = (now - latest) * 1e-9
+        return f'no odometry for {age:.1f} s' if age > _ODOMETRY_TIMEOUT else 'odometry used'
 
     def _sigmas(self, estimate: Estimate | None) -> str:
         if estimate is None:
@@ -98,9 +98,9 @@ class ArbiterReport:
         xx, _, _, yy, _, tt = estimate.covariance
         return f'{math.sqrt(max(xx, yy)):.3f} m, {math.degrees(math.sqrt(tt)):.2f} deg'
 
-    def _tell_silent_topics(self) -> None:
+    def _log_topics_without_publisher(self) -> None:
         """Log once which topics have no publisher."""
-        if self._reports != _LOOKED_FOR:
+        if self._reports != _PUBLISHER_CHECK_REPORTS:
             return
         topics = {name: source.topic for name, source in self._sources.items()} | {ODOMETRY: ODOMETRY}
         for name, topic in topics.items():
@@ -109,15 +109,15 @@ class ArbiterReport:
                 self._node.get_logger().warning(f'{resolved} ({name}) has no publisher; check the topic name')
 
 
-def _word(record: SourceRecord, source: SourceSettings, now: int) -> tuple[str, bool]:
+def _source_status(source_state: SourceState, source: SourceSettings, now: int) -> tuple[str, bool]:
     """Return the status text of a source, and whether it is no reason for a warning."""
-    if record.latest is None or record.verdict is None:
+    if source_state.latest is None or source_state.status is None:
         return 'no message', True
-    age = (now - record.latest.mark.stamp) * 1e-9
+    age = (now - source_state.latest.odometry.stamp) * 1e-9
     if age > source.timeout:
         return f'no message for {age:.1f} s', True
-    if record.verdict in _GOOD:
+    if source_state.status in _ACCEPTED:
         return 'used', True
-    if record.verdict is Verdict.WAITS:
-        return record.verdict.value, True
-    return f'rejected ({record.verdict.value})', False
+    if source_state.status is MeasurementStatus.WAITING:
+        return source_state.status.value, True
+    return f'rejected ({source_state.status.value})', False

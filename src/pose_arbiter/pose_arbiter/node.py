@@ -12,25 +12,25 @@ from std_msgs.msg import Header
 
 from pose_arbiter.arbiter_input import ArbiterInput
 from pose_arbiter.arbiter_report import ArbiterReport
+from pose_arbiter.clock_monitor import ClockMonitor
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.estimate import Estimate
+from pose_arbiter.core.kalman_filter import Estimate
+from pose_arbiter.core.localization_status import localization_status
 from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
-from pose_arbiter.core.standing import standing_of
 from pose_arbiter.node_settings import NodeSettings
 from pose_arbiter.source_parameters import declare_sources
 from pose_arbiter.stamp_conversion import time_message
 from pose_arbiter.tick_schedule import TickSchedule
-from pose_arbiter.time_watch import TimeWatch
 from pose_arbiter.transform_output import TransformOutput
 from shirube_geometry import PlanarPose
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.message_guard import MessageGuard
-from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.node_main import run_node
+from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import odometry_message, pose_stamped
 from shirube_ros.quality_of_service import pose_profile
-from shirube_ros.safe_main import run_node
-from shirube_ros.trigger_service import offer_trigger
+from shirube_ros.trigger_service import create_trigger_service
 
 _OUTPUT = 'output'  # name of the timer callback in the diagnostics
 
@@ -70,38 +70,40 @@ class PoseArbiterNode(Node):
         """
         super().__init__('pose_arbiter', **options)
         self._settings = declare_parameters(self, NodeSettings)
-        self._method = declare_parameters(self, ArbiterSettings)
+        self._filter_settings = declare_parameters(self, ArbiterSettings)
         sources = declare_sources(self, self._settings.map_frame)
-        refuse_misspelled_parameters(self)
+        reject_misspelled_parameters(self)
         frames = (self._settings.map_frame, self._settings.odom_frame, self._settings.base_frame)
         if len(set(frames)) < len(frames):
             raise PoseArbiterError(
                 'two of map_frame, odom_frame and base_frame are the same; give each frame its own name'
             )
         self._sources = tuple(sources.values())
-        self._arbiter = Arbiter(self._sources, self._method)
-        self._time = TimeWatch(self, self._start_again)
-        self._guard = MessageGuard(self, (PoseArbiterError,))
+        self._arbiter = Arbiter(self._sources, self._filter_settings)
+        self._clock_monitor = ClockMonitor(self, self._on_clock_jump)
+        self._guard = CallbackGuard(self, (PoseArbiterError,))
         self._schedule = TickSchedule(self._settings.rate)
-        self._report = ArbiterReport(self, self._arbiter, sources, self._time.now)
+        self._report = ArbiterReport(self, self._arbiter, sources, self._clock_monitor.now)
         self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
         self._odometry = self.create_publisher(Odometry, '~/odometry', pose_profile())
         self._transform = None
         if self._settings.publish_tf:
             self._transform = TransformOutput(self, self._settings.map_frame, self._settings.odom_frame)
-        self._input = ArbiterInput(self, self._guard, self._arbiter, sources, self._settings, self._time.now)
-        offer_trigger(self, self._guard, '~/reset', self._reset)
-        tell = self._guard.guard(_OUTPUT, self._tell)
-        self.create_timer(1.0 / self._settings.rate, lambda: tell(None))
+        self._input = ArbiterInput(
+            self, self._guard, self._arbiter, sources, self._settings, self._clock_monitor.now
+        )
+        create_trigger_service(self, self._guard, '~/reset', self._reset)
+        publish_due = self._guard.guard(_OUTPUT, self._publish_due)
+        self.create_timer(1.0 / self._settings.rate, lambda: publish_due(None))
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
 
-    def _tell(self, _: None) -> None:
+    def _publish_due(self, _: None) -> None:
         """Publish all due poses."""
-        for stamp in self._schedule.due(self._time.now()):
-            belief, estimate = self._arbiter.belief_at(stamp), self._arbiter.estimate_at(stamp)
-            standing = standing_of(belief, estimate, self._sources, self._method)
-            self._report.look(belief, estimate, standing)
-            if standing.has_pose and estimate is not None:
+        for stamp in self._schedule.due(self._clock_monitor.now()):
+            state, estimate = self._arbiter.state_at(stamp), self._arbiter.estimate_at(stamp)
+            status = localization_status(state, estimate, self._sources, self._filter_settings)
+            self._report.observe(state, estimate, status)
+            if status.has_pose and estimate is not None:
                 self._publish(stamp, estimate)
                 self._publish_transform(stamp)
 
@@ -130,10 +132,10 @@ class PoseArbiterNode(Node):
         self._arbiter.reset()
         return 'pose reset'
 
-    def _start_again(self) -> None:
+    def _on_clock_jump(self) -> None:
         self.get_logger().warning('clock jumped: pose and source history were reset')
         self._arbiter.reset()
-        self._schedule.start_again()
+        self._schedule.reset()
 
 
 def main() -> int:

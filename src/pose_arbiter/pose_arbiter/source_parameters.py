@@ -19,7 +19,7 @@ from shirube_settings import SettingsError
 DEFAULT_SOURCES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon')
 """The localizers of this suite."""
 _PARAMETER = 'sources'
-_OTHER_WORDS = ('odom', 'initialpose', 'output', 'state', 'sigma')  # reserved as keys of the diagnostics
+_RESERVED_NAMES = ('odom', 'initialpose', 'output', 'state', 'sigma')  # reserved as keys of the diagnostics
 
 
 def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
@@ -32,19 +32,19 @@ def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
     Raises:
         SettingsError: no names, an invalid or duplicate name, an invalid, shared or own topic, or an invalid value.
     """
-    names = _names(node)
+    names = _declare_names(node)
     groups = make_dataclass(
         'SourceGroups',
         [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names],
         frozen=True,
     )
     settings: Any = declare_parameters(node, groups)
-    sources = {name: _filled(name, getattr(settings, name), map_frame) for name in names}
-    _refuse_shared_topics(node, sources)
+    sources = {name: _fill_defaults(name, getattr(settings, name), map_frame) for name in names}
+    _reject_shared_topics(node, sources)
     return sources
 
 
-def _names(node: Node) -> list[str]:
+def _declare_names(node: Node) -> list[str]:
     descriptor = ParameterDescriptor(
         description='names of the pose sources; each has the parameters <name>.topic and so on',
         dynamic_typing=True,
@@ -65,23 +65,23 @@ def _names(node: Node) -> list[str]:
             raise SettingsError(f'setting {_PARAMETER} holds {name} twice; give each source a unique name')
         if node.has_parameter(name):
             raise SettingsError(f'setting {_PARAMETER} holds {name}, which is a parameter; use another name')
-        if name in _OTHER_WORDS:
+        if name in _RESERVED_NAMES:
             raise SettingsError(
                 f'setting {_PARAMETER} holds {name}, which is reserved in the diagnostics; use another name'
             )
     return names
 
 
-def _filled(name: str, source: SourceSettings, map_frame: str) -> SourceSettings:
-    usual = f'/{name}/pose_with_covariance' if source.with_covariance else f'/{name}/pose'
-    return replace(source, topic=source.topic or usual, frame=source.frame or map_frame)
+def _fill_defaults(name: str, source: SourceSettings, map_frame: str) -> SourceSettings:
+    default_topic = f'/{name}/pose_with_covariance' if source.with_covariance else f'/{name}/pose'
+    return replace(source, topic=source.topic or default_topic, frame=source.frame or map_frame)
 
 
-def _refuse_shared_topics(node: Node, sources: dict[str, SourceSettings]) -> None:
+def _reject_shared_topics(node: Node, sources: dict[str, SourceSettings]) -> None:
     own = {node.resolve_topic_name(topic) for topic in ('~/pose', '~/odometry')}
     owners: dict[str, str] = {}
     for name, source in sources.items():
-        topic = _resolved(node, name, source.topic)
+        topic = _resolve_topic(node, name, source.topic)
         if topic in own:
             raise SettingsError(
                 f'setting {name}.topic is {topic}, an output of this node; use the topic of a localizer'
@@ -93,7 +93,7 @@ def _refuse_shared_topics(node: Node, sources: dict[str, SourceSettings]) -> Non
         owners[topic] = name
 
 
-def _resolved(node: Node, name: str, topic: str) -> str:
+def _resolve_topic(node: Node, name: str, topic: str) -> str:
     try:
         validate_topic_name(topic)
     except InvalidTopicNameException as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_LONGEST_ARREARS = 500_000_000  # older ticks are dropped [ns]
+_BACKLOG_MAX = 500_000_000  # older ticks are dropped [ns]
 
 
 class TickSchedule:
@@ -15,17 +15,17 @@ class TickSchedule:
             rate: tick rate [1/s].
         """
         self._period = round(1e9 / rate)
-        self._done: int | None = None
+        self._last_done: int | None = None
 
-    def start_again(self) -> None:
+    def reset(self) -> None:
         """Drop the due ticks after a clock jump."""
-        self._done = None
+        self._last_done = None
 
     def due(self, now: int) -> range:
         """Return the stamps of the ticks since the last call, up to now [ns]."""
         last = now // self._period
-        if self._done is None:
-            self._done = last - 1
-        first = max(self._done + 1, (now - _LONGEST_ARREARS) // self._period + 1)
-        self._done = max(self._done, last)
+        if self._last_done is None:
+            self._last_done = last - 1
+        first = max(self._last_done + 1, (now - _BACKLOG_MAX) // self._period + 1)
+        self._last_done = max(self._last_done, last)
         return range(first * self._period, last * self._period + 1, self._period)

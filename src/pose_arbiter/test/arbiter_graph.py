@@ -64,8 +64,8 @@ class Robot:
         """Advance the clock of the node."""
         self.now += seconds
         self._clock.publish(Clock(clock=stamp(self.now)))
-        aim = round(self.now * 1e9)
-        assert self._graph.spin_until(lambda: abs(self.node.get_clock().now().nanoseconds - aim) < 1000)
+        expected = round(self.now * 1e9)
+        assert self._graph.spin_until(lambda: abs(self.node.get_clock().now().nanoseconds - expected) < 1000)
 
     def header(self, frame='map', ago=0.0):
         return Header(stamp=stamp(self.now - ago), frame_id=frame)
@@ -76,13 +76,13 @@ class Robot:
         self._publishers[name].publish(message)
         assert self._graph.spin_until(lambda: counts[name].received > before)
 
-    def say_a(self, pose=None, noise=NOISE, **header):
+    def publish_a(self, pose=None, noise=NOISE, **header):
         self.send('a', pose_with_covariance_stamped(pose or self.pose, noise, self.header(**header)))
 
-    def say_b(self, pose=None, **header):
+    def publish_b(self, pose=None, **header):
         self.send('b', pose_stamped(pose or self.pose, self.header(**header)))
 
-    def say_odometry(self, pose=None):
+    def publish_odometry(self, pose=None):
         pose = pose or PlanarPose(5.0, 5.0, 0.0) @ self.pose
         message = odometry_message(pose, NOISE, self.header('odom'), 'base_link')
         message.twist.twist.linear.x = 0.5
@@ -92,16 +92,16 @@ class Robot:
         """Drive in steps of 0.1 s; a and b may be functions of the true pose."""
         for _ in range(round(10 * seconds)):
             self.tick(0.1)
-            self.say_odometry()
-            for is_heard, say in ((a, self.say_a), (b, self.say_b)):
-                if is_heard:
-                    say(is_heard(self.pose) if callable(is_heard) else None)
+            self.publish_odometry()
+            for source, publish in ((a, self.publish_a), (b, self.publish_b)):
+                if source:
+                    publish(source(self.pose) if callable(source) else None)
         self._graph.spin_until(
             lambda: bool(self.poses) and seconds_of(self.poses[-1]) > self.now - 0.025, 5.0
         )
 
     def refusals(self, name):
-        return list(self.node._guard.counts[name].refused)
+        return list(self.node._guard.counts[name].rejected)
 
     def report(self):
         """Return the next status in the diagnostics."""

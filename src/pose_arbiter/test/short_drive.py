@@ -29,7 +29,7 @@ def odometry_pose(seconds):
     return away @ PlanarPose(1.02 * math.sin(angle), 1.02 * (1.0 - math.cos(angle)), angle)
 
 
-def beside(pose, x=0.0, y=0.0, yaw=0.0):
+def shift_pose(pose, x=0.0, y=0.0, yaw=0.0):
     return PlanarPose(pose.x + x, pose.y + y, pose.yaw + yaw)
 
 
@@ -56,7 +56,7 @@ def noisy(seed, sigma=SIGMA, pose_at=true_pose):
     rng = random.Random(seed)
 
     def look(seconds):
-        return beside(pose_at(seconds), *(rng.gauss(0.0, 0.7 * sigma) for _ in range(3)))
+        return shift_pose(pose_at(seconds), *(rng.gauss(0.0, 0.7 * sigma) for _ in range(3)))
 
     return look
 
@@ -66,7 +66,7 @@ def new_arbiter(count, sources=None, **settings):
     return Arbiter(sources, ArbiterSettings(**settings))
 
 
-def tell(arbiter, said, now=None):
+def add_messages(arbiter, said, now=None):
     for stamp, source, pose in said:
         at = stamp if now is None else now
         if source == ODOMETRY:
@@ -79,15 +79,15 @@ def errors(arbiter, seconds):
     """Return the errors of the fused pose in position [m] and yaw [rad]."""
     estimate = arbiter.estimate_at(BEGIN + round(seconds * SECOND))
     pose, true = PlanarPose(estimate.x, estimate.y, estimate.yaw), true_pose(seconds)
-    return pose.distance_to(true), abs(pose.turn_to(true))
+    return pose.distance_to(true), abs(pose.yaw_to(true))
 
 
 def numbers(estimate):
     """All numbers of an estimate."""
     return [
-        *estimate.mark,
+        *estimate.odometry,
         *estimate[1:4],
-        *estimate.lasting.ravel(),
-        *estimate.sizes.ravel(),
+        *estimate.bias.ravel(),
+        *estimate.bias_sigmas.ravel(),
         *estimate.P.ravel(),
     ]

@@ -11,12 +11,12 @@ from short_drive import (
     BEGIN,
     ODOMETRY,
     SECOND,
-    beside,
+    add_messages,
     messages,
     new_arbiter,
     noisy,
     numbers,
-    tell,
+    shift_pose,
     true_pose,
 )
 
@@ -24,17 +24,17 @@ from pose_arbiter.core.source_settings import SourceSettings
 from shirube_geometry import PlanarPose
 
 
-def lying(seconds):
-    return beside(true_pose(seconds), 0.3) if seconds > 0.8 else true_pose(seconds)
+def faulty(seconds):
+    return shift_pose(true_pose(seconds), 0.3) if seconds > 0.8 else true_pose(seconds)
 
 
-SAID = messages(2.0, [noisy(1), noisy(2), lying])
+SAID = messages(2.0, [noisy(1), noisy(2), faulty])
 NOW = SAID[-1][0]
 
 
 def outcome(said, now=NOW, at=NOW):
     arbiter = new_arbiter(3, history_seconds=10.0)
-    tell(arbiter, said, now)
+    add_messages(arbiter, said, now)
     return numbers(arbiter.estimate_at(at)), arbiter.counts()
 
 
@@ -54,7 +54,7 @@ def test_asking_in_between_does_not_change_what_comes_out():
     shuffled = SAID[:]
     random.Random(5).shuffle(shuffled)
     for message in shuffled:
-        tell(arbiter, [message], NOW)
+        add_messages(arbiter, [message], NOW)
         arbiter.estimate_at(NOW)
     assert numbers(arbiter.estimate_at(NOW)) == pytest.approx(outcome(SAID)[0], abs=1e-9)
 
@@ -65,7 +65,7 @@ def test_late_by_less_than_the_history_is_as_in_time():
     newest = 0
     for message in late:
         newest = max(newest, message[0])
-        tell(arbiter, [message], newest)
+        add_messages(arbiter, [message], newest)
     assert numbers(arbiter.estimate_at(NOW)) == pytest.approx(outcome(SAID)[0], abs=1e-9)
 
 
@@ -74,33 +74,35 @@ def test_late_odometry_is_as_in_time():
     assert outcome(late)[0] == pytest.approx(outcome(SAID)[0], abs=1e-9)
 
 
-def test_sources_that_speak_at_the_same_instant_have_no_order():
+def test_sources_with_equal_stamps_have_no_order():
     said = [m for m in messages(1.0, [noisy(1)]) if m[1] == ODOMETRY]
     for k in range(1, 20):
         at = 0.05 * k
-        said += [(BEGIN + round(at * SECOND), n, beside(true_pose(at), 0.001 * n)) for n in (2, 0, 1)]
-    turned = sorted(said, key=lambda m: (m[0], str(m[1])))
-    again = sorted(said, key=lambda m: (m[0], str(m[1])), reverse=True)
+        said += [(BEGIN + round(at * SECOND), n, shift_pose(true_pose(at), 0.001 * n)) for n in (2, 0, 1)]
+    ascending = sorted(said, key=lambda m: (m[0], str(m[1])))
+    descending = sorted(said, key=lambda m: (m[0], str(m[1])), reverse=True)
     end = BEGIN + SECOND
-    assert outcome(turned, end, end) == outcome(again, end, end)
+    assert outcome(ascending, end, end) == outcome(descending, end, end)
 
 
 def test_the_past_stays_what_it_was_seen_from():
-    arbiter, whole = new_arbiter(3, history_seconds=0.3), new_arbiter(3, history_seconds=30.0)
+    arbiter, long_history = new_arbiter(3, history_seconds=0.3), new_arbiter(3, history_seconds=30.0)
     for message in SAID:
-        tell(arbiter, [message])
-        tell(whole, [message])
-    assert len(arbiter._history._poses) < 30
-    assert numbers(arbiter.estimate_at(NOW)) == pytest.approx(numbers(whole.estimate_at(NOW)), abs=1e-9)
-    assert arbiter.counts() == whole.counts()
+        add_messages(arbiter, [message])
+        add_messages(long_history, [message])
+    assert len(arbiter._history._measurements) < 30
+    assert numbers(arbiter.estimate_at(NOW)) == pytest.approx(
+        numbers(long_history.estimate_at(NOW)), abs=1e-9
+    )
+    assert arbiter.counts() == long_history.counts()
 
 
 def test_an_offset_is_taken_off():
     mount = PlanarPose(0.2, -0.1, 0.3)
     plain = new_arbiter(1)
-    tell(plain, messages(1.0, [true_pose]))
+    add_messages(plain, messages(1.0, [true_pose]))
     source = SourceSettings(sigma_xy=0.005, sigma_yaw=0.005, offset=(mount.x, mount.y, mount.yaw))
     moved = new_arbiter(1, [source])
-    tell(moved, messages(1.0, [lambda s: true_pose(s) @ mount.inverse()]))
+    add_messages(moved, messages(1.0, [lambda s: true_pose(s) @ mount.inverse()]))
     end = BEGIN + SECOND
     assert numbers(moved.estimate_at(end)) == pytest.approx(numbers(plain.estimate_at(end)), abs=1e-9)

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from pose_arbiter.core.covariance import (
-    added,
+    add_covariances,
     as_matrix,
     diagonal,
-    distance_squared,
     inverse,
     is_positive_definite,
-    scaled,
-    turned,
+    mahalanobis_squared,
+    rotate_covariance,
+    scale_covariance,
 )
 
 
@@ -34,13 +34,13 @@ def test_they_agree_with_numpy(seed):
     cos, sin = math.cos(angle), math.sin(angle)
     R = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
     for ours, theirs in (
-        (added(a, b), A + B),
-        (scaled(a, 3.0), 3.0 * A),
-        (turned(a, cos, sin), R @ A @ R.T),
+        (add_covariances(a, b), A + B),
+        (scale_covariance(a, 3.0), 3.0 * A),
+        (rotate_covariance(a, cos, sin), R @ A @ R.T),
         (inverse(a), np.linalg.inv(A)),
     ):
         np.testing.assert_allclose(as_matrix(ours), theirs, atol=1e-9)
-    assert distance_squared(tuple(v), inverse(a)) == pytest.approx(v @ np.linalg.solve(A, v))
+    assert mahalanobis_squared(tuple(v), inverse(a)) == pytest.approx(v @ np.linalg.solve(A, v))
 
 
 @pytest.mark.parametrize('seed', range(20))

@@ -14,7 +14,7 @@ from arbiter_graph import START, Robot, seconds_of
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-from pose_arbiter.core.standing import Standing
+from pose_arbiter.core.localization_status import LocalizationStatus
 from shirube_geometry import PlanarPose
 from shirube_ros.isolated_graph import isolated_graph
 from shirube_ros.pose_conversion import pose_with_covariance_stamped
@@ -34,7 +34,7 @@ def test_two_sources_and_odometry_become_one_pose_fifty_times_a_second(graph):
         assert message.twist.twist.linear.x == 0.5
 
 
-def test_the_diagnostics_tell_who_is_used_and_who_is_refused_and_why(graph):
+def test_the_diagnostics_list_used_and_rejected_sources_with_reasons(graph):
     robot = Robot(graph)
     robot.drive(1.0)
     assert robot.report().level == DiagnosticStatus.OK
@@ -47,7 +47,7 @@ def test_the_diagnostics_tell_who_is_used_and_who_is_refused_and_why(graph):
     assert values['b received'] == '25'
 
 
-def test_when_sources_fall_silent_odometry_carries_on_and_it_is_said(graph):
+def test_without_sources_the_node_continues_on_odometry_and_reports_it(graph):
     robot = Robot(graph)
     robot.drive(1.0)
     robot.drive(2.0, a=False, b=False)
@@ -58,12 +58,12 @@ def test_when_sources_fall_silent_odometry_carries_on_and_it_is_said(graph):
     assert 'a no message for' in report.message
 
 
-def test_a_lost_pose_is_said_aloud_and_not_told(graph, capfd):
+def test_a_lost_pose_is_logged_and_not_published(graph, capfd):
     robot = Robot(graph)
     robot.drive(1.0)
     for _ in range(30):
         robot.tick(0.1)
-    assert graph.spin_until(lambda: robot.node._report._standing is Standing.LOST)
+    assert graph.spin_until(lambda: robot.node._report._status is LocalizationStatus.LOST)
     graph.spin_until(lambda: False, 0.5)
     count = len(robot.poses)
     robot.tick(0.1)
@@ -78,9 +78,9 @@ def test_a_lost_pose_is_said_aloud_and_not_told(graph, capfd):
 def test_a_person_can_say_where_the_robot_is(graph):
     robot = Robot(graph)
     robot.tick(0.1)
-    robot.say_odometry()
-    told = pose_with_covariance_stamped(PlanarPose(2.0, 3.0, 1.0), np.eye(3) * 0.01, robot.header())
-    robot.send('initialpose', told)
+    robot.publish_odometry()
+    initial_pose = pose_with_covariance_stamped(PlanarPose(2.0, 3.0, 1.0), np.eye(3) * 0.01, robot.header())
+    robot.send('initialpose', initial_pose)
     robot.tick(0.1)
     assert graph.spin_until(lambda: bool(robot.poses))
     assert robot.poses[-1].pose.position.y == pytest.approx(3.0, abs=0.1)

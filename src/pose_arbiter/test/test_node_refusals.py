@@ -13,7 +13,7 @@ from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
 from pose_arbiter.node import PoseArbiterNode, main
 from shirube_geometry import PlanarPose
 from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
-from shirube_ros.start_here import start_here
+from shirube_ros.run_in_process import run_in_process
 from shirube_settings import SettingsError
 
 pytestmark = pytest.mark.newest_set_only
@@ -27,15 +27,15 @@ def flat(message):
 @pytest.mark.parametrize(
     ('send', 'name', 'words'),
     [
-        (lambda r: r.say_a(frame='hall'), 'a', "poses of a have frame_id 'hall', expected 'map'"),
-        (lambda r: r.say_a(PlanarPose(math.nan, 0.0, 0.0)), 'a', 'a holds a pose that is not finite'),
-        (lambda r: r.say_a(noise=np.zeros((3, 3))), 'a', 'a holds a covariance that is not positive'),
-        (lambda r: r.say_a(noise=np.eye(3) * 1e9), 'a', 'a: covariance is invalid'),
-        (lambda r: r.say_a(PlanarPose(1e9, 0.0, 0.0)), 'a', 'a: farther than 1000 km from the origin'),
-        (lambda r: r.say_a(ago=r.now), 'a', 'a: stamp is 0'),
-        (lambda r: r.say_a(ago=-5.0), 'a', 'a: stamp is in the future'),
-        (lambda r: r.say_a(ago=50.0), 'a', 'a: stamp is too old'),
-        (lambda r: [r.say_a(), r.say_a()], 'a', 'a: duplicate stamp'),
+        (lambda r: r.publish_a(frame='hall'), 'a', "poses of a have frame_id 'hall', expected 'map'"),
+        (lambda r: r.publish_a(PlanarPose(math.nan, 0.0, 0.0)), 'a', 'a holds a pose that is not finite'),
+        (lambda r: r.publish_a(noise=np.zeros((3, 3))), 'a', 'a holds a covariance that is not positive'),
+        (lambda r: r.publish_a(noise=np.eye(3) * 1e9), 'a', 'a: covariance is invalid'),
+        (lambda r: r.publish_a(PlanarPose(1e9, 0.0, 0.0)), 'a', 'a: farther than 1000 km from the origin'),
+        (lambda r: r.publish_a(ago=r.now), 'a', 'a: stamp is 0'),
+        (lambda r: r.publish_a(ago=-5.0), 'a', 'a: stamp is in the future'),
+        (lambda r: r.publish_a(ago=50.0), 'a', 'a: stamp is too old'),
+        (lambda r: [r.publish_a(), r.publish_a()], 'a', 'a: duplicate stamp'),
         (lambda r: r.send('b', flat(pose_stamped(r.pose, r.header()))), 'b', 'b holds a quaternion of zeros'),
         (lambda r: r.send('odom', Odometry(header=r.header('odom'))), 'odom', None),
         (
@@ -43,7 +43,11 @@ def flat(message):
             'odom',
             "odometry has frame_id 'hall', expected 'odom'",
         ),
-        (lambda r: r.say_odometry(PlanarPose(math.inf, 0.0, 0.0)), 'odom', 'odom holds a pose that is not'),
+        (
+            lambda r: r.publish_odometry(PlanarPose(math.inf, 0.0, 0.0)),
+            'odom',
+            'odom holds a pose that is not',
+        ),
         (
             lambda r: r.send('initialpose', pose_with_covariance_stamped(r.pose, NOISE, r.header('odom'))),
             'initialpose',
@@ -66,7 +70,7 @@ def test_a_bad_message_is_refused_with_one_line(graph, send, name, words):
     assert lines[0] in robot.report().message
 
 
-def test_when_time_goes_back_everything_begins_anew_and_it_is_said_once(graph, capfd):
+def test_after_a_clock_jump_the_filter_restarts_and_warns_once(graph, capfd):
     robot = Robot(graph)
     robot.drive(1.0)
     robot.now -= 50.0
@@ -78,7 +82,7 @@ def test_when_time_goes_back_everything_begins_anew_and_it_is_said_once(graph, c
 
 def test_what_comes_before_simulated_time_has_begun_is_refused_and_harms_nothing(graph):
     robot = Robot(graph, clock=False)
-    robot.say_a(ago=-1e9)
+    robot.publish_a(ago=-1e9)
     assert robot.refusals('a') == [
         'simulated time has not started; publish /clock, or set use_sim_time to false'
     ]
@@ -93,7 +97,7 @@ def test_frames_that_are_one_are_refused(graph, frames):
         graph.add(PoseArbiterNode, sources=['a'], **frames)
 
 
-def test_topics_that_nobody_publishes_are_told_once(graph, capfd):
+def test_topics_without_a_publisher_are_logged_once(graph, capfd):
     node = graph.add(PoseArbiterNode, sources=['a', 'b'])
     for _ in range(10):
         node._report.status()
@@ -133,12 +137,12 @@ def test_bad_parameters_are_refused_with_one_line(graph, parameters, words):
     assert '\n' not in str(refusal.value)
 
 
-def test_a_strange_parameter_is_told(graph, capfd):
+def test_an_unknown_parameter_is_logged(graph, capfd):
     graph.add(PoseArbiterNode, wheel_radius=0.1)
     assert 'parameter wheel_radius does not exist in this node and is ignored' in capfd.readouterr().err
 
 
 def test_a_bad_start_is_one_line_and_exit_code_1(capfd):
-    assert start_here(main, '--ros-args', '-p', 'sources:=[floor, floor]') == 1
+    assert run_in_process(main, '--ros-args', '-p', 'sources:=[floor, floor]') == 1
     (line,) = capfd.readouterr().err.splitlines()
     assert 'holds floor twice' in line

@@ -32,5 +32,5 @@ def test_after_a_jump_back_it_goes_on():
     schedule = TickSchedule(50.0)
     schedule.due(100_000_000_000)
     assert len(schedule.due(1_000_000_000)) == 0
-    schedule.start_again()
+    schedule.reset()
     assert len(schedule.due(1_000_000_000)) == 1

@@ -35,7 +35,7 @@ _CODES = {
 }
 
 
-def offer_compute_path(node: Node, map_frame: str, plan: PlanRoute) -> ActionServer | None:
+def create_compute_path_server(node: Node, map_frame: str, plan: PlanRoute) -> ActionServer | None:
     """Create the action server of a node; return None if nav2_msgs is not installed."""
     if find_spec('nav2_msgs') is None:
         return None
@@ -43,7 +43,7 @@ def offer_compute_path(node: Node, map_frame: str, plan: PlanRoute) -> ActionSer
 
     def execute(handle: Any) -> Any:
         header = Header(stamp=node.get_clock().now().to_msg(), frame_id=map_frame)
-        result, problem = answer_request(handle.request, action.Result(), header, plan)
+        result, problem = handle_request(handle.request, action.Result(), header, plan)
         if problem:
             node.get_logger().warning(f'{_NAME}: {problem}')
             handle.abort()
@@ -54,7 +54,7 @@ def offer_compute_path(node: Node, map_frame: str, plan: PlanRoute) -> ActionSer
     return ActionServer(node, action, _NAME, execute)
 
 
-def answer_request(request: Any, result: Any, header: Header, plan: PlanRoute) -> tuple[Any, str]:
+def handle_request(request: Any, result: Any, header: Header, plan: PlanRoute) -> tuple[Any, str]:
     """Fill the result of the action; return it with a one-line error, empty on success.
 
     Args:

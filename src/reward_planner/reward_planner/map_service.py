@@ -8,8 +8,8 @@ from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.navigator import Navigator
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import (
+    check_yaml_suffix,
     load_occupancy_map,
-    refuse_other_endings,
     save_occupancy_map,
 )
 from reward_planner.node_settings import NodeSettings
@@ -17,7 +17,7 @@ from reward_planner.node_settings import NodeSettings
 _SHIFT_MIN = 0.01  # smaller shifts are rounding errors of the file [cells]
 
 
-def load_known_map(navigator: Navigator, settings: NodeSettings) -> str:
+def load_static_map(navigator: Navigator, settings: NodeSettings) -> str:
     """Load map_file into a navigator, if it is set; return a one-line warning of a shift, empty if there is none.
 
     Raises:
@@ -25,11 +25,11 @@ def load_known_map(navigator: Navigator, settings: NodeSettings) -> str:
             a wrong suffix.
     """
     if settings.save_file:
-        refuse_other_endings(Path(settings.save_file))
+        check_yaml_suffix(Path(settings.save_file))
     if not settings.map_file:
         return ''
     grid = load_occupancy_map(Path(settings.map_file), navigator.mapper.map.resolution)
-    navigator.use_map(grid)
+    navigator.set_static_map(grid)
     side = grid.frame.resolution
     dx, dy = (side * (round(at / side) - at / side) for at in (grid.frame.origin_x, grid.frame.origin_y))
     if max(abs(dx), abs(dy)) < _SHIFT_MIN * side:
@@ -40,7 +40,7 @@ def load_known_map(navigator: Navigator, settings: NodeSettings) -> str:
     )
 
 
-def save_known_map(navigator: Navigator, settings: NodeSettings) -> str:
+def save_global_map(navigator: Navigator, settings: NodeSettings) -> str:
     """Save the map and return the name of its file.
 
     Raises:

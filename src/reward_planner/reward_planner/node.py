@@ -11,39 +11,39 @@ from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import Header, String
 
-from reward_planner.compute_path_server import offer_compute_path
-from reward_planner.core.driving.drive import Drive, DriveState
+from reward_planner.compute_path_server import create_compute_path_server
+from reward_planner.core.compile_kernels import compile_kernels
+from reward_planner.core.driving.drive_command import DriveCommand, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.light_command import read_light_command
-from reward_planner.core.driving.velocity_ramp import Velocity
+from reward_planner.core.driving.light_command import parse_light_command
+from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.mapping.pose_trail import PoseVerdict
+from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import MappedFrame, Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.core.warm_up import warm_up
 from reward_planner.inputs.depth_input import DepthInput
 from reward_planner.inputs.points_input import PointsInput
 from reward_planner.inputs.trinocular_input import TrinocularInput
-from reward_planner.map_output import MapOutput
-from reward_planner.map_service import load_known_map, save_known_map
+from reward_planner.map_publisher import MapPublisher
+from reward_planner.map_service import load_static_map, save_global_map
 from reward_planner.node_settings import NodeSettings, check_source
 from reward_planner.planner_report import PlannerReport
 from shirube_geometry import PlanarPose
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.message_error import PoseError
-from shirube_ros.message_guard import MessageGuard
+from shirube_ros.node_main import run_node
 from shirube_ros.occupancy_conversion import path_message
-from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
-from shirube_ros.safe_main import run_node
-from shirube_ros.stamp_groups import StampGroups
-from shirube_ros.stamp_order import StampOrder
-from shirube_ros.trigger_service import offer_trigger
-from shirube_ros.velocity_output import VelocityOutput
+from shirube_ros.stamp_synchronizer import StampSynchronizer
+from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.trigger_service import create_trigger_service
+from shirube_ros.velocity_publisher import VelocityPublisher
 
 _DRIVE_PERIOD = 0.05  # control period [s]
 _MAP_PERIOD = 1.0  # publishing period of the map [s]
@@ -98,37 +98,39 @@ class RewardPlannerNode(Node):
             declare_parameters(self, RewardSettings),
             declare_parameters(self, DrivingSettings),
         )
-        refuse_misspelled_parameters(self)
+        reject_misspelled_parameters(self)
         check_source(self._settings)
         self._navigator = Navigator(self._settings.mount, method)
-        warning = load_known_map(self._navigator, self._settings)
+        warning = load_static_map(self._navigator, self._settings)
         if warning:
             self.get_logger().warning(warning)
         self.get_logger().info('compiling numba kernels (first start only, about 1 min)')
-        warm_up(self._settings.mount, method)
-        self._told: tuple[DriveState, str] | None = None
+        compile_kernels(self._settings.mount, method)
+        self._logged_state: tuple[DriveState, str] | None = None
         self._plan_number: tuple[int, int] | None = None
         self._goal_yaw = 0.0
-        self._groups: StampGroups[Any] | None = None
+        self._groups: StampSynchronizer[Any] | None = None
         self._has_new_map = bool(self._settings.map_file)
-        self._stamps = StampOrder(self._start_again, self._now)
-        self._guard = MessageGuard(self, (RewardPlannerError,))
+        self._stamps = StampValidator(self._handle_time_jump, self._now)
+        self._guard = CallbackGuard(self, (RewardPlannerError,))
         self._report = PlannerReport(self._navigator, self._now, method.driving.map_timeout)
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
         self._subscribe()
         self._start_timers()
-        self._paths = offer_compute_path(self, self._settings.map_frame, self._navigator.route_between)
+        self._path_server = create_compute_path_server(
+            self, self._settings.map_frame, self._navigator.route_between
+        )
 
     def _advertise(self) -> None:
-        self._map, self._local_map = MapOutput(self, '~/map'), MapOutput(self, '~/local_map')
+        self._map, self._local_map = MapPublisher(self, '~/map'), MapPublisher(self, '~/local_map')
         self._plan = self.create_publisher(Path, '~/plan', map_profile())
         self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
         self._cmd_vel = None
         if self._settings.drive:
-            self._cmd_vel = VelocityOutput(self, 'cmd_vel', self._settings.base_frame)
-        offer_trigger(self, self._guard, '~/clear_map', self._clear_map)
-        offer_trigger(self, self._guard, '~/save_map', self._save_map)
+            self._cmd_vel = VelocityPublisher(self, 'cmd_vel', self._settings.base_frame)
+        create_trigger_service(self, self._guard, '~/clear_map', self._clear_map)
+        create_trigger_service(self, self._guard, '~/save_map', self._save_map)
 
     def _subscribe(self) -> None:
         settings = self._settings
@@ -137,9 +139,9 @@ class RewardPlannerNode(Node):
                 DepthInput(self, self._guard, self._take_frame)
             case 'trinocular':
                 transport = settings.image_transport
-                three = TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
-                self._report.watch(three.groups)
-                self._groups = three.groups
+                trinocular = TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
+                self._report.watch_groups(trinocular.groups)
+                self._groups = trinocular.groups
             case _:
                 frames = (settings.base_frame, settings.camera_frame)
                 PointsInput(self, self._guard, settings.mount, frames, self._take_frame)
@@ -157,7 +159,7 @@ class RewardPlannerNode(Node):
             )
 
     def _start_timers(self) -> None:
-        for period, work in ((_DRIVE_PERIOD, self._work), (_MAP_PERIOD, self._publish_map)):
+        for period, work in ((_DRIVE_PERIOD, self._run_cycle), (_MAP_PERIOD, self._publish_map)):
             guarded = self._guard.guard(_CONTROL, work)
             self.create_timer(period, lambda guarded=guarded: guarded(None))
 
@@ -173,17 +175,17 @@ class RewardPlannerNode(Node):
 
     def _take_pose(self, message: PoseStamped) -> None:
         pose = self._in_map(message, 'pose')
-        verdict = self._navigator.add_pose(self._stamps.check(message.header, 'pose'), pose)
-        if verdict is PoseVerdict.JUMPED:
+        status = self._navigator.add_pose(self._stamps.check(message.header, 'pose'), pose)
+        if status is PoseStatus.JUMPED:
             self.get_logger().warning(
                 'the pose jumped; the robot stops until its poses are consistent again',
                 throttle_duration_sec=1.0,
             )
-        elif verdict is PoseVerdict.RELOCATED:
+        elif status is PoseStatus.RELOCATED:
             self.get_logger().warning(f'poses are consistent again, at x {pose.x:.2f} m, y {pose.y:.2f} m')
 
     def _take_goal(self, message: PoseStamped) -> None:
-        self._navigator.pilot.forget_goal()  # a rejected goal also cancels the previous one
+        self._navigator.controller.cancel_goal()  # a rejected goal also cancels the previous one
         goal = self._in_map(message, 'goal_pose')
         self._navigator.set_goal(goal)
         self._goal_yaw = goal.yaw
@@ -197,15 +199,15 @@ class RewardPlannerNode(Node):
         return planar_pose(message.pose, topic)
 
     def _take_command(self, message: String) -> None:
-        command = read_light_command(message.data)
-        self._navigator.pilot.obey(command)
+        command = parse_light_command(message.data)
+        self._navigator.controller.apply_command(command)
         self.get_logger().info(f'command of a lamp: {command.operation} {command.value:g}')
 
-    def _work(self, _: None) -> None:
+    def _run_cycle(self, _: None) -> None:
         """Map queued frames and run the drive controller, which runs even after an invalid frame."""
         now = self._now()
         try:
-            for frame in self._navigator.work(now):
+            for frame in self._navigator.process_frames(now):
                 self._report.add_frame(frame)
                 self._publish_local_map(frame)
         finally:
@@ -213,12 +215,12 @@ class RewardPlannerNode(Node):
 
     def _drive(self, now: float) -> None:
         try:
-            drive = self._navigator.pilot.step(now)
+            drive = self._navigator.controller.step(now)
         except Exception:
             self._send(Velocity())  # otherwise the motors would keep the last velocity until their timeout
             raise
         self._report.add_drive(drive)
-        self._tell(drive)
+        self._log_state(drive)
         self._publish_plan()
         if drive.waypoint_map is not None:
             x, y = drive.waypoint_map
@@ -235,22 +237,22 @@ class RewardPlannerNode(Node):
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 
-    def _tell(self, drive: Drive) -> None:
+    def _log_state(self, drive: DriveCommand) -> None:
         """Log a line when the state of the controller changes."""
-        if self._told == (drive.state, drive.detail):
+        if self._logged_state == (drive.state, drive.detail):
             return
-        self._told = (drive.state, drive.detail)
-        if drive.state.needs_people:
+        self._logged_state = (drive.state, drive.detail)
+        if drive.state.needs_attention:
             self.get_logger().warning(drive.detail)
         else:
             self.get_logger().info(drive.detail)
 
     def _publish_plan(self) -> None:
         """Publish the route if it changed."""
-        keeper = self._navigator.pilot.keeper
-        points = self._navigator.pilot.points_map
-        goals = self._navigator.pilot.goals
-        number = None if keeper is None or len(points) == 0 else (goals, keeper.plans)
+        replanner = self._navigator.controller.replanner
+        points = self._navigator.controller.points_map
+        goal_count = self._navigator.controller.goal_count
+        number = None if replanner is None or len(points) == 0 else (goal_count, replanner.replan_count)
         if number != self._plan_number:
             self._plan_number = number
             self._plan.publish(path_message(points, self._goal_yaw, self._map_header()))
@@ -259,29 +261,29 @@ class RewardPlannerNode(Node):
         self._has_new_map = True
         stamp = Time(nanoseconds=round(1e9 * frame.stamp)).to_msg()
         header = Header(stamp=stamp, frame_id=self._settings.map_frame)
-        self._local_map.show(frame.local.frame, frame.local.occupancy, header)
+        self._local_map.publish(frame.local.frame, frame.local.occupancy, header)
 
     def _publish_map(self, _: None) -> None:
         known = self._navigator.mapper.map.occupancy() if self._has_new_map else None
         self._has_new_map = False
         if known is not None:
-            self._map.show(*known, self._map_header())
+            self._map.publish(*known, self._map_header())
 
     def _clear_map(self) -> str:
         self._navigator.clear_map()
         self._has_new_map = False
-        for shown in (self._map, self._local_map):
-            shown.wipe(self._map_header())
+        for publisher in (self._map, self._local_map):
+            publisher.publish_unknown(self._map_header())
         return 'map cleared'
 
     def _save_map(self) -> str:
-        return f'saved to {save_known_map(self._navigator, self._settings)}'
+        return f'saved to {save_global_map(self._navigator, self._settings)}'
 
-    def _start_again(self) -> None:
+    def _handle_time_jump(self) -> None:
         self.get_logger().warning(
             'clock jumped back: poses, queued frames and the goal were reset, the robot stops; the map stays'
         )
-        self._navigator.time_jumped()
+        self._navigator.handle_time_jump()
         if self._groups is not None:
             self._groups.clear()
 

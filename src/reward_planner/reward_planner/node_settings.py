@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from reward_planner.core.depth.depth_settings import DepthSettings, refuse_unmatchable
+from reward_planner.core.depth.depth_settings import DepthSettings, check_matcher_settings
 from shirube_ros.camera_settings import CameraSettings
 from shirube_settings import setting
 
@@ -53,4 +53,4 @@ def check_source(node: NodeSettings) -> None:
         DepthError: settings of stereo matching that OpenCV does not support.
     """
     if node.source == 'trinocular':
-        refuse_unmatchable(node.depth)
+        check_matcher_settings(node.depth)

@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from reward_planner.core.driving.drive import Drive, DriveState
-from reward_planner.core.mapping.pose_trail import PoseVerdict
+from reward_planner.core.driving.drive_command import DriveCommand, DriveState
+from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import MappedFrame, Navigator
 from shirube_ros.diagnostics import Level, Status
-from shirube_ros.stamp_groups import StampGroups
+from shirube_ros.stamp_synchronizer import StampSynchronizer
 
 
 class PlannerReport:
@@ -25,25 +25,25 @@ class PlannerReport:
             frame_period_max: time without a mapped frame after which the map is stale [s].
         """
         self._navigator, self._now, self._frame_period_max = navigator, now, frame_period_max
-        self._waits_since: float | None = None
-        self._groups_before = 0
-        self._drive: Drive | None = None
+        self._last_frame_time: float | None = None
+        self._groups_at_last_frame = 0
+        self._drive: DriveCommand | None = None
         self._frames = 0
         self._points: Counter[str] = Counter()
-        self._groups: StampGroups[Any] | None = None
+        self._groups: StampSynchronizer[Any] | None = None
 
-    def watch(self, groups: StampGroups[Any]) -> None:
+    def watch_groups(self, groups: StampSynchronizer[Any]) -> None:
         """Report images that were dropped by the synchronizer, too."""
         self._groups = groups
 
     def add_frame(self, frame: MappedFrame) -> None:
         """Count a mapped frame."""
         self._frames += 1
-        self._waits_since = self._now()
-        self._groups_before = 0 if self._groups is None else self._groups.formed
-        self._points.update(frame.tally._asdict())
+        self._last_frame_time = self._now()
+        self._groups_at_last_frame = 0 if self._groups is None else self._groups.completed
+        self._points.update(frame.point_counts._asdict())
 
-    def add_drive(self, drive: Drive) -> None:
+    def add_drive(self, drive: DriveCommand) -> None:
         """Set the latest output of the drive controller."""
         self._drive = drive
 
@@ -51,40 +51,42 @@ class PlannerReport:
         """Return the diagnostic status."""
         navigator = self._navigator
         values = {'frames in the map': str(self._frames)}
-        values |= {f'frames dropped: {why.value}': str(n) for why, n in navigator.frames.dropped.items()}
+        values |= {
+            f'frames dropped: {why.value}': str(n) for why, n in navigator.message_filter.dropped.items()
+        }
         if self._groups is not None:
             values['images dropped: no others with the same stamp'] = str(self._groups.dropped)
         values |= {f'points {kind.replace("_", " ")}': str(n) for kind, n in self._points.items() if n}
         values |= {
-            f'poses: {verdict.value}': str(n)
-            for verdict, n in navigator.verdicts.items()
-            if verdict is not PoseVerdict.TAKEN
+            f'poses: {status.value}': str(n)
+            for status, n in navigator.pose_status_counts.items()
+            if status is not PoseStatus.ACCEPTED
         }
         values['map [MB]'] = f'{navigator.mapper.map.bytes / 1e6:.2f}'
-        if navigator.mapper.map.refused:
-            values['cells rejected, the map is full'] = str(navigator.mapper.map.refused)
-        keeper = navigator.pilot.keeper
-        if keeper is not None:
-            values['routes taken'] = str(keeper.plans)
-        is_well = self._drive is None or not self._drive.state.needs_people
-        does = DriveState.IDLE.value if self._drive is None else self._drive.detail
-        late = self._what_is_late()
-        level = Level.OK if is_well and late is None else Level.WARN
-        return Status(level, does if late is None else f'{does}; {late}', values)
+        if navigator.mapper.map.rejected_cells:
+            values['cells rejected, the map is full'] = str(navigator.mapper.map.rejected_cells)
+        replanner = navigator.controller.replanner
+        if replanner is not None:
+            values['routes taken'] = str(replanner.replan_count)
+        is_ok = self._drive is None or not self._drive.state.needs_attention
+        activity = DriveState.IDLE.value if self._drive is None else self._drive.detail
+        stale = self._stale_input()
+        level = Level.OK if is_ok and stale is None else Level.WARN
+        return Status(level, activity if stale is None else f'{activity}; {stale}', values)
 
-    def _what_is_late(self) -> str | None:
+    def _stale_input(self) -> str | None:
         """Return why no frame was mapped for too long, None if one was."""
         now = self._now()
         if now <= 0.0:
             return None
-        if self._waits_since is None or now < self._waits_since:
-            self._waits_since = now
-        waits = now - self._waits_since
-        if waits <= self._frame_period_max:
+        if self._last_frame_time is None or now < self._last_frame_time:
+            self._last_frame_time = now
+        age = now - self._last_frame_time
+        if age <= self._frame_period_max:
             return None
-        line = f'no frame mapped for {waits:.1f} s'
-        if self._groups is None or self._groups.formed > self._groups_before:
+        line = f'no frame mapped for {age:.1f} s'
+        if self._groups is None or self._groups.completed > self._groups_at_last_frame:
             return line
-        if self._groups.lacking:
-            return f'{line}: no images of {" and ".join(self._groups.lacking)}; check the topics'
+        if self._groups.missing_topics:
+            return f'{line}: no images of {" and ".join(self._groups.missing_topics)}; check the topics'
         return f'{line}: the stamps of the images differ; synchronize the cameras'

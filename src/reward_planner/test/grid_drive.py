@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from reward_planner.core.driving.drive import DriveState
+from reward_planner.core.driving.drive_command import DriveState
+from reward_planner.core.driving.drive_controller import DriveController
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.pilot import Pilot
-from reward_planner.core.grid.footprint import clearance
 from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.inflation import clearance
 from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.mapping.local_map import LocalMap
@@ -31,10 +31,10 @@ class GridDrive:
 
     def __init__(self, walls, start, settings=None, mode='optimal', visits='counted', resolution=0.1):
         self.walls, self.resolution = np.asarray(walls, dtype=bool), resolution
-        self.known = GlobalMap(resolution, 64_000_000)
+        self.global_map = GlobalMap(resolution, 64_000_000)
         self.settings = settings or DrivingSettings()
         planner, reward = PlannerSettings(mode, RADIUS), RewardSettings(visits=visits)
-        self.pilot = Pilot(self.known, planner, reward, self.settings)
+        self.controller = DriveController(self.global_map, planner, reward, self.settings)
         self.robot = DrivenRobot(start, MotorLimits(0.6, 4.0))
         self.senses_pose = self.senses_map = True
         self.error = PlanarPose(0.0, 0.0, 0.0)  # error of the reported pose
@@ -52,16 +52,16 @@ class GridDrive:
         self._seen[:] = UNKNOWN
         self._seen[cells[:, 0], cells[:, 1]] = np.where(occupied, OCCUPIED, FREE)
         local = LocalMap(self.frame, self._seen, self._seen != UNKNOWN)
-        self.known.write(local)
-        self.pilot.map_changed(self.robot.time, self.frame)
+        self.global_map.write(local)
+        self.controller.update_map(self.robot.time, self.frame)
 
     def tick(self):
         now = self.robot.time
         if self.senses_pose:
-            self.pilot.robot_at(now, self.error @ self.pose)
+            self.controller.update_pose(now, self.error @ self.pose)
         if self.senses_map and len(self.drives) % 4 == 0:
             self.sense()
-        drive = self.pilot.step(now)
+        drive = self.controller.step(now)
         velocity = drive.velocity
         forward, turn = (0.0, 0.0) if velocity is None else (velocity.forward, velocity.turn_rate)
         self.robot.drive(forward, turn, now + TICK)
@@ -70,7 +70,7 @@ class GridDrive:
         self.room.append(self.gap())
         assert self.room[-1] > 0.0, f'hit a wall at {self.pose}'
 
-    def run(self, seconds, until=(DriveState.REACHED,)):
+    def run(self, seconds, until=(DriveState.GOAL_REACHED,)):
         """Drive until a state is reached; return the last command."""
         for _ in range(round(seconds / TICK)):
             self.tick()
@@ -125,6 +125,6 @@ def wall_with_door():
     return walls
 
 
-def is_standing(drive):
+def is_stopped(drive):
     velocity = drive.velocity
     return velocity is None or max(abs(velocity.forward), abs(velocity.turn_rate)) < 1e-3

@@ -43,9 +43,9 @@ class Robot:
         self.node = graph.add(RewardPlannerNode, **parameters)
         self.robot = graph.add(lambda **options: Node('robot', **options))
         self._clock = self.robot.create_publisher(Clock, '/clock', 10)
-        heard = ['pose', 'goal_pose', 'command']
-        heard += ['depth/image', 'depth/camera_info'] if parameters.get('source') == 'depth' else ['points']
-        self._publishers = {t: self.robot.create_publisher(TOPICS[t], t, 10) for t in heard}
+        topics = ['pose', 'goal_pose', 'command']
+        topics += ['depth/image', 'depth/camera_info'] if parameters.get('source') == 'depth' else ['points']
+        self._publishers = {t: self.robot.create_publisher(TOPICS[t], t, 10) for t in topics}
         self.reports, self.velocities = [], []
         self.robot.create_subscription(
             DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
@@ -106,7 +106,7 @@ class Robot:
                 return
 
     def refusals(self, topic):
-        return list(self.node._guard.counts[topic].refused)
+        return list(self.node._guard.counts[topic].rejected)
 
     def message(self):
         """The next diagnostic status."""

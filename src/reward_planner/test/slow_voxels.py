@@ -20,7 +20,7 @@ def centre_of(voxel, resolution, bottom):
     return (np.array(voxel) + 0.5) * resolution + (0.0, 0.0, bottom)
 
 
-def voxels_on_the_way(start, end, resolution, bottom) -> set[Voxel]:
+def voxels_on_segment(start, end, resolution, bottom) -> set[Voxel]:
     """All voxels that a segment traverses: split it at every face and take the middle of each part."""
     low = (np.array(start) - (0.0, 0.0, bottom)) / resolution
     high = (np.array(end) - (0.0, 0.0, bottom)) / resolution

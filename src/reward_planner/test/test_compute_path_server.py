@@ -10,7 +10,7 @@ from nav_msgs.msg import Path
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from reward_planner.compute_path_server import answer_request, offer_compute_path
+from reward_planner.compute_path_server import create_compute_path_server, handle_request
 from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
@@ -35,7 +35,7 @@ def navigator():
     made = Navigator(CameraMount(), NavigatorSettings(voxels=VoxelSettings(resolution=0.1)))
     cells = np.zeros((60, 60), dtype=np.int8)
     cells[20:40, 28:32] = 100
-    made.use_map(OccupancyMap(GridFrame(0.0, 0.0, 0.1, 60, 60), cells))
+    made.set_static_map(OccupancyMap(GridFrame(0.0, 0.0, 0.1, 60, 60), cells))
     return made
 
 
@@ -45,7 +45,7 @@ def ask(planner, goal, start=None, frame='map'):
         goal=pose_stamped(goal, Header(frame_id=frame)),
         use_start=start is not None,
     )
-    return answer_request(
+    return handle_request(
         request, SimpleNamespace(path=Path(), error_code=0, **CODES), HEADER, planner.route_between
     )
 
@@ -67,13 +67,13 @@ def test_the_route_begins_where_the_robot_is():
     assert result.path.poses[0].pose.position.y == pytest.approx(5.0, abs=0.1)
 
 
-def test_from_a_place_where_the_robot_was_an_hour_ago_no_route_is_told():
+def test_no_route_starts_at_an_outdated_pose():
     planner = navigator()
     planner.add_pose(-3600.0, PlanarPose(1.0, 5.0, 0.0))
     assert 'too old' in ask(planner, PlanarPose(5.0, 3.0, 0.0))[1]
 
 
-def test_what_is_wrong_is_told_by_line_and_code():
+def test_errors_are_reported_by_line_and_code():
     planner, start = navigator(), PlanarPose(1.0, 3.0, 0.0)
     result, problem = ask(planner, PlanarPose(3.0, 3.0, 0.0), start)
     assert (result.error_code, problem) == (206, NoRouteReason.GOAL_BLOCKED.value)
@@ -90,4 +90,4 @@ def test_what_is_wrong_is_told_by_line_and_code():
 
 def test_without_nav2_there_is_no_action(graph):
     node = graph.add(lambda **options: Node('host', **options))
-    assert offer_compute_path(node, 'map', navigator().route_between) is None
+    assert create_compute_path_server(node, 'map', navigator().route_between) is None

@@ -32,19 +32,19 @@ def cloud(count=5000):
 
 def counted(points, T):
     counts, cells = np.zeros(SHAPE, dtype=np.int32), np.empty(np.prod(SHAPE), dtype=np.int32)
-    filled, tally = count_points(points, T, RANGES, counts, cells)
-    return counts, cells[:filled], tally
+    filled, point_counts = count_points(points, T, RANGES, counts, cells)
+    return counts, cells[:filled], point_counts
 
 
-def test_every_point_is_counted_once_or_told_as_dropped():
+def test_every_point_is_counted_once_or_reported_as_dropped():
     points = cloud()
-    counts, _, tally = counted(points, window_transform())
-    assert counts.sum() == tally.counted
-    assert sum(tally) == len(points)
-    assert tally.not_finite == (~np.isfinite(points)).any(axis=1).sum()
+    counts, _, point_counts = counted(points, window_transform())
+    assert counts.sum() == point_counts.counted
+    assert sum(point_counts) == len(points)
+    assert point_counts.not_finite == (~np.isfinite(points)).any(axis=1).sum()
     distances = np.linalg.norm(points[np.isfinite(points).all(axis=1)].astype(np.float64), axis=1)
-    assert tally.too_near == (distances < RANGES[0]).sum()
-    assert tally.too_far == (distances > RANGES[1]).sum()
+    assert point_counts.too_near == (distances < RANGES[0]).sum()
+    assert point_counts.too_far == (distances > RANGES[1]).sum()
 
 
 def test_counts_are_those_of_a_histogram():
@@ -66,5 +66,5 @@ def test_the_order_of_the_points_does_not_matter():
 
 
 def test_no_points_give_no_voxels():
-    counts, cells, tally = counted(np.empty((0, 3), dtype=np.float32), window_transform())
-    assert counts.sum() == len(cells) == sum(tally) == 0
+    counts, cells, point_counts = counted(np.empty((0, 3), dtype=np.float32), window_transform())
+    assert counts.sum() == len(cells) == sum(point_counts) == 0

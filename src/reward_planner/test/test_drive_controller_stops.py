@@ -5,36 +5,36 @@ from __future__ import annotations
 import math
 
 import pytest
-from grid_drive import GridDrive, goal_at, hall, is_standing
+from grid_drive import GridDrive, goal_at, hall, is_stopped
 
-from reward_planner.core.driving.drive import DriveState
+from reward_planner.core.driving.drive_command import DriveState
 from reward_planner.core.driving.light_command import LightCommand
-from reward_planner.core.driving.velocity_ramp import Velocity
+from reward_planner.core.driving.velocity_smoother import Velocity
 from shirube_geometry import PlanarPose
 
 
 @pytest.mark.parametrize(
-    ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.BLIND)]
+    ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)]
 )
 def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, state):
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(4.0)
     setattr(drive, sense, False)
     last = drive.run(4.0)
     assert last.state is state
-    assert is_standing(last)
+    assert is_stopped(last)
     lost_at = drive.pose
     drive.run(1.0)
     assert drive.pose.distance_to(lost_at) < 1e-6
     setattr(drive, sense, True)
-    assert drive.run(60.0).state is DriveState.REACHED
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
 def test_before_the_first_pose_and_frame_nothing_moves():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
     drive.senses_pose = drive.senses_map = False
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
     assert 'no pose received' in drive.run(0.5).detail
     drive.senses_pose = True
     assert 'no frame received' in drive.run(0.5).detail
@@ -43,40 +43,40 @@ def test_before_the_first_pose_and_frame_nothing_moves():
 
 def test_poses_that_jump_stop_the_robot():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(4.0)
     drive.senses_pose = False
-    drive.pilot.robot_at(drive.robot.time, None)
+    drive.controller.update_pose(drive.robot.time, None)
     last = drive.run(3.0)
     assert (last.state, last.detail) == (DriveState.LOST, 'no valid pose: the pose jumped')
-    assert is_standing(last)
+    assert is_stopped(last)
 
 
 def test_the_lamps_slow_stop_and_turn_the_robot():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(3.0)
-    drive.pilot.obey(LightCommand('slow', 0.15))
+    drive.controller.apply_command(LightCommand('slow', 0.15))
     drive.run(2.0)
     assert drive.run(0.5).velocity.forward == pytest.approx(0.15, abs=0.01)
-    drive.pilot.obey(LightCommand('turn', math.pi))
+    drive.controller.apply_command(LightCommand('turn', math.pi))
     before = drive.pose.yaw
     drive.run(0.5)
     assert drive.drives[-1].state is DriveState.TURNING
     drive.run(5.0, until=(DriveState.DRIVING,))
     assert abs(drive.pose.yaw - before) == pytest.approx(math.pi, abs=0.06)
-    drive.pilot.obey(LightCommand('stop', 0.0))
-    assert drive.run(2.0).state is DriveState.HELD
-    assert is_standing(drive.drives[-1])
-    drive.pilot.obey(LightCommand('resume', 0.0))
-    assert drive.run(60.0).state is DriveState.REACHED
+    drive.controller.apply_command(LightCommand('stop', 0.0))
+    assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
+    assert is_stopped(drive.drives[-1])
+    drive.controller.apply_command(LightCommand('resume', 0.0))
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
-def test_when_time_jumps_back_the_robot_stands_without_a_goal():
+def test_when_time_jumps_back_the_robot_stops_without_a_goal():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(9.0, 3.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(3.0)
-    drive.pilot.time_jumped()
+    drive.controller.handle_time_jump()
     assert drive.run(3.0).state is DriveState.IDLE
     assert drive.drives[-1].velocity is None
     last_given = [d.velocity for d in drive.drives if d.velocity is not None][-1]
@@ -85,57 +85,57 @@ def test_when_time_jumps_back_the_robot_stands_without_a_goal():
 
 def test_after_the_goal_is_reached_no_push_makes_the_robot_drive_again():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(3.0, 3.0))
+    drive.controller.set_goal(goal_at(3.0, 3.0))
     drive.run(60.0)
     drive.run(0.5, until=())
     for place in (PlanarPose(4.0, 3.0, 2.0), None):
-        drive.pilot.robot_at(drive.robot.time, place)
-        done = drive.pilot.step(drive.robot.time + 100.0)
-        assert (done.state, done.velocity) == (DriveState.REACHED, None)
-    drive.pilot.set_goal(goal_at(6.0, 3.0))
-    assert drive.run(60.0).state is DriveState.REACHED
+        drive.controller.update_pose(drive.robot.time, place)
+        done = drive.controller.step(drive.robot.time + 100.0)
+        assert (done.state, done.velocity) == (DriveState.GOAL_REACHED, None)
+    drive.controller.set_goal(goal_at(6.0, 3.0))
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
     assert drive.pose.x > 5.8
 
 
 def test_a_turn_that_nobody_could_make_is_not_made_later():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
     drive.run(1.0)
-    drive.pilot.obey(LightCommand('turn', 3.0))
-    drive.pilot.set_goal(goal_at(3.0, 3.0))
+    drive.controller.apply_command(LightCommand('turn', 3.0))
+    drive.controller.set_goal(goal_at(3.0, 3.0))
     drive.run(3.0)
     assert DriveState.TURNING not in {each.state for each in drive.drives}
-    drive.pilot.obey(LightCommand('turn', 3.0))
-    drive.pilot.robot_at(drive.robot.time, None)
+    drive.controller.apply_command(LightCommand('turn', 3.0))
+    drive.controller.update_pose(drive.robot.time, None)
     drive.run(2.0)
     assert DriveState.TURNING not in {each.state for each in drive.drives}
 
 
 def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    drive.controller.set_goal(goal_at(8.0, 3.0))
     drive.run(2.0)
-    monkeypatch.setattr(drive.pilot, '_speed', lambda *_: 0.0)
+    monkeypatch.setattr(drive.controller, '_allowed_speed', lambda *_: 0.0)
     assert drive.run(4.0).state is DriveState.DRIVING
     assert drive.run(4.0).state is DriveState.STUCK
     monkeypatch.undo()
-    assert drive.run(60.0).state is DriveState.REACHED
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
 def test_a_lamp_that_leaves_no_speed_holds_the_robot():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    drive.controller.set_goal(goal_at(8.0, 3.0))
     drive.run(2.0)
-    drive.pilot.obey(LightCommand('slow', 0.0))
-    assert drive.run(2.0).state is DriveState.HELD
-    assert is_standing(drive.drives[-1])
+    drive.controller.apply_command(LightCommand('slow', 0.0))
+    assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
+    assert is_stopped(drive.drives[-1])
 
 
-def test_the_robot_turns_for_a_lamp_once_it_stands():
+def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    drive.controller.set_goal(goal_at(8.0, 3.0))
     drive.run(3.0)
     begun = len(drive.drives)
-    drive.pilot.obey(LightCommand('turn', 1.0))
+    drive.controller.apply_command(LightCommand('turn', 1.0))
     drive.run(3.0)
     turning = [each.velocity for each in drive.drives[begun:] if each.state is DriveState.TURNING]
     spins = [each.forward for each in turning if abs(each.turn_rate) > 0.3]
@@ -144,17 +144,17 @@ def test_the_robot_turns_for_a_lamp_once_it_stands():
 
 
 @pytest.mark.parametrize('what', ['pose', 'frame'])
-def test_what_comes_from_the_future_is_not_believed_for_ever(what):
+def test_stamps_in_the_future_are_not_accepted_for_ever(what):
     drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
-    drive.pilot.set_goal(goal_at(8.0, 3.0))
+    drive.controller.set_goal(goal_at(8.0, 3.0))
     drive.run(2.0)
     ahead = drive.robot.time + 30.0
     if what == 'pose':
-        drive.pilot.robot_at(ahead, drive.pose)
+        drive.controller.update_pose(ahead, drive.pose)
         drive.senses_pose = False
     else:
-        drive.pilot.map_changed(ahead, drive.frame)
+        drive.controller.update_map(ahead, drive.frame)
         drive.senses_map = False
     last = drive.run(3.0)
-    assert last.state is (DriveState.LOST if what == 'pose' else DriveState.BLIND)
-    assert is_standing(last)
+    assert last.state is (DriveState.LOST if what == 'pose' else DriveState.MAP_STALE)
+    assert is_stopped(last)

@@ -7,10 +7,10 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from slow_voxels import cells_as_voxels, centre_of, voxel_of, voxels_on_the_way
+from slow_voxels import cells_as_voxels, centre_of, voxel_of, voxels_on_segment
 
 from reward_planner.core.voxels import frame_voxels
-from reward_planner.core.voxels.frame_voxels import FrameCounter
+from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -18,7 +18,7 @@ from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_geometry import PinholeCamera
 
 SETTINGS = VoxelSettings(
-    resolution=0.125, height_min=0.125, height_max=1.125, range_max=3.0, hit_share_min=0.1
+    resolution=0.125, height_min=0.125, height_max=1.125, range_max=3.0, hit_fraction_min=0.1
 )
 CAMERA = PinholeCamera(80, 60, 66.0, 66.0, 39.5, 29.5)
 # Not round numbers: where a ray meets an edge of voxels, both neighbours would be right.
@@ -51,28 +51,28 @@ def slow_frame(points, view, settings):
     axis = view.T_map_sensor[:3, 2]
     depth = {v: axis @ (centre_of(v, s, bottom) - origin) for v in hits}
     firm = {
-        v for v, n in hits.items() if n >= settings.hit_share_min * (view.focal_length * s / depth[v]) ** 2
+        v for v, n in hits.items() if n >= settings.hit_fraction_min * (view.focal_length * s / depth[v]) ** 2
     }
     wide = {v for v, n in open_ends.items() if n >= 2}
-    passed = set(wide)
+    traversed = set(wide)
     for end in firm | wide:
-        passed |= voxels_on_the_way(origin, centre_of(end, s, bottom), s, bottom)
-    return hits, passed - set(hits)
+        traversed |= voxels_on_segment(origin, centre_of(end, s, bottom), s, bottom)
+    return hits, traversed - set(hits)
 
 
 @pytest.mark.parametrize('place', PLACES)
 def test_hits_and_free_voxels_are_those_of_a_plain_implementation(place):
     points, view = seen(*place)
-    frame = FrameCounter(SETTINGS).count_and_trace(points, view)
-    hits, passed = slow_frame(points, view, SETTINGS)
+    frame = FrameVoxelizer(SETTINGS).count_and_trace(points, view)
+    hits, traversed = slow_frame(points, view, SETTINGS)
     assert dict(zip(cells_as_voxels(frame.cells, frame.window), frame.counts.tolist())) == dict(hits)
-    assert set(cells_as_voxels(frame.passed, frame.window)) == passed
-    assert len(passed) > 300
+    assert set(cells_as_voxels(frame.traversed, frame.window)) == traversed
+    assert len(traversed) > 300
 
 
 def test_the_expected_points_go_with_the_depth_of_the_centre():
     points, view = seen(*PLACES[1])
-    frame = FrameCounter(SETTINGS).count(points, view)
+    frame = FrameVoxelizer(SETTINGS).count(points, view)
     s, bottom = SETTINGS.resolution, SETTINGS.height_min
     for voxel, expected in zip(cells_as_voxels(frame.cells, frame.window), frame.expected):
         depth = view.T_map_sensor[:3, 2] @ (centre_of(voxel, s, bottom) - view.origin)
@@ -84,12 +84,12 @@ def test_voxels_shift_with_the_sensor(shift):
     points, view = seen()
     T = view.T_map_sensor.copy()
     T[:2, 3] += np.array(shift) * SETTINGS.resolution
-    counter = FrameCounter(SETTINGS)
+    counter = FrameVoxelizer(SETTINGS)
     here, there = (
         counter.count_and_trace(points, view),
         counter.count_and_trace(points, SensorView(T, CAMERA.fx)),
     )
-    for cells_here, cells_there in ((here.cells, there.cells), (here.passed, there.passed)):
+    for cells_here, cells_there in ((here.cells, there.cells), (here.traversed, there.traversed)):
         moved = {(x + shift[0], y + shift[1], z) for x, y, z in cells_as_voxels(cells_here, here.window)}
         assert moved == set(cells_as_voxels(cells_there, there.window))
 
@@ -100,7 +100,7 @@ def test_a_wall_across_the_axis_gives_the_expected_points():
         room = BoxRoom((-1.0, -3.0, -1.0, distance, 3.0, 2.5))
         T = forward_camera(0.0, 0.0, 0.6, 0.0)
         points = points_from_depth(room.depth_image(camera, T), camera)
-        frame = FrameCounter(SETTINGS).count(points, SensorView(T, camera.fx))
+        frame = FrameVoxelizer(SETTINGS).count(points, SensorView(T, camera.fx))
         voxels = cells_as_voxels(frame.cells, frame.window)
         ahead = [i for i, (x, y, z) in enumerate(voxels) if abs(y) < 3 and 2 < z < 5 and x > 5]
         assert len(ahead) >= 10
@@ -110,20 +110,20 @@ def test_a_wall_across_the_axis_gives_the_expected_points():
 def test_bad_points_change_nothing():
     points, view = seen()
     worse = np.concatenate([points, [[math.nan, 0.0, 1.0], [0.0, math.inf, 1.0], [0.0, 0.0, -math.inf]]])
-    good, bad = (FrameCounter(SETTINGS).count_and_trace(p, view) for p in (points, worse))
+    good, bad = (FrameVoxelizer(SETTINGS).count_and_trace(p, view) for p in (points, worse))
     assert set(good.cells.tolist()) == set(bad.cells.tolist())
-    assert set(good.passed.tolist()) == set(bad.passed.tolist())
-    assert (good.tally.not_finite, bad.tally.not_finite) == (0, 3)
+    assert set(good.traversed.tolist()) == set(bad.traversed.tolist())
+    assert (good.point_counts.not_finite, bad.point_counts.not_finite) == (0, 3)
 
 
 def test_frames_leave_nothing_behind_in_the_work_space():
-    counter = FrameCounter(SETTINGS)
+    counter = FrameVoxelizer(SETTINGS)
     first = counter.count_and_trace(*seen())
     counter.count_and_trace(*seen(1.0, -0.8, 0.4, 1.5))
     again = counter.count_and_trace(*seen())
     assert (first.cells == again.cells).all()
     assert (first.counts == again.counts).all()
-    assert (first.passed == again.passed).all()
+    assert (first.traversed == again.traversed).all()
 
 
 @pytest.mark.parametrize('height', [0.05, 1.2])
@@ -135,41 +135,41 @@ def test_level_rays_outside_of_the_heights_free_nothing_and_leave_nothing_behind
     slanted = np.array(
         [[0.05 * k, np.copysign(0.4, height - 0.5), 2.0] for k in range(-9, 10)], dtype=np.float32
     )
-    counter, view = FrameCounter(SETTINGS), SensorView(T, CAMERA.fx)
+    counter, view = FrameVoxelizer(SETTINGS), SensorView(T, CAMERA.fx)
     alone = counter.count_and_trace(slanted, view)
     both = counter.count_and_trace(np.concatenate([slanted, level]), view)
-    assert len(alone.passed) > 0
-    assert set(alone.passed.tolist()) == set(both.passed.tolist())
-    assert both.tally.too_low_or_high == 19
-    assert len(counter.count_and_trace(level, view).passed) == 0
+    assert len(alone.traversed) > 0
+    assert set(alone.traversed.tolist()) == set(both.traversed.tolist())
+    assert both.point_counts.too_low_or_high == 19
+    assert len(counter.count_and_trace(level, view).traversed) == 0
 
 
 def test_a_frame_that_fails_leaves_nothing_behind(monkeypatch):
-    counter = FrameCounter(SETTINGS)
+    counter = FrameVoxelizer(SETTINGS)
     first = counter.count_and_trace(*seen())
 
     def fail(cells, *_):
         raise ZeroDivisionError
 
     with monkeypatch.context() as patch:
-        patch.setattr(frame_voxels, 'mark_ends_passed', fail)
+        patch.setattr(frame_voxels, 'mark_traversed_exits', fail)
         with pytest.raises(ZeroDivisionError):
             counter.count_and_trace(*seen())
     again = counter.count_and_trace(*seen())
     assert (first.counts == again.counts).all()
-    assert (first.passed == again.passed).all()
+    assert (first.traversed == again.traversed).all()
 
 
 def test_single_points_far_behind_free_nothing():
     points, view = seen()
     wall = points[:, 2].max()
     stray = np.array([[0.01 * k, 0.3, wall + 0.4 * k] for k in range(1, 4)])
-    clean = FrameCounter(SETTINGS).count_and_trace(points, view)
-    strayed = FrameCounter(SETTINGS).count_and_trace(np.concatenate([points, stray]), view)
-    assert len(strayed.passed) <= len(clean.passed)
+    clean = FrameVoxelizer(SETTINGS).count_and_trace(points, view)
+    strayed = FrameVoxelizer(SETTINGS).count_and_trace(np.concatenate([points, stray]), view)
+    assert len(strayed.traversed) <= len(clean.traversed)
 
 
 @pytest.mark.parametrize('points', [np.zeros((3, 2)), np.zeros(3), np.zeros((2, 3, 3))])
 def test_points_of_another_shape_are_refused(points):
     with pytest.raises(VoxelError, match='one row x, y, z per point'):
-        FrameCounter(SETTINGS).count(points, seen()[1])
+        FrameVoxelizer(SETTINGS).count(points, seen()[1])

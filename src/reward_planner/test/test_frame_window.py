@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reward_planner.core.voxels.frame_window import TILE, window_around, window_shape
+from reward_planner.core.voxels.frame_window import TILE_SIZE, window_around, window_shape
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -18,7 +18,7 @@ def view_at(x, y):
 
 
 @pytest.mark.parametrize('resolution', [0.02, 0.05, 0.13])
-def test_all_within_reach_lies_in_the_window(resolution):
+def test_all_points_within_range_are_in_the_window(resolution):
     settings = VoxelSettings(resolution=resolution, tiles_max=100_000)
     rng = np.random.default_rng(0)
     for x, y in rng.uniform(-1000.0, 1000.0, (200, 2)):
@@ -27,7 +27,7 @@ def test_all_within_reach_lies_in_the_window(resolution):
         last = np.floor((np.array([x, y]) + settings.range_max - window.corner[:2]) / resolution)
         assert (first >= 0).all()
         assert (last < window.side).all()
-        assert window.side % TILE == 0
+        assert window.side % TILE_SIZE == 0
 
 
 def test_layers_reach_from_the_lowest_to_the_highest_height():

@@ -76,12 +76,12 @@ def test_the_same_ground_again_takes_no_memory():
     assert area.bytes == size
 
 
-def test_cells_beyond_the_budget_are_refused_and_told():
+def test_cells_beyond_the_budget_are_refused_and_reported():
     area = GlobalMap(0.05, 20_000)
     for k in range(10):
         area.write(patch(0, 64 * k, np.zeros((10, 10))))
     assert area.bytes <= 20_000
-    assert area.refused == 600
+    assert area.rejected_cells == 600
     assert value(area, 5, 69) == FREE
 
 
@@ -89,7 +89,7 @@ def test_a_map_too_large_to_be_given_out_whole_is_given_in_parts():
     area = GlobalMap(0.05, 1_000_000)
     area.write(patch(0, 0, [[OCCUPIED]]))
     area.write(patch(100_000, 100_000, [[OCCUPIED]]))
-    assert area.refused == 0
+    assert area.rejected_cells == 0
     with pytest.raises(MappingError, match='use a part'):
         area.occupancy()
     cells = area.occupancy_in(GridFrame(4999.95, 4999.9, 0.05, 5, 4))

@@ -7,13 +7,13 @@ import json
 import pytest
 
 from reward_planner.core.driving.driving_error import DrivingError
-from reward_planner.core.driving.light_command import OPERATIONS, LightCommand, read_light_command
+from reward_planner.core.driving.light_command import OPERATIONS, LightCommand, parse_light_command
 
 
 @pytest.mark.parametrize('operation', OPERATIONS)
 def test_each_operation_is_read(operation):
     text = json.dumps({'beacon': 3, 'counter': 9, 'op': operation, 'value': 0.25})
-    assert read_light_command(text) == LightCommand(operation, 0.25)
+    assert parse_light_command(text) == LightCommand(operation, 0.25)
 
 
 @pytest.mark.parametrize(
@@ -35,5 +35,5 @@ def test_each_operation_is_read(operation):
 )
 def test_nonsense_is_refused_in_one_line(text, words):
     with pytest.raises(DrivingError, match=words) as refusal:
-        read_light_command(text)
+        parse_light_command(text)
     assert '\n' not in str(refusal.value)

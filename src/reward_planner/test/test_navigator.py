@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.driving.drive import DriveState
+from reward_planner.core.driving.drive_command import DriveState
 from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.mapping.mapping_error import MappingError
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.mapping.pose_trail import PoseVerdict
-from reward_planner.core.mapping.waiting_frames import DropReason
+from reward_planner.core.mapping.pose_buffer import PoseStatus
+from reward_planner.core.mapping.pose_message_filter import DropReason
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -62,13 +62,13 @@ class RoomDrive:
         self.navigator.add_frame(now, now, SensorFrame(self.points(), CAMERA.fx))
         self.navigator.add_pose(now, self.pose)
         try:
-            self.navigator.work(now)
+            self.navigator.process_frames(now)
         finally:  # as the node does it
-            self.obey(now)
+            self.apply_command(now)
         return self.drive
 
-    def obey(self, now):
-        self.drive = drive = self.navigator.pilot.step(now)
+    def apply_command(self, now):
+        self.drive = drive = self.navigator.controller.step(now)
         velocity = drive.velocity
         forward, turn = (0.0, 0.0) if velocity is None else (velocity.forward, velocity.turn_rate)
         self.robot.drive(forward, turn, now + 0.1)
@@ -87,44 +87,44 @@ class RoomDrive:
 @pytest.mark.parametrize('name', ROOMS)
 def test_a_robot_with_a_depth_camera_gets_through_a_room_and_hits_nothing(name):
     drive = RoomDrive(ROOMS[name])
-    drive.navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    drive.navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
     for _ in range(900):
         state = drive.tick().state
-        if state is DriveState.REACHED:
+        if state is DriveState.GOAL_REACHED:
             break
-    assert state is DriveState.REACHED
+    assert state is DriveState.GOAL_REACHED
     assert drive.gap > 0.0
 
 
 def test_frames_without_poses_are_dropped_and_the_robot_does_not_move():
     drive = RoomDrive(())
     navigator = drive.navigator
-    navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
     for k in range(10):
         navigator.add_frame(0.1 * k, 0.1 * k, SensorFrame(drive.points(), CAMERA.fx))
-        assert navigator.work(0.1 * k) == []
-    assert navigator.frames.dropped[DropReason.POSE_LATE] > 0
-    assert navigator.pilot.step(1.0).state is DriveState.LOST
+        assert navigator.process_frames(0.1 * k) == []
+    assert navigator.message_filter.dropped[DropReason.POSE_LATE] > 0
+    assert navigator.controller.step(1.0).state is DriveState.LOST
 
 
-def test_a_frame_of_nan_is_told_and_is_no_news():
+def test_a_frame_of_nan_is_reported_and_changes_nothing():
     drive = RoomDrive(())
     navigator = drive.navigator
     navigator.add_pose(1.0, drive.pose)
     navigator.add_frame(1.0, 1.0, SensorFrame(np.full((9, 3), np.nan, dtype=np.float32), CAMERA.fx))
     with pytest.raises(MappingError, match='no finite point'):
-        navigator.work(1.0)
-    navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
-    assert navigator.pilot.step(1.0).state is DriveState.BLIND
+        navigator.process_frames(1.0)
+    navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    assert navigator.controller.step(1.0).state is DriveState.MAP_STALE
 
 
 NEAR_POINTS = np.tile(np.array([[0.0, 0.0, 0.1]], dtype=np.float32), (CAMERA.width * CAMERA.height, 1))
 
 
 @pytest.mark.parametrize('hidden', [1.0, 0.9])
-def test_a_robot_whose_camera_is_covered_stands_and_hits_nothing(hidden):
+def test_a_robot_whose_camera_is_covered_stops_and_hits_nothing(hidden):
     drive = RoomDrive(ROOMS['wall with a door'])
-    drive.navigator.pilot.set_goal(PlanarPose(5.0, -1.5, 0.0))
+    drive.navigator.controller.set_goal(PlanarPose(5.0, -1.5, 0.0))
     for _ in range(12):
         drive.tick()
     see = drive.points
@@ -133,7 +133,7 @@ def test_a_robot_whose_camera_is_covered_stands_and_hits_nothing(hidden):
     for _ in range(60):
         with pytest.raises(MappingError, match='nothing covers the camera'):
             drive.tick()
-    assert drive.drive.state is DriveState.BLIND
+    assert drive.drive.state is DriveState.MAP_STALE
     stood = drive.pose
     with pytest.raises(MappingError):
         drive.tick()
@@ -147,7 +147,7 @@ def test_a_wall_close_ahead_does_not_blind_a_robot_that_sees_past_it():
     points[: len(points) // 2] = (0.0, 0.0, 0.1)
     drive.navigator.add_pose(1.0, drive.pose)
     drive.navigator.add_frame(1.0, 1.0, SensorFrame(points, CAMERA.fx))
-    assert len(drive.navigator.work(1.0)) == 1
+    assert len(drive.navigator.process_frames(1.0)) == 1
 
 
 def test_a_blind_frame_changes_nothing_in_the_map():
@@ -162,29 +162,29 @@ def test_a_blind_frame_changes_nothing_in_the_map():
     np.testing.assert_array_equal(drive.navigator.mapper.map.occupancy()[1], before)
 
 
-def test_poses_that_jump_are_not_believed_and_the_robot_stands():
+def test_poses_that_jump_are_rejected_and_the_robot_stops():
     drive = RoomDrive(())
-    drive.navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    drive.navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
     for _ in range(20):
         drive.tick()
     now = drive.robot.time
-    assert drive.navigator.add_pose(now, PlanarPose(4.0, 2.0, 1.0)) is PoseVerdict.JUMPED
-    assert drive.navigator.pilot.step(now).state is DriveState.LOST
-    assert drive.navigator.add_pose(now + 0.1, drive.pose) is PoseVerdict.TAKEN
+    assert drive.navigator.add_pose(now, PlanarPose(4.0, 2.0, 1.0)) is PoseStatus.JUMPED
+    assert drive.navigator.controller.step(now).state is DriveState.LOST
+    assert drive.navigator.add_pose(now + 0.1, drive.pose) is PoseStatus.ACCEPTED
 
 
 def test_when_time_jumps_back_goal_and_frames_are_forgotten():
     drive = RoomDrive(())
-    drive.navigator.pilot.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    drive.navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
     for _ in range(40):
         drive.tick()
     drive.navigator.add_frame(9.0, 9.0, SensorFrame(drive.points(), CAMERA.fx))
-    drive.navigator.time_jumped()
-    assert drive.navigator.add_pose(1.0, drive.pose) is PoseVerdict.TAKEN
-    assert drive.navigator.frames.dropped[DropReason.TIME_BACK] == 1
-    assert drive.navigator.pilot.step(1.0).state is DriveState.IDLE
+    drive.navigator.handle_time_jump()
+    assert drive.navigator.add_pose(1.0, drive.pose) is PoseStatus.ACCEPTED
+    assert drive.navigator.message_filter.dropped[DropReason.TIME_JUMP] == 1
+    assert drive.navigator.controller.step(1.0).state is DriveState.IDLE
     drive.navigator.add_frame(1.0, 1.0, SensorFrame(drive.points(), CAMERA.fx))
-    assert len(drive.navigator.work(1.0)) == 1
+    assert len(drive.navigator.process_frames(1.0)) == 1
 
 
 def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
@@ -192,11 +192,11 @@ def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     navigator = drive.navigator
     navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))  # without a static map every goal is allowed
     cells = np.zeros((20, 20), dtype=np.int8)
-    navigator.use_map(OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 20, 20), cells))
+    navigator.set_static_map(OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 20, 20), cells))
     navigator.set_goal(PlanarPose(0.9, 0.9, 0.0))
     with pytest.raises(DrivingError, match=r'outside of the map, which extends from x -1\.00 to 1\.00 m'):
         navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
-    assert navigator.pilot.keeper is None
+    assert navigator.controller.replanner is None
     here = PlanarPose(0.0, 0.0, 0.0)
     assert navigator.route_between(here, PlanarPose(2.0, 0.0, 0.0), 0.0) is NoRouteReason.GOAL_OUTSIDE
     assert navigator.route_between(PlanarPose(2.0, 0.0, 0.0), here, 0.0) is NoRouteReason.START_OUTSIDE
@@ -212,14 +212,16 @@ def test_a_known_map_for_which_there_is_no_room_is_refused(rows, columns):
     settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
     known = OccupancyMap(GridFrame(0.0, 0.0, 0.1, columns, rows), np.zeros((rows, columns), dtype=np.int8))
     with pytest.raises(MappingError, match=f'{columns} x {rows} cells.*cells_max 1000000; raise') as refusal:
-        Navigator(MOUNT, settings).use_map(known)
+        Navigator(MOUNT, settings).set_static_map(known)
     assert '\n' not in str(refusal.value)
 
 
 def test_on_the_largest_known_map_routes_are_found():
     settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
     navigator = Navigator(MOUNT, settings)
-    navigator.use_map(OccupancyMap(GridFrame(0.0, 0.0, 0.1, 830, 830), np.zeros((830, 830), dtype=np.int8)))
+    navigator.set_static_map(
+        OccupancyMap(GridFrame(0.0, 0.0, 0.1, 830, 830), np.zeros((830, 830), dtype=np.int8))
+    )
     assert len(navigator.route_between(PlanarPose(0.0, 0.0, 0.0), PlanarPose(82.9, 82.9, 0.0), 0.0)) > 800
 
 
@@ -232,7 +234,7 @@ def test_points_that_are_not_finite_change_nothing_in_the_map(bad):
         for k in range(3):
             drive.navigator.add_pose(1.0 + 0.1 * k, PlanarPose(0.0, 0.0, 0.0))
             drive.navigator.add_frame(1.0 + 0.1 * k, 1.0 + 0.1 * k, SensorFrame(cloud, CAMERA.fx))
-            drive.navigator.work(1.0 + 0.1 * k)
+            drive.navigator.process_frames(1.0 + 0.1 * k)
     (_, one), (_, other) = clean.navigator.mapper.map.occupancy(), dirty.navigator.mapper.map.occupancy()
     np.testing.assert_array_equal(one, other)
     assert (one == 100).any()

@@ -157,12 +157,12 @@ def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     def fail(_):
         raise RuntimeError('no driver')
 
-    monkeypatch.setattr(robot.node._navigator.pilot, 'step', fail)
+    monkeypatch.setattr(robot.node._navigator.controller, 'step', fail)
     robot.tick(0.2)
     assert graph.spin_until(lambda: robot.speed == 0.0)
 
 
-def test_the_robot_stands_when_the_node_ends(graph):
+def test_the_robot_stops_when_the_node_ends(graph):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
     robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
@@ -172,7 +172,7 @@ def test_the_robot_stands_when_the_node_ends(graph):
     assert graph.spin_until(lambda: robot.speed == 0.0)
 
 
-def test_the_robot_stands_while_simulated_time_is_paused(graph):
+def test_the_robot_stops_while_simulated_time_is_paused(graph):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
     robot.send_goal(PlanarPose(3.5, 0.0, 0.0))

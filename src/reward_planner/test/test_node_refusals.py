@@ -20,7 +20,7 @@ from reward_planner.node import RewardPlannerNode, main
 from shirube_geometry import PlanarPose
 from shirube_ros.point_cloud_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
-from shirube_ros.start_here import start_here
+from shirube_ros.run_in_process import run_in_process
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -117,14 +117,14 @@ def test_a_pose_that_jumps_stops_the_robot_until_poses_agree(graph, capfd):
     assert 'poses are consistent again, at x 4.00 m, y 1.50 m' in words
 
 
-def test_when_time_jumps_back_the_robot_stands_without_a_goal(graph, capfd):
+def test_when_time_jumps_back_the_robot_stops_without_a_goal(graph, capfd):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
     robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
     robot.drive(1.0)
     robot.send('pose', pose_stamped(START, robot.header(ago=50.0)))
     robot.send('pose', pose_stamped(START, robot.header(ago=49.9)))
-    assert robot.node._navigator.pilot.keeper is None
+    assert robot.node._navigator.controller.replanner is None
     assert capfd.readouterr().err.count('clock jumped back') == 1
 
 
@@ -151,7 +151,7 @@ def test_a_pose_that_is_not_of_now_does_not_stop_the_robot(graph, ago):
     assert line.startswith('pose has a stamp')
 
 
-def test_goals_that_cannot_be_reached_are_told(graph):
+def test_goals_that_cannot_be_reached_are_reported(graph):
     robot = Robot(graph, drive=True)
     robot.drive(1.0)
     robot.send_goal(PlanarPose(1.65, 0.0, 0.0))
@@ -194,7 +194,7 @@ def test_a_map_whose_image_has_a_wrong_size_is_refused(graph, tmp_path):
     assert '\n' not in str(refusal.value)
 
 
-def test_a_goal_outside_of_the_known_map_is_refused_and_the_robot_stands(graph, tmp_path):
+def test_a_goal_outside_of_the_known_map_is_refused_and_the_robot_stops(graph, tmp_path):
     path = tmp_path / 'hall.yaml'
     cells = np.zeros((20, 40), dtype=np.int8)
     save_occupancy_map(path, OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 40, 20), cells))
@@ -211,7 +211,7 @@ def test_a_goal_outside_of_the_known_map_is_refused_and_the_robot_stands(graph, 
     assert '\n' not in line
     robot.drive(2.5)
     assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
-    assert robot.node._navigator.pilot.keeper is None
+    assert robot.node._navigator.controller.replanner is None
 
 
 def test_a_map_that_cannot_be_saved_is_an_answer_and_the_node_goes_on(graph, monkeypatch):
@@ -223,19 +223,19 @@ def test_a_map_that_cannot_be_saved_is_an_answer_and_the_node_goes_on(graph, mon
     def fail(*_):
         raise ZeroDivisionError('a mistake')
 
-    monkeypatch.setattr('reward_planner.node.save_known_map', fail)
+    monkeypatch.setattr('reward_planner.node.save_global_map', fail)
     for _ in range(2):
         answer = robot.call('save_map')
         assert (answer.success, answer.message) == (False, 'ZeroDivisionError: a mistake')
 
 
-def test_what_takes_long_at_the_start_is_told_before(graph, capfd):
+def test_compiling_kernels_is_logged_before(graph, capfd):
     Robot(graph)
     assert 'compiling numba kernels (first start only' in capfd.readouterr().err
 
 
 def test_a_bad_start_is_one_line_and_exit_code_1(capfd):
-    assert start_here(main, '--ros-args', '-p', 'map_file:=/no/such/map.yaml') == 1
+    assert run_in_process(main, '--ros-args', '-p', 'map_file:=/no/such/map.yaml') == 1
     said = capfd.readouterr().err.splitlines()
     (line,) = (line for line in said if not line.startswith(('[INFO]', '[WARN]')))
     assert '/no/such/map.yaml: cannot be read' in line

@@ -124,7 +124,7 @@ def test_what_is_no_image_is_refused(saved: Path, content: bytes) -> None:
         load_occupancy_map(saved)
 
 
-def test_comments_may_stand_between_all_numbers_of_the_header(saved: Path) -> None:
+def test_comments_may_be_between_all_numbers_of_the_header(saved: Path) -> None:
     before, image = load_occupancy_map(saved), saved.with_suffix('.pgm')
     cells = image.read_bytes()[-77:]
     image.write_bytes(b'P5 # by hand\n# wide\n11 # and high\n7\n# white\n255\n' + cells)

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.route.octile import DIAGONAL, STRAIGHT, octile_units, route_length
+from reward_planner.core.route.octile import DIAGONAL, STRAIGHT, octile_distance, route_length
 
 
 def test_units_are_octile_lengths() -> None:
     for rows, columns in ((0, 0), (3, 0), (-2, 5), (7, 7), (100, -31)):
         low, high = sorted((abs(rows), abs(columns)))
         length = high - low + low * math.sqrt(2.0)
-        assert octile_units(10, 20, 10 + rows, 20 + columns) / STRAIGHT == pytest.approx(length, abs=1e-9)
+        assert octile_distance(10, 20, 10 + rows, 20 + columns) / STRAIGHT == pytest.approx(length, abs=1e-9)
 
 
 def test_sums_of_steps_are_ordered_as_their_true_lengths() -> None:

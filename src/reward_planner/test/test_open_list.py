@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reward_planner.core.route.open_list import drop_first, push
+from reward_planner.core.route.open_list import pop_first, push
 
 
 def test_cells_come_out_in_the_order_of_their_keys() -> None:
@@ -15,5 +15,5 @@ def test_cells_come_out_in_the_order_of_their_keys() -> None:
     for size in range(300, 0, -1):
         came.append(keys[0])
         assert cells[0] == keys[0] + 1000
-        drop_first(keys, cells, size)
+        pop_first(keys, cells, size)
     assert came == sorted(values)

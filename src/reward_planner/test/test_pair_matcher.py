@@ -10,7 +10,7 @@ from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair, pair_from_projections
-from reward_planner.core.depth.trinocular_depth import depth_of_pair
+from reward_planner.core.depth.trinocular_depth import depth_from_disparity
 
 SETTINGS = DepthSettings(disparities=48)
 
@@ -39,7 +39,7 @@ def test_points_follow_the_printed_equations(direction):
     # Eqs. (1) and (2) give the point from the midpoint of both cameras.
     X_other, Y_other = X_left - found * (pair.axis == 0), Y_left - pair.sign * found * (pair.axis == 1)
     X, Y = (abs(pair.baseline) * (a + b) / (2.0 * found) for a, b in ((X_left, X_other), (Y_left, Y_other)))
-    Z = depth_of_pair(found, pair)
+    Z = depth_from_disparity(found, pair)
     middle = 0.5 * np.array(direction)
     good = np.isfinite(found)
     assert np.allclose((X + middle[0])[good], (Z * X_left / CAMERA.fx)[good], atol=1e-5)

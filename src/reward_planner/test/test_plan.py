@@ -46,7 +46,7 @@ def test_the_route_goes_around_the_wall_in_metres(
     assert picture.shape[0] / picture.shape[1] == pytest.approx(40 / 60)
 
 
-def test_the_rewards_of_every_step_are_told(room: Path, tmp_path: Path) -> None:
+def test_the_rewards_of_every_step_are_reported(room: Path, tmp_path: Path) -> None:
     """Table 1 by hand: 100/L - L, and -1000, -250, -100 for what is wrong with a step."""
     csv, why = tmp_path / 'route.csv', tmp_path / 'why.csv'
     options = ['--mode', 'reward', '--robot-radius', '0', '--csv', str(csv), '--explain', str(why)]
@@ -94,7 +94,7 @@ def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
         ('0 0', '4 0', ['--csv', '/proc/a.csv'], 'plan: /proc/a.csv: '),
     ],
 )
-def test_what_cannot_be_planned_is_told_in_one_line(room, start, goal, options, message, capsys) -> None:
+def test_what_cannot_be_planned_is_reported_in_one_line(room, start, goal, options, message, capsys) -> None:
     assert plan(room, start, goal, *options) == 1
     said = capsys.readouterr()
     assert message in said.err

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from reward_planner.core.driving.drive import Drive, DriveState
+from reward_planner.core.driving.drive_command import DriveCommand, DriveState
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.planner_report import PlannerReport
 from shirube_geometry import CameraMount, PlanarPose
 from shirube_ros.diagnostics import Level
-from shirube_ros.stamp_groups import StampGroups
+from shirube_ros.stamp_synchronizer import StampSynchronizer
 
 
 def a_report(navigator=None, now=lambda: 5.0):
@@ -18,14 +18,14 @@ def a_navigator():
     return Navigator(CameraMount((0.0, 0.0, 0.3), (0.0, 0.0, 0.0)), NavigatorSettings())
 
 
-def test_a_robot_that_stands_although_it_should_not_is_a_warning():
+def test_a_robot_that_is_stopped_by_a_problem_is_a_warning():
     report = a_report()
     assert report.status().level is Level.OK
     for state in DriveState:
-        report.add_drive(Drive(state, f'why {state.name}', None))
+        report.add_drive(DriveCommand(state, f'why {state.name}', None))
         status = report.status()
         assert status.message == f'why {state.name}'
-        stands = {DriveState.UNREACHABLE, DriveState.LOST, DriveState.BLIND, DriveState.STUCK}
+        stands = {DriveState.UNREACHABLE, DriveState.LOST, DriveState.MAP_STALE, DriveState.STUCK}
         assert status.level is (Level.WARN if state in stands else Level.OK)
 
 
@@ -38,7 +38,7 @@ def test_frames_points_and_what_was_dropped_are_counted():
     for stamp in (1.0, 9.0):
         navigator.add_frame(stamp, 1.0, SensorFrame(points, 0.0))
     for now in (1.1, 9.0):
-        for frame in navigator.work(now):
+        for frame in navigator.process_frames(now):
             report.add_frame(frame)
     values = report.status().values
     assert values['frames in the map'] == '1'
@@ -48,9 +48,9 @@ def test_frames_points_and_what_was_dropped_are_counted():
 
 
 def test_images_without_partners_are_counted():
-    groups = StampGroups(('left', 'right'), 0.0)
+    groups = StampSynchronizer(('left', 'right'), 0.0)
     report = a_report()
-    report.watch(groups)
+    report.watch_groups(groups)
     groups.put('left', 1.0, None)
     for side in ('left', 'right'):
         groups.put(side, 2.0, None)
@@ -68,7 +68,7 @@ def test_frames_that_are_late_are_a_warning_whatever_the_robot_does():
     assert report.status().message == f'{DriveState.IDLE.value}; no frame mapped for 1.5 s'
     navigator.add_pose(101.5, PlanarPose(0.0, 0.0, 0.0))
     navigator.add_frame(101.5, 101.5, SensorFrame(np.array([(0.0, 0.0, 1.0)], dtype=np.float32), 0.0))
-    for frame in navigator.work(101.5):
+    for frame in navigator.process_frames(101.5):
         report.add_frame(frame)
     assert report.status().level is Level.OK
     time[0] = 3.0
@@ -77,9 +77,9 @@ def test_frames_that_are_late_are_a_warning_whatever_the_robot_does():
 
 def test_the_camera_whose_images_lack_is_named():
     time = [100.0]
-    groups = StampGroups(('left', 'right', 'top'), 0.0)
+    groups = StampSynchronizer(('left', 'right', 'top'), 0.0)
     report = a_report(now=lambda: time[0])
-    report.watch(groups)
+    report.watch_groups(groups)
     report.status()
     time[0] = 105.0
     for side in ('left', 'right'):

@@ -9,7 +9,7 @@ from std_msgs.msg import Header
 
 from reward_planner.inputs.points_input import PointsInput
 from shirube_geometry import CameraMount
-from shirube_ros.message_guard import MessageGuard
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.point_cloud_conversion import cloud_from_points
 
 MOUNT = CameraMount((0.2, 0.1, 0.5), (-1.7, 0.1, -1.4))
@@ -21,7 +21,7 @@ class Input:
     def __init__(self, graph, camera_frame=''):
         self._graph, self.frames = graph, []
         host = graph.add(lambda **options: Node('host', **options))
-        self.guard = MessageGuard(host)
+        self.guard = CallbackGuard(host)
         names = ('base_link', camera_frame)
         PointsInput(host, self.guard, MOUNT, names, lambda _, frame: self.frames.append(frame))
         camera = graph.add(lambda **options: Node('camera', **options))
@@ -52,7 +52,7 @@ def test_clouds_of_another_camera_are_refused_with_one_line(graph):
     for name in ('base_link', 'head_optical_frame', 'rear_optical_frame', 'head_optical_frame', 'base_link'):
         given.send(IN_CAMERA, name)
     assert len(given.frames) == 4
-    ((line, count),) = given.guard.counts['points'].refused.items()
+    ((line, count),) = given.guard.counts['points'].rejected.items()
     assert line.startswith(
         "points is in the frame 'rear_optical_frame', the camera with this mount is 'head_optical"
     )

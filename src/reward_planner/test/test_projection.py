@@ -8,7 +8,7 @@ from scipy.ndimage import minimum_filter
 
 from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.projection import project_around
+from reward_planner.core.mapping.projection import project_voxels
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -29,7 +29,7 @@ def project(boxes, settings=SETTINGS, yaw=0.0, frames=5):
     voxels = VoxelMap(settings)
     for k in range(frames):
         voxels.add(0.1 * k, points, view)
-    local = project_around(voxels, view, GlobalMap(settings.resolution, 1_000_000))
+    local = project_voxels(voxels, view, GlobalMap(settings.resolution, 1_000_000))
     frame = local.frame
     corner = (frame.origin_x, frame.origin_y)
     solid = room.solid_cells(
@@ -79,7 +79,7 @@ def test_an_overhang_counts_only_if_the_robot_could_hit_it():
     assert cell(low, 1.55, -0.5) == FREE
 
 
-def test_what_lies_behind_a_high_box_stays_unknown():
+def test_cells_behind_a_high_box_stay_unknown():
     local, _ = project(((1.53, -0.5, 0.0, 1.9, 0.5, 1.3),))
     assert cell(local, 2.5, 0.0) == UNKNOWN
     assert not local.observed[tuple(local.frame.cell_of((2.5, 0.0)))]

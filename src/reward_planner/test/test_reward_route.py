@@ -19,7 +19,7 @@ def test_the_way_is_straight_where_nothing_hinders():
     assert is_driveable(FREE, route.cells)
 
 
-def test_a_piece_of_the_way_is_its_beginning():
+def test_a_partial_route_is_the_start_of_the_whole_route():
     whole = reward_route(FREE, (3, 3), (20, 30), COUNTED)
     piece = reward_route(FREE, (3, 3), (20, 30), COUNTED, steps_max=8)
     np.testing.assert_array_equal(piece.cells, whole.cells[: len(piece.cells)])
@@ -27,13 +27,15 @@ def test_a_piece_of_the_way_is_its_beginning():
 
 
 def test_where_the_robot_was_it_does_not_go_again():
-    earlier = np.array([(3, column) for column in range(10, 20)])
-    route = reward_route(FREE, (3, 3), (3, 30), COUNTED, earlier)
-    visited = {tuple(cell) for cell in route.cells.tolist()} & {tuple(cell) for cell in earlier.tolist()}
+    visited_cells = np.array([(3, column) for column in range(10, 20)])
+    route = reward_route(FREE, (3, 3), (3, 30), COUNTED, visited_cells)
+    visited = {tuple(cell) for cell in route.cells.tolist()} & {
+        tuple(cell) for cell in visited_cells.tolist()
+    }
     assert not visited
 
 
-def test_what_cannot_be_reached_is_told():
+def test_what_cannot_be_reached_is_reported():
     walls = FREE.copy()
     walls[:, 20] = True
     assert reward_route(walls, (3, 3), (3, 30), COUNTED) == NoRoute(NoRouteReason.UNREACHABLE)
@@ -46,7 +48,7 @@ def dead_end():
     return walls
 
 
-def test_a_piece_of_the_way_has_no_loops():
+def test_a_partial_route_has_no_loops():
     whole = reward_route(dead_end(), (12, 8), (12, 35), COUNTED)
     assert len(np.unique(whole.cells, axis=0)) < len(whole.cells)
     for steps in range(2, 40):

@@ -14,7 +14,7 @@ from reward_planner.commands import save_map
         (None, 1, '', 'save_map: /robot/planner does not respond; start it first\n'),
     ],
 )
-def test_the_answer_of_the_node_is_told(answer, code, out, err, monkeypatch, capsys):
+def test_the_answer_of_the_node_is_reported(answer, code, out, err, monkeypatch, capsys):
     asked = []
     monkeypatch.setattr(save_map, 'call', lambda service: asked.append(service) or answer)
     assert save_map.main(['--node', '/robot/planner']) == code

@@ -93,7 +93,7 @@ def test_two_walls_that_touch_at_a_corner_let_nobody_through() -> None:
         ((1, 1), (1, 1), NoRouteReason.GOAL_BLOCKED),
     ],
 )
-def test_ends_that_cannot_be_are_told(start, goal, reason: NoRouteReason) -> None:
+def test_ends_that_cannot_be_are_reported(start, goal, reason: NoRouteReason) -> None:
     blocked = np.zeros((3, 3), dtype=bool)
     blocked[1, 1] = True
     assert shortest_route(blocked, start, goal) == NoRoute(reason)

@@ -14,7 +14,7 @@ from shirube_geometry import PinholeCamera
 
 
 @pytest.mark.parametrize(('x', 'y'), [(0.1, 0.0), (-0.12, 0.0), (0.0, 0.08), (0.0, -0.1)])
-def test_the_baseline_is_where_the_other_camera_lies(x, y):
+def test_the_baseline_is_the_position_of_the_other_camera(x, y):
     pair = pair_from_projections(projection(), projection(x=x, y=y))
     assert pair.axis == (0 if x else 1)
     assert pair.baseline == pytest.approx(x + y)

@@ -15,11 +15,11 @@ from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import (
     BOTH,
-    CONTRADICTED,
     FIRST,
-    NOWHERE,
+    INCONSISTENT,
+    NO_DEPTH,
     TrinocularDepth,
-    depth_of_pair,
+    depth_from_disparity,
 )
 
 TSUKUBA = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'tsukuba'
@@ -40,7 +40,7 @@ def scores(depth, truth, focal_baseline):
 
 
 def test_agreement_is_right_more_often_and_union_has_fewer_gaps_than_two_cameras():
-    two = depth_of_pair(
+    two = depth_from_disparity(
         PairMatcher(RIGHT, DepthSettings(disparities=48)).match(picture(), picture(BASELINE)), RIGHT
     )
     covered, bad = scores(two, true_depth(), RIGHT.focal_baseline)
@@ -68,12 +68,12 @@ def test_the_depth_of_both_pairs_is_the_least_squares_one():
 
 def test_the_source_says_where_a_depth_is_from():
     union, agreement = of_rig('union'), of_rig('agreement')
-    assert (np.isnan(union.depth) == np.isin(union.source, (NOWHERE, CONTRADICTED))).all()
-    assert set(np.unique(agreement.source)) == {NOWHERE, BOTH, CONTRADICTED}
+    assert (np.isnan(union.depth) == np.isin(union.source, (NO_DEPTH, INCONSISTENT))).all()
+    assert set(np.unique(agreement.source)) == {NO_DEPTH, BOTH, INCONSISTENT}
     assert ((agreement.source == BOTH) == (union.source == BOTH)).all()
     first = PairMatcher(RIGHT, DepthSettings(disparities=48)).match(picture(), picture(BASELINE))
     alone = union.source == FIRST
-    assert union.depth[alone] == pytest.approx(depth_of_pair(first, RIGHT)[alone])
+    assert union.depth[alone] == pytest.approx(depth_from_disparity(first, RIGHT)[alone])
 
 
 def test_unequal_baselines_agree_on_the_same_depth():
@@ -94,7 +94,7 @@ def test_a_third_camera_halves_the_bad_pixels_of_tsukuba():
     settings = DepthSettings(disparities=16)
     truth = np.where(grey > 0, right.focal_baseline * 16.0 / np.maximum(grey, 1), np.nan)
     known = grey > 0
-    two = depth_of_pair(PairMatcher(right, settings).match(views[3], views[4]), right)
+    two = depth_from_disparity(PairMatcher(right, settings).match(views[3], views[4]), right)
     three = TrinocularDepth(right, left, settings).compute(views[3], views[4], views[2]).depth
     _, bad_of_two = scores(two[known], truth[known], right.focal_baseline)
     covered, bad_of_three = scores(three[known], truth[known], right.focal_baseline)

@@ -13,8 +13,8 @@ from std_msgs.msg import Header
 from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.inputs.trinocular_input import TrinocularInput
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.image_conversion import image_from_array
-from shirube_ros.message_guard import MessageGuard
 
 PLACES = {'left': (0.0, 0.0), 'right': (BASELINE, 0.0), 'top': (0.0, -BASELINE)}
 
@@ -25,7 +25,7 @@ class Rig:
     def __init__(self, graph):
         self._graph = graph
         self.host = graph.add(lambda **options: Node('host', **options))
-        self.guard = MessageGuard(self.host, (DepthError,))
+        self.guard = CallbackGuard(self.host, (DepthError,))
         self.frames = []
         settings = DepthSettings(disparities=48)
         self.input = TrinocularInput(
@@ -83,5 +83,5 @@ def test_a_rig_without_a_baseline_is_refused(graph, name):
     for other in PLACES:
         rig.send_image(other, 5)
     assert rig.frames == []
-    (line,) = rig.guard.counts['top/image_rect'].refused
+    (line,) = rig.guard.counts['top/image_rect'].rejected
     assert 'there is no baseline' in line

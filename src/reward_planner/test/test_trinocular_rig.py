@@ -9,20 +9,20 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.trinocular_rig import TrinocularRig
 
 
-def rig(told, matcher='sgbm'):
-    """Return a rig whose calibration has the top camera at ``told`` along y [m]."""
-    projections = np.array([projection(), projection(x=BASELINE), projection(y=told)])
+def rig(calibrated_y, matcher='sgbm'):
+    """Return a rig whose calibration has the top camera at ``calibrated_y`` along y [m]."""
+    projections = np.array([projection(), projection(x=BASELINE), projection(y=calibrated_y)])
     return TrinocularRig(projections, DepthSettings(matcher=matcher, disparities=48))
 
 
 @pytest.mark.parametrize('matcher', ['sgbm', 'bm'])
-@pytest.mark.parametrize('told', [-BASELINE, BASELINE])
+@pytest.mark.parametrize('calibrated_y', [-BASELINE, BASELINE])
 @pytest.mark.parametrize('place', [-BASELINE, BASELINE])
-def test_the_depth_is_true_whichever_sign_the_baseline_has(matcher, told, place):
-    cameras = rig(told, matcher)
+def test_the_depth_is_true_whichever_sign_the_baseline_has(matcher, calibrated_y, place):
+    cameras = rig(calibrated_y, matcher)
     seen = cameras.compute(picture(), picture(x=BASELINE), picture(y=place))
-    assert cameras.is_mirrored == (told != place)
-    assert seen.contradiction < 0.05
+    assert cameras.is_mirrored == (calibrated_y != place)
+    assert seen.inconsistent_fraction < 0.05
     known = ~np.isnan(seen.depth)
     assert known.mean() > 0.7
     wrong = np.abs(1.0 / seen.depth - 1.0 / true_depth()) * CAMERA.fx * BASELINE > 1.0
@@ -55,7 +55,7 @@ def points_of(cameras, *images):
 
 
 @pytest.mark.parametrize('covered', [0, 1, 2])
-def test_what_only_one_pair_sees_is_not_believed_while_the_other_sees_nothing(covered):
+def test_depths_of_one_pair_are_rejected_while_the_other_sees_nothing(covered):
     images = [picture(), picture(x=BASELINE), picture(y=-BASELINE)]
     images[covered] = np.zeros_like(images[covered])
     assert points_of(rig(-BASELINE), *images) < 10
@@ -73,7 +73,7 @@ def test_swapped_images_give_no_depth():
     assert points_of(rig(-BASELINE), picture(x=BASELINE), picture(), picture(y=-BASELINE)) < 10
 
 
-def test_after_a_contradiction_frames_are_refused_until_one_tells_that_all_is_well():
+def test_after_an_inconsistent_frame_frames_are_rejected_until_a_consistent_one():
     cameras = rig(-BASELINE)
     blank = np.full(picture().shape, 128, dtype=np.uint8)
     good = (picture(), picture(x=BASELINE), picture(y=-BASELINE))
@@ -85,7 +85,7 @@ def test_after_a_contradiction_frames_are_refused_until_one_tells_that_all_is_we
     assert points_of(cameras, *good) > 0.7 * blank.size
 
 
-def test_a_frame_that_tells_nothing_does_not_turn_a_rig_whose_side_is_known():
+def test_a_frame_without_texture_does_not_mirror_a_confirmed_rig():
     cameras = rig(-BASELINE)
     cameras.compute(picture(), picture(x=BASELINE), picture(y=-BASELINE))
     covered = np.zeros_like(picture())

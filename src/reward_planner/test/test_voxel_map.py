@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from slow_voxels import cells_as_voxels
 
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
 from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.tile_store import NO_TILE
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -48,9 +48,9 @@ def test_log_odds_are_the_sums_of_hits_and_passes_within_limits():
     for k in range(12):
         points, view = seen(() if k % 3 else (BOX,), x=0.05 * k, yaw=0.1 * k)
         frame = voxels.add(0.1 * k, points, view)
-        firm = frame.counts >= np.maximum(SETTINGS.hit_share_min * frame.expected, 1.0)
+        firm = frame.counts >= np.maximum(SETTINGS.hit_fraction_min * frame.expected, 1.0)
         steps = dict.fromkeys(cells_as_voxels(frame.cells[firm], frame.window), SETTINGS.log_odds_hit)
-        steps |= dict.fromkeys(cells_as_voxels(frame.passed, frame.window), -SETTINGS.log_odds_pass)
+        steps |= dict.fromkeys(cells_as_voxels(frame.traversed, frame.window), -SETTINGS.log_odds_pass)
         for voxel, step in steps.items():
             value = book.get(voxel, 0.0) + step
             book[voxel] = min(max(value, SETTINGS.log_odds_min), SETTINGS.log_odds_max)

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reward_planner.core.voxels.frame_voxels import FrameCounter
-from reward_planner.core.voxels.frame_window import TILE, FrameWindow
+from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
+from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.core.voxels.voxel_values import (
     add_to_voxels,
     counts_over_expected,
     counts_over_maximum,
-    touched_tiles,
+    mark_touched_tiles,
 )
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_geometry import PinholeCamera
@@ -29,7 +29,7 @@ POLES = BoxRoom(
 def voxels_of_poles():
     T = forward_camera(0.0, 0.0, 0.55, 0.0)
     points = points_from_depth(POLES.depth_image(CAMERA, T), CAMERA)
-    frame = FrameCounter(SETTINGS).count(points, SensorView(T, CAMERA.fx))
+    frame = FrameVoxelizer(SETTINGS).count(points, SensorView(T, CAMERA.fx))
     depth = 262.0 * 0.1 / np.sqrt(frame.expected)
     full = frame.counts > 0.5 * frame.expected
     return frame, depth, full
@@ -45,14 +45,14 @@ def test_the_printed_value_loses_far_voxels_that_are_as_full_as_near_ones():
     assert kept[far].mean() < 0.1
 
 
-def test_the_normalised_value_keeps_near_and_far_alike():
+def test_the_normalised_value_keeps_near_and_far_voxels():
     frame, depth, full = voxels_of_poles()
     kept = counts_over_expected(frame.counts, frame.expected) >= SETTINGS.value_min
     assert kept[full & (depth < 1.5)].all()
     assert kept[full & (depth > 2.5)].all()
 
 
-def test_values_lie_between_0_and_1():
+def test_values_are_between_0_and_1():
     counts = np.array([1, 5, 80, 1000], dtype=np.int32)
     for values in (
         counts_over_maximum(counts),
@@ -70,20 +70,20 @@ def test_one_odd_voxel_does_not_rule_over_the_others():
 
 
 def test_amounts_reach_the_voxels_they_are_meant_for():
-    window = FrameWindow(0, 0, 3 * TILE, 5, 0.05, 0.0)
+    window = FrameWindow(0, 0, 3 * TILE_SIZE, 5, 0.05, 0.0)
     rng = np.random.default_rng(0)
     cells = rng.permutation(window.side**2 * window.layers)[:500].astype(np.int32)
     amounts = rng.normal(size=500).astype(np.float32)
     slots = rng.permutation(9).reshape(3, 3)
-    values = np.zeros((9, TILE, TILE, 5), dtype=np.float32)
+    values = np.zeros((9, TILE_SIZE, TILE_SIZE, 5), dtype=np.float32)
     add_to_voxels(values, slots, window, cells, amounts, (-1.0, 1.5))
     dense = np.zeros((window.side, window.side, 5), dtype=np.float32)
     dense.reshape(-1)[cells] = np.clip(amounts, -1.0, 1.5)
     tiles = values[slots].transpose(0, 2, 1, 3, 4).reshape(dense.shape)
     assert tiles == pytest.approx(dense)
     touched = np.zeros((3, 3), dtype=np.bool_)
-    touched_tiles(window, cells[:3], touched)
+    mark_touched_tiles(window, cells[:3], touched)
     x, y, _ = np.unravel_index(cells[:3], dense.shape)
     assert {(i, j) for i, j in np.argwhere(touched).tolist()} == set(
-        zip((x // TILE).tolist(), (y // TILE).tolist())
+        zip((x // TILE_SIZE).tolist(), (y // TILE_SIZE).tolist())
     )

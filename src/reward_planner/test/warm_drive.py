@@ -14,11 +14,11 @@ from l_rig import BASELINE, CAMERA, picture, projection
 from numba.core.dispatcher import Dispatcher
 from test_navigator import MOUNT, ROOMS, SETTINGS, RoomDrive
 
+from reward_planner.core.compile_kernels import compile_kernels
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.trinocular_rig import TrinocularRig
 from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.warm_up import warm_up
 from scene_simulator.box_room import BoxRoom
 from shirube_geometry import PlanarPose
 
@@ -55,7 +55,7 @@ def see():
 def main(mode):
     """Print the kernels that gained a signature."""
     settings = replace(SETTINGS, planner=PlannerSettings(mode))
-    warm_up(MOUNT, settings)
+    compile_kernels(MOUNT, settings)
     before = signatures()
     drive(settings)
     see()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from light_waveform import Waveform, waveform_of_steps
+from light_waveform import Waveform, waveform_from_steps
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.lamp_shape import Disc, Rectangle
 from scene_simulator.scene_error import SceneError
@@ -27,7 +27,7 @@ def mains_flicker(frequency: float = 100.0, depth: float = 0.3) -> Waveform:
     """
     middles = (np.arange(_STEPS) + 0.5) / _STEPS
     levels = 1.0 - depth * np.square(np.cos(np.pi * middles))
-    return waveform_of_steps(np.full(_STEPS, 1.0 / (_STEPS * frequency)), levels)
+    return waveform_from_steps(np.full(_STEPS, 1.0 / (_STEPS * frequency)), levels)
 
 
 def distractors(brightness: float = 2000.0) -> tuple[CeilingLamp, ...]:

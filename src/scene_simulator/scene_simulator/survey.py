@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scene_simulator.dot_floor import DotFloor
 from scene_simulator.scene_error import SceneError
-from shirube_files import written_beside
+from shirube_files import atomic_write
 
 SURVEY_ERROR = 0.00005
 """Standard deviation of a surveyed centre along each axis [m]: what careful photogrammetry reaches."""
@@ -48,7 +48,7 @@ def write_dot_map(dots: NDArray[np.float64], path: Path) -> None:
         SceneError: the file cannot be written.
     """
     try:
-        with written_beside(path) as file:
+        with atomic_write(path) as file:
             np.savetxt(file, dots, fmt='%.6f', delimiter=',', header='x,y,diameter', comments='')
     except OSError as fault:
         raise SceneError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault

@@ -20,7 +20,7 @@ def test_an_arc_is_many_small_steps(way: float, turn: float) -> None:
         pose = pose @ half @ PlanarPose(way / steps, 0.0, 0.0) @ half
     found = arc_motion(way, turn)
     assert found.distance_to(pose) < 1e-6
-    assert found.turn_to(pose) == pytest.approx(0.0, abs=1e-9)
+    assert found.yaw_to(pose) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_quarter_circle_ends_a_radius_ahead_and_aside() -> None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from light_waveform import waveform_of_steps
+from light_waveform import waveform_from_steps
 from scene_simulator.blooming import SHARP, Blooming
 from scene_simulator.camera_motion import CameraPose, PoseAt, camera_pose
 from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD, CeilingCamera, CeilingPhoto
@@ -23,7 +23,7 @@ SMALL = PinholeCamera(200, 160, 636.4, 636.4, 99.5, 79.5)
 BENT = PinholeCamera(640, 512, 318.0, 320.0, 322.1, 250.3, (-0.1, 0.01, 0.0008, -0.0005, 0.0))
 EVEN_TO_DIM = CeilingLens(vignetting=0.4).transmission(SMALL)
 TILTED = CameraMount((0.0, 0.0, 0.0), (0.06, -0.04, math.pi / 2.0 + 0.2))
-UNEVEN = waveform_of_steps([0.7e-3, 0.2e-3, 1.1e-3, 0.5e-3], [1.0, 0.25, 0.0, 0.6])
+UNEVEN = waveform_from_steps([0.7e-3, 0.2e-3, 1.1e-3, 0.5e-3], [1.0, 0.25, 0.0, 0.6])
 OVERHEAD = (0.0, 0.0, 2.5)
 
 
@@ -129,7 +129,7 @@ def test_rows_of_a_rolling_image_show_the_waveform_at_their_own_time() -> None:
 
 
 def test_the_halves_of_a_panel_show_their_own_levels() -> None:
-    halves = waveform_of_steps([1e-3, 1e-3], [[1.0, 0.3], [0.2, 0.6]])
+    halves = waveform_from_steps([1e-3, 1e-3], [[1.0, 0.3], [0.2, 0.6]])
     lamp = CeilingLamp(OVERHEAD, Disc(0.08), halves)
     taken = camera(Shutter(0.5e-3))
     light = taken.light(CeilingRoom((lamp,)), resting, 1.25e-3) / (lamp.brightness * 0.5e-3)
@@ -191,7 +191,7 @@ def test_motion_in_the_exposure_smears_a_lamp_about_the_middle() -> None:
 
 def test_a_blink_during_the_motion_is_frozen_in_its_place() -> None:
     exposure, speed = 8e-3, 5.0
-    flash = waveform_of_steps([6e-3, 0.2e-3, 1.8e-3], [0.0, 1.0, 0.0])
+    flash = waveform_from_steps([6e-3, 0.2e-3, 1.8e-3], [0.0, 1.0, 0.0])
     room = CeilingRoom((CeilingLamp((0.5 * speed * exposure, 0.0, 2.5), Disc(0.02), flash),))
     light = camera(Shutter(exposure)).light(room, moving(speed, 0.0), 0.0)
     flown = 636.4 / 2.5 * speed * (6.1e-3 - 0.5 * exposure)

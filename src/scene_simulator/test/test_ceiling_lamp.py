@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from light_waveform import waveform_of_steps
+from light_waveform import waveform_from_steps
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.scene_error import SceneError
 
-BLINK = waveform_of_steps([1e-3, 1e-3], [1.0, 0.0])
+BLINK = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
 
 
 def test_phase_shifts_the_waveform() -> None:

@@ -18,7 +18,7 @@ def test_the_robot_stands_at_its_goal_for_the_last_second(name: str) -> None:
     for time in (drive.route.duration, SECONDS):
         pose = drive.pose_at(time)
         assert pose.distance_to(goal) < 1e-9
-        assert pose.turn_to(goal) == pytest.approx(0.0, abs=1e-9)
+        assert pose.yaw_to(goal) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_offsets_reach_half_a_metre_and_fifteen_degrees_to_both_sides() -> None:

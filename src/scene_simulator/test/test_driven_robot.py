@@ -45,7 +45,7 @@ def test_the_motion_has_no_steps_whatever_the_commands() -> None:
         robot.drive(rng.uniform(-0.5, 0.5), rng.uniform(-2.0, 2.0), robot.time + rng.uniform(0.0, 0.2))
     poses = [robot.pose_at(float(time)) for time in np.arange(0.0, 5.0, 1e-3)]
     ways = np.array([a.distance_to(b) for a, b in zip(poses[:-1], poses[1:])])
-    turns = np.array([a.turn_to(b) for a, b in zip(poses[:-1], poses[1:])])
+    turns = np.array([a.yaw_to(b) for a, b in zip(poses[:-1], poses[1:])])
     assert ways.max() < 0.5e-3 + 1e-9
     assert np.abs(np.diff(turns)).max() < 3.0 * 0.005 * 1e-3 + 1e-9
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from light_waveform import csv_of_waveform, steady_light, waveform_of_steps
+from light_waveform import steady_light, waveform_from_steps, waveform_to_csv
 from scene_simulator.commands import record_lamp_bag
 from scene_simulator.paper_run import paper_run
 from shirube_bags.bag_reader import BagMessage, BagReader
@@ -22,10 +22,10 @@ SECONDS = 0.2
 def waveforms(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     """Files of three lamps that shine and of one whose halves never shine together."""
     folder = tmp_path_factory.mktemp('waveforms')
-    halves = waveform_of_steps([0.004, 0.004], [[1.0, 0.0], [0.0, 1.0]])
+    halves = waveform_from_steps([0.004, 0.004], [[1.0, 0.0], [0.0, 1.0]])
     for beacon in range(11, 15):
         light = halves if beacon == 14 else steady_light(2)
-        (folder / f'{beacon}.csv').write_text(csv_of_waveform(light))
+        (folder / f'{beacon}.csv').write_text(waveform_to_csv(light))
     return [f'{beacon}={folder / f"{beacon}.csv"}' for beacon in range(11, 15)]
 
 

@@ -80,7 +80,7 @@ def test_wheels_without_errors_measure_the_drive() -> None:
     for reading in readings[::40]:
         true = ROUTE.pose_at(0.0).inverse() @ ROUTE.pose_at(reading.time)
         assert reading.pose.distance_to(true) < 1e-3
-        assert abs(reading.pose.turn_to(true)) < 1e-6
+        assert abs(reading.pose.yaw_to(true)) < 1e-6
     assert max(reading.forward for reading in readings) == pytest.approx(0.5, rel=1e-3)
     assert min(reading.turn for reading in readings) == pytest.approx(-1.0, rel=1e-2)
 

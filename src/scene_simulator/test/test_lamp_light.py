@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from light_waveform import waveform_of_steps
+from light_waveform import waveform_from_steps
 from scene_simulator.blooming import SHARP
 from scene_simulator.camera_motion import CameraPose, camera_pose
 from scene_simulator.ceiling_camera import UPWARD, CeilingCamera
@@ -18,7 +18,7 @@ from shirube_geometry import PinholeCamera, PlanarPose
 
 CAMERA = PinholeCamera(320, 240, 320.0, 320.0, 159.5, 119.5)
 GHOST = LensGhost(scale=-0.5, strength=0.1, radius=8.0)
-BLINK = waveform_of_steps([1e-3, 1e-3], [1.0, 0.0])
+BLINK = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
 
 
 def resting(_: float) -> CameraPose:

@@ -23,7 +23,7 @@ def test_perfect_wheels_measure_the_drive() -> None:
     for true, measured in list(zip(DRIVEN, odometry, strict=True))[::200]:
         expected = DRIVEN[0].inverse() @ true
         assert measured.distance_to(expected) < 1e-3
-        assert abs(measured.turn_to(expected)) < 1e-4
+        assert abs(measured.yaw_to(expected)) < 1e-4
 
 
 def test_a_reverse_arc_is_measured_too() -> None:
@@ -33,7 +33,7 @@ def test_a_reverse_arc_is_measured_too() -> None:
         poses.append(poses[-1] @ step)
     measured = measure_odometry(poses, PERFECT, np.random.default_rng(1))[-1]
     assert measured.distance_to(poses[0].inverse() @ poses[-1]) < 0.01
-    assert measured.turn_to(poses[0].inverse() @ poses[-1]) == pytest.approx(0.0, abs=1e-6)
+    assert measured.yaw_to(poses[0].inverse() @ poses[-1]) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_the_default_wheels_drift_by_two_percent_and_a_degree_a_metre() -> None:

@@ -36,12 +36,12 @@ class AccuracyReport:
     coverage: Coverage
     expected_from: str
 
-    def measures(self) -> dict[str, float]:
+    def metrics(self) -> dict[str, float]:
         """Return the metrics that can be limited: ``position_rms`` [m], …, ``heading_max`` [rad], ``coverage``."""
         return {
             **{f'position_{name}': value for name, value in dataclasses.asdict(self.position).items()},
             **{f'heading_{name}': value for name, value in dataclasses.asdict(self.heading).items()},
-            COVERAGE: self.coverage.share,
+            COVERAGE: self.coverage.fraction,
         }
 
 
@@ -57,7 +57,7 @@ def make_report(errors: TrajectoryErrors, coverage: Coverage, expected_from: str
     )
 
 
-def report_as_text(report: AccuracyReport) -> str:
+def format_report(report: AccuracyReport) -> str:
     """Format the report as a text table, in millimetres and degrees."""
     rows = [f'{"error":<16}' + ''.join(f'{name:>10}' for name in STATISTICS)]
     for name, unit, scale, statistics in (
@@ -68,14 +68,14 @@ def report_as_text(report: AccuracyReport) -> str:
         rows.append(f'{f"{name} [{unit}]":<16}' + ''.join(f'{value * scale:>10.3f}' for value in values))
     coverage = report.coverage
     rows.append(
-        f'coverage {coverage.share:.2%}: {coverage.covered} of {coverage.expected} stamps of '
+        f'coverage {coverage.fraction:.2%}: {coverage.covered} of {coverage.expected} stamps of '
         f'{report.expected_from} have a pose, {coverage.excluded} excluded'
     )
     rows.append(f'{report.compared} poses compared, {report.unmatched} without ground truth')
     return '\n'.join(rows)
 
 
-def report_as_json(report: AccuracyReport) -> dict[str, Any]:
+def report_to_dict(report: AccuracyReport) -> dict[str, Any]:
     """Return the report as JSON data, in metres and radians; stamps in seconds."""
     coverage = report.coverage
     return {
@@ -84,7 +84,7 @@ def report_as_json(report: AccuracyReport) -> dict[str, Any]:
         'position': dataclasses.asdict(report.position),
         'heading': dataclasses.asdict(report.heading),
         COVERAGE: {
-            'share': coverage.share,
+            'share': coverage.fraction,
             'expected': coverage.expected,
             'covered': coverage.covered,
             'excluded': coverage.excluded,
@@ -94,17 +94,17 @@ def report_as_json(report: AccuracyReport) -> dict[str, Any]:
     }
 
 
-def broken_limits(report: AccuracyReport, limits: Mapping[str, float]) -> list[str]:
+def exceeded_limits(report: AccuracyReport, limits: Mapping[str, float]) -> list[str]:
     """Return a message for each limit that the report violates.
 
     Args:
         report: accuracy of the run.
         limits: limits by metric (`AccuracyReport.measures`); a lower limit for the coverage, else upper limits.
     """
-    measures = report.measures()
+    metrics = report.metrics()
     lines = []
     for name, limit in limits.items():
-        value = measures[name]
+        value = metrics[name]
         too_low = name == COVERAGE
         if value < limit if too_low else value > limit:
             lines.append(f'{name} is {value:.6g}, {"less" if too_low else "more"} than the limit {limit:.6g}')

@@ -48,7 +48,7 @@ class BagPlayer:
         """Published topics."""
         return tuple(self._publishers)
 
-    def resolved_topic(self, topic: str) -> str:
+    def resolve_topic(self, topic: str) -> str:
         """Return the name of a topic after remapping."""
         return str(self._publisher(topic).topic_name)
 

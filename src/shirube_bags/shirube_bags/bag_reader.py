@@ -88,8 +88,8 @@ class BagReader:
             connections = list(self._reader.connections)
             self._typestore = typestore_for(connections)
         except Exception as fault:
-            raise self._refusal(fault) from fault
-        self.topics = topics_of(self.path, connections)
+            raise self._make_error(fault) from fault
+        self.topics = collect_topics(self.path, connections)
         self.message_count = self._reader.message_count
         if self.message_count == 0:
             self._close()
@@ -121,9 +121,9 @@ class BagReader:
         for message in self._read(wanted, None, None):
             count += 1
             yield message
-        promised = sum(self.topics[topic].message_count for topic in wanted)
-        if count != promised:
-            raise BagError(f'{self.path}: has {count} of the {promised} messages in its index; {DAMAGED}')
+        expected = sum(self.topics[topic].message_count for topic in wanted)
+        if count != expected:
+            raise BagError(f'{self.path}: has {count} of the {expected} messages in its index; {DAMAGED}')
 
     def messages_between(self, topics: Iterable[str], begin_ns: int, end_ns: int) -> Iterator[BagMessage]:
         """Yield the messages received in an interval, both ends included; an index avoids reading the others.
@@ -150,7 +150,7 @@ class BagReader:
             for connection, stamp_ns, raw in self._reader.messages(connections, start_ns, stop_ns):
                 yield BagMessage(connection.topic, connection.msgtype, stamp_ns, bytes(raw))
         except Exception as fault:
-            raise self._refusal(fault) from fault
+            raise self._make_error(fault) from fault
 
     def select_topics(self, topics: Iterable[str]) -> tuple[str, ...]:
         """Return the given topics, or all topics of the bag if none is given.
@@ -183,7 +183,7 @@ class BagReader:
             self._reader.close()
         self._reader = None
 
-    def _refusal(self, fault: Exception) -> BagError:
+    def _make_error(self, fault: Exception) -> BagError:
         self._close()
         reason = ' '.join(str(fault).split()).rstrip('.') or type(fault).__name__
         return BagError(f'{self.path}: cannot be read ({reason}); {DAMAGED}')
@@ -214,7 +214,7 @@ def check_is_bag(path: Path) -> None:
         raise BagError(f'{path}: is empty; record it again')
 
 
-def topics_of(path: Path, connections: Iterable[Connection]) -> dict[str, BagTopic]:
+def collect_topics(path: Path, connections: Iterable[Connection]) -> dict[str, BagTopic]:
     """Return the topics of a bag by name; the connections of several publishers of a topic are merged.
 
     Raises:
@@ -224,15 +224,15 @@ def topics_of(path: Path, connections: Iterable[Connection]) -> dict[str, BagTop
     for connection in connections:
         qos = offered_profiles(connection)
         topic = BagTopic(connection.topic, connection.msgtype, connection.msgcount, qos)
-        known = topics.get(topic.name)
-        if known is not None:
-            if known.msgtype != topic.msgtype:
+        existing = topics.get(topic.name)
+        if existing is not None:
+            if existing.msgtype != topic.msgtype:
                 raise BagError(
-                    f'{path}: topic {topic.name} has both {known.msgtype} and {topic.msgtype}; '
+                    f'{path}: topic {topic.name} has both {existing.msgtype} and {topic.msgtype}; '
                     'record one type per topic'
                 )
             topic = BagTopic(
-                topic.name, topic.msgtype, known.message_count + topic.message_count, known.qos + qos
+                topic.name, topic.msgtype, existing.message_count + topic.message_count, existing.qos + qos
             )
         topics[topic.name] = topic
     return topics

@@ -19,7 +19,7 @@ from shirube_bags.ros_types import load_message_class
 class BagRecorder:
     """Subscribes to topics when they appear and writes their serialized messages into a bag."""
 
-    def __init__(self, node: Node, bag: BagWriter, topics: Sequence[str], say: Callable[[str], None]) -> None:
+    def __init__(self, node: Node, bag: BagWriter, topics: Sequence[str], log: Callable[[str], None]) -> None:
         """Start without subscriptions.
 
         Args:
@@ -31,10 +31,10 @@ class BagRecorder:
         self._node = node
         self._bag = bag
         self._wanted = [node.resolve_topic_name(topic) for topic in topics]
-        self._say = say
+        self._log = log
         self._subscriptions: dict[str, Subscription] = {}
-        self._refused: set[str] = set()
-        self._without_stamp: list[tuple[str, str, bytes]] = []
+        self._skipped: set[str] = set()
+        self._unstamped: list[tuple[str, str, bytes]] = []
         self.counts: dict[str, int] = {}
 
     @property
@@ -49,7 +49,7 @@ class BagRecorder:
             ReplayError: the type of a requested topic cannot be recorded.
         """
         for topic, types in self._node.get_topic_names_and_types():
-            if topic in self._subscriptions or topic in self._refused:
+            if topic in self._subscriptions or topic in self._skipped:
                 continue
             if self._wanted and topic not in self._wanted:
                 continue
@@ -63,12 +63,12 @@ class BagRecorder:
 
     def _add(self, topic: str, types: Sequence[str], publishers: Sequence[TopicEndpointInfo]) -> None:
         try:
-            message_class = recordable_class(topic, types)
+            message_class = get_message_class(topic, types)
         except ReplayError as fault:
             if self._wanted:
                 raise
-            self._refused.add(topic)
-            self._say(f'{topic} is skipped: {fault}')
+            self._skipped.add(topic)
+            self._log(f'{topic} is skipped: {fault}')
             return
         msgtype = types[0]
         self._bag.declare(topic, msgtype, offered_qos(publishers))
@@ -76,21 +76,21 @@ class BagRecorder:
         self._subscriptions[topic] = self._node.create_subscription(
             message_class, topic, partial(self._write, topic, msgtype), recording_qos(publishers), raw=True
         )
-        self._say(f'recording {topic} [{msgtype}]')
+        self._log(f'recording {topic} [{msgtype}]')
 
     def _write(self, topic: str, msgtype: str, raw: bytes) -> None:
-        self._without_stamp.append((topic, msgtype, raw))
+        self._unstamped.append((topic, msgtype, raw))
         stamp_ns = self._node.get_clock().now().nanoseconds
         # Simulated time is 0 before the first /clock: a stamp of 0 would make the bag decades long.
         if stamp_ns == 0:
             return
-        for message in self._without_stamp:
+        for message in self._unstamped:
             self._bag.write_raw(*message, stamp_ns)
             self.counts[message[0]] += 1
-        self._without_stamp.clear()
+        self._unstamped.clear()
 
 
-def recordable_class(topic: str, types: Sequence[str]) -> object:
+def get_message_class(topic: str, types: Sequence[str]) -> object:
     """Return the message class of a live topic.
 
     Raises:

@@ -33,11 +33,11 @@ def load_bag_trajectory(bag: BagReader, topic: str | None) -> Trajectory:
     Raises:
         BagError: no such topic, an ambiguous choice, another type, or malformed poses.
     """
-    chosen = choose_topic(bag, topic)
+    chosen = select_pose_topic(bag, topic)
     stamps, positions, quaternions = [], [], []
     for message in bag.messages([chosen.name]):
         decoded = bag.decode(message)
-        position, quaternion = pose_of(decoded, chosen.msgtype)
+        position, quaternion = extract_pose(decoded, chosen.msgtype)
         stamps.append(decoded.header.stamp.sec * NANOSECONDS + decoded.header.stamp.nanosec)
         positions.append((position.x, position.y, position.z))
         quaternions.append((quaternion.x, quaternion.y, quaternion.z, quaternion.w))
@@ -69,7 +69,7 @@ def header_stamp(raw: bytes) -> int:
     return int(seconds) * NANOSECONDS + int(nanoseconds)
 
 
-def choose_topic(bag: BagReader, topic: str | None) -> BagTopic:
+def select_pose_topic(bag: BagReader, topic: str | None) -> BagTopic:
     """Return the named topic, or the only one with poses.
 
     Raises:
@@ -79,22 +79,22 @@ def choose_topic(bag: BagReader, topic: str | None) -> BagTopic:
     if topic is None:
         if len(with_poses) == 1:
             return with_poses[0]
-        raise BagError(f'{bag.path}: {names_of(with_poses)} have poses; name one of them')
+        raise BagError(f'{bag.path}: {format_names(with_poses)} have poses; name one of them')
     (name,) = bag.select_topics([topic])
     chosen = bag.topics[name]
     if chosen.msgtype not in POSE_TYPES:
         raise BagError(
-            f'{bag.path}, topic {name}: has type {chosen.msgtype}, not poses; {names_of(with_poses)} have poses'
+            f'{bag.path}, topic {name}: has type {chosen.msgtype}, not poses; {format_names(with_poses)} have poses'
         )
     return chosen
 
 
-def names_of(topics: Iterable[BagTopic]) -> str:
+def format_names(topics: Iterable[BagTopic]) -> str:
     """Return the names of topics as a comma-separated list."""
     return ', '.join(sorted(topic.name for topic in topics)) or 'no topics'
 
 
-def pose_of(message: Any, msgtype: str) -> tuple[Any, Any]:
+def extract_pose(message: Any, msgtype: str) -> tuple[Any, Any]:
     """Return the position and the quaternion of a message of one of `POSE_TYPES`."""
     if msgtype == 'geometry_msgs/msg/TransformStamped':
         return message.transform.translation, message.transform.rotation

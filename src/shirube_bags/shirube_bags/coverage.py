@@ -25,12 +25,12 @@ class Coverage:
     missing_ns: NDArray[np.int64]
 
     @property
-    def share(self) -> float:
+    def fraction(self) -> float:
         """Covered fraction of the expected stamps, 0 to 1; 1 if none is expected."""
         return self.covered / self.expected if self.expected else 1.0
 
 
-def measure_coverage(
+def compute_coverage(
     expected_ns: NDArray[np.int64],
     estimated_ns: NDArray[np.int64],
     tolerance_ns: int,
@@ -45,12 +45,12 @@ def measure_coverage(
         excluded_ns: array of int64, shape (k, 2), start and end of each interval in which no pose is expected,
             both included [ns].
     """
-    inside = np.zeros(len(expected_ns), dtype=bool)
+    is_excluded = np.zeros(len(expected_ns), dtype=bool)
     for start, end in excluded_ns:
-        inside |= (start <= expected_ns) & (expected_ns <= end)
-    wanted = expected_ns[~inside]
-    right = np.minimum(np.searchsorted(estimated_ns, wanted), len(estimated_ns) - 1)
+        is_excluded |= (start <= expected_ns) & (expected_ns <= end)
+    expected = expected_ns[~is_excluded]
+    right = np.minimum(np.searchsorted(estimated_ns, expected), len(estimated_ns) - 1)
     left = np.maximum(right - 1, 0)
-    distance = np.minimum(np.abs(estimated_ns[right] - wanted), np.abs(estimated_ns[left] - wanted))
+    distance = np.minimum(np.abs(estimated_ns[right] - expected), np.abs(estimated_ns[left] - expected))
     covered = distance <= tolerance_ns
-    return Coverage(len(wanted), int(covered.sum()), int(inside.sum()), wanted[~covered])
+    return Coverage(len(expected), int(covered.sum()), int(is_excluded.sum()), expected[~covered])

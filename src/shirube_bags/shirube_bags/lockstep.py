@@ -12,14 +12,14 @@ from rclpy.node import Node
 
 from shirube_bags.bag_player import CLOCK, BagPlayer
 from shirube_bags.bag_reader import BagMessage, BagReader
-from shirube_bags.node_questions import NodeQuestions
+from shirube_bags.node_barrier import NodeBarrier
 
 # A message in one datagram arrives before a request sent after it; fragments may be overtaken [byte].
 LARGEST_DATAGRAM = 65_000
 # The first message may start a compilation of numba kernels in the node [s].
-ANSWER_TIMEOUT = 180.0
+RESPONSE_TIMEOUT = 180.0
 # With middleware settings other than those of ``play``, an acknowledgement can take seconds [s].
-ACKNOWLEDGE_TIMEOUT = 0.1
+ACK_TIMEOUT = 0.1
 
 
 class Lockstep:
@@ -30,7 +30,7 @@ class Lockstep:
         player: BagPlayer,
         node: Node,
         executor: Executor,
-        timeout: float = ANSWER_TIMEOUT,
+        timeout: float = RESPONSE_TIMEOUT,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
         """Start without known subscribers.
@@ -44,13 +44,13 @@ class Lockstep:
         """
         self._player = player
         self._timeout = timeout
-        self._questions = NodeQuestions(node, executor, should_stop)
+        self._barrier = NodeBarrier(node, executor, should_stop)
         self._subscribers: dict[str, tuple[int, tuple[str, ...]]] = {}
 
     @property
-    def silent_nodes(self) -> tuple[str, ...]:
+    def nodes_without_services(self) -> tuple[str, ...]:
         """Subscribing nodes without a parameter service, which cannot be waited for; known after `wait`."""
-        return self._questions.silent_nodes
+        return self._barrier.nodes_without_services
 
     def publish(self, message: BagMessage) -> None:
         """Publish a message and wait until it is processed.
@@ -61,11 +61,11 @@ class Lockstep:
         # Executors poll one subscription after the other: without this barrier, the message could be taken in a poll
         # that missed the clock just before it.
         self._player.set_clock(message.stamp_ns)
-        followers = set(self._subscribers_of(CLOCK)) & set(self._subscribers_of(message.topic))
-        self._questions.ask(sorted(followers), self._timeout)
+        clock_subscribers = set(self._subscribers_of(CLOCK)) & set(self._subscribers_of(message.topic))
+        self._barrier.wait_for_nodes(sorted(clock_subscribers), self._timeout)
         self._player.publish(message)
         if len(message.raw) > LARGEST_DATAGRAM:
-            self._player.wait_until_received([message.topic], ACKNOWLEDGE_TIMEOUT)
+            self._player.wait_until_received([message.topic], ACK_TIMEOUT)
         self.wait([message.topic])
 
     def wait(self, topics: Sequence[str]) -> None:
@@ -78,13 +78,13 @@ class Lockstep:
         # Executors poll subscriptions before services: if both arrive in between, the request is served first. The
         # second request is served after another poll of the subscriptions.
         for _ in range(2):
-            self._questions.ask(sorted(names), self._timeout)
+            self._barrier.wait_for_nodes(sorted(names), self._timeout)
 
     def _subscribers_of(self, topic: str) -> tuple[str, ...]:
         count = self._player.subscriber_count(topic)
         known_count, names = self._subscribers.get(topic, (0, ()))
         if count != known_count:
-            names = self._questions.find_subscribers(self._player.resolved_topic(topic), count)
+            names = self._barrier.find_subscribers(self._player.resolve_topic(topic), count)
             self._subscribers[topic] = (count, names)
         return names if count else ()
 
@@ -94,7 +94,7 @@ def replay_in_lockstep(
     node: Node,
     executor: Executor,
     topics: Sequence[str] = (),
-    timeout: float = ANSWER_TIMEOUT,
+    timeout: float = RESPONSE_TIMEOUT,
 ) -> int:
     """Replay a bag in lockstep, for tests with all nodes in one process.
 

@@ -10,7 +10,7 @@ from threading import Event
 from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.lockstep import Lockstep
-from shirube_bags.replay_pace import ReplayPace
+from shirube_bags.replay_clock import ReplayClock
 from shirube_bags.stamps import NANOSECONDS
 
 # ``/clock`` is published at 40 Hz between the messages, as by "ros2 bag play" [s].
@@ -18,7 +18,7 @@ CLOCK_INTERVAL = 0.025
 
 
 @dataclass(frozen=True)
-class ReplayOutcome:
+class ReplayResult:
     """Result of a replay.
 
     Attributes:
@@ -29,7 +29,7 @@ class ReplayOutcome:
 
     messages: int
     bag_duration: float
-    took: float
+    elapsed: float
 
 
 def replay(
@@ -40,7 +40,7 @@ def replay(
     *,
     stop: Event,
     on_progress: Callable[[float], None],
-) -> ReplayOutcome:
+) -> ReplayResult:
     """Publish the bag's messages once.
 
     Args:
@@ -56,23 +56,23 @@ def replay(
         BagError: the bag is corrupted.
     """
     began = time.monotonic()
-    pace = ReplayPace(rate, bag.start_ns, began)
+    replay_clock = ReplayClock(rate, bag.start_ns, began)
     publish = player.publish if lockstep is None else lockstep.publish
     count, played = 0, 0.0
     for message in bag.messages(player.topics):
-        wait_until_due(pace, message.stamp_ns, player, stop)
+        wait_until_due(replay_clock, message.stamp_ns, player, stop)
         if stop.is_set():
             break
         publish(message)
         count += 1
         played = (message.stamp_ns - bag.start_ns) / NANOSECONDS
         on_progress(played)
-    return ReplayOutcome(count, played, time.monotonic() - began)
+    return ReplayResult(count, played, time.monotonic() - began)
 
 
-def wait_until_due(pace: ReplayPace, stamp_ns: int, player: BagPlayer, stop: Event) -> None:
+def wait_until_due(replay_clock: ReplayClock, stamp_ns: int, player: BagPlayer, stop: Event) -> None:
     """Wait for the time of a message, while publishing ``/clock``."""
-    while (delay := pace.delay(stamp_ns, time.monotonic())) > 0.0:
+    while (delay := replay_clock.delay(stamp_ns, time.monotonic())) > 0.0:
         if stop.wait(min(delay, CLOCK_INTERVAL)):
             return
-        player.set_clock(min(pace.bag_time(time.monotonic()), stamp_ns))
+        player.set_clock(min(replay_clock.bag_time(time.monotonic()), stamp_ns))

@@ -21,12 +21,12 @@ def replay_qos(topic: BagTopic) -> QoSProfile:
     have acknowledged them. Latched (transient local) topics stay latched.
     """
     if any(each.durability is QosDurability.TRANSIENT_LOCAL for each in topic.qos):
-        deepest = max(each.depth for each in topic.qos)
+        max_depth = max(each.depth for each in topic.qos)
         return QoSProfile(
             reliability=ReliabilityPolicy.RELIABLE,
             durability=DurabilityPolicy.TRANSIENT_LOCAL,
             history=HistoryPolicy.KEEP_LAST,
-            depth=max(1, deepest, min(topic.message_count, LARGEST_LATCHED_HISTORY)),
+            depth=max(1, max_depth, min(topic.message_count, LARGEST_LATCHED_HISTORY)),
         )
     return QoSProfile(reliability=ReliabilityPolicy.RELIABLE, history=HistoryPolicy.KEEP_ALL)
 

@@ -12,7 +12,7 @@ SETTLING_TIME = 0.3
 POLL_INTERVAL = 0.01
 
 
-def wait_for_wanted(
+def wait_for_counts(
     subscriber_count: Callable[[str], int],
     wanted: Mapping[str, int],
     timeout: float,

@@ -30,7 +30,7 @@ class Trajectory:
         """Return the number of poses."""
         return len(self.stamps_ns)
 
-    def selected(self, mask: NDArray[np.bool_]) -> Trajectory:
+    def select(self, mask: NDArray[np.bool_]) -> Trajectory:
         """Return the poses where ``mask``, shape (n,), is true."""
         return Trajectory(self.stamps_ns[mask], self.positions[mask], self.quaternions[mask])
 
@@ -50,25 +50,25 @@ def make_trajectory(stamps_ns: ArrayLike, positions: ArrayLike, quaternions: Arr
     stamps = np.asarray(stamps_ns, dtype=np.int64)
     if len(stamps) == 0:
         raise TrajectoryError('the trajectory has no poses; give at least one')
-    places = np.asarray(positions, dtype=np.float64).reshape(len(stamps), -1)
-    turns = np.asarray(quaternions, dtype=np.float64).reshape(len(stamps), -1)
-    if places.shape[1] != 3 or turns.shape[1] != 4:
+    xyz = np.asarray(positions, dtype=np.float64).reshape(len(stamps), -1)
+    xyzw = np.asarray(quaternions, dtype=np.float64).reshape(len(stamps), -1)
+    if xyz.shape[1] != 3 or xyzw.shape[1] != 4:
         raise TrajectoryError('positions need x, y, z and quaternions x, y, z, w for each stamp')
-    malformed = first_malformed_pose(places, turns)
-    if malformed is not None:
+    first_malformed = find_malformed_pose(xyz, xyzw)
+    if first_malformed is not None:
         raise TrajectoryError(
-            f'pose {malformed[0] + 1} of {len(stamps)} has {malformed[1]}; remove such poses'
+            f'pose {first_malformed[0] + 1} of {len(stamps)} has {first_malformed[1]}; remove such poses'
         )
     order = np.argsort(stamps, kind='stable')
-    stamps, places, turns = stamps[order], places[order], turns[order]
-    turns = turns / np.linalg.norm(turns, axis=1)[:, None]
-    twice = np.flatnonzero(np.diff(stamps) == 0)
-    if len(twice):
-        raise TrajectoryError(f'two poses have the stamp {stamps[twice[0]]} ns; give one pose per stamp')
-    return Trajectory(stamps, places, turns)
+    stamps, xyz, xyzw = stamps[order], xyz[order], xyzw[order]
+    xyzw = xyzw / np.linalg.norm(xyzw, axis=1)[:, None]
+    duplicates = np.flatnonzero(np.diff(stamps) == 0)
+    if len(duplicates):
+        raise TrajectoryError(f'two poses have the stamp {stamps[duplicates[0]]} ns; give one pose per stamp')
+    return Trajectory(stamps, xyz, xyzw)
 
 
-def first_malformed_pose(
+def find_malformed_pose(
     positions: NDArray[np.float64], quaternions: NDArray[np.float64]
 ) -> tuple[int, str] | None:
     """Return the index of the first malformed pose and its fault, or None.
@@ -79,10 +79,10 @@ def first_malformed_pose(
     """
     finite = np.isfinite(positions).all(axis=1)
     unit = np.abs(np.linalg.norm(quaternions, axis=1) - 1.0) < 0.01
-    wrong = np.flatnonzero(np.logical_not(np.logical_and(finite, unit)))
-    if len(wrong) == 0:
+    malformed = np.flatnonzero(np.logical_not(np.logical_and(finite, unit)))
+    if len(malformed) == 0:
         return None
-    index = int(wrong[0])
+    index = int(malformed[0])
     return index, 'a quaternion not of length 1' if np.isfinite(
         positions[index]
     ).all() else 'a position that is not finite'
@@ -139,7 +139,7 @@ def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> Traject
     if len(stamps_ns) and not (known[0] <= stamps_ns[0] and stamps_ns[-1] <= known[-1]):
         raise TrajectoryError('stamps are outside the trajectory; give only stamps within it')
     if len(known) == 1 or len(stamps_ns) == 0:
-        return trajectory.selected(np.isin(known, stamps_ns))
+        return trajectory.select(np.isin(known, stamps_ns))
     # Seconds since the start: a double cannot represent an epoch with nanoseconds.
     times, wanted = (known - known[0]) / NANOSECONDS, (stamps_ns - known[0]) / NANOSECONDS
     positions = np.column_stack([np.interp(wanted, times, axis) for axis in trajectory.positions.T])

@@ -62,12 +62,12 @@ def compare_trajectories(estimate: Trajectory, reference: Trajectory, longest_ga
             f'the estimate ({time_span(estimate)}) and the reference ({time_span(reference)}) have no stamps '
             'in common; check that both are of the same drive and stamped with the time of the images'
         )
-    judged = estimate.selected(known)
-    truth = interpolate(reference, judged.stamps_ns)
-    position = np.linalg.norm(judged.positions - truth.positions, axis=1)
-    turn = Rotation.from_quat(truth.quaternions).inv() * Rotation.from_quat(judged.quaternions)
-    heading = turn.as_euler('xyz')[:, 2]
-    return TrajectoryErrors(judged, truth, position, heading, int(len(estimate) - len(judged)))
+    compared = estimate.select(known)
+    truth = interpolate(reference, compared.stamps_ns)
+    position = np.linalg.norm(compared.positions - truth.positions, axis=1)
+    rotation_error = Rotation.from_quat(truth.quaternions).inv() * Rotation.from_quat(compared.quaternions)
+    heading = rotation_error.as_euler('xyz')[:, 2]
+    return TrajectoryErrors(compared, truth, position, heading, int(len(estimate) - len(compared)))
 
 
 def error_statistics(errors: NDArray[np.float64]) -> ErrorStatistics:

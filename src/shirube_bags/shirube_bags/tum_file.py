@@ -8,7 +8,7 @@ import numpy as np
 
 from shirube_bags.errors import TumFileError
 from shirube_bags.stamps import stamp_from_text, text_from_stamp
-from shirube_bags.trajectory import Trajectory, first_malformed_pose, make_trajectory
+from shirube_bags.trajectory import Trajectory, find_malformed_pose, make_trajectory
 from shirube_files import write_text
 
 COLUMNS = 'stamp x y z qx qy qz qw'
@@ -43,7 +43,7 @@ def load_tum(path: Path | str) -> Trajectory:
     if not rows:
         raise TumFileError(f'{path}: has no poses; give lines "{COLUMNS}"')
     poses = np.array(list(rows.values()))
-    malformed = first_malformed_pose(poses[:, :3], poses[:, 3:])
+    malformed = find_malformed_pose(poses[:, :3], poses[:, 3:])
     if malformed is not None:
         raise TumFileError(f'{path}, line {numbers[malformed[0]]}: {malformed[1]}; remove such poses')
     return make_trajectory(list(rows), poses[:, :3], poses[:, 3:])

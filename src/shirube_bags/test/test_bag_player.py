@@ -41,7 +41,7 @@ def test_the_clock_never_goes_back_but_after_a_rewind(ros):
     assert ticks[-4:] == [1, 3, 4, 2]
 
 
-def test_a_bag_with_a_clock_of_its_own_is_believed(ros, tmp_path):
+def test_a_recorded_clock_is_replayed(ros, tmp_path):
     types = jazzy_types().types
     with BagWriter(tmp_path / 'bag') as bag:
         tick = types['rosgraph_msgs/msg/Clock'](types['builtin_interfaces/msg/Time'](5, 0))
@@ -62,21 +62,23 @@ def test_a_late_subscriber_gets_what_was_latched(ros):
     player = BagPlayer(ros.node('player'), [topic])
     for text in ('old', 'new'):
         player.publish(text_message(1, text))
-    heard = []
+    received = []
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    ros.node('late').create_subscription(String, 'text', lambda message: heard.append(message.data), latched)
-    spin_until(ros, lambda: 'new' in heard)
+    ros.node('late').create_subscription(
+        String, 'text', lambda message: received.append(message.data), latched
+    )
+    spin_until(ros, lambda: 'new' in received)
 
 
 def test_topics_can_be_remapped(ros):
     node = ros.node('player', cli_args=['--ros-args', '-r', '/text:=/words'])
     player = BagPlayer(node, [BagTopic('/text', 'std_msgs/msg/String', 1, ())])
-    heard = []
-    ros.node('ears').create_subscription(String, 'words', lambda message: heard.append(message.data), 10)
-    assert player.resolved_topic('/text') == '/words'
+    received = []
+    ros.node('ears').create_subscription(String, 'words', lambda message: received.append(message.data), 10)
+    assert player.resolve_topic('/text') == '/words'
     spin_until(ros, lambda: player.subscriber_count('/text') == 1)
     player.publish(text_message(1, 'hello'))
-    spin_until(ros, lambda: heard == ['hello'])
+    spin_until(ros, lambda: received == ['hello'])
 
 
 def test_a_type_that_is_not_installed_is_refused(ros):

@@ -88,19 +88,19 @@ def test_types_defined_by_the_bag_alone_are_decoded(tmp_path):
     assert (found.speed, found.header.stamp.nanosec) == (1.5, 2)
 
 
-@pytest.mark.parametrize('share', [0.0, 0.001, 0.3, 0.7, 0.99])
-def test_a_truncated_mcap_is_refused(bag_path, share):
+@pytest.mark.parametrize('fraction', [0.0, 0.001, 0.3, 0.7, 0.99])
+def test_a_truncated_mcap_is_refused(bag_path, fraction):
     data = (bag_path / MCAP).read_bytes()
-    (bag_path / MCAP).write_bytes(data[: int(len(data) * share)])
+    (bag_path / MCAP).write_bytes(data[: int(len(data) * fraction)])
     line = refusal(bag_path)
     assert 'record it again' in line
 
 
-@pytest.mark.parametrize('share', [0.0, 0.3, 0.9])
-def test_a_truncated_sqlite_file_is_refused(tmp_path, share):
+@pytest.mark.parametrize('fraction', [0.0, 0.3, 0.9])
+def test_a_truncated_sqlite_file_is_refused(tmp_path, fraction):
     path = write_sqlite_bag(tmp_path / 'bag')
     data = (path / 'bag.db3').read_bytes()
-    (path / 'bag.db3').write_bytes(data[: int(len(data) * share)])
+    (path / 'bag.db3').write_bytes(data[: int(len(data) * fraction)])
     assert 'truncated or corrupted' in refusal(path)
 
 

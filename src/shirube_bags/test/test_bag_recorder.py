@@ -8,7 +8,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Int32, String
 
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_recorder import BagRecorder, recordable_class
+from shirube_bags.bag_recorder import BagRecorder, get_message_class
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import ReplayError
 
@@ -107,4 +107,4 @@ def test_topics_that_nobody_publishes_are_missing(ros, tmp_path):
 )
 def test_what_cannot_be_recorded_is_refused(types, message):
     with pytest.raises(ReplayError, match=message):
-        recordable_class('/thing', types)
+        get_message_class('/thing', types)

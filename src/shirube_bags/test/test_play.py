@@ -69,15 +69,15 @@ def test_every_message_arrives_at_real_time_in_order_and_equal(ros, start_comman
     reliable = Listener(ros, 'reliable', QoSProfile(depth=10))
     process = start_command('play', bag_path)
     best_effort.spin_while_running(process)
-    _, told = process.communicate()
-    assert process.returncode == 0, told
+    _, output = process.communicate()
+    assert process.returncode == 0, output
     wanted = images_of(bag_path)
     for listener in (best_effort, reliable):
         assert listener.stamps() == [stamp_of(each.header.stamp) for each in wanted]
         assert all(bytes(left.data) == right.data.tobytes() for left, right in zip(listener.images, wanted))
         assert listener.ticks == sorted(set(listener.ticks))
-    assert 'no subscriber for /true_pose' in told
-    assert '81 messages' in told
+    assert 'no subscriber for /true_pose' in output
+    assert '81 messages' in output
 
 
 @pytest.mark.newest_set_only
@@ -124,9 +124,9 @@ def test_ctrl_c_ends_the_replay_with_exit_code_0(ros, start_command, bag_path):
         listener.executor.spin_once(timeout_sec=0.05)
     process.send_signal(signal.SIGINT)
     listener.spin_while_running(process)
-    told = process.communicate()[1]
-    assert process.returncode == 0, told
-    assert 'Traceback' not in told
+    output = process.communicate()[1]
+    assert process.returncode == 0, output
+    assert 'Traceback' not in output
     assert len(listener.images) < 41
 
 
@@ -176,5 +176,5 @@ def test_bad_options_are_refused(play, arguments, bag_path, capsys):
     ('text', 'wanted'),
     [('/a/b', ('/a/b', 1)), ('/a/b/3', ('/a/b', 3)), ('/7', ('/7', 1)), ('/a/b2', ('/a/b2', 1))],
 )
-def test_the_number_of_subscribers_stands_behind_the_topic(text, wanted):
+def test_the_number_of_subscribers_follows_the_topic(text, wanted):
     assert wanted_subscribers(text) == wanted

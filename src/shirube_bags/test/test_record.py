@@ -30,10 +30,10 @@ def test_what_is_played_is_recorded(start_command, bag_path, tmp_path):
     assert player.wait(timeout=60) == 0
     assert not target.exists()
     recorder.send_signal(signal.SIGINT)
-    told = recorder.communicate(timeout=30)[1]
-    assert recorder.returncode == 0, told
+    output = recorder.communicate(timeout=30)[1]
+    assert recorder.returncode == 0, output
     assert contents(target) == contents(bag_path)
-    assert '41 messages of /image_raw' in told
+    assert '41 messages of /image_raw' in output
 
 
 def test_with_simulated_time_and_lock_step_the_stamps_are_those_of_the_bag(start_command, bag_path, tmp_path):
@@ -44,17 +44,17 @@ def test_with_simulated_time_and_lock_step_the_stamps_are_those_of_the_bag(start
     )
     assert player.wait(timeout=60) == 0
     recorder.send_signal(signal.SIGTERM)
-    told = recorder.communicate(timeout=30)[1]
-    assert recorder.returncode == 0, told
+    output = recorder.communicate(timeout=30)[1]
+    assert recorder.returncode == 0, output
     assert stamps(target) == stamps(bag_path)
 
 
 def test_a_recording_without_messages_is_not_written(domain, tmp_path, capsys):
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
     assert main(['-o', str(tmp_path / 'bag'), '/nothing']) == 1
-    told = capsys.readouterr().err
-    assert 'never published: /nothing' in told
-    assert 'no message received' in told
+    output = capsys.readouterr().err
+    assert 'never published: /nothing' in output
+    assert 'no message received' in output
     assert not [each for each in tmp_path.iterdir() if each.name.startswith('bag')]
 
 

@@ -29,20 +29,20 @@ class Recorder:
 def play(path, rate, stop, on_progress=lambda _: None):
     with BagReader(path) as bag:
         player = Recorder(tuple(bag.topics))
-        outcome = replay(bag, player, rate, None, stop=stop, on_progress=on_progress)
-        return player, outcome, list(bag.messages())
+        result = replay(bag, player, rate, None, stop=stop, on_progress=on_progress)
+        return player, result, list(bag.messages())
 
 
 @pytest.mark.parametrize('rate', [0.0, 4.0])
 def test_all_messages_are_published_in_order(bag_path, rate):
-    player, outcome, messages = play(bag_path, rate, Event())
+    player, result, messages = play(bag_path, rate, Event())
     assert player.published == messages
-    assert outcome.messages == len(messages)
-    assert outcome.bag_duration == pytest.approx(0.8)
+    assert result.messages == len(messages)
+    assert result.bag_duration == pytest.approx(0.8)
 
 
 def test_the_replay_takes_the_bag_s_time_over_the_rate(bag_path):
-    assert play(bag_path, 2.0, Event())[1].took >= 0.4
+    assert play(bag_path, 2.0, Event())[1].elapsed >= 0.4
 
 
 def test_the_clock_rises_all_the_time_and_between_the_messages(bag_path, monkeypatch):
@@ -59,9 +59,9 @@ def test_a_wish_to_stop_ends_the_replay(bag_path):
         if played > 0.4:
             stop.set()
 
-    player, outcome, messages = play(bag_path, 0.0, stop, stop_halfway)
-    assert 0 < outcome.messages < len(messages)
-    assert len(player.published) == outcome.messages
+    player, result, messages = play(bag_path, 0.0, stop, stop_halfway)
+    assert 0 < result.messages < len(messages)
+    assert len(player.published) == result.messages
 
 
 def test_the_live_clock_rises(ros, bag_path):

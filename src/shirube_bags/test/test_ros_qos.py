@@ -53,7 +53,7 @@ def test_latched_topics_stay_latched():
         [LATCHED, RELIABLE],
     ],
 )
-def test_a_recorder_hears_every_publisher(publishers):
+def test_a_recorder_is_compatible_with_every_publisher(publishers):
     subscriber = recording_qos([Endpoint(each) for each in publishers])
     assert all(qos_check_compatible(each, subscriber)[0] != QoSCompatibility.ERROR for each in publishers)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from shirube_bags.errors import ReplayError
-from shirube_bags.subscriber_wait import wait_for_any, wait_for_wanted
+from shirube_bags.subscriber_wait import wait_for_any, wait_for_counts
 
 
 class Counts:
@@ -23,13 +23,13 @@ def never():
 
 def test_wanted_subscribers_are_waited_for():
     counts = Counts({'/a': 3, '/b': 5})
-    wait_for_wanted(counts, {'/a': 1, '/b': 1}, 5.0, never)
+    wait_for_counts(counts, {'/a': 1, '/b': 1}, 5.0, never)
     assert counts('/a') == counts('/b') == 1
 
 
 def test_missing_subscribers_are_named_with_their_numbers():
     with pytest.raises(ReplayError, match=r'missing after 0.05 s: /b has 0 of 2; start'):
-        wait_for_wanted(lambda topic: int(topic == '/a'), {'/a': 1, '/b': 2}, 0.05, never)
+        wait_for_counts(lambda topic: int(topic == '/a'), {'/a': 1, '/b': 2}, 0.05, never)
 
 
 def test_the_first_subscriber_ends_the_wait_and_lonely_topics_are_returned():
@@ -45,5 +45,5 @@ def test_without_any_subscriber_all_topics_are_lonely():
 
 
 def test_a_wish_to_stop_ends_every_wait():
-    wait_for_wanted(lambda _topic: 0, {'/a': 1}, 30.0, lambda: True)
+    wait_for_counts(lambda _topic: 0, {'/a': 1}, 30.0, lambda: True)
     wait_for_any(lambda _topic: 0, ['/a'], 30.0, lambda: True)

@@ -71,7 +71,7 @@ def test_the_heading_error_wraps_at_pi():
 
 def test_the_errors_do_not_depend_on_how_densely_a_straight_reference_is_sampled():
     dense = planar_trajectory(np.arange(0, 101) * 10**7, np.linspace([0, 0, 0], [1, 2, 0.5], 101))
-    sparse = dense.selected(np.arange(101) % 20 == 0)
+    sparse = dense.select(np.arange(101) % 20 == 0)
     estimate = planar_trajectory([105_000_000, 333_333_333], [[0.1, 0.2, 0.0], [0.5, 0.5, 0.1]])
     for name in ('position', 'heading'):
         left = getattr(compare_trajectories(estimate, dense, 0.5), name)

@@ -23,7 +23,7 @@ def test_a_trajectory_is_the_same_after_its_file(tmp_path):
     np.testing.assert_allclose(loaded.quaternions, trajectory.quaternions, atol=1e-15)
 
 
-def test_evo_reads_the_file_alike(tmp_path):
+def test_evo_reads_the_same_trajectory(tmp_path):
     file_interface = pytest.importorskip('evo.tools.file_interface')
     trajectory = planar_trajectory([10**9, 2 * 10**9], [[1, 2, 0.1], [3, 4, -3.0]])
     save_tum(tmp_path / 'a.tum', trajectory)

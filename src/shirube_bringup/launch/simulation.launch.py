@@ -43,7 +43,7 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument('folder', default_value='mission', description='folder for all files'),
             DeclareLaunchArgument('seed', default_value='0', description='seed of room, robot and noise'),
-            RegisterEventHandler(OnProcessIO(target_action=room, on_stdout=follow)),
+            RegisterEventHandler(OnProcessIO(target_action=room, on_stdout=start_nodes)),
             RegisterEventHandler(OnProcessExit(target_action=room, on_exit=[EmitEvent(event=Shutdown())])),
             # Last, so that no output is missed.
             room,
@@ -51,7 +51,7 @@ def generate_launch_description() -> LaunchDescription:
     )
 
 
-def follow(event: ProcessIO) -> list[GroupAction] | None:
+def start_nodes(event: ProcessIO) -> list[GroupAction] | None:
     """Return the nodes when the simulation has written their parameter files."""
     return parts() if WRITTEN in event.text else None
 

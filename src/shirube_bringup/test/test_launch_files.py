@@ -67,8 +67,8 @@ def test_the_foxglove_layout_shows_every_topic_of_the_nodes() -> None:
     wanted = {'/cmd_vel', '/estop', '/odom', '/joint_states', '/diagnostics', '/goal_pose', '/initialpose'}
     for node in NODES:
         for source in (PACKAGE.parent / node / node).glob('*.py'):
-            told = re.findall(r"(?:create_publisher|MapOutput)\(\s*\S+, '~/(\w+)'", source.read_text())
-            wanted |= {f'/{node}/{name}' for name in told if name != 'cmd_vel'}
+            matches = re.findall(r"(?:create_publisher|MapPublisher)\(\s*\S+, '~/(\w+)'", source.read_text())
+            wanted |= {f'/{node}/{name}' for name in matches if name != 'cmd_vel'}
     assert len(wanted) > 20
     assert wanted <= shown
     panels = set(strings_in(layout['layout']))
@@ -138,7 +138,7 @@ def test_the_simulation_gives_all_that_an_included_launch_file_demands() -> None
         assert demanded <= {k.arg for k in call.keywords}
 
 
-def test_the_replay_starts_the_player_with_words_that_it_knows() -> None:
+def test_the_replay_starts_the_player_with_known_options() -> None:
     replay = (PACKAGE / 'launch' / 'replay.launch.py').read_text()
     play = (PACKAGE.parent / 'shirube_bags' / 'shirube_bags' / 'commands' / 'play.py').read_text()
     options = re.findall(r"'(--[\w-]+)'", replay)
@@ -146,7 +146,7 @@ def test_the_replay_starts_the_player_with_words_that_it_knows() -> None:
     assert all(f"'{option}'" in play for option in options)
 
 
-def test_the_simulation_starts_the_room_with_words_that_it_knows() -> None:
+def test_the_simulation_starts_the_room_with_known_options() -> None:
     simulation = (PACKAGE / 'launch' / 'simulation.launch.py').read_text()
     mission = PACKAGE.parent / 'shirube_mission'
     assert 'room = {NAME}.commands.room:main' in (mission / 'setup.py').read_text()
@@ -154,12 +154,12 @@ def test_the_simulation_starts_the_room_with_words_that_it_knows() -> None:
     run = (mission / 'shirube_mission' / 'mission_run.py').read_text()
     for option in re.findall(r"'(--\w+)'", simulation):
         assert f"'{option}'" in room
-    (told,) = re.findall(r"^WRITTEN = b'(.+)'$", simulation, re.MULTILINE)
-    assert re.search(rf"^PARAMETERS_WRITTEN = '.*{told}", run, re.MULTILINE)
+    (matches,) = re.findall(r"^WRITTEN = b'(.+)'$", simulation, re.MULTILINE)
+    assert re.search(rf"^PARAMETERS_WRITTEN = '.*{matches}", run, re.MULTILINE)
     topics = re.findall(r"camera\('(\w+)'\)", simulation)
-    voice = (mission / 'shirube_mission' / 'mission_voice.py').read_text()
+    publishers = (mission / 'shirube_mission' / 'mission_publishers.py').read_text()
     assert topics
-    assert all(f"'/{name}/image_raw'" in voice for name in topics)
+    assert all(f"'/{name}/image_raw'" in publishers for name in topics)
 
 
 def test_one_driver_at_most_can_be_launched() -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from shirube_bags.accuracy_report import AccuracyReport, make_report
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
-from shirube_bags.coverage import measure_coverage
+from shirube_bags.coverage import compute_coverage
 from shirube_bags.trajectory import Trajectory
 from shirube_bags.trajectory_errors import TrajectoryErrors, compare_trajectories
 from shirube_cli.floor_replay import IMAGES, FloorReplay
@@ -49,7 +49,7 @@ def measure_accuracy(replay: FloorReplay, bag_path: Path) -> FloorAccuracy:
         dirt = [(message.stamp_ns, bag.decode(message).data) for message in bag.messages(['/dirt'])]
     dirty = dirty_stretches(dirt)
     errors = compare_trajectories(replay.trajectory, truth, LONGEST_GAP)
-    coverage = measure_coverage(images, replay.trajectory.stamps_ns, STAMP_TOLERANCE_NS, dirty)
+    coverage = compute_coverage(images, replay.trajectory.stamps_ns, STAMP_TOLERANCE_NS, dirty)
     return FloorAccuracy(truth, images, dirty, errors, make_report(errors, coverage, 'the images'))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from floor_localizer.files.dot_map_file import load_dot_map
 from floor_localizer.node_settings import NodeSettings
-from shirube_bags.accuracy_report import broken_limits, report_as_json
+from shirube_bags.accuracy_report import exceeded_limits, report_to_dict
 from shirube_cli.floor_accuracy import measure_accuracy
 from shirube_cli.floor_picture import draw_floor_picture
 from shirube_cli.floor_replay import replay_floor_drive
@@ -38,10 +38,10 @@ def demo_floor(root: Path, folder: Path) -> int:
     print(f'Replaying {bag.relative_to(root)} through the live floor_localizer ...', file=sys.stderr)
     replay = replay_floor_drive(root, bag, folder)
     accuracy = measure_accuracy(replay, bag)
-    broken = broken_limits(accuracy.report, LIMITS)
+    broken = exceeded_limits(accuracy.report, LIMITS)
     figures = figures_as_text(replay, accuracy)
     draw_floor_picture(folder / 'track.png', accuracy, load_dot_map(NodeSettings().map_path).points)
     write_text(folder / 'report.html', page(bag.name, 'track.png', figures, broken))
-    write_text(folder / 'accuracy.json', json.dumps(report_as_json(accuracy.report), indent=2) + '\n')
+    write_text(folder / 'accuracy.json', json.dumps(report_to_dict(accuracy.report), indent=2) + '\n')
     print(f'{figures}\n{sentence_on_limits(broken)}\nReport: {folder / "report.html"}')
     return 1 if broken else 0

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.trajectory import interpolate
 from shirube_cli.floor_accuracy import FloorAccuracy
-from shirube_files import written_beside
+from shirube_files import atomic_write
 
 ESTIMATE, TRUTH, DIRT, DOTS = '#c2410c', '#1d4ed8', '#b45309', '#9aa0a6'
 # The camera's view of the floor, for the close-up [m].
@@ -38,7 +38,7 @@ def draw_floor_picture(path: Path, accuracy: FloorAccuracy, dots: NDArray[np.flo
     _draw_position_errors(figure.add_subplot(grid[0, 1]), accuracy)
     _draw_heading_errors(figure.add_subplot(grid[1, 1]), accuracy)
     _draw_close_up(figure.add_subplot(grid[2, 1]), accuracy, dots)
-    with written_beside(path) as file:
+    with atomic_write(path) as file:
         figure.savefig(file, format='png', dpi=110)
     plt.close(figure)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from shirube_bags.accuracy_report import report_as_text
+from shirube_bags.accuracy_report import format_report
 from shirube_bags.stamps import NANOSECONDS
 from shirube_cli.floor_accuracy import FloorAccuracy
 from shirube_cli.floor_replay import FloorReplay
@@ -50,7 +50,7 @@ def figures_as_text(replay: FloorReplay, accuracy: FloorAccuracy) -> str:
     recorded = float(accuracy.images_ns[-1] - accuracy.images_ns[0]) / NANOSECONDS
     median, p95 = 1e3 * np.quantile(replay.delays, [0.5, 0.95])
     lines = [
-        report_as_text(accuracy.report),
+        format_report(accuracy.report),
         f'from an image to its pose: {median:.1f} ms (median), {p95:.1f} ms (95 %)',
         f'replayed {recorded:.1f} s in {replay.duration:.1f} s: {recorded / replay.duration:.1f} x real time',
     ]

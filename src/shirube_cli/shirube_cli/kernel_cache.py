@@ -15,7 +15,7 @@ from pathlib import Path
 from shirube_cli.kernel_compiler import compile_sets
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
 from shirube_cli.project import safe_environment
-from shirube_files import locked
+from shirube_files import exclusive_lock
 
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
 _COMPILED = re.compile(rb'^@njit', re.MULTILINE)
@@ -33,7 +33,7 @@ def compiled_kernels(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> Pat
         CommandError: the kernels cannot be compiled; the messages were printed.
     """
     cache = kernel_folder(root)
-    with locked(cache.parent):
+    with exclusive_lock(cache.parent):
         missing = [one for one in sets if not _mark(cache, one).exists()]
         if missing:
             cache.mkdir(exist_ok=True)

@@ -28,22 +28,34 @@ class KernelSet:
 
 
 KERNEL_SETS = (
-    KernelSet('floor_localizer', 'floor_localizer', 'floor_localizer.core.warm_up', 'warm_up()', 134),
-    KernelSet('stereo_landmark', 'stereo_landmark', 'stereo_landmark.core.warm_up', 'warm_up()', 128),
+    KernelSet(
+        'floor_localizer', 'floor_localizer', 'floor_localizer.core.compile_kernels', 'compile_kernels()', 134
+    ),
+    KernelSet(
+        'stereo_landmark', 'stereo_landmark', 'stereo_landmark.core.compile_kernels', 'compile_kernels()', 128
+    ),
     KernelSet(
         'vlc_beacon_rolling',
         'vlc_beacon',
-        'vlc_beacon.core.receiver.warm_up',
-        "warm_up(ReceiverSettings('rolling'))",
+        'vlc_beacon.core.receiver.compile_kernels',
+        "compile_kernels(ReceiverSettings('rolling'))",
         21,
     ),
-    KernelSet('shirube_mission', 'shirube_mission', 'shirube_mission.warm_up', 'warm_up()', 29),
-    KernelSet('reward_planner', 'reward_planner', 'reward_planner.core.warm_up', 'warm_up_defaults()', 32),
+    KernelSet(
+        'shirube_mission', 'shirube_mission', 'shirube_mission.compile_kernels', 'compile_kernels()', 29
+    ),
+    KernelSet(
+        'reward_planner',
+        'reward_planner',
+        'reward_planner.core.compile_kernels',
+        'compile_default_kernels()',
+        32,
+    ),
     KernelSet(
         'vlc_beacon_global',
         'vlc_beacon',
-        'vlc_beacon.core.receiver.warm_up',
-        "warm_up(ReceiverSettings('global'))",
+        'vlc_beacon.core.receiver.compile_kernels',
+        "compile_kernels(ReceiverSettings('global'))",
         2,
         demo=False,
     ),

@@ -13,7 +13,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
 from shirube_bags.errors import ReplayError
-from shirube_bags.node_questions import NodeQuestions
+from shirube_bags.node_barrier import NodeBarrier
 from shirube_cli.child_process import child_process, interrupt
 from shirube_cli.error import CommandError
 from shirube_cli.pose_listener import PoseListener
@@ -96,7 +96,7 @@ class LiveLocalizer:
         while not self.listener.sees_localizer() and not has_ended():
             self.executor.spin_once(timeout_sec=0.1)
         try:
-            NodeQuestions(self.listener, self.executor, has_ended).ask(
+            NodeBarrier(self.listener, self.executor, has_ended).wait_for_nodes(
                 [f'/{self.listener.localizer}'], START_TIMEOUT
             )
         except ReplayError as fault:

@@ -18,7 +18,7 @@ from shirube_cli.error import CommandError
 from shirube_cli.kernel_cache import PYTHON, are_installed, compiled_kernels, copy_to_installed
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
 from shirube_cli.project import safe_environment
-from shirube_files import locked
+from shirube_files import exclusive_lock
 
 
 def find_packages(root: Path) -> list[str]:
@@ -36,7 +36,7 @@ def build_workspace(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None
     Raises:
         CommandError: colcon or a compiler failed; its output was printed.
     """
-    with locked(root / 'ros2_ws'):
+    with exclusive_lock(root / 'ros2_ws'):
         digests = {name: digest_package(root / 'src' / name) for name in find_packages(root)}
         changed = [name for name, digest in digests.items() if not _is_built(root, name, digest)]
         needed = [one for one in sets if one.package in digests]

@@ -51,7 +51,7 @@ def test_every_image_gets_its_pose_and_the_known_error_is_found(bag: Path, repla
     accuracy = measure_accuracy(replay, bag)
     assert replay.images > 60
     assert replay.images == len(accuracy.images_ns) == len(replay.trajectory)
-    assert accuracy.report.coverage.share == 1.0
+    assert accuracy.report.coverage.fraction == 1.0
     assert accuracy.report.coverage.excluded > 0
     np.testing.assert_allclose(accuracy.errors.position, OFFSET, atol=1e-9)
     np.testing.assert_allclose(accuracy.errors.heading, 0.0, atol=1e-9)

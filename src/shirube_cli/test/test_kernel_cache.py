@@ -28,11 +28,11 @@ pytestmark = pytest.mark.newest_set_only
 SOURCES = Path(__file__).resolve().parents[2]
 
 
-def test_the_registry_names_every_warm_up() -> None:
+def test_the_registry_names_every_compile_function() -> None:
     modules = {
         '.'.join(path.relative_to(package).with_suffix('').parts)
         for package in SOURCES.iterdir()
-        for path in package.glob(f'{package.name}/**/warm_up.py')
+        for path in package.glob(f'{package.name}/**/compile_kernels.py')
     }
     assert {one.module for one in KERNEL_SETS} == modules
     assert len({one.name for one in KERNEL_SETS}) == len(KERNEL_SETS)

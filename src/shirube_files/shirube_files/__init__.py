@@ -1,16 +1,16 @@
 """Atomic file writes, exclusive locks between processes, and validated reading of YAML files."""
 
-from shirube_files.folder_lock import locked
-from shirube_files.whole_file import remove_halves, write_text, written_beside
-from shirube_files.yaml_file import YamlFileError, is_number, read_yaml, shown
+from shirube_files.atomic_file import atomic_write, remove_temporary_files, write_text
+from shirube_files.file_lock import exclusive_lock
+from shirube_files.yaml_file import YamlFileError, format_value, is_number, read_yaml
 
 __all__ = [
     'YamlFileError',
+    'atomic_write',
+    'exclusive_lock',
+    'format_value',
     'is_number',
-    'locked',
     'read_yaml',
-    'remove_halves',
-    'shown',
+    'remove_temporary_files',
     'write_text',
-    'written_beside',
 ]

@@ -51,7 +51,7 @@ def read_yaml(path: Path, bytes_max: int = BYTES_MAX) -> dict[str, Any]:
     return content
 
 
-def shown(value: object) -> str:
+def format_value(value: object) -> str:
     """Format a value for an error message: one line of limited length."""
     text = ' '.join(repr(value).split())
     return text if len(text) <= _SHOWN_MAX else f'{text[: _SHOWN_MAX - 3]}...'

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from shirube_files import YamlFileError, is_number, read_yaml, shown
+from shirube_files import YamlFileError, format_value, is_number, read_yaml
 
 BOMB = 'a: &a [x, x, x, x, x, x, x, x, x]\n' + ''.join(
     f'{name}: &{name} [{", ".join(["*" + before] * 9)}]\n' for before, name in zip('abcdefgh', 'bcdefghi')
@@ -38,7 +38,7 @@ def test_fields_are_read(tmp_path):
     ],
 )
 @pytest.mark.newest_set_only
-def test_what_cannot_be_read_is_told_in_one_line(tmp_path, data, words):
+def test_an_invalid_file_is_rejected_in_one_line(tmp_path, data, words):
     path = tmp_path / 'a.yaml'
     path.write_bytes(data)
     with pytest.raises(YamlFileError) as caught:
@@ -55,7 +55,7 @@ def test_a_larger_file_may_be_asked_for(tmp_path):
     assert len(read_yaml(path, 1 << 20)['a']) == 70000
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path):
+def test_a_missing_file_is_reported(tmp_path):
     with pytest.raises(YamlFileError, match=r'cannot be read \(No such file'):
         read_yaml(tmp_path / 'none.yaml')
     with pytest.raises(YamlFileError, match='cannot be read'):
@@ -70,9 +70,9 @@ def test_what_is_written_once_may_be_meant_twice(tmp_path):
 
 
 def test_long_values_are_shown_in_part():
-    assert shown('raw') == "'raw'"
-    assert shown([1.5, None]) == '[1.5, None]'
-    assert len(shown('x' * 1000)) == 80
+    assert format_value('raw') == "'raw'"
+    assert format_value([1.5, None]) == '[1.5, None]'
+    assert len(format_value('x' * 1000)) == 80
 
 
 @pytest.mark.parametrize('value', [0, -1.5, 10**300])
@@ -85,7 +85,7 @@ def test_the_rest_is_not(value):
     assert not is_number(value)
 
 
-def test_a_merged_field_may_be_written_anew(tmp_path):
+def test_a_merged_field_may_be_overridden(tmp_path):
     path = tmp_path / 'a.yaml'
     path.write_text('a: &a {x: 1, y: 2}\nb: {<<: *a, x: 3}\n')
     assert read_yaml(path)['b'] == {'x': 3, 'y': 2}

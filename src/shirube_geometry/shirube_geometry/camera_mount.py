@@ -44,8 +44,8 @@ class CameraMount:
         directions = np.asarray(rays, dtype=np.float64) @ self.rotation.T
         x, y, z = self.xyz
         with np.errstate(divide='ignore', invalid='ignore'):
-            reach = np.where(directions[:, 2] < 0.0, -z / directions[:, 2], np.nan)
-        return np.column_stack([x + reach * directions[:, 0], y + reach * directions[:, 1]])
+            scale = np.where(directions[:, 2] < 0.0, -z / directions[:, 2], np.nan)
+        return np.column_stack([x + scale * directions[:, 0], y + scale * directions[:, 1]])
 
     def camera_points_from_floor(self, points: ArrayLike) -> NDArray[np.float64]:
         """Transform floor points from the base frame to the optical frame.

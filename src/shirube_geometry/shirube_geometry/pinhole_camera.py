@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-_UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
+_UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
 # OpenCV 4 takes the termination criteria in undistortPointsIter, OpenCV 5 in undistortPoints.
 _HAS_UNDISTORT_ITER = hasattr(cv2, 'undistortPointsIter')
 
@@ -78,10 +78,10 @@ class PinholeCamera:
         distortion = np.array(self.distortion)
         if _HAS_UNDISTORT_ITER:
             undistorted = cv2.undistortPointsIter(  # type: ignore[attr-defined]
-                points, self.matrix, distortion, np.eye(3), np.eye(3), _UNDISTORT_UNTIL
+                points, self.matrix, distortion, np.eye(3), np.eye(3), _UNDISTORT_CRITERIA
             )
         else:
-            undistorted = cv2.undistortPoints(points, self.matrix, distortion, criteria=_UNDISTORT_UNTIL)
+            undistorted = cv2.undistortPoints(points, self.matrix, distortion, criteria=_UNDISTORT_CRITERIA)
         rays[:, :2] = undistorted[:, 0]
         return rays
 

@@ -63,6 +63,6 @@ class PlanarPose:
         """Return the distance between the origins of the two poses [m]."""
         return math.hypot(self.x - other.x, self.y - other.y)
 
-    def turn_to(self, other: PlanarPose) -> float:
+    def yaw_to(self, other: PlanarPose) -> float:
         """Return the yaw from this pose to the other [rad], in [-pi, pi]."""
         return wrap_angle(other.yaw - self.yaw)

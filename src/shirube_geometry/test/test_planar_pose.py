@@ -13,7 +13,7 @@ POSES = [PlanarPose(*RNG.uniform(-5.0, 5.0, 3)) for _ in range(20)]
 
 def assert_same_pose(left: PlanarPose, right: PlanarPose) -> None:
     assert left.distance_to(right) == pytest.approx(0.0, abs=1e-12)
-    assert left.turn_to(right) == pytest.approx(0.0, abs=1e-12)
+    assert left.yaw_to(right) == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize('pose', POSES)

@@ -82,5 +82,5 @@ def write_building(folder: Path) -> BuildingFiles:
     if not files.key.exists():
         files.key.touch(0o600)
         files.key.write_text(f'{_PUBLIC_KEY}\n')
-    CounterFile(files.counters).renew(0)
+    CounterFile(files.counters).reset(0)
     return files

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from light_waveform import Waveform
 from scene_simulator.mission_lamps import FAST_LAMP, LAMP_RATE, LAMPS, SLOW_LAMP
+from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.transmitter.encoding_settings import RS_FSK_NAME, EncodingSettings
 from vlc_beacon.core.transmitter.lamp_program import encode_packets
-from vlc_beacon.core.transmitter.spoken_packet import Speaker, packets_of_words
-from vlc_beacon.core.trust.command_key import CommandKey
+from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
 
 CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
 """Speed limits of the robot, at start and after the first command [m/s]."""
 
-_WORDS = {
+_MESSAGES = {
     SLOW_LAMP: ['id', f'slow:{SLOW_SPEED}'],
     FAST_LAMP: ['id', f'speed_up:{CRUISE_SPEED}'],
 }
@@ -28,6 +28,6 @@ def lamp_waveforms(key: CommandKey) -> dict[int, Waveform]:
     settings = EncodingSettings(code=RS_FSK_NAME, frame_rate=LAMP_RATE)
     waveforms = {}
     for name in LAMPS:
-        packets = packets_of_words(_WORDS.get(name, ['id']), Speaker(name, key, _COUNTER))
+        packets = encode_messages(_MESSAGES.get(name, ['id']), EncoderContext(name, key, _COUNTER))
         waveforms[name] = encode_packets(packets, settings).waveform
     return waveforms

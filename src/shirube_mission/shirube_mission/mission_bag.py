@@ -25,9 +25,9 @@ from shirube_mission.recorded_topics import (
     CAMERA_INFOS,
     DEPTH,
     EXTRACT_MS,
-    OF_THEIR_STAMP,
-    OF_THEIR_STEP,
     PICTURES,
+    TOPICS_AT_STAMP,
+    TOPICS_AT_STEP,
 )
 from shirube_ros.depth_conversion import depth_from_image
 from shirube_ros.image_conversion import array_from_image
@@ -54,15 +54,15 @@ class MissionBag:
         self._node, self._now = node, now
         self._messages: list[tuple[int, str, str, bytes]] = []
         self._qos: dict[str, Qos] = {}
-        for topic, kind in OF_THEIR_STAMP.items():
-            self._listen(topic, kind, partial(self._keep_at_stamp, topic, type_name(kind)))
-        for topic, kind in OF_THEIR_STEP.items():
-            self._listen(topic, kind, partial(self._keep_now, topic, type_name(kind)))
+        for topic, kind in TOPICS_AT_STAMP.items():
+            self._subscribe(topic, kind, partial(self._record_at_stamp, topic, type_name(kind)))
+        for topic, kind in TOPICS_AT_STEP.items():
+            self._subscribe(topic, kind, partial(self._record_now, topic, type_name(kind)))
         for topic, kind in CAMERA_INFOS.items():
-            self._listen(topic, kind, partial(self._keep_in_extract, topic, type_name(kind)))
+            self._subscribe(topic, kind, partial(self._record_in_extract, topic, type_name(kind)))
         for topic, quality in PICTURES.items():
-            self._listen(topic, Image, partial(self._keep_picture, topic, quality))
-        self._listen(DEPTH, Image, self._keep_depth)
+            self._subscribe(topic, Image, partial(self._record_image, topic, quality))
+        self._subscribe(DEPTH, Image, self._record_depth)
 
     def write(self) -> int:
         """Write the bag and return its number of messages.
@@ -78,42 +78,42 @@ class MissionBag:
                 bag.write_raw(topic, kind, raw, stamp)
             return bag.message_count
 
-    def _listen(self, topic: str, kind: type, keep: Callable[[bytes], None]) -> None:
-        everything = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
-        self._node.create_subscription(kind, topic, keep, everything, raw=True)
+    def _subscribe(self, topic: str, kind: type, callback: Callable[[bytes], None]) -> None:
+        qos = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
+        self._node.create_subscription(kind, topic, callback, qos, raw=True)
 
-    def _keep_at_stamp(self, topic: str, kind: str, raw: bytes) -> None:
-        self._keep(header_stamp(raw), topic, topic, kind, raw)
+    def _record_at_stamp(self, topic: str, kind: str, raw: bytes) -> None:
+        self._record(header_stamp(raw), topic, topic, kind, raw)
 
-    def _keep_now(self, topic: str, kind: str, raw: bytes) -> None:
-        self._keep(_nanoseconds(self._now()), topic, topic, kind, raw)
+    def _record_now(self, topic: str, kind: str, raw: bytes) -> None:
+        self._record(_nanoseconds(self._now()), topic, topic, kind, raw)
 
-    def _keep_in_extract(self, topic: str, kind: str, raw: bytes) -> None:
+    def _record_in_extract(self, topic: str, kind: str, raw: bytes) -> None:
         if is_in_extract(header_stamp(raw)):
-            self._keep_now(topic, kind, raw)
+            self._record_now(topic, kind, raw)
 
-    def _keep_picture(self, topic: str, quality: int, raw: bytes) -> None:
+    def _record_image(self, topic: str, quality: int, raw: bytes) -> None:
         stamp = header_stamp(raw)
         if not is_in_extract(stamp):
             return
         image = deserialize_message(raw, Image)
         pixels: NDArray[np.uint8] = array_from_image(image, topic)
-        small = compressed_image(pixels, image.header.frame_id, stamp, quality, progressive=True)
-        packed = bytes(jazzy_types().serialize_cdr(small, _COMPRESSED))
-        self._keep(_nanoseconds(self._now()), topic, f'{topic}/compressed', _COMPRESSED, packed)
+        compressed = compressed_image(pixels, image.header.frame_id, stamp, quality, progressive=True)
+        serialized = bytes(jazzy_types().serialize_cdr(compressed, _COMPRESSED))
+        self._record(_nanoseconds(self._now()), topic, f'{topic}/compressed', _COMPRESSED, serialized)
 
-    def _keep_depth(self, raw: bytes) -> None:
+    def _record_depth(self, raw: bytes) -> None:
         if not is_in_extract(header_stamp(raw)):
             return
         image = deserialize_message(raw, Image)
         depth = depth_from_image(image, DEPTH)
         # Integer millimetres take a third of the space.
-        whole = np.rint(1e3 * np.where(np.isfinite(depth), depth, 0.0)).astype(np.uint16)
+        depth_mm = np.rint(1e3 * np.where(np.isfinite(depth), depth, 0.0)).astype(np.uint16)
         image.encoding, image.step = '16UC1', 2 * image.width
-        image.data = whole.tobytes()
-        self._keep_now(DEPTH, type_name(Image), serialize_message(image))
+        image.data = depth_mm.tobytes()
+        self._record_now(DEPTH, type_name(Image), serialize_message(image))
 
-    def _keep(self, stamp: int, source: str, topic: str, kind: str, raw: bytes) -> None:
+    def _record(self, stamp: int, source: str, topic: str, kind: str, raw: bytes) -> None:
         if topic not in self._qos:
             self._qos[topic] = offered_qos(self._node.get_publishers_info_by_topic(source))
         self._messages.append((stamp, topic, kind, raw))

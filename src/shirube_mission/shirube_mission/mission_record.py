@@ -65,18 +65,18 @@ class MissionRecord:
     least_clearance: float = math.inf
     collisions: int = 0
     ended: str = ''
-    _touches: bool = False
+    _in_collision: bool = False
 
     def add_step(self, time: float, pose: PlanarPose, clearance: float) -> None:
         """Add the true pose at a time [s], and the clearance there [m]."""
         self.track.append((time, pose.x, pose.y, pose.yaw))
         self.clearances.append(clearance)
         self.least_clearance = min(self.least_clearance, clearance)
-        touches = clearance <= 0.0
-        self.collisions += touches and not self._touches
-        self._touches = touches
+        in_collision = clearance <= 0.0
+        self.collisions += in_collision and not self._in_collision
+        self._in_collision = in_collision
 
-    def succeeded(self, goals: int) -> bool:
+    def has_succeeded(self, goals: int) -> bool:
         """Return whether this number of goals was reached within the limits, without a collision."""
         return len(self.goals) == goals and all(goal.is_good for goal in self.goals) and not self.collisions
 
@@ -89,7 +89,7 @@ class MissionRecord:
         self,
         goals: int,
         fixes: Mapping[str, Sequence[tuple[float, PlanarPose]]],
-        orders: Sequence[tuple[float, str]],
+        commands: Sequence[tuple[float, str]],
         timing: Mapping[str, float],
     ) -> dict[str, object]:
         """Return the results without the track, as JSON data.
@@ -102,15 +102,15 @@ class MissionRecord:
         """
         return {
             'seed': self.seed,
-            'success': self.succeeded(goals),
+            'success': self.has_succeeded(goals),
             'ended': self.ended,
             'goals': [{**asdict(goal), 'good': goal.is_good} for goal in self.goals],
             'collisions': self.collisions,
             'least_clearance': self.least_clearance,
             'path_length': self.path_length,
             'seconds': self.track[-1][0] if self.track else 0.0,
-            'orders': [{'time': time, 'order': order} for time, order in orders],
-            'poses': {name: self._accuracy(told) for name, told in fixes.items()},
+            'orders': [{'time': time, 'order': command} for time, command in commands],
+            'poses': {name: self._accuracy(poses) for name, poses in fixes.items()},
             'zones': {zone: self._in_zone(zone, fixes) for zone in ZONES},
             'timing': dict(timing),
         }
@@ -121,13 +121,13 @@ class MissionRecord:
         if after == 0:
             return None
         start, stop = self.track[after - 1], self.track[min(after, len(self.track) - 1)]
-        share = (time - start[0]) / (stop[0] - start[0]) if stop[0] > start[0] else 0.0
-        turn = math.remainder(stop[3] - start[3], math.tau)
-        x, y = (start[k] + share * (stop[k] - start[k]) for k in (1, 2))
-        return PlanarPose(x, y, start[3] + share * turn)
+        fraction = (time - start[0]) / (stop[0] - start[0]) if stop[0] > start[0] else 0.0
+        yaw_change = math.remainder(stop[3] - start[3], math.tau)
+        x, y = (start[k] + fraction * (stop[k] - start[k]) for k in (1, 2))
+        return PlanarPose(x, y, start[3] + fraction * yaw_change)
 
-    def _accuracy(self, told: Sequence[tuple[float, PlanarPose]]) -> dict[str, float]:
-        errors = self._errors(told, lambda _: True)
+    def _accuracy(self, poses: Sequence[tuple[float, PlanarPose]]) -> dict[str, float]:
+        errors = self._errors(poses, lambda _: True)
         if not errors:
             return {'count': 0}
         return {
@@ -143,15 +143,15 @@ class MissionRecord:
         inside = ZONES[zone]
         seconds = sum(b[0] - a[0] for a, b in pairwise(self.track) if inside.contains(a[1], a[2]))
         counts = {
-            name: len(self._errors(told, lambda pose: inside.contains(pose.x, pose.y)))
-            for name, told in fixes.items()
+            name: len(self._errors(poses, lambda pose: inside.contains(pose.x, pose.y)))
+            for name, poses in fixes.items()
         }
         worst = self._errors(fixes['pose_arbiter'], lambda pose: inside.contains(pose.x, pose.y))
         return {'seconds': seconds, 'poses': counts, 'worst_fused_error': max(worst, default=0.0)}
 
     def _errors(
-        self, told: Sequence[tuple[float, PlanarPose]], wanted: Callable[[PlanarPose], bool]
+        self, poses: Sequence[tuple[float, PlanarPose]], is_selected: Callable[[PlanarPose], bool]
     ) -> list[float]:
         """Return the position errors [m] of the poses whose true pose satisfies a condition."""
-        pairs = ((pose, self.true_pose(time)) for time, pose in told)
-        return [pose.distance_to(truth) for pose, truth in pairs if truth is not None and wanted(truth)]
+        pairs = ((pose, self.true_pose(time)) for time, pose in poses)
+        return [pose.distance_to(truth) for pose, truth in pairs if truth is not None and is_selected(truth)]

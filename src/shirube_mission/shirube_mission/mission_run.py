@@ -20,12 +20,12 @@ from scene_simulator.mission_sensors import MissionSensors
 from shirube_geometry import PlanarPose
 from shirube_mission.building_files import BuildingFiles
 from shirube_mission.lamp_programs import lamp_waveforms
-from shirube_mission.lock_step import LockStep
+from shirube_mission.lockstep_simulator import Simulator
 from shirube_mission.mission import Mission
 from shirube_mission.mission_bag import MissionBag
-from shirube_mission.mission_ears import MissionEars
 from shirube_mission.mission_error import MissionError
 from shirube_mission.mission_record import MissionRecord
+from shirube_mission.mission_subscribers import MissionSubscribers
 from shirube_mission.mission_traces import MissionTraces
 from shirube_mission.node_parameters import NodeSetup, mission_nodes
 from shirube_mission.node_processes import NodeProcesses
@@ -33,7 +33,7 @@ from shirube_mission.render_worker import RenderWorker
 from shirube_mission.sensor_schedule import CAMERAS
 from shirube_mission.simulation_graph import simulation_graph
 from shirube_mission.stopwatch import Stopwatch
-from shirube_mission.trace_ears import ODOMETRY, TraceEars
+from shirube_mission.trace_recorder import ODOMETRY, TraceRecorder
 from shirube_ros.free_domain import free_domain
 from vlc_beacon.files.key_file import read_key
 
@@ -76,7 +76,7 @@ def run_mission(
     seed: int,
     files: BuildingFiles,
     folder: Path,
-    tell: Callable[[str], None],
+    log: Callable[[str], None],
     options: RunOptions = RunOptions(),
 ) -> MissionOutcome:
     """Run a mission and return its result.
@@ -100,36 +100,44 @@ def run_mission(
     record = MissionRecord(seed)
     with ExitStack() as stack:
         terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        domain, processes = _nodes(stack, mission_nodes(files, terminal.path), folder, options, tell)
+        domain, processes = _start_nodes(stack, mission_nodes(files, terminal.path), folder, options, log)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
-        ears, traces = MissionEars(node), TraceEars(node)
-        steps = LockStep(node, executor, controller, lock, sensors, worker, ears, processes.has_ended)
+        subscribers, traces = MissionSubscribers(node), TraceRecorder(node)
+        steps = Simulator(node, executor, controller, lock, sensors, worker, subscribers, processes.has_ended)
         bag = MissionBag(node, options.record_to, lambda: steps.now) if options.record_to else None
-        mission = Mission(sensors, controller, ears, steps, record, processes, Stopwatch(processes, worker))
-        _await_nodes(mission, executor)
+        mission = Mission(
+            sensors, controller, subscribers, steps, record, processes, Stopwatch(processes, worker)
+        )
+        _wait_for_nodes(mission, executor)
         ready = monotonic()
         mission.stopwatch.start()
-        tell(f'all nodes are ready after {ready - began:.0f} s')
-        mission.go(tell)
-        over = monotonic()
+        log(f'all nodes are ready after {ready - began:.0f} s')
+        mission.run(log)
+        finished = monotonic()
         mission.stopwatch.stop()
         if bag is not None:
-            tell(f'recorded {bag.write()} messages in {bag.path}')
-    return _outcome(
-        mission, traces, {'start': ready - began, 'drive': over - ready, 'whole': monotonic() - began}
+            log(f'recorded {bag.write()} messages in {bag.path}')
+    return _make_outcome(
+        mission, traces, {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
     )
 
 
-def _outcome(mission: Mission, heard: TraceEars, timing: Mapping[str, float]) -> MissionOutcome:
-    ears, record, layout = mission.ears, mission.record, mission.sensors.layout
-    fixes = {name: [(told.time, told.pose) for told in poses] for name, poses in ears.fixes.items()}
-    fixes['pose_arbiter'] = [(told.time, told.pose) for told in ears.fused]
-    summary = record.summary(len(layout.goals), fixes, ears.orders, timing)
+def _make_outcome(mission: Mission, recorder: TraceRecorder, timing: Mapping[str, float]) -> MissionOutcome:
+    subscribers, record, layout = mission.subscribers, mission.record, mission.sensors.layout
+    fixes = {
+        name: [(stamped.time, stamped.pose) for stamped in poses] for name, poses in subscribers.fixes.items()
+    }
+    fixes['pose_arbiter'] = [(stamped.time, stamped.pose) for stamped in subscribers.fused]
+    summary = record.summary(len(layout.goals), fixes, subscribers.commands, timing)
     summary['late_steps'] = mission.steps.late_steps
     summary['exit_codes'] = mission.processes.exit_codes
-    poses = {name: [(time, pose.x, pose.y, pose.yaw) for time, pose in told] for name, told in fixes.items()}
-    poses[ODOMETRY] = [(told.time, told.pose.x, told.pose.y, told.pose.yaw) for told in heard.odometry]
+    poses = {
+        name: [(time, pose.x, pose.y, pose.yaw) for time, pose in stamped] for name, stamped in fixes.items()
+    }
+    poses[ODOMETRY] = [
+        (stamped.time, stamped.pose.x, stamped.pose.y, stamped.pose.yaw) for stamped in recorder.odometry
+    ]
     seconds = max(1e-3 * mission.steps.now, 1e-3)
     traces = MissionTraces(
         layout,
@@ -138,27 +146,27 @@ def _outcome(mission: Mission, heard: TraceEars, timing: Mapping[str, float]) ->
         record.clearances,
         poses,
         record.legs,
-        heard.trust,
-        heard.map,
+        recorder.trust,
+        recorder.map,
         mission.stopwatch.pace,
         mission.stopwatch.cpu,
-        {c.name: (1e3 / c.period, mission.steps.voice.shown[c.name] / seconds) for c in CAMERAS},
+        {c.name: (1e3 / c.period, mission.steps.publishers.image_counts[c.name] / seconds) for c in CAMERAS},
     )
     return MissionOutcome(summary, traces)
 
 
-def _nodes(
+def _start_nodes(
     stack: ExitStack,
     nodes: Sequence[NodeSetup],
     folder: Path,
     options: RunOptions,
-    tell: Callable[[str], None],
+    log: Callable[[str], None],
 ) -> tuple[int, NodeProcesses]:
     """Start the nodes; return their ROS domain and processes, which end with the stack."""
     if options.launched:
         for node in nodes:
             node.arguments(folder)
-        tell(PARAMETERS_WRITTEN)
+        log(PARAMETERS_WRITTEN)
         return int(os.environ.get('ROS_DOMAIN_ID', '0')), NodeProcesses((), folder, 0)
     domain = stack.enter_context(free_domain())
     return domain, stack.enter_context(NodeProcesses(nodes, folder, domain))
@@ -175,20 +183,22 @@ def _controller(seed: int, start: PlanarPose) -> EmulatedController:
     return EmulatedController(settings, rng, start)
 
 
-def _await_nodes(mission: Mission, executor: Executor) -> None:
+def _wait_for_nodes(mission: Mission, executor: Executor) -> None:
     """Wait until every node has subscribed and responds.
 
     Raises:
         MissionError: timeout.
     """
     end = monotonic() + _START_TIMEOUT
-    voice = mission.steps.voice
-    while silent := [camera.name for camera in CAMERAS if voice.listeners(camera.name) == 0]:
+    publishers = mission.steps.publishers
+    while unsubscribed := [
+        camera.name for camera in CAMERAS if publishers.subscriber_count(camera.name) == 0
+    ]:
         mission.processes.check()
         if monotonic() > end:
             raise MissionError(
-                f'no subscriber for the images of {", ".join(silent)}; see the logs of the nodes'
+                f'no subscriber for the images of {", ".join(unsubscribed)}; see the logs of the nodes'
             )
         executor.spin_once(timeout_sec=0.1)
-    mission.steps.ask('/floor_localizer', '/vlc_beacon', '/stereo_landmark', '/pose_arbiter')
-    mission.steps.ask('/reward_planner', '/motor_bridge')
+    mission.steps.wait_for_nodes('/floor_localizer', '/vlc_beacon', '/stereo_landmark', '/pose_arbiter')
+    mission.steps.wait_for_nodes('/reward_planner', '/motor_bridge')

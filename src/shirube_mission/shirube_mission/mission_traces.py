@@ -31,7 +31,7 @@ class GridMap:
 
 
 @dataclass(frozen=True)
-class TrustCount:
+class StatusCount:
     """Cumulative number of poses of a source with a measurement status of the arbiter.
 
     Attributes:
@@ -71,7 +71,7 @@ class MissionTraces:
     clearance: Sequence[float]
     poses: Mapping[str, Sequence[StampedNumbers]]
     legs: Sequence[tuple[float, float]]
-    trust: Sequence[TrustCount] = ()
+    trust: Sequence[StatusCount] = ()
     map: GridMap | None = None
     pace: Sequence[tuple[float, float]] = ()
     cpu: Mapping[str, float] = field(default_factory=dict)

@@ -18,7 +18,7 @@ from shirube_mission.lamp_programs import CRUISE_SPEED
 
 Value = str | bool | int | float | list[float] | list[str]
 
-ORDERS_REACH = 2.0
+COMMAND_RADIUS = 2.0
 """Radius around a lamp in which its commands are obeyed [m]."""
 
 GOAL_TOLERANCE = 0.01
@@ -48,7 +48,9 @@ class NodeSetup:
             values[f'qos_overrides.{topic}.subscription.reliability'] = 'reliable'
         path = folder / f'{self.package}.yaml'
         path.write_text(yaml.safe_dump({self.package: {'ros__parameters': values}}))
-        remapped = [word for name, topic in self.topics.items() for word in ('-r', f'{name}:={topic}')]
+        remapped = [
+            argument for name, topic in self.topics.items() for argument in ('-r', f'{name}:={topic}')
+        ]
         return ['--ros-args', '--params-file', str(path), *remapped]
 
 
@@ -74,7 +76,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
                 'exposure_time': CEILING_CAMERA.shutter.exposure,
                 'lamp_frame_rate': LAMP_RATE,
                 'camera_height_known': True,
-                'zone_radius': ORDERS_REACH,
+                'zone_radius': COMMAND_RADIUS,
                 # Without visible lamps, publish nothing instead of odometry.
                 'odometry.gap_way': 0.1,
                 # Wheel separation 0.2 m, slip 5 mm after 1 m.

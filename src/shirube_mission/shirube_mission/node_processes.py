@@ -14,7 +14,7 @@ from typing import Self
 from shirube_mission.mission_error import MissionError
 from shirube_mission.node_parameters import NodeSetup
 
-_GRACE = 10.0
+_SHUTDOWN_TIMEOUT = 10.0
 """Timeout after SIGINT [s]."""
 
 
@@ -69,12 +69,12 @@ class NodeProcesses:
                 process.send_signal(signal.SIGINT)
         for name, process in self._running.items():
             try:
-                self.exit_codes[name] = process.wait(_GRACE)
+                self.exit_codes[name] = process.wait(_SHUTDOWN_TIMEOUT)
             except subprocess.TimeoutExpired:
                 process.kill()
                 self.exit_codes[name] = process.wait()
 
-    def processor_times(self) -> dict[str, float]:
+    def cpu_times(self) -> dict[str, float]:
         """Return the CPU time of each running node [s], by name."""
         times = {}
         for name, process in self._running.items():

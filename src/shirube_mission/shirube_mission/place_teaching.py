@@ -17,10 +17,10 @@ from shirube_geometry import PlanarPose
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.place_file import save_place
 
@@ -34,7 +34,7 @@ PLACES = {
 }
 """Pose of the robot and visible wall of each taught place."""
 
-_NEAR = 3.0
+_TOLERANCE = 3.0
 """Largest distance between the points of a detected primitive and those of its landmark [px]."""
 
 
@@ -50,40 +50,42 @@ def teach_places(folder: Path) -> None:
         STEREO_RIG.left.intrinsics, STEREO_RIG.right.intrinsics, STEREO_RIG.baseline, STEREO_RIG.mount
     )
     for number, (name, (pose, wall)) in enumerate(PLACES.items()):
-        eye = STEREO_RIG.camera_poses(pose)[0].position
-        scene = FurnishedWalls(walls).seen_from(eye)
+        camera_position = STEREO_RIG.camera_poses(pose)[0].position
+        scene = FurnishedWalls(walls).seen_from(camera_position)
         images = render_pair(scene, STEREO_RIG, pose, np.random.default_rng(number))
         processing = ImageProcessing()
         left, right = (detect_scene(image, processing) for image in images)
         teacher = Teacher(StereoView(left, right, rig), processing)
-        seen = dict(_seen_landmarks(landmarks_of(walls, wall), pose, StereoView(left, right, rig), teacher))
-        place = teacher.teach(name, [TargetChoice('wall', seen)], pose)
+        visible = dict(
+            _visible_landmarks(landmarks_of(walls, wall), pose, StereoView(left, right, rig), teacher)
+        )
+        place = teacher.teach(name, [TargetSelection('wall', visible)], pose)
         save_place(folder, place, StereoImages(*images))
 
 
-def _seen_landmarks(
+def _visible_landmarks(
     landmarks: tuple[Landmark, ...], pose: PlanarPose, view: StereoView, teacher: Teacher
 ) -> Iterator[tuple[str, Primitive]]:
     """Yield name and primitive of the landmarks that can be measured in both images."""
     for landmark in landmarks:
-        found = _primitive_of(landmark, pose, view)
+        found = _find_primitive(landmark, pose, view)
         if found is not None and _is_measurable(teacher, found):
             yield landmark.name.replace('/', ' '), found
 
 
-def _primitive_of(landmark: Landmark, pose: PlanarPose, view: StereoView) -> Primitive | None:
+def _find_primitive(landmark: Landmark, pose: PlanarPose, view: StereoView) -> Primitive | None:
     """Return the primitive of a landmark in the left image, None if not found."""
     points_map = np.array(list(landmark.points_map().values()))
     points = STEREO_RIG.camera_poses(pose)[0].camera_points(points_map)
     truth = STEREO_RIG.left.intrinsics.pixels_from_points(points)
-    kind = Kind.ELLIPSE if isinstance(landmark, RoundLandmark) else Kind.QUADRILATERAL
-    best, least = None, _NEAR
+    kind = PrimitiveKind.ELLIPSE if isinstance(landmark, RoundLandmark) else PrimitiveKind.QUADRILATERAL
+    best, smallest_error = None, _TOLERANCE
     for primitive in view.left.kinds[kind].primitives:
         named = primitive.image_points()
         found = np.array([named[name].position for name in invariant_points(primitive)])
-        apart = float(np.linalg.norm(found[:, None] - truth[None], axis=2).min(axis=1).max())
-        if apart < least:
-            best, least = primitive, apart
+        error = float(np.linalg.norm(found[:, None] - truth[None], axis=2).min(axis=1).max())
+        if error < smallest_error:
+            best, smallest_error = primitive, error
     return best
 
 

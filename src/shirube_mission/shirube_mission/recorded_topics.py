@@ -9,7 +9,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry, Path
 from sensor_msgs.msg import CameraInfo, Imu, JointState
 from std_msgs.msg import String
 
-OF_THEIR_STAMP: Mapping[str, type] = {
+TOPICS_AT_STAMP: Mapping[str, type] = {
     '/ground_truth': PoseStamped,
     '/imu': Imu,
     '/odom': Odometry,
@@ -19,7 +19,7 @@ OF_THEIR_STAMP: Mapping[str, type] = {
 }
 """Topics recorded at the time of their header stamp."""
 
-OF_THEIR_STEP: Mapping[str, type] = {
+TOPICS_AT_STEP: Mapping[str, type] = {
     **{
         f'/{name}/{kind}': message
         for name in ('floor_localizer', 'vlc_beacon', 'stereo_landmark')

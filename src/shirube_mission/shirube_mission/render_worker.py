@@ -40,11 +40,11 @@ class PiecewisePath:
         """Return the pose at a time [s], interpolated; constant beyond both ends."""
         after = min(max(1, int(np.searchsorted(self.times, time))), len(self.times) - 1)
         start, stop = self.times[after - 1], self.times[after]
-        share = min(max((time - start) / (stop - start), 0.0), 1.0)
+        fraction = min(max((time - start) / (stop - start), 0.0), 1.0)
         here, there = self.poses[after - 1], self.poses[after]
-        turn = math.remainder(there.yaw - here.yaw, math.tau)
-        x, y = here.x + share * (there.x - here.x), here.y + share * (there.y - here.y)
-        return PlanarPose(x, y, here.yaw + share * turn)
+        yaw_change = math.remainder(there.yaw - here.yaw, math.tau)
+        x, y = here.x + fraction * (there.x - here.x), here.y + fraction * (there.y - here.y)
+        return PlanarPose(x, y, here.yaw + fraction * yaw_change)
 
 
 class RenderWorker:
@@ -58,13 +58,13 @@ class RenderWorker:
             waveforms: waveform of each lamp, by its ID.
         """
         self._pool = ProcessPoolExecutor(
-            1, get_context('spawn'), initializer=_begin, initargs=(seed, waveforms)
+            1, get_context('spawn'), initializer=_initialize_worker, initargs=(seed, waveforms)
         )
-        self._waiting: dict[tuple[str, int], Future[Sequence[Picture]]] = {}
+        self._pending: dict[tuple[str, int], Future[Sequence[Picture]]] = {}
 
     def __enter__(self) -> Self:
         """Render one image of each sensor, which compiles the numba kernels."""
-        self._pool.submit(_warm_up).result()
+        self._pool.submit(_compile_kernels).result()
         return self
 
     def __exit__(
@@ -73,35 +73,35 @@ class RenderWorker:
         """End the process."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def order(self, sensor: str, index: int, time: float, path: PiecewisePath) -> None:
+    def request(self, sensor: str, index: int, time: float, path: PiecewisePath) -> None:
         """Request the image of a sensor at a time [s]; the path covers its exposure."""
-        self._waiting[sensor, index] = self._pool.submit(_render, sensor, index, time, path)
+        self._pending[sensor, index] = self._pool.submit(_render, sensor, index, time, path)
 
-    def take(self, sensor: str, index: int) -> Sequence[Picture]:
+    def collect(self, sensor: str, index: int) -> Sequence[Picture]:
         """Wait for a requested image and return it: one image, or the left and the right one."""
-        return self._waiting.pop((sensor, index)).result()
+        return self._pending.pop((sensor, index)).result()
 
-    def processor_time(self) -> float:
+    def cpu_time(self) -> float:
         """Return the CPU time of the process [s], after it has rendered all requests."""
         return self._pool.submit(process_time).result()
 
 
-def render_one_of_each(seed: int, waveforms: dict[int, Waveform]) -> None:
+def compile_render_kernels(seed: int, waveforms: dict[int, Waveform]) -> None:
     """Render one image of each sensor in this process, which compiles the numba kernels.
 
     Args:
         seed: seed of the room.
         waveforms: waveform of each lamp, by its ID.
     """
-    _begin(seed, waveforms)
-    _warm_up()
+    _initialize_worker(seed, waveforms)
+    _compile_kernels()
 
 
-def _begin(seed: int, waveforms: dict[int, Waveform]) -> None:
+def _initialize_worker(seed: int, waveforms: dict[int, Waveform]) -> None:
     _sensors[:] = [MissionSensors(seed, waveforms)]
 
 
-def _warm_up() -> None:
+def _compile_kernels() -> None:
     start = _sensors[0].layout.start
     still = PiecewisePath((0.0, 1.0), (start, start))
     for sensor in ('floor', 'ceiling', 'stereo', 'depth'):

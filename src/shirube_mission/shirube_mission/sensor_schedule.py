@@ -10,7 +10,7 @@ STEP_MS = 20
 
 
 @dataclass(frozen=True)
-class SensorRhythm:
+class SensorSchedule:
     """Schedule of a sensor with a fixed rate.
 
     Attributes:
@@ -39,9 +39,9 @@ class SensorRhythm:
         return self.first + index * self.period
 
 
-FLOOR = SensorRhythm('floor', 100, 100, 1, 60)
-CEILING = SensorRhythm('ceiling', 80, 120, 8, 60)
-STEREO = SensorRhythm('stereo', 1000, 500, 0, 200)
-DEPTH = SensorRhythm('depth', 200, 160, 0, 80)
+FLOOR = SensorSchedule('floor', 100, 100, 1, 60)
+CEILING = SensorSchedule('ceiling', 80, 120, 8, 60)
+STEREO = SensorSchedule('stereo', 1000, 500, 0, 200)
+DEPTH = SensorSchedule('depth', 200, 160, 0, 80)
 CAMERAS = (FLOOR, CEILING, STEREO, DEPTH)
-TILT = SensorRhythm('tilt', 40, 20, 0, 0)
+TILT = SensorSchedule('tilt', 40, 20, 0, 0)

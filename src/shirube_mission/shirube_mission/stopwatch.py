@@ -26,21 +26,21 @@ class Stopwatch:
         self.pace: list[tuple[float, float]] = []
         self.cpu: dict[str, float] = {}
         self._processes, self._worker = processes, worker
-        self._began, self._worked = monotonic(), dict[str, float]()
+        self._began, self._cpu_at_start = monotonic(), dict[str, float]()
 
     def start(self) -> None:
         """Start the measurement."""
-        self._began, self._worked = monotonic(), self._working_times()
+        self._began, self._cpu_at_start = monotonic(), self._cpu_times()
 
-    def look(self, now: float) -> None:
+    def record_time(self, now: float) -> None:
         """Record the wall time at a mission time [s]."""
         if not self.pace or now >= self.pace[-1][0] + 1.0:
             self.pace.append((now, monotonic() - self._began))
 
     def stop(self) -> None:
         """Compute the CPU times since the start."""
-        self.cpu = {name: time - self._worked[name] for name, time in self._working_times().items()}
+        self.cpu = {name: time - self._cpu_at_start[name] for name, time in self._cpu_times().items()}
 
-    def _working_times(self) -> dict[str, float]:
-        others = {'pictures': self._worker.processor_time(), 'simulation': process_time()}
-        return {**self._processes.processor_times(), **others}
+    def _cpu_times(self) -> dict[str, float]:
+        others = {'pictures': self._worker.cpu_time(), 'simulation': process_time()}
+        return {**self._processes.cpu_times(), **others}

@@ -23,28 +23,28 @@ TOPICS = {
 }
 
 
-class StandIn(Node):
+class StubNode(Node):
     """A stub of a mission node."""
 
     def __init__(self, name: str, **options: object) -> None:
         super().__init__(name, **options)
-        self.heard: list[tuple[str, float, float]] = []
+        self.received: list[tuple[str, float, float]] = []
         self.clock_times: list[float] = []
         self.tilts: list[float] = []
         for topic in TOPICS[name]:
-            self.create_subscription(Image, topic, partial(self.keep, topic), 10)
-        self.create_subscription(Clock, '/clock', self.hear_time, 10)
+            self.create_subscription(Image, topic, partial(self.store, topic), 10)
+        self.create_subscription(Clock, '/clock', self.on_clock, 10)
         self.create_subscription(Imu, '/imu', lambda m: self.tilts.append(mission_time(m.header.stamp)), 10)
         self.odometry = self.create_publisher(Odometry, '/odom', 10)
         self.pose = self.create_publisher(PoseStamped, '/pose_arbiter/pose', 10)
 
-    def keep(self, topic: str, message: Image) -> None:
+    def store(self, topic: str, message: Image) -> None:
         """Store topic, stamp and the latest clock time."""
-        self.heard.append(
+        self.received.append(
             (topic, mission_time(message.header.stamp), self.clock_times[-1] if self.clock_times else 0)
         )
 
-    def hear_time(self, message: Clock) -> None:
+    def on_clock(self, message: Clock) -> None:
         """Publish as the real node would."""
         self.clock_times.append(mission_time(message.clock))
         header = Header(stamp=message.clock, frame_id='map')

@@ -25,7 +25,7 @@ SENSORS = MissionSensors(1, {name: steady_light() for name in LAMPS})
 
 
 @pytest.mark.timeout(300)  # with nothing compiled yet
-def test_the_floor_tells_where_the_robot_is_and_the_carpet_nothing():
+def test_dots_give_the_pose_and_the_carpet_none():
     floor = surveyed_floor()
     localizer = FloorLocalizer(index_map(DotMap(floor.points, floor.diameters)), BELLY_MOUNT)
     for index, (x, y, yaw) in enumerate(((1.0, 1.1, 0.1), (6.4, 3.7, 1.5), (2.3, 4.6, -3.0))):
@@ -39,7 +39,7 @@ def test_the_floor_tells_where_the_robot_is_and_the_carpet_nothing():
 
 
 @pytest.mark.timeout(300)
-def test_taught_places_tell_where_the_robot_is_and_the_sheet_hides_them(tmp_path):
+def test_taught_places_give_the_pose_unless_they_are_covered(tmp_path):
     teach_places(tmp_path)
     localizer = LandmarkLocalizer([load_place(path) for path in sorted(tmp_path.glob('*.yaml'))])
     rng = np.random.default_rng(0)

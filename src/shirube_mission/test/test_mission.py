@@ -11,27 +11,27 @@ from scene_simulator.mission_sensors import MissionSensors
 from shirube_bags.errors import ReplayError
 from shirube_geometry import PlanarPose
 from shirube_mission.mission import Mission
-from shirube_mission.mission_ears import StampedPose
 from shirube_mission.mission_error import MissionError
 from shirube_mission.mission_record import MissionRecord
+from shirube_mission.mission_subscribers import StampedPose
 from shirube_mission.sensor_schedule import STEP_MS
 
 SEED = 3
 
 
-class Ears:
+class FakeSubscribers:
     """Subscribers with a fused pose from the start, and no goal reached."""
 
     fused = (StampedPose(0.0, PlanarPose(0.0, 0.0, 0.0)),)
     planner = (0.0, 'driving to the goal')
 
 
-class Steps:
+class FakeSimulation:
     """A simulation of some steps, after which a node does not respond."""
 
     def __init__(self, count: int) -> None:
         self.now, self.left = 0, count
-        self.voice = self
+        self.publishers = self
 
     def step(self) -> None:
         if self.left == 0:
@@ -39,11 +39,11 @@ class Steps:
         self.left -= 1
         self.now += STEP_MS
 
-    def send_to(self, now: int, goal: PlanarPose) -> None:
+    def publish_goal(self, now: int, goal: PlanarPose) -> None:
         """Ignore the goal."""
 
 
-class Processes:
+class FakeProcesses:
     """Processes of which one ends after some checks."""
 
     def __init__(self, count: int) -> None:
@@ -55,10 +55,10 @@ class Processes:
         self.left -= 1
 
 
-class Watch:
+class FakeStopwatch:
     """A stopwatch without function."""
 
-    def look(self, now: float) -> None:
+    def record_time(self, now: float) -> None:
         """Ignore the time."""
 
 
@@ -66,7 +66,15 @@ def mission(steps: int, looks: int) -> Mission:
     sensors = MissionSensors(SEED, {})
     controller = EmulatedController(EmulatorSettings(), np.random.default_rng(0), sensors.layout.start)
     record = MissionRecord(SEED)
-    return Mission(sensors, controller, Ears(), Steps(steps), record, Processes(looks), Watch())
+    return Mission(
+        sensors,
+        controller,
+        FakeSubscribers(),
+        FakeSimulation(steps),
+        record,
+        FakeProcesses(looks),
+        FakeStopwatch(),
+    )
 
 
 @pytest.mark.parametrize(
@@ -74,25 +82,25 @@ def mission(steps: int, looks: int) -> Mission:
 )
 def test_a_node_that_hangs_or_ends_leaves_a_record_with_the_reason(steps, looks, reason):
     broken = mission(steps, looks)
-    broken.go(print)
+    broken.run(print)
     assert reason in broken.record.ended
     assert 'vlc_beacon' in broken.record.ended
     assert len(broken.record.track) == 70
-    assert not broken.record.succeeded(3)
+    assert not broken.record.has_succeeded(3)
 
 
 @pytest.mark.parametrize(('steps', 'looks'), [(0, 500), (500, 0)])
-def test_before_the_first_step_there_is_nothing_to_tell_of(steps, looks):
+def test_an_error_before_the_first_step_is_raised(steps, looks):
     with pytest.raises((MissionError, ReplayError)):
-        mission(steps, looks).go(print)
+        mission(steps, looks).run(print)
 
 
-class WheelsThatStop:
+class StoppingController:
     """A controller that stops at a time [s]."""
 
     T_world_base = PlanarPose(0.0, 0.0, 0.0)
 
-    def __init__(self, steps: Steps, time: float) -> None:
+    def __init__(self, steps: FakeSimulation, time: float) -> None:
         self.steps, self.time = steps, time
 
     @property
@@ -103,26 +111,26 @@ class WheelsThatStop:
         return self.T_world_base
 
 
-class EarsOfAPlanner:
+class FakePlannerStatus:
     """A planner status each second: goal reached, except for one second, when the pose was corrected."""
 
-    fused = Ears.fused
+    fused = FakeSubscribers.fused
 
-    def __init__(self, steps: Steps, mended: int) -> None:
-        self.steps, self.mended = steps, mended
+    def __init__(self, steps: FakeSimulation, corrected: int) -> None:
+        self.steps, self.corrected = steps, corrected
 
     @property
     def planner(self) -> tuple[float, str]:
         second = self.steps.now // 1000
-        return float(second), 'driving' if second == self.mended else 'goal reached'
+        return float(second), 'driving' if second == self.corrected else 'goal reached'
 
 
-@pytest.mark.parametrize(('mended', 'seconds'), [(3, 3.0), (4, 4.0), (5, 3.0)])
-def test_a_goal_is_reached_when_the_planner_still_says_so_a_second_after_the_halt(mended, seconds):
+@pytest.mark.parametrize(('corrected', 'seconds'), [(3, 3.0), (4, 4.0), (5, 3.0)])
+def test_a_goal_is_reached_when_the_planner_still_says_so_a_second_after_the_halt(corrected, seconds):
     """The first goal is published at 1 s and the wheels stop at 2.5 s: the status of second 4 is the first valid."""
     driven = mission(8000 // STEP_MS, 8000)
-    driven.controller = WheelsThatStop(driven.steps, 2.5)
-    driven.ears = EarsOfAPlanner(driven.steps, mended)
-    driven.go(print)
+    driven.controller = StoppingController(driven.steps, 2.5)
+    driven.subscribers = FakePlannerStatus(driven.steps, corrected)
+    driven.run(print)
     assert driven.record.goals[0].reached
     assert driven.record.goals[0].seconds == pytest.approx(seconds, abs=0.1)

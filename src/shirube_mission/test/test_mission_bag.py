@@ -68,7 +68,7 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / 'mission'
 
 
-def test_everything_stands_in_the_order_of_time(path: Path) -> None:
+def test_messages_are_sorted_by_time(path: Path) -> None:
     with BagReader(path) as bag:
         order = [(message.stamp_ns, message.topic) for message in bag.messages(list(bag.topics))]
     assert sorted(order) == order
@@ -103,7 +103,7 @@ def test_the_extract_begins_with_its_first_and_ends_before_its_last_instant() ->
     assert inside == [False, True, True, False]
 
 
-def test_a_bag_that_stands_there_is_told_of_before_the_mission(
+def test_an_existing_bag_is_reported_before_the_mission(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bag = tmp_path / 'bag'

@@ -32,28 +32,28 @@ def record_of(*goals: GoalRecord, clearances: tuple[float, ...] = (0.5, 0.3)) ->
     ],
 )
 def test_one_bad_goal_spoils_it(bad):
-    assert record_of(GOOD, GOOD, GOOD).succeeded(3)
-    assert not record_of(GOOD, bad, GOOD).succeeded(3)
+    assert record_of(GOOD, GOOD, GOOD).has_succeeded(3)
+    assert not record_of(GOOD, bad, GOOD).has_succeeded(3)
 
 
 def test_a_goal_that_is_missing_spoils_it():
-    assert not record_of(GOOD, GOOD).succeeded(3)
+    assert not record_of(GOOD, GOOD).has_succeeded(3)
 
 
 def test_a_touch_spoils_it_and_counts_once_until_it_ends():
     record = record_of(GOOD, clearances=(0.1, 0.0, -0.01, 0.2, -0.02))
     assert record.collisions == 2
     assert record.least_clearance == -0.02
-    assert not record.succeeded(1)
+    assert not record.has_succeeded(1)
 
 
 def test_poses_are_compared_with_the_truth_of_their_time_and_counted_by_zone():
     record = record_of(GOOD)
-    told = {
+    poses = {
         'pose_arbiter': [(0.25, PlanarPose(6.125, 3.503, 0.0))],
         'vlc_beacon': [(-1.0, PlanarPose(0, 0, 0))],
     }
-    summary = record.summary(1, told, [(1.0, 'slow 0.2')], {'whole': 3.0})
+    summary = record.summary(1, poses, [(1.0, 'slow 0.2')], {'whole': 3.0})
     assert DARK.contains(6.125, 3.5)
     assert summary['poses']['pose_arbiter']['worst'] == pytest.approx(0.003)
     assert summary['poses']['vlc_beacon'] == {'count': 0}

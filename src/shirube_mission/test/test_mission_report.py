@@ -12,10 +12,10 @@ import pytest
 from scene_simulator.mission_layout import mission_layout
 from shirube_geometry import PlanarPose
 from shirube_mission.mission_record import GoalRecord, MissionRecord
-from shirube_mission.mission_traces import GridMap, MissionTraces, TrustCount
+from shirube_mission.mission_traces import GridMap, MissionTraces, StatusCount
 from shirube_mission.report.mission_report import write_report
 from shirube_mission.report.report_page import PICTURES, goal_table, page
-from shirube_mission.report.trace_errors import as_array, errors_of, in_map, zone_spans
+from shirube_mission.report.trace_errors import align_to_map, as_array, pose_errors, zone_spans
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -25,22 +25,22 @@ FAR = GoalRecord(True, 10.0, 0.031, 0.02, 0.008)
 WRONG = GoalRecord(True, 10.0, 0.012, 0.02, 0.021)
 
 
-def mission(*goals: GoalRecord, touch_at: float = math.inf) -> tuple[dict[str, object], MissionTraces]:
+def mission(*goals: GoalRecord, collision_at: float = math.inf) -> tuple[dict[str, object], MissionTraces]:
     """Return summary and traces of a drive along y = 3.5 m, ten seconds a goal."""
     record = MissionRecord(0, list(goals), ended='made up')
     record.legs = [(10.0 * k, 10.0 * (k + 1)) for k in range(len(goals))]
     for k in range(500 * len(goals) + 1):
         time = 0.02 * k
         record.add_step(
-            time, PlanarPose(1.0 + 0.2 * time, 3.5, 0.0), -0.01 if abs(time - touch_at) < 0.1 else 0.3
+            time, PlanarPose(1.0 + 0.2 * time, 3.5, 0.0), -0.01 if abs(time - collision_at) < 0.1 else 0.3
         )
-    told = [(0.1 * k, PlanarPose(1.0 + 0.02 * k, 3.503, 0.0)) for k in range(100 * len(goals))]
-    fixes = {'pose_arbiter': told, 'vlc_beacon': told[::2]}
+    fused = [(0.1 * k, PlanarPose(1.0 + 0.02 * k, 3.503, 0.0)) for k in range(100 * len(goals))]
+    fixes = {'pose_arbiter': fused, 'vlc_beacon': fused[::2]}
     summary = record.summary(3, fixes, [(4.0, 'slow 0.2')], {'start': 1.0, 'drive': 20.0, 'whole': 22.0})
     poses = {name: [(t, pose.x, pose.y, pose.yaw) for t, pose in list_] for name, list_ in fixes.items()}
-    poses['odometry'] = [(t, 0.02 * k, 0.0, 0.0) for k, (t, _) in enumerate(told)]
-    trust = [TrustCount(float(k), 'vlc_beacon', 'used', 10 * k) for k in range(1, 20)]
-    trust += [TrustCount(float(k), 'vlc_beacon', 'gated', 5 * k) for k in range(8, 20)]
+    poses['odometry'] = [(t, 0.02 * k, 0.0, 0.0) for k, (t, _) in enumerate(fused)]
+    trust = [StatusCount(float(k), 'vlc_beacon', 'used', 10 * k) for k in range(1, 20)]
+    trust += [StatusCount(float(k), 'vlc_beacon', 'gated', 5 * k) for k in range(8, 20)]
     traces = MissionTraces(
         mission_layout(0),
         ((3.0, 2.0, 0.0, 3.5, 2.4, 0.7),),
@@ -57,8 +57,8 @@ def mission(*goals: GoalRecord, touch_at: float = math.inf) -> tuple[dict[str, o
     return summary, traces
 
 
-def verdicts(*goals: GoalRecord, touch_at: float = math.inf) -> list[str]:
-    return re.findall('>(pass|FAIL)<', goal_table(*mission(*goals, touch_at=touch_at)))
+def verdicts(*goals: GoalRecord, collision_at: float = math.inf) -> list[str]:
+    return re.findall('>(pass|FAIL)<', goal_table(*mission(*goals, collision_at=collision_at)))
 
 
 @pytest.mark.parametrize('bad', [LATE, FAR, WRONG])
@@ -70,9 +70,9 @@ def test_a_goal_outside_any_limit_is_shown_as_failed(bad):
     assert 'goal 2' in shown.split('</strong>')[0]
 
 
-def test_a_touch_is_shown_with_the_goal_on_the_way_to_which_it_happened():
-    assert verdicts(GOOD, GOOD, GOOD, touch_at=15.0) == ['pass', 'FAIL', 'pass']
-    assert 'Failure: made up; 1 collisions' in page(*mission(GOOD, GOOD, GOOD, touch_at=15.0))
+def test_a_collision_is_shown_with_its_goal():
+    assert verdicts(GOOD, GOOD, GOOD, collision_at=15.0) == ['pass', 'FAIL', 'pass']
+    assert 'Failure: made up; 1 collisions' in page(*mission(GOOD, GOOD, GOOD, collision_at=15.0))
 
 
 def test_a_good_mission_is_shown_as_one():
@@ -113,19 +113,19 @@ def test_a_mission_that_broke_off_at_once_has_a_report_with_the_reason(tmp_path,
 
 def test_errors_are_those_of_the_time_of_the_pose():
     truth = np.array([[0.0, 0.0, 0.0, 3.1], [1.0, 2.0, 0.0, -3.1]])
-    times, off, turn = errors_of(np.array([[-1.0, 0, 0, 0], [0.5, 1.0, 0.03, math.pi]]), truth)
+    times, off, turn = pose_errors(np.array([[-1.0, 0, 0, 0], [0.5, 1.0, 0.03, math.pi]]), truth)
     assert times.tolist() == [0.5]
     assert off == pytest.approx([0.03])
     assert turn == pytest.approx([0.0], abs=1e-9)
 
 
-def test_odometry_that_errs_nowhere_lies_on_the_truth_wherever_it_began():
+def test_exact_odometry_is_aligned_to_the_truth_from_any_start():
     rng = np.random.default_rng(4)
     truth = [PlanarPose(*rng.uniform(-1, 1, 3).tolist()) for _ in range(9)]
     start = PlanarPose(0.3, -0.2, 2.0) @ truth[0].inverse()
-    told = np.array([[k, p.x, p.y, p.yaw] for k, p in enumerate(start @ pose for pose in truth)])
+    fused = np.array([[k, p.x, p.y, p.yaw] for k, p in enumerate(start @ pose for pose in truth)])
     real = np.array([[k, p.x, p.y, p.yaw] for k, p in enumerate(truth)])
-    assert in_map(told, real)[:, 1:3] == pytest.approx(real[:, 1:3])
+    assert align_to_map(fused, real)[:, 1:3] == pytest.approx(real[:, 1:3])
 
 
 def test_zone_spans_are_the_times_inside():

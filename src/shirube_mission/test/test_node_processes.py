@@ -20,8 +20,8 @@ def check_until_it_ends(nodes: NodeProcesses) -> None:
 
 def test_a_node_that_ends_is_named_with_its_log(tmp_path):
     nodes = NodeProcesses([NodeSetup('no_such_package', {}, {})], tmp_path, 77)
-    told = 'no_such_package ended with exit code 1; see '
-    with nodes, pytest.raises(MissionError, match=told):
+    message = 'no_such_package ended with exit code 1; see '
+    with nodes, pytest.raises(MissionError, match=message):
         check_until_it_ends(nodes)
     assert nodes.exit_codes == {'no_such_package': 1}
     assert 'No module named' in (tmp_path / 'no_such_package.log').read_text()
@@ -41,4 +41,4 @@ def test_a_node_that_has_ended_is_seen_and_works_no_more(tmp_path):
     with nodes:
         while not nodes.has_ended():
             time.sleep(0.05)
-        assert nodes.processor_times() == {}
+        assert nodes.cpu_times() == {}

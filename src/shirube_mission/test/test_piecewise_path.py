@@ -16,7 +16,7 @@ def test_it_goes_through_its_poses():
     for time, pose in zip(PATH.times, PATH.poses):
         there = PATH.pose_at(time)
         assert there.distance_to(pose) < 1e-12
-        assert abs(there.turn_to(pose)) < 1e-12
+        assert abs(there.yaw_to(pose)) < 1e-12
 
 
 def test_between_two_poses_it_is_in_the_middle_and_turns_the_short_way():
@@ -25,6 +25,6 @@ def test_between_two_poses_it_is_in_the_middle_and_turns_the_short_way():
     assert math.cos(middle.yaw) == pytest.approx(-1.0)
 
 
-def test_beyond_its_ends_it_stands():
+def test_beyond_its_ends_it_is_constant():
     assert PATH.pose_at(-1.0).distance_to(PATH.poses[0]) < 1e-12
     assert PATH.pose_at(9.0).distance_to(PATH.poses[-1]) < 1e-12

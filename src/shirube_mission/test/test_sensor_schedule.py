@@ -4,26 +4,26 @@ from __future__ import annotations
 
 import pytest
 
-from shirube_mission.sensor_schedule import CAMERAS, STEP_MS, TILT, SensorRhythm
+from shirube_mission.sensor_schedule import CAMERAS, STEP_MS, TILT, SensorSchedule
 
 
-@pytest.mark.parametrize('rhythm', [*CAMERAS, TILT, SensorRhythm('odd', 33, 7, 5, 50)])
+@pytest.mark.parametrize('schedule', [*CAMERAS, TILT, SensorSchedule('odd', 33, 7, 5, 50)])
 @pytest.mark.parametrize('step', [1, 7, STEP_MS, 50])
-def test_all_come_once(rhythm, step):
+def test_all_come_once(schedule, step):
     end = 2000
     steps = [(now - step, now) for now in range(step, end + step, step)]
-    shown = [index for before, now in steps for index in rhythm.indices(before, now, rhythm.latency)]
+    shown = [index for before, now in steps for index in schedule.indices(before, now, schedule.latency)]
     assert shown == list(range(len(shown)))
-    last = rhythm.time_ms(len(shown)) + rhythm.latency
+    last = schedule.time_ms(len(shown)) + schedule.latency
     assert last > end
 
 
-@pytest.mark.parametrize('rhythm', CAMERAS)
-def test_a_picture_is_ordered_before_it_is_shown_and_after_its_exposure(rhythm):
+@pytest.mark.parametrize('schedule', CAMERAS)
+def test_a_picture_is_ordered_before_it_is_shown_and_after_its_exposure(schedule):
     ordered: dict[int, int] = {}
     for now in range(STEP_MS, 3000, STEP_MS):
-        for index in rhythm.indices(now - STEP_MS, now, rhythm.exposure):
-            assert now >= rhythm.time_ms(index) + rhythm.exposure
+        for index in schedule.indices(now - STEP_MS, now, schedule.exposure):
+            assert now >= schedule.time_ms(index) + schedule.exposure
             ordered[index] = now
-        for index in rhythm.indices(now - STEP_MS, now, rhythm.latency):
+        for index in schedule.indices(now - STEP_MS, now, schedule.latency):
             assert ordered[index] < now

@@ -16,7 +16,7 @@ from shirube_ros.camera_info_conversion import SizedCamera, check_image_size
 from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
 from shirube_ros.message_error import CameraInfoError, MessageError
 from shirube_ros.pose_conversion import planar_pose
-from shirube_ros.tilt_conversion import tilt_of_imu
+from shirube_ros.tilt_conversion import tilt_from_imu
 
 _NANOSECONDS = 1_000_000_000
 
@@ -97,13 +97,13 @@ class Recording(Generic[Calibration]):
     Args:
         bag: open bag.
         topics: topics to read.
-        calibration_of: converts a CameraInfo to a calibration; its second argument is the topic, for error messages.
+        read_calibration: converts a CameraInfo to a calibration; its second argument is the topic, for error messages.
     """
 
     def __init__(
-        self, bag: BagReader, topics: RecordingTopics, calibration_of: Callable[[Any, str], Calibration]
+        self, bag: BagReader, topics: RecordingTopics, read_calibration: Callable[[Any, str], Calibration]
     ) -> None:
-        self._bag, self._topics, self._calibration_of = bag, topics, calibration_of
+        self._bag, self._topics, self._read_calibration = bag, topics, read_calibration
         self._calibrations: dict[str, Calibration] = {}
 
     def messages(
@@ -125,11 +125,11 @@ class Recording(Generic[Calibration]):
                         raw.topic, message.header, planar_pose(message.pose.pose, raw.topic)
                     )
                 elif raw.topic == self._topics.imu:
-                    tilt = tilt_of_imu(message, raw.topic)
+                    tilt = tilt_from_imu(message, raw.topic)
                     yield RecordedTilt(raw.topic, message.header, _stamp_ns(message), tilt)
                 else:
                     self._calibrations.pop(raw.topic, None)
-                    self._calibrations[raw.topic] = self._calibration_of(message, raw.topic)
+                    self._calibrations[raw.topic] = self._read_calibration(message, raw.topic)
             except MessageError:
                 continue  # a bad calibration is reported with each image
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.topic_choice import choose_topic
+from shirube_bags.topic_selection import select_topic
 
 _IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
@@ -33,26 +33,26 @@ class RecordingTopics:
 
 
 def choose_images(
-    bag: BagReader, name: str | None, usual: tuple[str, ...] = ('/image_raw', '/image_raw/compressed')
+    bag: BagReader, name: str | None, default: tuple[str, ...] = ('/image_raw', '/image_raw/compressed')
 ) -> str:
     """Return the image topic of a camera: the named one, else a default one, else the only one.
 
     Raises:
         BagError: the named topic is missing or has another type, or the choice is not unique.
     """
-    return choose_topic(bag, name, _IMAGES, usual)
+    return select_topic(bag, name, _IMAGES, default)
 
 
-def choose_camera_info(bag: BagReader, name: str | None, usual: str = '/camera_info') -> str:
+def choose_camera_info(bag: BagReader, name: str | None, default: str = '/camera_info') -> str:
     """Return the CameraInfo topic of a camera; see `choose_images`."""
-    return choose_topic(bag, name, ('sensor_msgs/msg/CameraInfo',), (usual,))
+    return select_topic(bag, name, ('sensor_msgs/msg/CameraInfo',), (default,))
 
 
 def choose_odometry(bag: BagReader, name: str | None) -> str:
     """Return the odometry topic, empty if there is none; see `choose_images`."""
-    return choose_topic(bag, name, ('nav_msgs/msg/Odometry',), ('/odom',), is_optional=True)
+    return select_topic(bag, name, ('nav_msgs/msg/Odometry',), ('/odom',), is_optional=True)
 
 
 def choose_imu(bag: BagReader, name: str | None) -> str:
     """Return the IMU topic, empty if there is none; see `choose_images`."""
-    return choose_topic(bag, name, ('sensor_msgs/msg/Imu',), ('/imu',), is_optional=True)
+    return select_topic(bag, name, ('sensor_msgs/msg/Imu',), ('/imu',), is_optional=True)

@@ -57,7 +57,7 @@ def read(*rows, topics=TOPICS):
 
 
 def test_everything_comes_in_its_order():
-    seen = read(
+    received = read(
         ('/left/info', info()),
         ('/right/info', info()),
         ('/odom', odometry(1.0)),
@@ -66,8 +66,8 @@ def test_everything_comes_in_its_order():
         ('/right', compressed(2.0)),
         ('/other', odometry(3.0)),
     )
-    assert [type(one) for one in seen] == [RecordedOdometry, RecordedImage, RecordedTilt, RecordedImage]
-    wheels, left, tilt, right = seen
+    assert [type(one) for one in received] == [RecordedOdometry, RecordedImage, RecordedTilt, RecordedImage]
+    wheels, left, tilt, right = received
     assert wheels.T_odom_base.distance_to(PlanarPose(1.0, 2.0, 0.5)) < 1e-12
     assert tilt.tilt == (0.0, 0.0)
     assert [(one.camera, one.topic, one.stamp_ns) for one in (left, right)] == [
@@ -81,7 +81,7 @@ def test_everything_comes_in_its_order():
 
 
 def test_each_camera_has_its_own_calibration_and_the_newest():
-    seen = read(
+    received = read(
         ('/left/info', info(focal_length=100.0)),
         ('/right/info', info(focal_length=200.0)),
         ('/left', image(1)),
@@ -89,7 +89,7 @@ def test_each_camera_has_its_own_calibration_and_the_newest():
         ('/left/info', info(focal_length=300.0)),
         ('/left', image(2)),
     )
-    assert [one.calibration.fx for one in seen] == [100.0, 200.0, 300.0]
+    assert [one.calibration.fx for one in received] == [100.0, 200.0, 300.0]
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_each_camera_has_its_own_calibration_and_the_newest():
         ([('/left/info', info()), ('/left', CompressedImage(header=header(1), data=b'no'))], '/left'),
     ],
 )  # fmt: skip
-def test_a_bad_image_tells_its_fault(rows, fault):
+def test_a_bad_image_has_its_error(rows, fault):
     (bad,) = read(*rows)
     assert isinstance(bad, BadImage)
     assert (bad.topic, bad.stamp_ns) == ('/left', 1_000_000_000)
@@ -109,16 +109,16 @@ def test_a_bad_image_tells_its_fault(rows, fault):
 
 
 def test_after_a_bad_calibration_the_one_before_counts_no_more():
-    seen = read(('/left/info', info()), ('/left/info', info(focal_length=0.0)), ('/left', image(1)))
-    assert [type(one) for one in seen] == [BadImage]
+    received = read(('/left/info', info()), ('/left/info', info(focal_length=0.0)), ('/left', image(1)))
+    assert [type(one) for one in received] == [BadImage]
 
 
 def test_bad_odometry_and_tilt_are_left_out():
     bad = odometry(1)
     bad.pose.pose.position.x = float('nan')
-    crooked = Imu(header=header(1))
-    crooked.orientation.w = 0.0
-    assert not read(('/odom', bad), ('/imu', crooked))
+    invalid = Imu(header=header(1))
+    invalid.orientation.w = 0.0
+    assert not read(('/odom', bad), ('/imu', invalid))
 
 
 def test_a_method_without_odometry_sees_none():

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from shirube_files import YamlFileError, is_number, read_yaml, shown
+from shirube_files import YamlFileError, format_value, is_number, read_yaml
 from shirube_geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.file_errors import CalibrationError
@@ -46,7 +46,9 @@ def load_calibration(path: Path) -> PinholeCamera:
 def _size(path: Path, content: dict[str, Any], field: str) -> int:
     value = content.get(field)
     if isinstance(value, bool) or not isinstance(value, int):
-        raise CalibrationError(f'{path}: {field} is {shown(value)}, expected a number of pixels; {_REMEDY}')
+        raise CalibrationError(
+            f'{path}: {field} is {format_value(value)}, expected a number of pixels; {_REMEDY}'
+        )
     return value
 
 

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from shirube_ros.message_guard import TopicCount
+from shirube_ros.callback_guard import TopicCount
 
 _PERIOD = 1.0  # [s]
 
@@ -67,10 +67,10 @@ class Diagnostics:
     def _report(self) -> DiagnosticStatus:
         status = self._current_status()
         level, message = status.level, status.message
-        refusals = self._new_refusals()
-        if refusals:
+        rejections = self._new_rejections()
+        if rejections:
             level = Level.WARN if level is Level.OK else level
-            message = '; '.join([message, *refusals])
+            message = '; '.join([message, *rejections])
         values = [KeyValue(key=key, value=value) for key, value in status.values.items()]
         return DiagnosticStatus(
             level=level.value,
@@ -79,18 +79,18 @@ class Diagnostics:
             values=values + self._count_values(),
         )
 
-    def _new_refusals(self) -> list[str]:
-        refusals = []
+    def _new_rejections(self) -> list[str]:
+        rejections = []
         for count in self._counts.values():
-            if count.latest_refusal is not None:
-                refusals.append(count.latest_refusal)
-                count.latest_refusal = None
-        return refusals
+            if count.latest_rejection is not None:
+                rejections.append(count.latest_rejection)
+                count.latest_rejection = None
+        return rejections
 
     def _count_values(self) -> list[KeyValue]:
         values = []
         for topic, count in self._counts.items():
             values.append(KeyValue(key=f'{topic} received', value=str(count.received)))
-            for reason, number in count.refused.items():
+            for reason, number in count.rejected.items():
                 values.append(KeyValue(key=f'{topic} rejected', value=f'{number}: {reason}'))
         return values

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
-from shirube_ros.image_end import is_cut_off, is_jpeg_or_png
+from shirube_ros.image_integrity import is_jpeg_or_png, is_truncated
 from shirube_ros.message_error import ImageError
 
 _CHANNELS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3}
@@ -72,7 +72,7 @@ def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray
     data = np.frombuffer(message.data, dtype=np.uint8)
     if not is_jpeg_or_png(data):
         raise ImageError(f'{topic} is neither JPEG nor PNG (format {message.format!r}); send jpeg')
-    if is_cut_off(data):
+    if is_truncated(data):
         raise ImageError(f'{topic} is truncated; check the camera driver and the network')
     try:
         decoded = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_ros.file_errors import ImageFileError
-from shirube_ros.image_end import is_cut_off
+from shirube_ros.image_integrity import is_truncated
 
 _SUFFIXES = frozenset({'.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp'})
 
@@ -48,7 +48,7 @@ def load_image(path: Path) -> NDArray[np.uint8]:
         data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     except OSError as fault:
         raise ImageFileError(f'{path}: cannot be read ({fault.strerror}); give an image') from fault
-    if is_cut_off(data):
+    if is_truncated(data):
         raise ImageFileError(f'{path}: is truncated; copy or record it again')
     try:
         pixels = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None

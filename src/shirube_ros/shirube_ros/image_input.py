@@ -12,10 +12,10 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera_info_conversion import SizedCamera, check_image_size
 from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
 from shirube_ros.message_error import CameraInfoError
-from shirube_ros.message_guard import MessageGuard
 from shirube_ros.quality_of_service import overridable, sensor_profile
 
 Camera = TypeVar('Camera', bound=SizedCamera)
@@ -39,7 +39,7 @@ class ImageInput(Generic[Camera]):
     def __init__(
         self,
         node: Node,
-        guard: MessageGuard,
+        guard: CallbackGuard,
         topics: tuple[str, str],
         transport: str,
         read_camera: Callable[[CameraInfo, str], Camera],
@@ -61,19 +61,19 @@ class ImageInput(Generic[Camera]):
         self._on_image = on_image
         self._camera: Camera | None = None
         # Subscribe to CameraInfo first: of two messages that are ready, the executor takes the older subscription.
-        self._subscribe(node, guard, CameraInfo, self._info_topic, self._take_camera_info)
-        self._kinds: dict[str, Subscription] = {}
+        self._subscribe(node, guard, CameraInfo, self._info_topic, self._on_camera_info)
+        self._subscriptions: dict[str, Subscription] = {}
         if transport != 'raw':
             # A remapping of <topic> must apply to <topic>/compressed, too.
             topic = f'{node.resolve_topic_name(self._topic)}/compressed'
-            self._kinds['compressed'] = self._subscribe(
-                node, guard, CompressedImage, topic, self._take_compressed
+            self._subscriptions['compressed'] = self._subscribe(
+                node, guard, CompressedImage, topic, self._on_compressed
             )
         if transport != 'compressed':
-            self._kinds['raw'] = self._subscribe(node, guard, Image, self._topic, self._take_raw)
+            self._subscriptions['raw'] = self._subscribe(node, guard, Image, self._topic, self._on_raw)
 
     def _subscribe(
-        self, node: Node, guard: MessageGuard, kind: type, topic: str, callback: Callable[..., None]
+        self, node: Node, guard: CallbackGuard, kind: type, topic: str, callback: Callable[..., None]
     ) -> Subscription:
         return node.create_subscription(
             kind,
@@ -83,27 +83,27 @@ class ImageInput(Generic[Camera]):
             qos_overriding_options=overridable(),
         )
 
-    def _take_camera_info(self, message: CameraInfo) -> None:
+    def _on_camera_info(self, message: CameraInfo) -> None:
         self._camera = None  # an invalid calibration must not leave the old one in use
         self._camera = self._read_camera(message, self._info_topic)
 
-    def _take_raw(self, message: Image) -> None:
-        if 'raw' in self._kinds:
+    def _on_raw(self, message: Image) -> None:
+        if 'raw' in self._subscriptions:
             pixels = array_from_image(message, self._topic)
-            self._keep('raw')
-            self._hand_on(message.header, pixels)
+            self._select_transport('raw')
+            self._dispatch(message.header, pixels)
 
-    def _take_compressed(self, message: CompressedImage) -> None:
-        if 'compressed' in self._kinds:
+    def _on_compressed(self, message: CompressedImage) -> None:
+        if 'compressed' in self._subscriptions:
             pixels = array_from_compressed_image(message, f'{self._topic}/compressed')
-            self._keep('compressed')
-            self._hand_on(message.header, pixels)
+            self._select_transport('compressed')
+            self._dispatch(message.header, pixels)
 
-    def _keep(self, kind: str) -> None:
-        for other in set(self._kinds) - {kind}:
-            self._node.destroy_subscription(self._kinds.pop(other))
+    def _select_transport(self, kind: str) -> None:
+        for other in set(self._subscriptions) - {kind}:
+            self._node.destroy_subscription(self._subscriptions.pop(other))
 
-    def _hand_on(self, header: Header, pixels: NDArray[np.uint8]) -> None:
+    def _dispatch(self, header: Header, pixels: NDArray[np.uint8]) -> None:
         if self._camera is None:
             raise CameraInfoError(
                 f'{self._topic} came without a usable {self._info_topic}; publish the calibration'

@@ -26,9 +26,9 @@ def occupancy_grid(
         header: stamp and frame.
     """
     rows, columns = cells.shape
-    place = pose_message(PlanarPose(*origin, 0.0))
+    origin_pose = pose_message(PlanarPose(*origin, 0.0))
     info = MapMetaData(
-        map_load_time=header.stamp, resolution=resolution, width=columns, height=rows, origin=place
+        map_load_time=header.stamp, resolution=resolution, width=columns, height=rows, origin=origin_pose
     )
     data = array('b')
     data.frombytes(np.ascontiguousarray(cells, dtype=np.int8).data.cast('B'))
@@ -45,8 +45,8 @@ def path_message(points: NDArray[np.float64], yaw_end: float, header: Header) ->
     """
     if len(points) == 0:
         return Path(header=header)
-    ways = np.diff(points, axis=0)
-    headings = [*np.arctan2(ways[:, 1], ways[:, 0]).tolist(), yaw_end]
+    segments = np.diff(points, axis=0)
+    headings = [*np.arctan2(segments[:, 1], segments[:, 0]).tolist(), yaw_end]
     poses: list[PoseStamped] = [
         pose_stamped(PlanarPose(x, y, yaw), header)
         for (x, y), yaw in zip(points.tolist(), headings, strict=True)

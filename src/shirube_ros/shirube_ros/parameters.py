@@ -48,7 +48,7 @@ def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
     return settings
 
 
-def refuse_misspelled_parameters(node: Node) -> None:
+def reject_misspelled_parameters(node: Node) -> None:
     """Reject a given parameter whose name is close to a declared one; warn of other unknown names.
 
     A file for many nodes (``/**``) may contain parameters of other nodes, so an unknown name alone is no error.

@@ -10,7 +10,7 @@ from shirube_ros.message_error import PoseError
 _SHORTEST_QUATERNION = 0.1
 
 
-def tilt_of_imu(message: Any, topic: str) -> tuple[float, float]:
+def tilt_from_imu(message: Any, topic: str) -> tuple[float, float]:
     """Return fixed-axis roll and pitch of a sensor_msgs/Imu [rad].
 
     Raises:
@@ -18,10 +18,10 @@ def tilt_of_imu(message: Any, topic: str) -> tuple[float, float]:
     """
     if message.orientation_covariance[0] < 0.0:
         raise PoseError(f'{topic} has no orientation; filter it with imu_filter_madgwick or similar')
-    return tilt_of_quaternion(message.orientation, topic)
+    return tilt_from_quaternion(message.orientation, topic)
 
 
-def tilt_of_quaternion(message: Any, topic: str) -> tuple[float, float]:
+def tilt_from_quaternion(message: Any, topic: str) -> tuple[float, float]:
     """Return fixed-axis roll and pitch of a geometry_msgs/Quaternion [rad].
 
     Raises:

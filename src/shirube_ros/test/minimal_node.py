@@ -9,8 +9,8 @@ from pathlib import Path
 
 from rclpy.node import Node
 
+from shirube_ros.node_main import run_node
 from shirube_ros.parameters import declare_parameters
-from shirube_ros.safe_main import run_node
 from shirube_settings import setting
 
 

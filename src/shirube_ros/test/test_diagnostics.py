@@ -5,9 +5,9 @@ from __future__ import annotations
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
+from shirube_ros.callback_guard import TopicCount
 from shirube_ros.diagnostics import Diagnostics, Level, Status
 from shirube_ros.isolated_graph import IsolatedGraph
-from shirube_ros.message_guard import TopicCount
 
 
 class Reports:
@@ -42,7 +42,7 @@ def test_reports_carry_status_values_and_counts(graph: IsolatedGraph) -> None:
 
 def test_a_refusal_is_a_warning_once_and_stays_counted(graph: IsolatedGraph) -> None:
     reports = Reports(graph, Status(Level.OK, 'fix'))
-    reports.counts['image_raw'].refuse('too dark')
+    reports.counts['image_raw'].reject('too dark')
     report = reports.next()
     assert (report.level, report.message) == (DiagnosticStatus.WARN, 'fix; too dark')
     report = reports.next()
@@ -52,11 +52,11 @@ def test_a_refusal_is_a_warning_once_and_stays_counted(graph: IsolatedGraph) -> 
 
 def test_a_refusal_does_not_soften_an_error(graph: IsolatedGraph) -> None:
     reports = Reports(graph, Status(Level.ERROR, 'broken'))
-    reports.counts['image_raw'].refuse('too dark')
+    reports.counts['image_raw'].reject('too dark')
     assert reports.next().level == DiagnosticStatus.ERROR
 
 
-def test_reports_go_on_while_simulated_time_stands_still(graph: IsolatedGraph) -> None:
+def test_reports_continue_while_simulated_time_is_paused(graph: IsolatedGraph) -> None:
     reports = Reports(graph, Status(Level.OK, 'fix'), use_sim_time=True)
     reports.next()
     reports.next()

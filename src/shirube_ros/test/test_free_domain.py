@@ -15,7 +15,7 @@ def test_two_at_once_are_different():
 @pytest.mark.parametrize(
     'error', [TimeoutError('nobody answers'), FileNotFoundError(2, 'no', 'a'), KeyError(1)]
 )
-def test_what_fails_there_is_told_as_it_is(error):
+def test_errors_in_the_context_are_not_changed(error):
     with pytest.raises(type(error)) as caught, free_domain():
         raise error
     assert caught.value is error

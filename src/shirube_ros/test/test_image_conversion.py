@@ -58,7 +58,7 @@ def test_unpadded_images_share_the_memory_of_the_message(message: Image) -> None
 
 
 @pytest.mark.parametrize('pixels', [GRAY, BGR])
-def test_loops_get_the_same_type_from_a_bag_as_from_a_camera(pixels: np.ndarray) -> None:
+def test_kernels_get_the_same_type_from_a_bag_as_from_a_camera(pixels: np.ndarray) -> None:
     from_camera = image_from_array(pixels, Header())
     # As the reader of bags makes it.
     recorded = SimpleNamespace(

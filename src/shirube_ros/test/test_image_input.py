@@ -14,11 +14,11 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
 from shirube_geometry import PinholeCamera
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
 from shirube_ros.isolated_graph import IsolatedGraph
-from shirube_ros.message_guard import MessageGuard
 
 PIXELS = np.random.default_rng(2).integers(0, 256, (40, 50), dtype=np.uint8)
 INFO = CameraInfo(width=50, height=40, k=[60.0, 0.0, 25.0, 0.0, 60.0, 20.0, 0.0, 0.0, 1.0])
@@ -32,7 +32,7 @@ class Pair:
         self._graph = graph
         arguments = ['--ros-args', *(word for rule in remappings for word in ('-r', rule))]
         self.viewer = graph.add(lambda **options: Node('viewer', cli_args=arguments, **options), **parameters)
-        self.guard = MessageGuard(self.viewer)
+        self.guard = CallbackGuard(self.viewer)
         self.seen: list[tuple[Header, np.ndarray, PinholeCamera]] = []
         ImageInput(
             self.viewer,
@@ -58,7 +58,7 @@ class Pair:
         return sum(count.received for count in self.guard.counts.values())
 
     def refusals(self) -> list[str]:
-        return [reason for count in self.guard.counts.values() for reason in count.refused]
+        return [reason for count in self.guard.counts.values() for reason in count.rejected]
 
 
 def test_a_raw_image_arrives_with_its_camera(graph: IsolatedGraph) -> None:

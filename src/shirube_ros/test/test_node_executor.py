@@ -37,24 +37,24 @@ def graph(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> It
 def test_messages_and_timers_of_simulated_time_are_worked_off(graph: Graph) -> None:
     context, executor = graph
     node = Node('hearer', context=context, parameter_overrides=[Parameter('use_sim_time', value=True)])
-    heard: list[object] = []
-    node.create_subscription(Int32, 'number', lambda message: heard.append(message.data), 10)
+    received: list[object] = []
+    node.create_subscription(Int32, 'number', lambda message: received.append(message.data), 10)
     ticks: list[int] = []
     node.create_timer(0.1, lambda: ticks.append(node.get_clock().now().nanoseconds))
-    speaker = Node('speaker', context=context)
+    publisher_node = Node('speaker', context=context)
     numbers, clock = (
-        speaker.create_publisher(Int32, 'number', 10),
-        speaker.create_publisher(Clock, '/clock', 10),
+        publisher_node.create_publisher(Int32, 'number', 10),
+        publisher_node.create_publisher(Clock, '/clock', 10),
     )
     executor.add_node(node)
-    executor.add_node(speaker)
+    executor.add_node(publisher_node)
 
     def spin_until(count: int) -> None:
         for _ in range(200):
-            if len(heard) >= count:
+            if len(received) >= count:
                 return
             executor.spin_once(timeout_sec=0.05)
-        raise AssertionError(f'{heard} came, not {count}')
+        raise AssertionError(f'{received} came, not {count}')
 
     while numbers.get_subscription_count() == 0 or clock.get_subscription_count() < 1:
         executor.spin_once(timeout_sec=0.05)
@@ -62,10 +62,10 @@ def test_messages_and_timers_of_simulated_time_are_worked_off(graph: Graph) -> N
         clock.publish(Clock(clock=rclpy.time.Time(nanoseconds=50_000_000 * (k + 1)).to_msg()))
         numbers.publish(Int32(data=k))
         spin_until(k + 1)
-    assert heard == list(range(40))
+    assert received == list(range(40))
     assert 17 <= len(ticks) <= 20
     node.destroy_node()
-    speaker.destroy_node()
+    publisher_node.destroy_node()
 
 
 def spin(executor: Executor) -> None:

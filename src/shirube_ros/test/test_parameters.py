@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 
 from shirube_ros.camera_settings import CameraSettings
 from shirube_ros.isolated_graph import IsolatedGraph
-from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_settings import SettingsError, check_settings, setting
 
 
@@ -92,7 +92,7 @@ def test_nearly_the_name_of_a_parameter_is_refused(graph: IsolatedGraph) -> None
     with pytest.raises(
         SettingsError, match=r'parameter dots\.diametr does not exist, did you mean dots\.diameter'
     ):
-        refuse_misspelled_parameters(node)
+        reject_misspelled_parameters(node)
 
 
 def test_a_former_name_is_rejected_with_the_new_one(graph: IsolatedGraph) -> None:
@@ -104,5 +104,5 @@ def test_a_parameter_of_another_node_is_only_warned_of(
     graph: IsolatedGraph, capfd: pytest.CaptureFixture[str]
 ) -> None:
     node, _ = settings_of(graph, wheel_radius=0.1)
-    refuse_misspelled_parameters(node)
+    reject_misspelled_parameters(node)
     assert 'wheel_radius does not exist in this node' in capfd.readouterr().err

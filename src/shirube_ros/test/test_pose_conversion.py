@@ -38,10 +38,10 @@ def test_poses_come_back_from_every_message(pose: PlanarPose) -> None:
     for message in (pose_message(pose), odometry.pose.pose, stamped.pose, with_covariance.pose.pose):
         back = planar_pose(message, 'pose')
         assert pose.distance_to(back) < 1e-12
-        assert pose.turn_to(back) == pytest.approx(0.0, abs=1e-12)
+        assert pose.yaw_to(back) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_the_covariance_lies_where_ros_puts_x_y_and_yaw() -> None:
+def test_the_covariance_has_the_layout_of_ros() -> None:
     message = pose_with_covariance_message(PlanarPose(0.0, 0.0, 0.0), COVARIANCE)
     full = np.array(message.covariance).reshape(6, 6)
     assert (full[0, 0], full[1, 1], full[5, 5]) == (4.0, 3.0, 2.0)

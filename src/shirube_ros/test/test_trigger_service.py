@@ -6,10 +6,10 @@ import pytest
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.message_error import MessageError
-from shirube_ros.message_guard import MessageGuard
-from shirube_ros.trigger_service import offer_trigger
+from shirube_ros.trigger_service import create_trigger_service
 
 
 def succeed() -> str:
@@ -36,8 +36,8 @@ def test_every_call_is_answered_in_one_line(
     graph: IsolatedGraph, work: object, success: bool, message: str
 ) -> None:
     node = graph.add(lambda **options: Node('server', **options))
-    guard = MessageGuard(node)
-    offer_trigger(node, guard, '~/save', work)
+    guard = CallbackGuard(node)
+    create_trigger_service(node, guard, '~/save', work)
     asker = graph.add(lambda **options: Node('asker', **options))
     client = asker.create_client(Trigger, '/server/save')
     assert graph.spin_until(client.service_is_ready)
@@ -45,7 +45,7 @@ def test_every_call_is_answered_in_one_line(
         future = client.call_async(Trigger.Request())
         assert graph.spin_until(future.done)
         assert (future.result().success, future.result().message) == (success, message)
-    assert (guard.counts['~/save'].received, guard.counts['~/save'].refused.total()) == (
+    assert (guard.counts['~/save'].received, guard.counts['~/save'].rejected.total()) == (
         2,
         0 if success else 2,
     )

@@ -30,12 +30,12 @@ def settings_from_values(cls: type[Settings], values: Mapping[str, object]) -> S
     for name, value in values.items():
         if name not in descriptions:
             raise SettingsError(_unknown_name_message(name, descriptions.values()))
-        converted[name] = _converted(descriptions[name], value)
+        converted[name] = _convert(descriptions[name], value)
         check_value(descriptions[name], converted[name])
-    return _filled(cls(), converted, '')
+    return _fill(cls(), converted, '')
 
 
-def _converted(description: SettingDescription, value: object) -> object:
+def _convert(description: SettingDescription, value: object) -> object:
     if description.is_tuple and isinstance(value, (list, tuple)):
         return tuple(_as_float(element) for element in value)
     return _as_float(value) if description.type is float else value
@@ -45,14 +45,14 @@ def _as_float(value: object) -> object:
     return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
 
 
-def _filled(defaults: Settings, values: Mapping[str, object], prefix: str) -> Settings:
+def _fill(defaults: Settings, values: Mapping[str, object], prefix: str) -> Settings:
     hints = get_type_hints(type(defaults))
     group = cast('Any', defaults)  # a dataclass instance; typing has no public name for that
     changes: dict[str, object] = {}
     for field in dataclasses.fields(group):
         name = prefix + field.name
         if dataclasses.is_dataclass(hints[field.name]):
-            changes[field.name] = _filled(getattr(group, field.name), values, f'{name}.')
+            changes[field.name] = _fill(getattr(group, field.name), values, f'{name}.')
         elif name in values:
             changes[field.name] = values[name]
     return cast('Settings', dataclasses.replace(group, **changes))

@@ -31,13 +31,13 @@ def check_value(description: SettingDescription, value: object) -> None:
     """
     if not _has_type(description, value):
         raise SettingsError(
-            f'setting {description.name} is {value!r}, it must be {_type_in_words(description)}'
+            f'setting {description.name} is {value!r}, it must be {_describe_type(description)}'
         )
     numbers = value if isinstance(value, tuple) else (value,)
     if not all(_is_allowed(description, number) for number in numbers):
         unit = f' {description.unit}' if description.unit else ''
         raise SettingsError(
-            f'setting {description.name} is {value!r}{unit}, allowed is {_limits_in_words(description)}'
+            f'setting {description.name} is {value!r}{unit}, allowed is {_describe_limits(description)}'
             f' ({description.description})'
         )
 
@@ -69,12 +69,12 @@ def _is_allowed(description: SettingDescription, value: object) -> bool:
     return math.isfinite(value) and above and below
 
 
-def _type_in_words(description: SettingDescription) -> str:
+def _describe_type(description: SettingDescription) -> str:
     if description.is_tuple:
         return 'numbers' if description.length is None else f'{description.length} numbers'
-    words = {float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a text'}
-    return words[description.type]
+    descriptions = {float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a text'}
+    return descriptions[description.type]
 
 
-def _limits_in_words(description: SettingDescription) -> str:
+def _describe_limits(description: SettingDescription) -> str:
     return 'any finite number' if description.limits == 'any' else description.limits

@@ -13,26 +13,26 @@ def settings_table(cls: type) -> str:
     """
     rows: list[tuple[str, ...]] = [('setting', 'type', 'default', 'unit', 'allowed', 'meaning'), ('---',) * 6]
     rows += [_row(description) for description in describe_settings(cls)]
-    return ''.join('| ' + ' | '.join(_escaped(cell) for cell in row) + ' |\n' for row in rows)
+    return ''.join('| ' + ' | '.join(_escape(cell) for cell in row) + ' |\n' for row in rows)
 
 
 def _row(description: SettingDescription) -> tuple[str, ...]:
     return (
         f'`{description.name}`',
         description.type_name,
-        f'`{_default_in_words(description.default)}`',
+        f'`{_format_default(description.default)}`',
         description.unit,
         description.limits,
         description.description,
     )
 
 
-def _default_in_words(default: object) -> str:
+def _format_default(default: object) -> str:
     """Format floats with six digits: ``3.14159`` for pi."""
     if isinstance(default, tuple):
-        return '(' + ', '.join(_default_in_words(element) for element in default) + ')'
+        return '(' + ', '.join(_format_default(element) for element in default) + ')'
     return f'{default:g}' if isinstance(default, float) else repr(default)
 
 
-def _escaped(cell: str) -> str:
+def _escape(cell: str) -> str:
     return cell.replace('|', r'\|')

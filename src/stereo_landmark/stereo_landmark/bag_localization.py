@@ -8,11 +8,11 @@ from shirube_bags.bag_reader import BagReader
 from shirube_recordings.recording import BadImage, RecordedImage, RecordedTilt
 from shirube_recordings.recording_topics import RecordingTopics
 from shirube_ros.message_error import MessageError
-from shirube_ros.stamp_order import StampOrder
+from shirube_ros.stamp_validator import StampValidator
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.grey_image import grey
+from stereo_landmark.files.grey_image import to_grey
 from stereo_landmark.located_frame import LocatedFrame
 from stereo_landmark.pair_recording import pair_recording
 
@@ -34,7 +34,7 @@ class BagLocalization:
         self._left_topic = topics.images[Side.LEFT]
         self._create_stream = create_stream
         self._stream = create_stream()
-        self._stamps = StampOrder(self._start_again)
+        self._stamps = StampValidator(self._reset_stream)
 
     def run(self) -> Iterator[LocatedFrame]:
         """Yield the result of each pair; a malformed image yields its error, other malformed messages are skipped.
@@ -45,19 +45,19 @@ class BagLocalization:
         for message in self._recording.messages():
             match message:
                 case RecordedImage():
-                    frame = self._frame(message)
+                    frame = self._process_image(message)
                     if frame is not None:
                         yield frame
                 case BadImage():
                     yield LocatedFrame(message.topic, message.stamp_ns, message.fault)
                 case RecordedTilt():
-                    self._take_tilt(message)
+                    self._add_tilt(message)
 
-    def _frame(self, image: RecordedImage[CameraCalibration]) -> LocatedFrame | None:
+    def _process_image(self, image: RecordedImage[CameraCalibration]) -> LocatedFrame | None:
         try:
             self._stamps.check(image.header, image.topic)
             located = self._stream.add_image(
-                Side(image.camera), image.stamp_ns, grey(image.pixels), image.calibration
+                Side(image.camera), image.stamp_ns, to_grey(image.pixels), image.calibration
             )
         except (MessageError, StereoLandmarkError) as fault:
             return LocatedFrame(image.topic, image.stamp_ns, str(fault))
@@ -65,12 +65,12 @@ class BagLocalization:
             return None
         return LocatedFrame(self._left_topic, located.stamp_ns, located)
 
-    def _take_tilt(self, message: RecordedTilt) -> None:
+    def _add_tilt(self, message: RecordedTilt) -> None:
         try:
             stamp = self._stamps.check(message.header, message.topic)
         except MessageError:
             return  # as in the node: malformed messages are skipped
         self._stream.add_tilt(stamp, *message.tilt)
 
-    def _start_again(self) -> None:
+    def _reset_stream(self) -> None:
         self._stream = self._create_stream()

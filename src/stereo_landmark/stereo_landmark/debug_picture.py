@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
-from stereo_landmark.core.procedure.sighting import TargetSighting
+from stereo_landmark.core.procedure.target_detection import TargetDetection
 
-_USED, _LEFT_OUT, _TEXT_COLOUR = (60, 220, 60), (0, 200, 255), (255, 255, 255)
+_USED, _UNUSED, _TEXT_COLOUR = (60, 220, 60), (0, 200, 255), (255, 255, 255)
 _SUBPIXEL_BITS = 4
-_ARM = 6.0
+_CROSS_ARM = 6.0
 """Arm length of the cross on a point [px]."""
-_TEXT = 0.45
+_TEXT_SCALE = 0.45
 
 
 def debug_picture(located: LocatedPair) -> NDArray[np.uint8]:
@@ -24,36 +24,36 @@ def debug_picture(located: LocatedPair) -> NDArray[np.uint8]:
         BGR image, shape (h, w, 3).
     """
     picture = np.array(cv2.cvtColor(located.left, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
-    answer = located.answer
-    used = answer.displacement.names if isinstance(answer, LandmarkFix) else ()
-    for sighting in answer.sightings:
-        if not isinstance(sighting, TargetSighting):
+    result = located.result
+    used = result.displacement.names if isinstance(result, LandmarkFix) else ()
+    for detection in result.detections:
+        if not isinstance(detection, TargetDetection):
             continue
-        for name, pixels in zip(sighting.points.names, sighting.points.pixels, strict=True):
-            colour = _USED if name in used else _LEFT_OUT
-            _cross(picture, pixels[:2], colour)
-        if len(sighting.points):
-            u, v = np.rint(sighting.points.pixels[0, :2]).astype(int)
-            _write(picture, sighting.target, (int(u) + 8, int(v) - 8), _USED)
-    _write(picture, _headline(answer), (4, 16), _TEXT_COLOUR)
+        for name, pixels in zip(detection.points.names, detection.points.pixels, strict=True):
+            colour = _USED if name in used else _UNUSED
+            _draw_cross(picture, pixels[:2], colour)
+        if len(detection.points):
+            u, v = np.rint(detection.points.pixels[0, :2]).astype(int)
+            _draw_text(picture, detection.target, (int(u) + 8, int(v) - 8), _USED)
+    _draw_text(picture, _headline(result), (4, 16), _TEXT_COLOUR)
     return picture
 
 
-def _headline(answer: LandmarkFix | NoLandmarkFix) -> str:
-    if isinstance(answer, NoLandmarkFix):
-        return f'no fix: {answer.reason}'
-    pose = answer.displacement.T_place_base
-    return f'{answer.place.name}: {pose.x:.3f} {pose.y:.3f} m {pose.yaw:.3f} rad'
+def _headline(result: LandmarkFix | NoLandmarkFix) -> str:
+    if isinstance(result, NoLandmarkFix):
+        return f'no fix: {result.reason}'
+    pose = result.displacement.T_place_base
+    return f'{result.place.name}: {pose.x:.3f} {pose.y:.3f} m {pose.yaw:.3f} rad'
 
 
-def _cross(picture: NDArray[np.uint8], place: NDArray[np.float64], colour: tuple[int, int, int]) -> None:
-    for step in (np.array([_ARM, 0.0]), np.array([0.0, _ARM])):
+def _draw_cross(picture: NDArray[np.uint8], place: NDArray[np.float64], colour: tuple[int, int, int]) -> None:
+    for step in (np.array([_CROSS_ARM, 0.0]), np.array([0.0, _CROSS_ARM])):
         begin, end = (np.rint((place + shift) * (1 << _SUBPIXEL_BITS)).astype(int) for shift in (-step, step))
         cv2.line(picture, begin.tolist(), end.tolist(), colour, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
 
 
-def _write(
+def _draw_text(
     picture: NDArray[np.uint8], text: str, place: tuple[int, int], colour: tuple[int, int, int]
 ) -> None:
     for shade, width in (((0, 0, 0), 3), (colour, 1)):
-        cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, _TEXT, shade, width, cv2.LINE_AA)
+        cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, _TEXT_SCALE, shade, width, cv2.LINE_AA)

@@ -9,9 +9,9 @@ from time import monotonic
 from shirube_ros.diagnostics import Level, Status
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
-from stereo_landmark.core.procedure.sighting import TargetSighting
+from stereo_landmark.core.procedure.target_detection import TargetDetection
 
-_LONGEST_SILENCE = 2.0
+_PAIR_TIMEOUT = 2.0
 """A pose is stale when no image pair was received for this time [s]."""
 
 
@@ -41,10 +41,10 @@ class LocalizerReport:
             duration: processing time [s].
         """
         self._latest, self._latest_at, self._duration = located, self._now(), duration
-        if isinstance(located.answer, LandmarkFix):
-            self._fixes[located.answer.place.name] += 1
+        if isinstance(located.result, LandmarkFix):
+            self._fixes[located.result.place.name] += 1
         else:
-            self._no_fixes[located.answer.reason] += 1
+            self._no_fixes[located.result.reason] += 1
 
     def status(self) -> Status:
         """Return the present diagnostic status."""
@@ -53,27 +53,27 @@ class LocalizerReport:
         values |= {f'pairs without: {reason}': str(number) for reason, number in self._no_fixes.items()}
         if self._latest is None:
             return Status(Level.WARN, 'no image pair received; check both images and camera_info', values)
-        answer = self._latest.answer
+        result = self._latest.result
         values |= {'processing time [ms]': f'{1e3 * self._duration:.1f}'}
-        if self._latest.lacks_tilt:
+        if self._latest.is_tilt_missing:
             values |= {'tilt': 'assumed level'}
-        if self._now() - self._latest_at > _LONGEST_SILENCE:
+        if self._now() - self._latest_at > _PAIR_TIMEOUT:
             return Status(Level.WARN, 'image pairs timed out; check the cameras', values)
-        if not isinstance(answer, LandmarkFix):
-            return Status(Level.WARN, f'no fix: {answer.reason}', values | {'detail': answer.detail})
-        if self._latest.lacks_tilt:
+        if not isinstance(result, LandmarkFix):
+            return Status(Level.WARN, f'no fix: {result.reason}', values | {'detail': result.detail})
+        if self._latest.is_tilt_missing:
             why = 'assumed level: no IMU reading near the stamp of the images; check the stamps of both'
-            return Status(Level.WARN, f'at {answer.place.name}, {why}', values | _fix_values(answer))
-        return Status(Level.OK, f'at {answer.place.name}', values | _fix_values(answer))
+            return Status(Level.WARN, f'at {result.place.name}, {why}', values | _fix_values(result))
+        return Status(Level.OK, f'at {result.place.name}', values | _fix_values(result))
 
 
 def _fix_values(fix: LandmarkFix) -> dict[str, str]:
     displacement = fix.displacement
     pose, sigmas = displacement.T_place_base, displacement.covariance.diagonal() ** 0.5
-    found = [each.target for each in fix.sightings if isinstance(each, TargetSighting)]
+    found = [each.target for each in fix.detections if isinstance(each, TargetDetection)]
     return {
         'targets found': ', '.join(found),
-        'measured by patches': ', '.join(fix.compared) or 'none; measured by outlines',
+        'measured by patches': ', '.join(fix.matched_patches) or 'none; measured by outlines',
         'points used': str(len(displacement.names)),
         'x, y, yaw': f'{pose.x:.4f} m, {pose.y:.4f} m, {pose.yaw:.4f} rad',
         'sigma x, y, yaw': f'{sigmas[0]:.4f} m, {sigmas[1]:.4f} m, {sigmas[3]:.4f} rad',

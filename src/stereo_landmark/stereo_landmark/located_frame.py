@@ -20,19 +20,19 @@ class LocatedFrame:
 
     name: str
     stamp_ns: int
-    result: LocatedPair | str
+    outcome: LocatedPair | str
 
     @property
     def fix(self) -> LandmarkFix | None:
         """Place and displacement, None without a fix."""
-        if isinstance(self.result, LocatedPair) and isinstance(self.result.answer, LandmarkFix):
-            return self.result.answer
+        if isinstance(self.outcome, LocatedPair) and isinstance(self.outcome.result, LandmarkFix):
+            return self.outcome.result
         return None
 
     @property
     def failure(self) -> tuple[str, str]:
         """Reason why there is no fix, and its details; empty strings with a fix."""
-        if isinstance(self.result, str):
-            return self.result, ''
-        answer = self.result.answer
-        return ('', '') if isinstance(answer, LandmarkFix) else (answer.reason, answer.detail)
+        if isinstance(self.outcome, str):
+            return self.outcome, ''
+        result = self.outcome.result
+        return ('', '') if isinstance(result, LandmarkFix) else (result.reason, result.detail)

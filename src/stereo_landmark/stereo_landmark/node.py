@@ -17,18 +17,18 @@ from sensor_msgs.msg import Image, Imu
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.drain_subscription import drain_subscription
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
-from shirube_ros.message_guard import MessageGuard
-from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.node_main import run_node
+from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
-from shirube_ros.safe_main import run_node
-from shirube_ros.stamp_order import StampOrder
-from shirube_ros.tilt_conversion import tilt_of_imu
-from shirube_ros.trigger_service import offer_trigger
-from shirube_ros.waiting_messages import take_waiting
+from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.tilt_conversion import tilt_from_imu
+from shirube_ros.trigger_service import create_trigger_service
 from shirube_settings import SettingsError
 from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
@@ -40,14 +40,14 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.debug_picture import debug_picture
 from stereo_landmark.displacement_message import displacement_message
-from stereo_landmark.files.grey_image import grey
+from stereo_landmark.files.grey_image import to_grey
 from stereo_landmark.files.place_file import load_places
 from stereo_landmark.localizer_report import LocalizerReport
 from stereo_landmark.node_settings import NodeSettings
-from stereo_landmark.rehearsal import rehearse
+from stereo_landmark.place_validation import validate_places
 from stereo_landmark.target_markers import target_markers
 
-_TELL_INTERVAL = 1.0
+_LOG_INTERVAL = 1.0
 """Minimum time between log lines about place changes [s]."""
 _NANOSECONDS = 1_000_000_000
 
@@ -94,22 +94,24 @@ class StereoLandmarkNode(Node):
         """
         super().__init__('stereo_landmark', **options)
         self._settings = declare_parameters(self, NodeSettings)
-        method = declare_parameters(self, LandmarkSettings)
-        refuse_misspelled_parameters(self)
+        method_settings = declare_parameters(self, LandmarkSettings)
+        reject_misspelled_parameters(self)
         if not self._settings.places_dir:
             raise SettingsError('places_dir is not set; give the folder of the taught places')
         folder = Path(self._settings.places_dir)
         places = load_places(folder)
         _check_frames(places, self._settings)
-        for line in rehearse(folder, places, method):
+        for line in validate_places(folder, places, method_settings):
             self.get_logger().warning(line)
-        self._new_stream = partial(create_stream, places, self._settings.mount, self._settings, method)
+        self._new_stream = partial(
+            create_stream, places, self._settings.mount, self._settings, method_settings
+        )
         self._stream = self._new_stream()
-        self._was_at: str | None = ''
+        self._last_place_name: str | None = ''
         self._left_frame = ''
         self._report = LocalizerReport(self._settings.places_dir)
-        self._stamps = StampOrder(self._start_again)
-        self._guard = MessageGuard(self, (StereoLandmarkError,))
+        self._stamps = StampValidator(self._reset_stream)
+        self._guard = CallbackGuard(self, (StereoLandmarkError,))
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
         self._subscribe()
@@ -122,7 +124,7 @@ class StereoLandmarkNode(Node):
         )
         self._targets = self.create_publisher(MarkerArray, '~/targets', pose_profile())
         self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
-        offer_trigger(self, self._guard, '~/relocalize', self._relocalize)
+        create_trigger_service(self, self._guard, '~/relocalize', self._relocalize)
 
     def _subscribe(self) -> None:
         for side in Side:
@@ -151,34 +153,34 @@ class StereoLandmarkNode(Node):
         if side is Side.LEFT:
             self._left_frame = header.frame_id
         # The IMU reading of this stamp may still be in the queue.
-        take_waiting(self._imu)
+        drain_subscription(self._imu)
         started = perf_counter()
-        located = self._stream.add_image(side, stamp_ns, grey(pixels), calibration)
+        located = self._stream.add_image(side, stamp_ns, to_grey(pixels), calibration)
         if located is None:
             return
         self._report.add(located, perf_counter() - started)
-        self._tell_change(located.answer)
+        self._log_place_change(located.result)
         self._publish(located)
 
     def _take_imu(self, message: Imu) -> None:
-        roll, pitch = tilt_of_imu(message, 'imu')
+        roll, pitch = tilt_from_imu(message, 'imu')
         stamp = self._stamps.check(message.header, 'imu')
         # After the stamp check, which creates a new stream after a jump back in time.
         self._stream.add_tilt(stamp, roll, pitch)
 
     def _publish(self, located: LocatedPair) -> None:
         """Publish the result of a pair with the stamp of its left image."""
-        answer, settings = located.answer, self._settings
+        result, settings = located.result, self._settings
         seconds, rest = divmod(located.stamp_ns, _NANOSECONDS)
         header = Header(frame_id=settings.base_frame)
         header.stamp.sec, header.stamp.nanosec = seconds, rest
-        if isinstance(answer, LandmarkFix):
-            self._displacement.publish(displacement_message(answer, header.stamp, settings.base_frame))
-            if answer.T_map_base is not None:
+        if isinstance(result, LandmarkFix):
+            self._displacement.publish(displacement_message(result, header.stamp, settings.base_frame))
+            if result.T_map_base is not None:
                 in_map = Header(stamp=header.stamp, frame_id=settings.map_frame)
-                self._pose.publish(pose_stamped(answer.T_map_base, in_map))
+                self._pose.publish(pose_stamped(result.T_map_base, in_map))
                 self._pose_with_covariance.publish(
-                    pose_with_covariance_stamped(answer.T_map_base, answer.map_covariance, in_map)
+                    pose_with_covariance_stamped(result.T_map_base, result.map_covariance, in_map)
                 )
         if self._targets.get_subscription_count() > 0:
             self._targets.publish(target_markers(located, header))
@@ -186,24 +188,24 @@ class StereoLandmarkNode(Node):
             picture_header = Header(stamp=header.stamp, frame_id=self._left_frame)
             self._debug_image.publish(image_from_array(debug_picture(located), picture_header))
 
-    def _tell_change(self, answer: LandmarkFix | NoLandmarkFix) -> None:
+    def _log_place_change(self, result: LandmarkFix | NoLandmarkFix) -> None:
         """Log a line when the robot arrives at a place or leaves it; diagnostics report the rest."""
-        at = answer.place.name if isinstance(answer, LandmarkFix) else None
-        if at == self._was_at:
+        place_name = result.place.name if isinstance(result, LandmarkFix) else None
+        if place_name == self._last_place_name:
             return
-        if isinstance(answer, LandmarkFix):
-            pose = answer.displacement.T_place_base
-            line = f'at {at}: x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad'
+        if isinstance(result, LandmarkFix):
+            pose = result.displacement.T_place_base
+            line = f'at {place_name}: x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad'
         else:
-            line = f'at no place: {answer.reason} ({answer.detail})'
-        if self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL):
-            self._was_at = at
+            line = f'at no place: {result.reason} ({result.detail})'
+        if self.get_logger().info(line, throttle_duration_sec=_LOG_INTERVAL):
+            self._last_place_name = place_name
 
     def _relocalize(self) -> str:
-        self._stream.forget()
+        self._stream.drop_prior()
         return 'last place dropped; searching all places'
 
-    def _start_again(self) -> None:
+    def _reset_stream(self) -> None:
         self.get_logger().warning('clock jumped back; queued images and the last place were reset')
         self._stream = self._new_stream()
 

@@ -16,7 +16,7 @@ from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 
 
-def choose_topics(bag: BagReader, named: dict[str, Any], *, is_raw: bool) -> RecordingTopics:
+def choose_topics(bag: BagReader, requested: dict[str, Any], *, is_raw: bool) -> RecordingTopics:
     """Return the topics to use, left camera first: the requested ones, otherwise the default ones.
 
     Args:
@@ -28,13 +28,13 @@ def choose_topics(bag: BagReader, named: dict[str, Any], *, is_raw: bool) -> Rec
         BagError: a requested topic is missing or has another type, or the choice is empty or ambiguous.
     """
     images, camera_infos = [], []
-    kinds = ('image_raw', 'image_rect') if is_raw else ('image_rect', 'image_raw')
+    image_names = ('image_raw', 'image_rect') if is_raw else ('image_rect', 'image_raw')
     for side in ('left', 'right'):
-        usual = tuple(f'/{side}/{name}{end}' for name in kinds for end in ('', '/compressed'))
-        images.append(choose_images(bag, named.get(f'{side}_image'), usual))
-        name = named.get(f'{side}_camera_info')
+        usual = tuple(f'/{side}/{name}{end}' for name in image_names for end in ('', '/compressed'))
+        images.append(choose_images(bag, requested.get(f'{side}_image'), usual))
+        name = requested.get(f'{side}_camera_info')
         camera_infos.append(choose_camera_info(bag, name, f'/{side}/camera_info'))
-    return RecordingTopics(tuple(images), tuple(camera_infos), imu=choose_imu(bag, named.get('imu')))
+    return RecordingTopics(tuple(images), tuple(camera_infos), imu=choose_imu(bag, requested.get('imu')))
 
 
 def pair_recording(bag: BagReader, topics: RecordingTopics) -> Recording[CameraCalibration]:

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import TiltTrail
+from shirube_geometry import TiltBuffer
 from shirube_recordings.recording import RecordedImage, RecordedTilt
 from shirube_recordings.recording_topics import RecordingTopics
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_stream import Side
-from stereo_landmark.core.pair.stamp_pairing import StampPairing
+from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.pair_recording import pair_recording
 
-_QUEUE = 10
+_QUEUE_SIZE = 10
 """Queue size per camera for synchronization."""
 
 _Image = RecordedImage[CameraCalibration]
@@ -50,33 +50,33 @@ def recorded_pairs(
     Raises:
         BagError: the bag is corrupted.
     """
-    waiting: StampPairing[_Image] = StampPairing(round(tolerance * 1e9), _QUEUE)
-    tilts = TiltTrail()
-    held: tuple[_Image, _Image] | None = None
+    synchronizer: StampSynchronizer[_Image] = StampSynchronizer(round(tolerance * 1e9), _QUEUE_SIZE)
+    tilts = TiltBuffer()
+    pending: tuple[_Image, _Image] | None = None
     for message in pair_recording(bag, topics).messages():
         if isinstance(message, RecordedTilt):
             tilts.add(message.stamp_ns * 1e-9, *message.tilt)
-            if held is not None and message.stamp_ns >= held[0].stamp_ns:
-                yield _with_tilt(held, tilts)
-                held = None
+            if pending is not None and message.stamp_ns >= pending[0].stamp_ns:
+                yield _attach_tilt(pending, tilts)
+                pending = None
         elif isinstance(message, RecordedImage) and (begin_ns is None or message.stamp_ns >= begin_ns):
-            pair = _completed(waiting, message)
+            pair = _add_image(synchronizer, message)
             if pair is None:
                 continue
-            if held is not None:
-                yield _with_tilt(held, tilts)
+            if pending is not None:
+                yield _attach_tilt(pending, tilts)
             # Wait for the next IMU reading, which may be nearer than the previous one.
-            held = pair
-    if held is not None:
-        yield _with_tilt(held, tilts)
+            pending = pair
+    if pending is not None:
+        yield _attach_tilt(pending, tilts)
 
 
-def _completed(waiting: StampPairing[_Image], image: _Image) -> tuple[_Image, _Image] | None:
+def _add_image(synchronizer: StampSynchronizer[_Image], image: _Image) -> tuple[_Image, _Image] | None:
     try:
-        return waiting.add(Side(image.camera), image.stamp_ns, image)
+        return synchronizer.add(Side(image.camera), image.stamp_ns, image)
     except StereoLandmarkError:
         return None  # the caller reports a bag without pairs
 
 
-def _with_tilt(pair: tuple[_Image, _Image], tilts: TiltTrail) -> RecordedPair:
+def _attach_tilt(pair: tuple[_Image, _Image], tilts: TiltBuffer) -> RecordedPair:
     return RecordedPair(*pair, tilts.tilt_at(pair[0].stamp_ns * 1e-9))

@@ -8,8 +8,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.stereo_points import measurable
-from stereo_landmark.core.procedure.sighting import TargetSighting
+from stereo_landmark.core.place.stereo_points import is_measurable
+from stereo_landmark.core.procedure.target_detection import TargetDetection
 
 _POINTS = ColorRGBA(r=0.1, g=0.8, b=0.2, a=1.0)
 _NAMES = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
@@ -26,10 +26,10 @@ def target_markers(located: LocatedPair, header: Header) -> MarkerArray:
     """
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     locator = PlaceLocator(located.rig)
-    for number, sighting in enumerate(located.answer.sightings):
-        if not isinstance(sighting, TargetSighting):
+    for number, detection in enumerate(located.result.detections):
+        if not isinstance(detection, TargetDetection):
             continue
-        seen = sighting.points.subset(measurable(sighting.points, located.rig))
+        seen = detection.points.subset(is_measurable(detection.points, located.rig))
         if not len(seen):
             continue
         # The base frame tilts with the robot, so no tilt compensation.
@@ -37,7 +37,7 @@ def target_markers(located: LocatedPair, header: Header) -> MarkerArray:
         points = _marker(header, 'points', number, Marker.SPHERE_LIST, _POINTS, _DIAMETER)
         points.points = [Point(x=x, y=y, z=z) for x, y, z in positions.tolist()]
         name = _marker(header, 'names', number, Marker.TEXT_VIEW_FACING, _NAMES, _TEXT_HEIGHT)
-        name.text = sighting.target
+        name.text = detection.target
         x, y, z = positions.mean(axis=0).tolist()
         name.pose.position = Point(x=x, y=y, z=z + 2.0 * _TEXT_HEIGHT)
         markers += [points, name]

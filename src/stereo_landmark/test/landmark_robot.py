@@ -38,8 +38,8 @@ class FakeStream:
     def add_tilt(self, *call: Any) -> None:
         self.calls.append(('tilt', *call))
 
-    def forget(self) -> None:
-        self.calls.append(('forget',))
+    def drop_prior(self) -> None:
+        self.calls.append(('drop_prior',))
 
 
 class Robot:
@@ -74,8 +74,10 @@ class Robot:
         return StereoLandmarkNode(create_stream, **options)  # type: ignore[arg-type]
 
     def _is_connected(self) -> bool:
-        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
-        return heard and self.robot.count_publishers('/diagnostics') == 1
+        is_subscribed = all(
+            publisher.get_subscription_count() == 1 for publisher in self._publishers.values()
+        )
+        return is_subscribed and self.robot.count_publishers('/diagnostics') == 1
 
     @property
     def stream(self) -> FakeStream:

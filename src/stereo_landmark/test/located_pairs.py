@@ -10,24 +10,28 @@ from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
 from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.stereo_points import StereoPoints
-from stereo_landmark.core.procedure.prediction import expected_pixels
-from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
+from stereo_landmark.core.procedure.prediction import predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.target_detection import (
+    NoDetectionReason,
+    NoTargetDetection,
+    TargetDetection,
+)
 
 IMAGE = np.full((240, 376), 100, np.uint8)
 COVARIANCE = np.diag([1e-6, 4e-6, 9e-6, 1e-4])
-MISSING = NoTargetSighting('door', NoSightingReason.AMBIGUOUS, 'evidence 5 and 5')
+MISSING = NoTargetDetection('door', NoDetectionReason.AMBIGUOUS, 'log-likelihood ratios 5 and 5')
 
 
-def sighting(state=HERE):
+def detection(state=HERE):
     """Return the detection of the meters from a robot state."""
     place = taught_place()
-    pixels = expected_pixels(np.array([state[:4]]), place.coordinates.positions, StereoView(None, None, RIG))[
+    pixels = predict_pixels(np.array([state[:4]]), place.coordinates.positions, StereoView(None, None, RIG))[
         0
     ]
     points = StereoPoints(place.coordinates.names, pixels, np.tile(0.01 * np.eye(4), (len(pixels), 1, 1)))
     names = tuple(f'meters/meter {i + 1}' for i in range(4))
-    return TargetSighting('meters', np.array(state[:4]), points, names, 50.0)
+    return TargetDetection('meters', np.array(state[:4]), points, names, 50.0)
 
 
 def with_fix(in_map=True, stamp_ns=10_000_000_000):
@@ -36,13 +40,13 @@ def with_fix(in_map=True, stamp_ns=10_000_000_000):
     pose = PlanarPose(HERE[0], HERE[1], HERE[3])
     names = place.coordinates.names[:3]
     fix = PlaceFix(pose, 0.02, (0.0, 0.0), COVARIANCE, names, np.zeros((3, 4)))
-    return LocatedPair(stamp_ns, IMAGE, LandmarkFix(place, fix, (sighting(), MISSING)), (0.0, 0.0), RIG)
+    return LocatedPair(stamp_ns, IMAGE, LandmarkFix(place, fix, (detection(), MISSING)), (0.0, 0.0), RIG)
 
 
 def without_fix(stamp_ns=10_000_000_000):
     """Return a result without a fix."""
-    answer = NoLandmarkFix('nothing looks like it', 'place wall: meters', (MISSING,))
-    return LocatedPair(stamp_ns, IMAGE, answer, (0.0, 0.0), RIG)
+    result = NoLandmarkFix('no similar shapes in view', 'place wall: meters', (MISSING,))
+    return LocatedPair(stamp_ns, IMAGE, result, (0.0, 0.0), RIG)
 
 
-__all__ = ['COVARIANCE', 'HERE', 'IMAGE', 'TAUGHT', 'sighting', 'with_fix', 'without_fix']
+__all__ = ['COVARIANCE', 'HERE', 'IMAGE', 'TAUGHT', 'detection', 'with_fix', 'without_fix']

@@ -9,9 +9,9 @@ import numpy as np
 from scene_simulator.drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
 from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.primitives.line_segments import fit_line_segments
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.primitives.sides import find_sides
-from stereo_landmark.core.segments.segments import follow_segments
+from stereo_landmark.core.segments.segments import trace_segments
 
 PRIMITIVES = PrimitiveSettings()
 SIZE = (100, 90)
@@ -19,11 +19,11 @@ SIZE = (100, 90)
 
 def segments_of(image, **settings):
     edges = EdgeSettings(**settings)
-    return follow_segments(extract_edges(image, edges), edges)
+    return trace_segments(extract_edges(image, edges), edges)
 
 
 def sides_of(image, **settings):
-    return find_sides(segments_of(image), PrimitiveSettings(**settings))
+    return fit_line_segments(segments_of(image), PrimitiveSettings(**settings))
 
 
 def ellipse_photo(centre, axes, tilt, *, ground=180.0, contrast=-80.0, blur=0.7, noise=2.0, seed=0):

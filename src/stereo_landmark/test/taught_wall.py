@@ -14,9 +14,9 @@ from shirube_geometry import PinholeCamera, PlanarPose, matrix_from_rpy
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.files.place_file import save_place
 
 CAMERA = PinholeCamera(376, 240, 350.0, 350.0, 187.5, 119.5)
@@ -66,9 +66,9 @@ def taught_place(name='wall'):
     """Return the place with the four meters as one target."""
     processing = ImageProcessing()
     left, right = (detect_scene(image, processing) for image in seen(TAUGHT))
-    meters = [e for e in left.kinds[Kind.ELLIPSE].primitives if e.semi_axes[1] > 10.0]
+    meters = [e for e in left.kinds[PrimitiveKind.ELLIPSE].primitives if e.semi_axes[1] > 10.0]
     meters = sorted(meters, key=lambda meter: meter.centre[0])
-    choice = TargetChoice('meters', {f'meter {i + 1}': meters[i] for i in range(len(METERS))})
+    choice = TargetSelection('meters', {f'meter {i + 1}': meters[i] for i in range(len(METERS))})
     return Teacher(StereoView(left, right, RIG), processing).teach(name, [choice], T_MAP_PLACE)
 
 
@@ -94,11 +94,11 @@ class Files:
         """Return the options of ``locate`` for the pair."""
         return [
             *('--places', str(self.places), '--camera-xyz', *map(str, MOUNT.xyz)),
-            *(word for side in ('left', 'right') for word in (f'--{side}', str(self.images[side]))),
+            *(argument for side in ('left', 'right') for argument in (f'--{side}', str(self.images[side]))),
             *(
-                word
+                argument
                 for side in ('left', 'right')
-                for word in (f'--{side}-calibration', str(self.calibrations[side]))
+                for argument in (f'--{side}-calibration', str(self.calibrations[side]))
             ),
             *more,
         ]

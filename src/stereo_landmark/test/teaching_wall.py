@@ -3,7 +3,7 @@
 from taught_wall import HERE, METERS, RIG, TAUGHT, seen
 
 from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 
 PAIRS = (TAUGHT, HERE)
@@ -21,7 +21,11 @@ def new_session():
 
 def meters_of(session):
     """Return kind and indices of the meters in the left image, from left to right."""
-    found = [each for each in session.found() if each.kind is Kind.ELLIPSE and each.shape.semi_axes[1] > 10.0]
+    found = [
+        each
+        for each in session.selectable()
+        if each.kind is PrimitiveKind.ELLIPSE and each.shape.semi_axes[1] > 10.0
+    ]
     assert len(found) == len(METERS)
     return [(each.kind, each.number) for each in sorted(found, key=lambda each: each.shape.centre[0])]
 

@@ -57,7 +57,7 @@ def test_cameras_that_do_not_start_together_and_pause_have_pairs(tmp_path):
     assert (labels[0], labels[-1]) == ('0.0 s', '4.8 s')
 
 
-def test_swapped_cameras_and_stamps_apart_are_told(tmp_path):
+def test_swapped_cameras_and_unequal_stamps_are_reported(tmp_path):
     left, right = seen(TAUGHT)
     write_pairs(tmp_path / 'swapped', [(SECOND, SECOND, right, left)], CALIBRATIONS)
     with pytest.raises(StereoLandmarkError, match='left and right are swapped'):

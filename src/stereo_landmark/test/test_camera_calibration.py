@@ -53,7 +53,7 @@ def test_no_baseline_or_one_of_the_wrong_sign_is_refused(pair):
 
 
 @pytest.mark.parametrize(
-    ('rotation', 'projection', 'words'),
+    ('rotation', 'projection', 'expected'),
     [
         ((1.0,) * 8, LEFT.projection, r'8 and projection_matrix .* 12'),
         ((0.0,) * 9, LEFT.projection, 'is not a rotation'),
@@ -62,12 +62,12 @@ def test_no_baseline_or_one_of_the_wrong_sign_is_refused(pair):
         (LEFT.rotation, (*LEFT.projection[:7], -140.0, *LEFT.projection[8:]), 'baseline must be horizontal'),
     ],
 )
-def test_what_is_no_calibration_of_a_pair_is_refused(rotation, projection, words):
-    with pytest.raises(StereoLandmarkError, match=words):
+def test_what_is_no_calibration_of_a_pair_is_refused(rotation, projection, expected):
+    with pytest.raises(StereoLandmarkError, match=expected):
         CameraCalibration(CAMERA, rotation, projection)
 
 
-def test_files_and_messages_tell_the_same(tmp_path):
+def test_files_and_messages_give_the_same_calibration(tmp_path):
     calibration = raw_calibrations(CAMERA, OTHER, np.eye(3), [-0.2, 0.0, 0.0])[1]
     assert load_camera_calibration(write_calibration(tmp_path / 'right.yaml', calibration)) == calibration
     assert calibration_from_camera_info(message(calibration), 'right/camera_info') == calibration

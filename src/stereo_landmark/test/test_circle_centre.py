@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from place_scenes import CAMERA
 
-from stereo_landmark.core.place.circle_centre import ellipse_shift
+from stereo_landmark.core.place.circle_centre import ellipse_centre_offset
 
 
 def outline(centre, normal, radius, count=720):
@@ -27,18 +27,18 @@ def test_an_ellipse_fitted_to_the_outline_has_its_centre_there(seed):
     # Centred coordinates, because OpenCV's fit uses single precision.
     middle = CAMERA.pixels_from_points(centre[None])[0]
     (u, v), _, _ = cv2.fitEllipseDirect((pixels - middle).astype(np.float32))
-    assert ellipse_shift(centre, normal, 0.12, CAMERA) == pytest.approx([u, v], abs=0.003)
+    assert ellipse_centre_offset(centre, normal, 0.12, CAMERA) == pytest.approx([u, v], abs=0.003)
 
 
 def test_a_circle_that_faces_the_camera_has_no_shift():
-    shift = ellipse_shift(np.array([0.4, -0.2, 3.0]), np.array([0.0, 0.0, 2.0]), 0.1, CAMERA)
+    shift = ellipse_centre_offset(np.array([0.4, -0.2, 3.0]), np.array([0.0, 0.0, 2.0]), 0.1, CAMERA)
     assert shift == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
 def test_the_shift_is_towards_the_nearer_half_and_as_large_as_is_said():
     angle, centre = math.radians(10.0), np.array([0.0, 0.0, 3.0])
     # The right side is nearer.
-    shift = ellipse_shift(centre, np.array([-math.sin(angle), 0.0, -math.cos(angle)]), 0.09, CAMERA)
+    shift = ellipse_centre_offset(centre, np.array([-math.sin(angle), 0.0, -math.cos(angle)]), 0.09, CAMERA)
     size = CAMERA.fx * 0.09**2 / 9.0 * math.sin(angle)
     assert abs(shift[0]) == pytest.approx(size, rel=0.05)
     near = outline(centre, np.array([-math.sin(angle), 0.0, -math.cos(angle)]), 0.09)

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.consensus import largest_consensus
+from stereo_landmark.core.place.consensus import find_consensus_set
 from stereo_landmark.core.place.consistency import consistent_points
 from stereo_landmark.core.place.place_fix import NoPlaceFix, NoPlaceFixReason
 from stereo_landmark.core.place.place_locator import PlaceLocator
@@ -13,7 +13,7 @@ NEXT_ROW = np.array([0.0, 0.0, 0.03])
 """Spacing of the repetitive pattern [m]."""
 
 
-def mistaken(count, seed, step=NEXT_ROW):
+def mismatched_points(count, seed, step=NEXT_ROW):
     """Return measured points, taught points and the state; some points are mismatched to the next row."""
     rng = np.random.default_rng(seed)
     points, state = panel(depth=0.3, seed=seed), random_state(rng)
@@ -25,55 +25,55 @@ def mistaken(count, seed, step=NEXT_ROW):
 
 def test_all_points_of_one_displacement_agree():
     for seed in range(20):
-        seen, taught, _, _ = mistaken(0, seed)
+        seen, taught, _, _ = mismatched_points(0, seed)
         found = PlaceLocator(RIG).spatial_points(seen)
-        assert largest_consensus(found, taught, 0.0).agreeing.all()
+        assert find_consensus_set(found, taught, 0.0).inliers.all()
 
 
 def test_a_family_that_was_taken_for_its_neighbours_is_outvoted():
     for seed in range(20):
-        seen, taught, _, wrong = mistaken(5, seed, 4.0 * NEXT_ROW)
+        seen, taught, _, wrong = mismatched_points(5, seed, 4.0 * NEXT_ROW)
         found = PlaceLocator(RIG).spatial_points(seen)
-        agreeing = largest_consensus(found, taught, 0.0).agreeing
-        assert not agreeing[wrong].any()
-        assert agreeing.sum() == 11
+        inliers = find_consensus_set(found, taught, 0.0).inliers
+        assert not inliers[wrong].any()
+        assert inliers.sum() == 11
 
 
 def test_a_near_family_is_seen_by_the_vote_but_not_by_the_distances():
     """Distances between two adjacent groups change little."""
     voted = by_distance = 0
     for seed in range(20):
-        seen, taught, _, wrong = mistaken(5, seed)
+        seen, taught, _, wrong = mismatched_points(5, seed)
         found = PlaceLocator(RIG).spatial_points(seen)
-        voted += int(largest_consensus(found, taught, 0.0).agreeing[wrong].sum())
+        voted += int(find_consensus_set(found, taught, 0.0).inliers[wrong].sum())
         by_distance += int(consistent_points(found, taught)[wrong].sum())
     assert voted < 0.5 * by_distance
 
 
 def test_the_fix_is_right_where_a_third_of_the_points_is_mistaken():
     for seed in range(20):
-        seen, taught, state, _ = mistaken(5, seed, 4.0 * NEXT_ROW)
+        seen, taught, state, _ = mismatched_points(5, seed, 4.0 * NEXT_ROW)
         fix = PlaceLocator(RIG).locate(seen, taught)
         error = np.array([fix.T_place_base.x, fix.T_place_base.y, fix.height]) - state[:3]
         assert np.linalg.norm(error) < 0.03
         assert len(fix.names) >= 10
 
 
-def test_two_families_of_one_size_are_no_fix():
+def test_two_groups_with_equal_support_are_ambiguous():
     for seed in range(10):
-        seen, taught, _, _ = mistaken(8, seed, 4.0 * NEXT_ROW)
+        seen, taught, _, _ = mismatched_points(8, seed, 4.0 * NEXT_ROW)
         fix = PlaceLocator(RIG).locate(seen, taught)
         assert isinstance(fix, NoPlaceFix)
         assert fix.reason is NoPlaceFixReason.INCONSISTENT
 
 
-def test_points_above_one_another_tell_no_turn_and_nobody_votes():
+def test_points_on_one_vertical_line_determine_no_yaw():
     points = np.array([[3.0, 0.1, 0.2 * i] for i in range(4)])
     seen = view(points, np.zeros(6))
     found = PlaceLocator(RIG).spatial_points(seen)
-    vote = largest_consensus(found, teach(points), 0.0)
-    assert not vote.agreeing.any()
-    assert vote.votes == 0.0
+    vote = find_consensus_set(found, teach(points), 0.0)
+    assert not vote.inliers.any()
+    assert vote.support == 0.0
 
 
 def test_what_both_images_show_in_different_rows_is_left_out():

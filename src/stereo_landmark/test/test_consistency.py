@@ -27,7 +27,7 @@ def test_points_elsewhere_are_left_out_and_only_they():
         assert kept.sum() == 11
 
 
-def test_of_two_points_that_disagree_none_is_believed():
+def test_two_inconsistent_points_are_both_rejected():
     points = panel(count=2)
     found, taught = measured(points + np.array([[0.0, 0.0, 0.0], [0.0, 0.3, 0.0]]), np.zeros(6), 1)
-    assert not consistent_points(found, taught.selected(found.names)).any()
+    assert not consistent_points(found, taught.select(found.names)).any()

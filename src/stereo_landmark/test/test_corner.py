@@ -60,7 +60,7 @@ def test_difference_reaches_one_at_the_tolerance():
     assert corner_difference(found, taught, CornerTolerance(bisector=gap)) == pytest.approx(1.0)
 
 
-def test_refined_vertices_are_unbiased_and_their_covariance_is_honest():
+def test_refined_vertices_are_unbiased_with_consistent_covariance():
     errors, squares = [], []
     for seed in range(40):
         moved = CORNERS + np.random.default_rng(seed).uniform(-0.5, 0.5, 2)

@@ -36,7 +36,7 @@ def _all_pairs(ends, gap_max, overshoot_max, angle_min):
 def test_links_are_those_that_trying_all_pairs_finds():
     ends = _random_sides(120)
     links = link_corners(ends, 30.0, 4.0, 0.35)
-    found = {tuple(sorted(pair)) for pair in (2 * links.sides + links.ends).tolist()}
+    found = {tuple(sorted(pair)) for pair in (2 * links.lines + links.ends).tolist()}
     assert found == _all_pairs(ends, 30.0, 4.0, 0.35)
     assert len(found) == len(links.gaps) > 50
 
@@ -49,7 +49,7 @@ def test_no_sides_make_no_links():
 def test_nearest_links_are_for_each_end_its_nearest_ones(count: int) -> None:
     links = link_corners(_random_sides(200), 30.0, 4.0, 0.35)
     gaps = np.abs(links.gaps).sum(axis=1)
-    nodes = 2 * links.sides + links.ends
+    nodes = 2 * links.lines + links.ends
     wanted = {
         m
         for column in nodes.T

@@ -16,7 +16,7 @@ def frame(pair):
     return LocatedFrame('left.png', pair.stamp_ns, pair)
 
 
-def test_the_table_tells_the_fix_with_its_standard_deviations(tmp_path):
+def test_the_table_contains_the_fix_with_its_standard_deviations(tmp_path):
     save_displacements(tmp_path, [frame(with_fix())])
     (row,) = csv.DictReader((tmp_path / 'poses.csv').open())
     assert [float(row[name]) for name in ('x', 'y', 'z', 'yaw')] == pytest.approx(
@@ -52,7 +52,7 @@ def test_what_was_there_is_there_until_the_new_files_are(tmp_path, monkeypatch):
     assert (tmp_path / 'poses.tum').exists()
 
 
-def test_a_full_disk_is_told_with_the_folder(tmp_path, monkeypatch, capsys):
+def test_a_full_disk_is_reported_with_the_folder(tmp_path, monkeypatch, capsys):
     def disk_full(*_):
         raise OSError(28, 'No space left on device')
 

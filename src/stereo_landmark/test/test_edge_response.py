@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from scene_simulator.drawn_shapes import coverage, polygon_intervals
-from stereo_landmark.core.primitives.edge_response import BLURS, REACH, edge_response, look_up, response_table
+from stereo_landmark.core.primitives.edge_response import (
+    BLURS,
+    REACH,
+    edge_response,
+    interpolate_response,
+    response_table,
+)
 
 
 @pytest.mark.parametrize('blur', [0.5, 1.0, 2.0])
@@ -41,6 +47,6 @@ def test_goes_from_nothing_to_everything_and_is_symmetric():
 def test_table_is_looked_up_between_its_places():
     response = np.empty(3)
     for distance in (-2.013, 0.021, 1.777, 0.999 * REACH):
-        look_up(response_table()[15, 3], distance, response)
+        interpolate_response(response_table()[15, 3], distance, response)
         exact = edge_response(np.array([distance]), BLURS[15], math.pi / 8)[0]
         np.testing.assert_allclose(response, exact, atol=1e-3)

@@ -9,7 +9,7 @@ from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
-def test_edges_of_a_disc_lie_on_its_outline_once_around():
+def test_edges_of_a_disc_are_on_its_outline_once_around():
     edges = extract_edges(ellipse_photo((50.3, 44.8), (25.0, 25.0), 0.0, noise=0.0), EdgeSettings())
     radii = np.hypot(*(edges.points - [50.3, 44.8]).T)
     assert np.abs(radii - 25.0).max() < 0.15
@@ -34,7 +34,7 @@ def test_points_of_a_straight_edge_are_exact_and_the_gradient_points_to_the_brig
     assert (directions @ normal).min() > 0.999
 
 
-def test_index_and_points_tell_the_same():
+def test_index_and_points_agree():
     edges = extract_edges(ellipse_photo((50, 45), (25.0, 15.0), 0.4), EdgeSettings())
     columns, rows = np.rint(edges.points).astype(int).T
     np.testing.assert_array_equal(edges.index[rows, columns], np.arange(len(edges)))

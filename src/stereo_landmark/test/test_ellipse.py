@@ -65,7 +65,7 @@ def test_a_square_is_no_ellipse():
     assert _detect(polygon_photo(turned_rectangle((50, 45), 40.0, 40.0, 0.2))) == []
 
 
-def test_refined_centres_are_unbiased_and_their_covariance_honest():
+def test_refined_centres_are_unbiased_with_consistent_covariance():
     rng = np.random.default_rng(3)
     errors, squares, axes_errors = [], [], []
     for seed in range(60):

@@ -6,7 +6,7 @@ import pytest
 from stereo_landmark.core.primitives.ellipse_geometry import (
     ellipse_point,
     foot_point,
-    normal_motion,
+    normal_jacobian_row,
     perimeter,
 )
 
@@ -26,7 +26,7 @@ def test_foot_of_a_point_on_the_normal_is_where_it_starts(t, distance):
 @pytest.mark.parametrize('t', np.linspace(0.1, 6.0, 7))
 def test_normal_motion_is_what_differences_say(t):
     row = np.empty(5)
-    normal_motion(ELLIPSE, t, row)
+    normal_jacobian_row(ELLIPSE, t, row)
     x, y, nx, ny, _ = ellipse_point(ELLIPSE, t)
     for k in range(5):
         moved = ELLIPSE.copy()

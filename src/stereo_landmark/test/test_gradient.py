@@ -12,7 +12,7 @@ def test_a_ramp_has_its_slope_everywhere(sigma):
     np.testing.assert_allclose(gy[10:-10, 10:-10], 1.0, atol=1e-4)
 
 
-def test_noise_keeps_the_share_that_the_filter_leaves():
+def test_noise_is_reduced_as_the_filter_predicts():
     image = np.clip(128 + 10 * np.random.default_rng(0).standard_normal((300, 300)), 0, 255).astype(np.uint8)
     gx, _ = gaussian_gradient(image, 1.5)
     assert gx.std() == pytest.approx(10.0 / (np.sqrt(8.0 * np.pi) * 1.5**2), rel=0.05)

@@ -6,7 +6,7 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
 @pytest.mark.parametrize(
-    ('image', 'words'),
+    ('image', 'expected'),
     [
         (np.zeros((40, 40)), 'float64'),
         ([[1]], 'list'),
@@ -14,8 +14,8 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
         (np.zeros((40, 8), np.uint8), '8 x 40 px'),
     ],
 )
-def test_refuses_what_is_no_grey_image_in_one_line(image, words):
-    with pytest.raises(StereoLandmarkError, match=words) as caught:
+def test_refuses_what_is_no_grey_image_in_one_line(image, expected):
+    with pytest.raises(StereoLandmarkError, match=expected) as caught:
         check_grey_image(image)
     assert '\n' not in str(caught.value)
 

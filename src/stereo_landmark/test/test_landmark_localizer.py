@@ -9,9 +9,9 @@ from stereo_landmark.core import landmark_localizer
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.settings import SearchSettings
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 PANELS = Wall(
@@ -22,11 +22,11 @@ STATE = np.array([0.2, -0.1, 0.0, 0.08, 0.0, 0.0])
 
 
 def taught(wall, name, T_map_place=None):
-    view = view_of(wall, np.zeros(6), tuple(Kind))
-    panels = view.left.kinds[Kind.QUADRILATERAL].primitives
-    discs = view.left.kinds[Kind.ELLIPSE].primitives
+    view = view_of(wall, np.zeros(6), tuple(PrimitiveKind))
+    panels = view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives
+    discs = view.left.kinds[PrimitiveKind.ELLIPSE].primitives
     parts = {f'part {i}': part for i, part in enumerate((*panels, *discs))}
-    return Teacher(view, ImageProcessing()).teach(name, [TargetChoice('target', parts)], T_map_place)
+    return Teacher(view, ImageProcessing()).teach(name, [TargetSelection('target', parts)], T_map_place)
 
 
 @pytest.fixture(scope='module')
@@ -50,7 +50,7 @@ def test_the_place_and_the_displacement_are_found(places, images):
 
 
 def test_another_place_is_tried_when_the_robot_is_not_where_it_should_be(places, images):
-    fix = LandmarkLocalizer(places).locate(*images, likely=['signs'])
+    fix = LandmarkLocalizer(places).locate(*images, likely_places=['signs'])
     assert isinstance(fix, LandmarkFix)
     assert fix.place.name == 'panels'
     answer = LandmarkLocalizer(places[1:]).locate(*images)
@@ -67,15 +67,17 @@ def test_a_target_that_is_found_but_gives_no_points_is_too_few(places, images):
     assert answer.reason == 'too few points'
 
 
-def test_two_places_that_look_alike_are_ambiguous(places, images):
+def test_two_similar_places_are_ambiguous(places, images):
     twin = replace(places[0], name='twin')
     answer = LandmarkLocalizer([places[0], twin]).locate(*images)
     assert isinstance(answer, NoLandmarkFix)
     assert answer.reason == 'ambiguous: several places match'
-    assert isinstance(LandmarkLocalizer([places[0], twin]).locate(*images, likely=['twin']), LandmarkFix)
+    assert isinstance(
+        LandmarkLocalizer([places[0], twin]).locate(*images, likely_places=['twin']), LandmarkFix
+    )
 
 
-def test_why_there_is_no_fix_is_told_of_the_place_that_was_nearest_to_one(places, images):
+def test_the_failure_reason_is_that_of_the_place_nearest_to_a_fix(places, images):
     """The signs are first, but all panels are detected; only their points are too few."""
     (target,) = places[0].targets
     panels = replace(places[0], targets=(replace(target, points=target.points[:1]),))
@@ -94,7 +96,7 @@ def test_images_are_looked_at_once_for_places_of_one_image_processing(places, im
 
     monkeypatch.setattr(landmark_localizer, 'detect_scene', counted)
     halls = [replace(places[1], name=f'hall {number}') for number in range(3)]
-    assert isinstance(LandmarkLocalizer(halls).locate(*images, likely=['hall 1']), NoLandmarkFix)
+    assert isinstance(LandmarkLocalizer(halls).locate(*images, likely_places=['hall 1']), NoLandmarkFix)
     assert len(looked_at) == 2
     other = replace(ImageProcessing().edges, threshold=7.0)
     halls.append(replace(places[1], name='other', processing=replace(ImageProcessing(), edges=other)))
@@ -103,9 +105,9 @@ def test_images_are_looked_at_once_for_places_of_one_image_processing(places, im
 
 
 def test_a_robot_farther_away_than_it_may_be_is_not_found(places, images):
-    near = LandmarkSettings(search=SearchSettings(reach=0.05, turn=0.02))
+    near = LandmarkSettings(search=SearchSettings(distance_max=0.05, yaw_max=0.02))
     assert isinstance(LandmarkLocalizer(places, near).locate(*images), NoLandmarkFix)
-    reach = LandmarkSettings(search=SearchSettings(reach=0.25, turn=0.1))
+    reach = LandmarkSettings(search=SearchSettings(distance_max=0.25, yaw_max=0.1))
     assert isinstance(LandmarkLocalizer(places, reach).locate(*images), LandmarkFix)
 
 

@@ -12,7 +12,7 @@ from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkS
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.files.place_file import load_places, save_place
 from stereo_landmark.page.taught_pair import taught_pair
-from stereo_landmark.rehearsal import rehearse
+from stereo_landmark.place_validation import validate_places
 
 TILT = (0.04, -0.03)
 LEANING = (0.15, -0.1, 0.05, 0.06, *TILT)
@@ -32,12 +32,12 @@ def files(tmp_path_factory):
     return written
 
 
-def test_in_image_files_the_tilt_is_told_by_the_option(files, tmp_path):
+def test_the_option_sets_the_tilt_of_image_files(files, tmp_path):
     assert main(files.options('--tilt', *map(str, TILT), '--out', str(tmp_path))) == 0
     assert pose_of(tmp_path) == pytest.approx(LEANING[:4], abs=0.01)
 
 
-def test_in_a_bag_the_tilt_is_told_by_the_imu(files, tmp_path):
+def test_the_imu_gives_the_tilt_of_a_bag(files, tmp_path):
     write_pairs(tmp_path / 'bag', [(STAMP, STAMP, *seen(LEANING))], CALIBRATIONS, TILT)
     mount = ('--camera-xyz', '0.2', '0.1', '0.6')
     where = ('--places', str(files.places), '--bag', str(tmp_path / 'bag'), '--out', str(tmp_path / 'out'))
@@ -45,18 +45,16 @@ def test_in_a_bag_the_tilt_is_told_by_the_imu(files, tmp_path):
     assert pose_of(tmp_path / 'out') == pytest.approx(LEANING[:4], abs=0.01)
 
 
-def test_a_place_that_was_taught_while_the_robot_leaned_is_rehearsed_and_taught_further_so(
-    tmp_path, monkeypatch
-):
+def test_the_tilt_at_teaching_is_used_in_validation_and_further_teaching(tmp_path, monkeypatch):
     path = save_place(tmp_path, taught_place(), StereoImages(*seen(TAUGHT), TILT))
     assert taught_pair(path).images(0).tilt == TILT
     asked = []
     locate = LandmarkLocalizer.locate
 
-    def remembered(self, left, right, tilt=(0.0, 0.0), likely=()):
+    def remembered(self, left, right, tilt=(0.0, 0.0), likely_places=()):
         asked.append(tilt)
-        return locate(self, left, right, tilt, likely)
+        return locate(self, left, right, tilt, likely_places)
 
     monkeypatch.setattr(LandmarkLocalizer, 'locate', remembered)
-    rehearse(tmp_path, load_places(tmp_path), LandmarkSettings())
+    validate_places(tmp_path, load_places(tmp_path), LandmarkSettings())
     assert asked == [TILT]

@@ -25,13 +25,13 @@ def test_starts_a_pixel_off_and_arrives():
     assert abs(line.direction @ normal) < 4.0 * math.sqrt(line.variances[1])
 
 
-def test_a_line_beside_it_does_not_draw_it_away():
+def test_a_nearby_line_does_not_bias_it():
     corners = turned_rectangle((50, 45), 70.0, 40.0, 0.3)
     light = 180.0 - 80.0 * coverage(polygon_intervals(corners), SIZE, 0.7)
-    beside = turned_rectangle(
+    nearby = turned_rectangle(
         np.array([50, 45]) + 15.0 * np.array([math.sin(0.3), -math.cos(0.3)]), 70.0, 3.0, 0.3
     )
-    image = photograph(light + 70.0 * coverage(polygon_intervals(beside), SIZE, 0.7), 1.0)
+    image = photograph(light + 70.0 * coverage(polygon_intervals(nearby), SIZE, 0.7), 1.0)
     line = refine_line(image, corners[0], corners[1])
     assert line is not None
     assert abs((line.middle - corners[0]) @ [-math.sin(0.3), math.cos(0.3)]) < 0.04
@@ -44,7 +44,7 @@ def test_leaves_out_what_hides_a_part():
     line = refine_line(photograph(light * (1 - hider) + 30.0 * hider, 1.0), corners[0], corners[1])
     assert line is not None
     assert abs(line.middle[1] - 25.0) < 0.04
-    assert line.agreeing < 0.9
+    assert line.inlier_fraction < 0.9
 
 
 def test_a_short_or_empty_place_has_no_line():

@@ -25,7 +25,7 @@ from shirube_ros.isolated_graph import IsolatedGraph
 from stereo_landmark.commands.teach import make_parser
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.page.live_pairs import CameraListener, LivePairs, live_pairs
+from stereo_landmark.page.live_pairs import CameraSubscriber, LivePairs, live_pairs
 
 SIDES = ('left', 'right')
 TILT = (0.03, -0.02)
@@ -48,7 +48,7 @@ class Cameras:
         self._thread = Thread(target=self._work)
 
     def __enter__(self) -> Self:
-        self.heard = CameraListener(self.listener, 'raw', 0.0)
+        self.subscriber = CameraSubscriber(self.listener, 'raw', 0.0)
         self._thread.start()
         return self
 
@@ -95,12 +95,12 @@ def info_of(calibration: CameraCalibration, header: Header) -> CameraInfo:
 
 def test_each_picture_is_what_the_cameras_see_now(graph: IsolatedGraph) -> None:
     with Cameras(graph) as cameras:
-        pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
+        pairs = LivePairs(cameras.subscriber, MOUNT, rectify=False)
         assert pairs.rig == RIG
         assert np.array_equal(pairs.images(0).left, seen(TAUGHT)[0])
         cameras.state = HERE
         # One pair may still be queued.
-        numbers = [pairs.take(), pairs.take()]
+        numbers = [pairs.capture(), pairs.capture()]
         assert numbers == [1, 2]
         assert np.array_equal(pairs.images(2).right, seen(HERE)[1])
         assert len(pairs.labels) == 3
@@ -110,48 +110,48 @@ def test_each_picture_is_what_the_cameras_see_now(graph: IsolatedGraph) -> None:
 
 def test_pictures_have_the_tilt_of_their_moment_and_go_on_when_time_jumps_back(graph: IsolatedGraph) -> None:
     with Cameras(graph) as cameras:
-        pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
+        pairs = LivePairs(cameras.subscriber, MOUNT, rectify=False)
         cameras.tilt = (0.02, 0.0)
-        pairs.take()
-        number = pairs.take()
+        pairs.capture()
+        number = pairs.capture()
         assert pairs.images(number).tilt == pytest.approx((0.02, 0.0), abs=1e-9)
         cameras.restart()
         cameras.tilt = (-0.01, 0.0)
-        pairs.take()
-        number = pairs.take()
+        pairs.capture()
+        number = pairs.capture()
         assert pairs.images(number).tilt == pytest.approx((-0.01, 0.0), abs=1e-9)
 
 
-def test_cameras_that_were_calibrated_anew_are_told(graph: IsolatedGraph) -> None:
+def test_a_changed_calibration_is_reported(graph: IsolatedGraph) -> None:
     with Cameras(graph) as cameras:
-        pairs = LivePairs(cameras.heard, MOUNT, rectify=False)
+        pairs = LivePairs(cameras.subscriber, MOUNT, rectify=False)
         shifted = replace(CALIBRATIONS[0], raw=replace(CALIBRATIONS[0].raw, cx=190.0))
         cameras.calibrations = (shifted, CALIBRATIONS[1])
         with pytest.raises(StereoLandmarkError, match='calibration of the cameras changed; restart teach'):
             # One pair may still be queued.
-            _ = [pairs.take() for _ in range(2)]
+            _ = [pairs.capture() for _ in range(2)]
 
 
 def test_raw_live_images_are_rectified(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 60.0)
+    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_PAIR_TIMEOUT', 60.0)
     raw = [raw_image(image, calibration) for image, calibration in zip(seen(TAUGHT), RAW, strict=True)]
     with Cameras(graph, None) as cameras:
         cameras.calibrations = RAW
         cameras.raw = raw
-        pair = LivePairs(cameras.heard, MOUNT, rectify=True).images(0)
+        pair = LivePairs(cameras.subscriber, MOUNT, rectify=True).images(0)
     inside = np.s_[30:-30, 40:-40]
     assert np.abs(pair.left[inside].astype(float) - seen(TAUGHT)[0][inside]).mean() < 4.0
 
 
-def test_silent_cameras_are_told(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.3)
+def test_silent_cameras_are_reported(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_PAIR_TIMEOUT', 0.3)
     silent = pytest.raises(StereoLandmarkError, match=r'no stereo pair was received within 0\.3 s')
     with Cameras(graph, None) as cameras, silent:
-        LivePairs(cameras.heard, MOUNT, rectify=False)
+        LivePairs(cameras.subscriber, MOUNT, rectify=False)
 
 
 def test_nothing_runs_on_when_the_page_has_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_WAIT', 0.2)
+    monkeypatch.setattr('stereo_landmark.page.live_pairs.FIRST_PAIR_TIMEOUT', 0.2)
     before = set(threading.enumerate())
     options = make_parser().parse_args(['--live'], Namespace(ros_args=[]))
     with pytest.raises(StereoLandmarkError, match='no stereo pair'), live_pairs(options, MOUNT):

@@ -13,7 +13,7 @@ class Clock:
         return self.now
 
 
-def test_silence_before_and_after_pairs_is_told():
+def test_missing_and_stopped_pairs_are_reported():
     clock = Clock()
     report = LocalizerReport('places', clock)
     assert (report.status().level, report.status().message[:13]) == (Level.WARN, 'no image pair')
@@ -23,26 +23,26 @@ def test_silence_before_and_after_pairs_is_told():
     assert (report.status().level, report.status().message[:17]) == (Level.WARN, 'image pairs timed')
 
 
-def test_a_pair_without_a_fix_is_told_with_its_reason():
+def test_a_pair_without_a_fix_is_reported_with_its_reason():
     report = LocalizerReport('places', Clock())
     report.add(with_fix(), 0.05)
     report.add(without_fix(), 0.05)
     status = report.status()
-    assert (status.level, status.message) == (Level.WARN, 'no fix: nothing looks like it')
+    assert (status.level, status.message) == (Level.WARN, 'no fix: no similar shapes in view')
     assert status.values['pairs at wall'] == '1'
-    assert status.values['pairs without: nothing looks like it'] == '1'
+    assert status.values['pairs without: no similar shapes in view'] == '1'
     assert status.values['detail'] == 'place wall: meters'
 
 
-def test_an_imu_that_tells_nothing_of_the_moment_is_told():
+def test_a_missing_imu_reading_is_reported():
     report = LocalizerReport('places', Clock())
-    report.add(replace(with_fix(), lacks_tilt=True), 0.05)
+    report.add(replace(with_fix(), is_tilt_missing=True), 0.05)
     assert (report.status().level, report.status().message[:22]) == (Level.WARN, 'at wall, assumed level')
-    report.add(replace(without_fix(), lacks_tilt=True), 0.05)
+    report.add(replace(without_fix(), is_tilt_missing=True), 0.05)
     assert report.status().values['tilt'] == 'assumed level'
 
 
-def test_a_fix_tells_its_numbers():
+def test_a_fix_is_reported_with_its_values():
     report = LocalizerReport('places', Clock())
     report.add(with_fix(), 0.0521)
     values = report.status().values
@@ -56,5 +56,5 @@ def test_a_fix_tells_its_numbers():
 
 def test_what_was_compared_with_the_taught_images_is_named():
     report, located = LocalizerReport('places', Clock()), with_fix()
-    report.add(replace(located, answer=replace(located.answer, compared=('panel/a', 'panel/b'))), 0.05)
+    report.add(replace(located, result=replace(located.result, matched_patches=('panel/a', 'panel/b'))), 0.05)
     assert report.status().values['measured by patches'] == 'panel/a, panel/b'

@@ -148,7 +148,7 @@ def test_unequal_numbers_of_images_are_refused(once, capsys):
     assert 'there are 1 left and 2 right images' in refusal(capsys, *once.options('--right', *right))
 
 
-def test_a_view_of_something_else_is_told_with_its_reason(files, tmp_path, capsys):
+def test_a_view_of_another_scene_is_reported_with_its_reason(files, tmp_path, capsys):
     for side in ('left', 'right'):
         cv2.imwrite(str(files.images[side]), np.full((240, 376), 120, np.uint8))
     assert 'no pair has a displacement: no similar shapes in view' in refusal(
@@ -193,7 +193,7 @@ def test_a_bag_gives_its_poses_with_their_stamps(once, tmp_path):
     )
 
 
-def test_stamps_without_a_partner_are_told_and_paired_when_asked(once, tmp_path, capsys):
+def test_unequal_stamps_are_reported_and_paired_on_request(once, tmp_path, capsys):
     entries = [(START + k * FRAME, START + k * FRAME + 3_000_000, *seen(HERE)) for k in range(2)]
     write_pairs(tmp_path / 'bag', entries, CALIBRATIONS)
     out = ('--out', str(tmp_path / 'out'))

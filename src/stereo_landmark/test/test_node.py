@@ -30,7 +30,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_files(tmp_path_factory.mktemp('wall')).places
 
 
-def test_a_robot_that_came_back_knows_where_it_stands(graph: IsolatedGraph, places: Path) -> None:
+def test_a_robot_that_came_back_is_localized(graph: IsolatedGraph, places: Path) -> None:
     robot = Robot(graph, places, is_real=True, map_frame='hall', base_frame='body')
     pictures = robot.listen(Image, 'debug_image')
     with_covariance = robot.listen(PoseWithCovarianceStamped, 'pose_with_covariance')
@@ -52,9 +52,7 @@ def test_a_robot_that_came_back_knows_where_it_stands(graph: IsolatedGraph, plac
     assert pictures[0].header == header(12.5, 'left_optical_frame')
 
 
-def test_a_robot_that_leans_and_stands_higher_knows_where_it_stands(
-    graph: IsolatedGraph, places: Path
-) -> None:
+def test_a_tilted_and_raised_robot_is_localized(graph: IsolatedGraph, places: Path) -> None:
     robot = Robot(graph, places, is_real=True)
     roll, pitch = 0.04, -0.03
     x, y, z, w = Rotation.from_euler('xyz', (roll, pitch, 0.0)).as_quat().tolist()
@@ -126,13 +124,13 @@ def test_the_node_survives_every_bad_message(graph: IsolatedGraph, places: Path)
     robot.send_pair(1.3)
     counts = robot.node._guard.counts
     topics = ('left/image_rect', 'left/camera_info', 'right/image_rect', 'imu')
-    assert [counts[topic].refused.total() for topic in topics] == [6, 1, 1, 1]
+    assert [counts[topic].rejected.total() for topic in topics] == [6, 1, 1, 1]
     robot.stream.answer = with_fix()
     robot.send_pair(1.4)
     robot.wait_for(robot.poses, 2)
 
 
-def test_wrong_pairs_and_cameras_are_told_in_the_diagnostics(graph: IsolatedGraph, places: Path) -> None:
+def test_wrong_pairs_and_cameras_are_reported_in_the_diagnostics(graph: IsolatedGraph, places: Path) -> None:
     robot = Robot(graph, places, is_real=True, queue_size=2)
     left, right = seen(TAUGHT)
     robot.send_pair(1.0, (right, left))
@@ -164,10 +162,10 @@ def test_tilt_and_relocalize_reach_the_stream(graph: IsolatedGraph, places: Path
     answer = client.call_async(Trigger.Request())
     assert graph.spin_until(answer.done)
     assert answer.result().success
-    assert robot.stream.calls == [('tilt', 3.5, pytest.approx(0.1), pytest.approx(0.0)), ('forget',)]
+    assert robot.stream.calls == [('tilt', 3.5, pytest.approx(0.1), pytest.approx(0.0)), ('drop_prior',)]
 
 
-def test_readings_of_the_imu_that_wait_are_heard_before_the_pair(graph: IsolatedGraph, places: Path) -> None:
+def test_queued_imu_readings_are_processed_before_the_pair(graph: IsolatedGraph, places: Path) -> None:
     """In callback order the reading at a pair's stamp would be processed many pairs later."""
     robot = Robot(graph, places)
     leaning = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
@@ -189,7 +187,7 @@ def test_a_reading_after_a_jump_back_reaches_the_new_stream(graph: IsolatedGraph
     ]
 
 
-def test_found_and_lost_places_are_told_when_the_line_was_printed(
+def test_found_and_lost_places_are_logged_once(
     graph: IsolatedGraph, places: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot = Robot(graph, places)

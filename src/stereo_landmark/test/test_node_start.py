@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 from random_places import random_images, random_place
 
-from shirube_ros.start_here import start_here
+from shirube_ros.run_in_process import run_in_process
 from stereo_landmark.files.place_file import save_place
 from stereo_landmark.node import main
 
 
 @pytest.mark.parametrize(
-    ('parameters', 'words'),
+    ('parameters', 'expected'),
     [
         ((), 'places_dir is not set'),
         (('places_dir:={folder}/wrong',), 'wrong.yaml: format is not shirube/taught_place'),
@@ -23,14 +23,16 @@ from stereo_landmark.node import main
     ],
 )
 def test_a_bad_start_is_one_line_and_exit_code_1(
-    tmp_path: Path, parameters: tuple[str, ...], words: str, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, parameters: tuple[str, ...], expected: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / 'wrong').mkdir()
     save_place(tmp_path / 'right', random_place(1, 'wall'), random_images(1))
     (tmp_path / 'wrong/wrong.yaml').write_text('a: 1')
     given = [parameter.format(folder=tmp_path) for parameter in parameters]
-    arguments = ['--ros-args', *(word for parameter in given for word in ('-p', parameter))] if given else []
-    assert start_here(main, *arguments) == 1
+    arguments = (
+        ['--ros-args', *(argument for parameter in given for argument in ('-p', parameter))] if given else []
+    )
+    assert run_in_process(main, *arguments) == 1
     (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith('stereo_landmark: ')
-    assert words in line
+    assert expected in line

@@ -9,10 +9,10 @@ from taught_wall import RIG
 from teaching_wall import images_of
 
 from stereo_landmark.page.access import is_loopback
-from stereo_landmark.page.page_answers import PageAnswers
 from stereo_landmark.page.page_server import PageServer
 from stereo_landmark.page.pair_source import RecordedPairs
 from stereo_landmark.page.place_saver import PlaceSaver
+from stereo_landmark.page.request_handler import RequestHandler
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def talk(tmp_path):
     def run(conversation, token=''):
         async def whole():
             source = RecordedPairs(['taught', 'here'], images_of, RIG)
-            server = PageServer(PageAnswers(source, PlaceSaver(tmp_path)), token)
+            server = PageServer(RequestHandler(source, PlaceSaver(tmp_path)), token)
             async with TestClient(TestServer(server.application())) as client:
                 await asyncio.wait_for(conversation(client), 110.0)
 
@@ -49,7 +49,7 @@ def test_the_page_its_files_and_its_images_are_there(talk):
 def test_pages_see_the_steps_of_each_other(talk):
     async def conversation(client):
         async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
-            await one.send_json({'id': 7, 'do': 'name_place', 'name': 'hall'})
+            await one.send_json({'id': 7, 'do': 'rename_place', 'name': 'hall'})
             answer = await one.receive_json()
             assert (answer['id'], answer['state']['place']) == (7, 'hall')
             assert await two.receive_json() == {'changed': True}
@@ -61,7 +61,7 @@ def test_pages_see_the_steps_of_each_other(talk):
 
 def test_an_answer_from_before_a_step_of_another_page_is_followed_by_news(talk, monkeypatch):
     """Both responses are computed before either is sent, and the older one is sent first."""
-    in_worker = PageServer._in_worker
+    in_worker = PageServer._run_in_worker
     found, sent = ([asyncio.Event(), asyncio.Event()] for _ in range(2))
 
     async def held(server, work):
@@ -72,22 +72,22 @@ def test_an_answer_from_before_a_step_of_another_page_is_followed_by_news(talk, 
         return answer
 
     async def conversation(client):
-        monkeypatch.setattr(PageServer, '_in_worker', held)
+        monkeypatch.setattr(PageServer, '_run_in_worker', held)
         async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
             await two.send_json({'id': 1, 'do': 'snapshot'})
             await found[0].wait()
-            await one.send_json({'id': 2, 'do': 'name_place', 'name': 'hall'})
+            await one.send_json({'id': 2, 'do': 'rename_place', 'name': 'hall'})
             await found[1].wait()
             sent[0].set()
             assert (await two.receive_json())['state']['place'] != 'hall'
             sent[1].set()
             assert await two.receive_json(timeout=5.0) == {'changed': True}
-            monkeypatch.setattr(PageServer, '_in_worker', in_worker)
+            monkeypatch.setattr(PageServer, '_run_in_worker', in_worker)
 
     talk(conversation)
 
 
-def test_other_pages_are_told_of_a_slider_when_it_rests(talk):
+def test_other_pages_are_notified_of_a_slider_after_the_drag(talk):
     async def conversation(client):
         async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
             for value in (7.0, 8.0):
@@ -115,7 +115,7 @@ def test_nonsense_is_answered_and_the_server_goes_on(talk):
                 await socket.send_str(nonsense)
                 assert 'error' in await socket.receive_json()
             await socket.send_json({'do': 'hello'})
-            assert 'greeting' in await socket.receive_json()
+            assert 'configuration' in await socket.receive_json()
 
     talk(conversation)
 
@@ -124,7 +124,7 @@ def test_a_fault_of_the_program_ends_no_session(talk, monkeypatch, caplog):
     def fault(*_):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(PageAnswers, 'answer', fault)
+    monkeypatch.setattr(RequestHandler, 'answer', fault)
 
     async def conversation(client):
         async with client.ws_connect('/socket') as socket:
@@ -213,7 +213,7 @@ def test_scripts_and_other_sites_do_not_get_the_token(talk):
     talk(conversation, 'secret')
 
 
-def test_with_a_token_nobody_gets_in_without_it(talk):
+def test_requests_without_the_token_are_rejected(talk):
     async def conversation(client):
         for path in ('/', '/?token=wrong', '/static/main.js', '/image/0/left.png', '/socket'):
             assert (await client.get(path)).status == 403

@@ -11,7 +11,7 @@ from teaching_wall import meters_of
 from stereo_landmark.commands.teach import main
 from stereo_landmark.files.place_file import load_place, load_places
 from stereo_landmark.page import teach_page
-from stereo_landmark.page.reachable_name import reachable_name
+from stereo_landmark.page.reachable_host import reachable_host
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -32,7 +32,7 @@ def served(monkeypatch):
 
 
 def choose_meters(answers):
-    answers.answer({'do': 'name_place', 'name': 'hall'})
+    answers.answer({'do': 'rename_place', 'name': 'hall'})
     for kind, number in meters_of(answers.session):
         assert 'error' not in answers.answer({'do': 'toggle', 'kind': kind.value, 'number': number})
     answers.answer({'do': 'add_target'})
@@ -74,8 +74,8 @@ def test_what_was_not_saved_is_kept_as_a_draft_to_go_on_with(files, served, caps
     assert len(load_place(files.places / 'hall.yaml').targets[0].primitives) == 4
 
 
-def test_a_draft_of_nothing_is_told(files, served, capsys):
-    served(lambda answers: answers.answer({'do': 'name_place', 'name': 'hall'}))
+def test_an_empty_draft_is_reported(files, served, capsys):
+    served(lambda answers: answers.answer({'do': 'rename_place', 'name': 'hall'}))
     assert main(files.options()) == 0
     assert 'hall was not saved, and no draft could be written' in capsys.readouterr().err
 
@@ -113,12 +113,12 @@ def test_drives_of_other_cameras_are_refused(files, served, tmp_path, capsys):
     ('host', 'shown'), [('127.0.0.1', '127.0.0.1'), ('::1', '[::1]'), ('robot.local', 'robot.local')]
 )
 def test_an_address_is_shown_as_a_browser_takes_it(host, shown):
-    assert reachable_name(host) == shown
+    assert reachable_host(host) == shown
 
 
 @pytest.mark.parametrize('host', ['0.0.0.0', '::'])
 def test_all_addresses_are_shown_as_one_that_can_be_opened(host):
-    shown = ipaddress.ip_address(reachable_name(host).strip('[]'))
+    shown = ipaddress.ip_address(reachable_host(host).strip('[]'))
     assert not shown.is_unspecified
 
 

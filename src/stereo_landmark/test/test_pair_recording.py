@@ -39,7 +39,7 @@ def test_without_an_imu_there_is_none():
     assert choose_topics(Bag(*BOTH), {}, is_raw=False).imu == ''
 
 
-def test_strange_names_must_be_told():
+def test_ambiguous_topics_must_be_named():
     bag = Bag('/front/a/compressed', '/front/b/compressed', '/front/a/camera_info', '/front/b/camera_info')
     with pytest.raises(BagError, match='several topics of type Image; name one of /front/a/compressed'):
         choose_topics(bag, {}, is_raw=False)

@@ -10,7 +10,7 @@ from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 from shirube_geometry import CameraMount
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.pair import pair_localizer
-from stereo_landmark.core.pair.pair_check import PairFault
+from stereo_landmark.core.pair.epipolar_check import PairFault
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
 from stereo_landmark.core.pair.settings import PairSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -25,7 +25,7 @@ def asked(monkeypatch):
 
     def locate(self, left, right, tilt, likely):
         questions.append((tilt, tuple(likely)))
-        return (without_fix() if len(questions) == 3 else with_fix()).answer
+        return (without_fix() if len(questions) == 3 else with_fix()).result
 
     monkeypatch.setattr(LandmarkLocalizer, 'locate', locate)
     return questions
@@ -46,7 +46,7 @@ def test_the_place_of_late_is_asked_first_until_it_is_forgotten_or_long_ago(aske
     for seconds in (0.0, 1.0, 2.0, 3.0):
         add_pair(robot, seconds)
     assert [likely for _, likely in asked] == [(), ('wall',), ('wall',), ('wall',)]
-    robot.forget()
+    robot.drop_prior()
     add_pair(robot, 4.0)
     add_pair(robot, 5.0)
     add_pair(robot, 20.0)
@@ -56,10 +56,10 @@ def test_the_place_of_late_is_asked_first_until_it_is_forgotten_or_long_ago(aske
 def test_the_tilt_near_the_image_counts_and_without_one_the_robot_is_level(asked):
     robot = stream()
     robot.add_tilt(0.99, 0.02, -0.01)
-    told = [add_pair(robot, seconds).lacks_tilt for seconds in (1.0, 2.0)]
+    is_missing = [add_pair(robot, seconds).is_tilt_missing for seconds in (1.0, 2.0)]
     assert [tilt for tilt, _ in asked] == [(0.02, -0.01), (0.0, 0.0)]
-    assert told == [False, True]
-    assert not add_pair(stream(), 1.0).lacks_tilt
+    assert is_missing == [False, True]
+    assert not add_pair(stream(), 1.0).is_tilt_missing
 
 
 def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_each_pair(monkeypatch):
@@ -70,7 +70,7 @@ def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_e
         return PairFault.SWAPPED if len(checked) in {2, 3} else None
 
     monkeypatch.setattr(pair_localizer, 'pair_fault', fault)
-    monkeypatch.setattr(LandmarkLocalizer, 'locate', lambda *_: without_fix().answer)
+    monkeypatch.setattr(LandmarkLocalizer, 'locate', lambda *_: without_fix().result)
     robot = stream()
     for seconds in (0.0, 1.0, 2.0):
         add_pair(robot, seconds)
@@ -83,7 +83,7 @@ def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_e
     assert len(checked) == 4
 
 
-def test_a_single_image_tells_nothing():
+def test_a_single_image_gives_no_result():
     assert stream().add_image(Side.LEFT, 0, seen(TAUGHT)[0], CALIBRATIONS[0]) is None
 
 

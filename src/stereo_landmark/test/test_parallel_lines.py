@@ -29,13 +29,13 @@ def test_parameters_are_those_of_the_drawn_bar(tilt):
     assert lines.polarity == -1
 
 
-def test_both_lines_lie_on_the_bar():
+def test_both_lines_are_on_the_bar():
     _, lines = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4))
     across = np.array([-math.sin(0.4), math.cos(0.4)])
     np.testing.assert_allclose((lines.lines - [50, 45]) @ across, [[-6, -6], [6, 6]], atol=0.3)
 
 
-def test_polarity_tells_bright_dark_and_steps():
+def test_polarity_distinguishes_bright_dark_and_steps():
     _, dark = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4))
     _, bright = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4), ground=60.0, contrast=80.0)
     first = coverage(polygon_intervals([[-9, 30], [109, 30], [109, 99], [-9, 99]]), SIZE, 0.7)
@@ -55,7 +55,7 @@ def test_difference_grows_with_the_width():
     )
 
 
-def test_refined_lines_are_unbiased_across_and_their_sigmas_honest():
+def test_refined_lines_are_unbiased_across_with_consistent_sigmas():
     rng = np.random.default_rng(0)
     rows = []
     for seed in range(40):

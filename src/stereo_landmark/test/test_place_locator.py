@@ -72,8 +72,8 @@ def test_a_known_lean_is_taken_out():
     points, state = panel(), random_state(rng)
     state[4:] = 0.02, -0.03
     seen, taught = view(points, state, NOISE, rng), teach(points, NOISE, rng)
-    told = PlaceLocator(RIG).locate(seen, taught, (0.02, -0.03))
-    assert pose_error(told, state) < 0.02
+    fix = PlaceLocator(RIG).locate(seen, taught, (0.02, -0.03))
+    assert pose_error(fix, state) < 0.02
     free = PlaceLocator(RIG, PlaceSettings(tilt_sigma=0.5)).locate(seen, taught)
     assert free.tilt == pytest.approx((0.02, -0.03), abs=0.01)
 
@@ -91,14 +91,14 @@ def test_hidden_and_wrong_points_are_left_out():
 
 
 @pytest.mark.parametrize(('rows', 'where'), [(0.8, 'lower'), (-0.8, 'higher')])
-def test_a_pair_that_is_off_by_rows_is_told_to_be_calibrated(rows, where):
+def test_a_row_mismatch_is_reported_with_its_remedy(rows, where):
     rng = np.random.default_rng(5)
     points, state = panel(), random_state(rng)
     seen = view(points, state, 0.02, rng)
     seen.pixels[:, 3] += rows
     answer = PlaceLocator(RIG).locate(seen, teach(points))
     assert isinstance(answer, NoPlaceFix)
-    assert answer.reason is NoPlaceFixReason.ROWS_APART
+    assert answer.reason is NoPlaceFixReason.ROW_MISMATCH
     assert f'0.8 px {where}' in answer.detail.replace('0.79', '0.8').replace('0.81', '0.8').replace(
         '0.80', '0.8'
     )

@@ -9,7 +9,7 @@ from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
     QuadrilateralTolerance,
     detect_quadrilaterals,
-    ordered_as,
+    match_corner_order,
     quadrilateral_difference,
     refine_quadrilateral,
 )
@@ -52,7 +52,7 @@ def test_finds_one_whose_sides_are_broken():
     assert np.abs(best.corners - CORNERS).max() < 0.5
 
 
-def test_finds_one_of_which_one_side_stands_before_something_dark():
+def test_finds_one_with_one_side_of_reversed_polarity():
     box = np.array([[25.0, 30.0], [75.0, 30.0], [75.0, 62.0], [25.0, 62.0]])
     inside = coverage(polygon_intervals(box), SIZE, 0.7)
     left = coverage(polygon_intervals([[-9, 35], [25, 35], [25, 57], [-9, 57]]), SIZE, 0.7)
@@ -63,7 +63,7 @@ def test_finds_one_of_which_one_side_stands_before_something_dark():
     assert np.abs(best.corners - box).max() < 1.0
 
 
-def test_refined_corners_are_unbiased_and_their_joint_covariance_honest():
+def test_refined_corners_are_unbiased_with_consistent_joint_covariance():
     errors, squares = [], []
     for seed in range(40):
         moved = CORNERS + np.random.default_rng(seed).uniform(-1.0, 1.0, (4, 2))
@@ -97,14 +97,16 @@ def test_the_trapezoid_turns_with_the_image(angle):
 
 def test_order_of_the_taught_one_is_found_again():
     taught = _ideal(turned_rectangle((50, 45), 40.0, 30.0, 0.7))
-    turned = taught.turned(3)
-    np.testing.assert_array_equal(ordered_as(turned, taught).corners, taught.corners)
-    assert quadrilateral_difference(ordered_as(turned, taught), taught, QuadrilateralTolerance()) < 1e-9
+    turned = taught.rotate_corners(3)
+    np.testing.assert_array_equal(match_corner_order(turned, taught).corners, taught.corners)
+    assert (
+        quadrilateral_difference(match_corner_order(turned, taught), taught, QuadrilateralTolerance()) < 1e-9
+    )
 
 
 def test_turning_takes_the_covariance_along():
     deviations = np.diag(np.arange(1.0, 9.0))
-    turned = Quadrilateral(CORNERS, 1, 1.0, deviations).turned(1)
+    turned = Quadrilateral(CORNERS, 1, 1.0, deviations).rotate_corners(1)
     np.testing.assert_array_equal(np.diag(turned.covariance), [3, 4, 5, 6, 7, 8, 1, 2])
 
 

@@ -11,9 +11,9 @@ from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.camera_calibration import stereo_rig
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -73,8 +73,8 @@ def test_the_place_is_found_again_though_its_squares_repeat(taught, now, seed):
     room, processing = Room(), ImageProcessing()
     scenes = [detect_scene(image, processing) for image in room.images[taught]]
     teacher = Teacher(StereoView(*scenes, room.rig, tuple(room.rpy[taught][:2])), processing)
-    candidates = scenes[0].kinds[Kind.QUADRILATERAL].primitives
-    choice = TargetChoice('room', drawn(teacher, candidates, np.random.default_rng(seed)))
+    candidates = scenes[0].kinds[PrimitiveKind.QUADRILATERAL].primitives
+    choice = TargetSelection('room', drawn(teacher, candidates, np.random.default_rng(seed)))
     place = teacher.teach('room', [choice])
     answer = LandmarkLocalizer([place]).locate(*room.images[now], tuple(room.rpy[now][:2]))
     assert isinstance(answer, LandmarkFix)

@@ -7,7 +7,7 @@ from stereo_calibrations import RealPairs, raw_calibrations
 
 from shirube_geometry import PinholeCamera, matrix_from_rpy
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
-from stereo_landmark.core.pair.pair_check import PairFault, pair_fault
+from stereo_landmark.core.pair.epipolar_check import PairFault, pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -46,7 +46,7 @@ def test_rectified_images_show_points_where_the_rig_says():
     # From the left rectified frame to each raw camera frame.
     R_left, R_right = (np.array(each.rotation).reshape(3, 3) for each in calibrations)
     left = rectified @ R_left
-    seen = rig.projections(rectified)
+    seen = rig.project(rectified)
     for calibration, points, expected in (
         (calibrations[0], left, seen[:, :2]),
         (calibrations[1], left @ ROTATION.T + SHIFT, seen[:, 2:]),

@@ -20,9 +20,9 @@ def joint_bound(points, state, free):
     taught, now = reproject(np.zeros(6), points, RIG), reproject(state, points, RIG)
     rows = np.zeros((8 * n, free + 3 * n))
     for i in range(n):
-        rows[4 * i : 4 * i + 4, free + 3 * i : free + 3 * i + 3] = taught.by_point[i]
-        rows[4 * (n + i) : 4 * (n + i) + 4, :free] = now.by_state[i, :, :free]
-        rows[4 * (n + i) : 4 * (n + i) + 4, free + 3 * i : free + 3 * i + 3] = now.by_point[i]
+        rows[4 * i : 4 * i + 4, free + 3 * i : free + 3 * i + 3] = taught.point_jacobian[i]
+        rows[4 * (n + i) : 4 * (n + i) + 4, :free] = now.state_jacobian[i, :, :free]
+        rows[4 * (n + i) : 4 * (n + i) + 4, free + 3 * i : free + 3 * i + 3] = now.point_jacobian[i]
     return np.linalg.inv(rows.T @ rows / NOISE**2)[:free, :free]
 
 
@@ -60,8 +60,8 @@ def test_a_wrong_point_pulls_little():
     seen.pixels[5] += [9.0, -6.0, 9.0, -6.0]
     pulled = fit_reprojection(seen, taught, RIG, np.zeros(6), KNOWN_TILT)
     assert np.abs(pulled.state - clean.state)[:2].max() < 0.01
-    assert int(np.argmax(pulled.distances)) == 5
-    assert pulled.distances[5] > 20.0
+    assert int(np.argmax(pulled.mahalanobis_distances)) == 5
+    assert pulled.mahalanobis_distances[5] > 20.0
 
 
 def test_one_point_determines_nothing():

@@ -5,7 +5,7 @@ import pytest
 from seen_shapes import SIZE, turned_rectangle
 
 from scene_simulator.drawn_shapes import coverage, photograph, polygon_intervals
-from stereo_landmark.core.primitives.crossing import joint_covariance, meeting_point
+from stereo_landmark.core.primitives.line_intersection import intersect_lines, joint_corner_covariance
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 
 PICTURES = 40
@@ -17,19 +17,19 @@ def square(number):
     return turned_rectangle(rng.uniform(44.0, 48.0, 2), 32.0, 28.0, rng.uniform(-0.3, 0.3))
 
 
-def measured(corners, light, number, is_ring):
+def measured(corners, light, number, is_closed):
     """Return the errors of the corners, shape (8,) [px], and their covariance."""
     image = photograph(light, 2.0, number)
-    lines = refine_lines(image, np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), is_ring)
-    found = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
-    return (found - corners).ravel(), joint_covariance(lines, found)
+    lines = refine_lines(image, np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), is_closed)
+    found = np.array([intersect_lines(lines[k - 1], lines[k]) for k in range(4)])
+    return (found - corners).ravel(), joint_corner_covariance(lines, found)
 
 
 def light_of(corners, shade):
     return (180.0 - 80.0 * coverage(polygon_intervals(corners), SIZE, 0.7)) * shade
 
 
-def test_a_ring_is_known_better_than_its_sides_alone_and_honestly():
+def test_joint_refinement_is_more_accurate_and_consistent():
     squares, stated, alone = [], [], []
     for number in range(PICTURES):
         corners = square(number)

@@ -14,7 +14,7 @@ def test_a_third_of_wild_offsets_does_not_move_it():
     fit = robust_step(JACOBIAN, offsets, np.full(30, 0.01), NO_PRIOR)
     assert fit.found
     np.testing.assert_allclose(fit.step, [0.3, -0.2], atol=0.02)
-    assert fit.agreeing == pytest.approx(20 / 30, abs=0.05)
+    assert fit.inlier_fraction == pytest.approx(20 / 30, abs=0.05)
 
 
 def test_covariance_is_that_of_repeated_fits():
@@ -38,8 +38,8 @@ def test_too_few_offsets_are_no_fit():
     assert not robust_step(JACOBIAN, np.zeros(30), sigmas, NO_PRIOR).found
 
 
-def test_what_no_offset_tells_stays_where_the_prior_keeps_it():
-    blind = np.column_stack([np.ones(30), np.zeros(30)])
-    fit = robust_step(blind, np.full(30, 0.1), np.full(30, 0.01), np.array([0.0, 1.0]))
+def test_an_unobservable_parameter_stays_at_its_prior():
+    rank_deficient = np.column_stack([np.ones(30), np.zeros(30)])
+    fit = robust_step(rank_deficient, np.full(30, 0.1), np.full(30, 0.01), np.array([0.0, 1.0]))
     np.testing.assert_allclose(fit.step, [0.1, 0.0], atol=1e-9)
     assert fit.covariance[1, 1] == pytest.approx(1.05, rel=0.01)

@@ -11,7 +11,7 @@ def test_a_disc_is_one_closed_segment_with_the_bright_side_to_the_right():
     segments = segments_of(ellipse_photo((50, 45), (25.0, 25.0), 0.0))
     assert len(segments) == 1
     assert segments.closed[0]
-    steps = np.diff(segments.points_of(0), axis=0)
+    steps = np.diff(segments.segment_points(0), axis=0)
     right = np.column_stack([-steps[:, 1], steps[:, 0]])
     assert (np.sum(right * segments.gradients[:-1], axis=1) > 0.0).all()
     assert segments.lengths[0] == pytest.approx(2 * math.pi * 25.0, rel=0.03)
@@ -21,20 +21,20 @@ def test_a_disc_is_one_closed_segment_with_the_bright_side_to_the_right():
 def test_each_point_of_a_segment_follows_the_one_before():
     segments = segments_of(polygon_photo(turned_rectangle((50, 45), 50.0, 30.0, 0.5), noise=4.0))
     for k in range(len(segments)):
-        assert np.abs(np.diff(np.rint(segments.points_of(k)), axis=0)).max() <= 2
+        assert np.abs(np.diff(np.rint(segments.segment_points(k)), axis=0)).max() <= 2
 
 
 def test_chain_code_walks_from_the_first_pixel_to_the_last():
     segments = segments_of(ellipse_photo((50, 45), (25.0, 15.0), 0.3))
     steps = np.array([[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]])
-    pixels = np.rint(segments.points_of(0))
-    np.testing.assert_array_equal(steps[segments.chain_code_of(0)].sum(axis=0), pixels[-1] - pixels[0])
+    pixels = np.rint(segments.segment_points(0))
+    np.testing.assert_array_equal(steps[segments.segment_chain_code(0)].sum(axis=0), pixels[-1] - pixels[0])
 
 
 def test_polyline_of_a_square_bends_at_its_corners_and_stays_near_the_points():
     corners = turned_rectangle((50, 45), 40.0, 40.0, 0.2)
     segments = segments_of(polygon_photo(corners))
-    vertices = np.concatenate([segments.polyline_of(k) for k in range(len(segments))])
+    vertices = np.concatenate([segments.segment_polyline(k) for k in range(len(segments))])
     for corner in corners:
         assert np.hypot(*(vertices - corner).T).min() < 2.5
     assert len(vertices) < 14

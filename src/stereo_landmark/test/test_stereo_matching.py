@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.procedure.stereo_matching import alike_pairs, match_pairs
+from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, match_pairs
 
 ANY = (0.0, 300.0)
 
@@ -9,7 +9,7 @@ ANY = (0.0, 300.0)
 def matched(left, right, disparities=ANY):
     """Return the match of each point of the left image, all of which look the same."""
     shapes = np.zeros((len(left), 1)), np.zeros((len(right), 1))
-    pairs = alike_pairs(left, shapes[0], right, shapes[1], disparities)
+    pairs = candidate_pairs(left, shapes[0], right, shapes[1], disparities)
     seen = left[pairs[:, 0], 0] - right[pairs[:, 1], 0]
     return dict(match_pairs([left], [pairs], [seen], [1.0], 0).tolist())
 
@@ -53,8 +53,10 @@ def test_what_was_detected_twice_is_no_rival_of_itself():
 
 def test_rows_shapes_and_depths_part_what_looks_the_same():
     left, right = row(3, 50.0)
-    assert len(alike_pairs(left, np.zeros((3, 1)), right + np.array([0.0, 5.0]), np.zeros((3, 1)), ANY)) == 0
-    assert len(alike_pairs(left, np.zeros((3, 1)), right, np.ones((3, 1)), ANY)) == 0
-    only = alike_pairs(left, np.zeros((3, 1)), right, np.zeros((3, 1)), (40.0, 60.0))
+    assert (
+        len(candidate_pairs(left, np.zeros((3, 1)), right + np.array([0.0, 5.0]), np.zeros((3, 1)), ANY)) == 0
+    )
+    assert len(candidate_pairs(left, np.zeros((3, 1)), right, np.ones((3, 1)), ANY)) == 0
+    only = candidate_pairs(left, np.zeros((3, 1)), right, np.zeros((3, 1)), (40.0, 60.0))
     assert only.tolist() == [[0, 0], [1, 1], [2, 2]]
-    assert len(alike_pairs(left[:0], np.zeros((0, 1)), right, np.zeros((3, 1)), ANY)) == 0
+    assert len(candidate_pairs(left[:0], np.zeros((0, 1)), right, np.zeros((3, 1)), ANY)) == 0

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel, view
 
-from stereo_landmark.core.place.stereo_points import measurable, triangulate
+from stereo_landmark.core.place.stereo_points import is_measurable, triangulate
 
 
 def in_left_camera(points):
@@ -31,12 +31,12 @@ def test_points_without_disparity_are_not_measurable():
     seen = view(panel(count=4), np.zeros(6))
     seen.pixels[1, 2] = seen.pixels[1, 0]
     seen.pixels[2, 2] = seen.pixels[2, 0] + 3.0
-    assert measurable(seen, RIG).tolist() == [True, False, False, True]
+    assert is_measurable(seen, RIG).tolist() == [True, False, False, True]
 
 
 def test_another_frame_turns_the_covariance_too():
     found = triangulate(view(panel(count=3), np.zeros(6), 0.2, np.random.default_rng(1)), RIG)
-    moved = found.moved(RIG.mount.rotation, np.array(RIG.mount.xyz))
+    moved = found.transform(RIG.mount.rotation, np.array(RIG.mount.xyz))
     assert np.linalg.eigvalsh(moved.covariances) == pytest.approx(np.linalg.eigvalsh(found.covariances))
     # In the base frame depth is along x, the least certain direction of a stereo pair.
     assert (moved.covariances[:, 0, 0] > 10.0 * moved.covariances[:, 2, 2]).all()

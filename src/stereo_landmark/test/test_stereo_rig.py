@@ -9,7 +9,7 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 def test_both_cameras_are_pinholes_one_baseline_apart():
     points = np.random.default_rng(1).uniform([-1.0, -1.0, 1.0], [1.0, 1.0, 5.0], (50, 3))
-    pixels = RIG.projections(points)
+    pixels = RIG.project(points)
     assert pixels[:, :2] == pytest.approx(CAMERA.pixels_from_points(points))
     assert pixels[:, 2:] == pytest.approx(CAMERA.pixels_from_points(points - [0.2, 0.0, 0.0]))
 
@@ -18,7 +18,7 @@ def test_derivatives_are_those_of_the_projections():
     points = np.random.default_rng(2).uniform([-1.0, -1.0, 1.0], [1.0, 1.0, 5.0], (20, 3))
     jacobians = RIG.jacobians(points)
     for axis, step in enumerate(1e-6 * np.eye(3)):
-        change = (RIG.projections(points + step) - RIG.projections(points - step)) / 2e-6
+        change = (RIG.project(points + step) - RIG.project(points - step)) / 2e-6
         assert jacobians[:, :, axis] == pytest.approx(change, rel=1e-5, abs=1e-4)
 
 

@@ -27,8 +27,8 @@ def test_units_do_not_matter():
 
 
 @pytest.mark.parametrize('value', [0.0, np.nan])
-def test_what_tells_nothing_has_no_inverse(value):
-    told = np.array([[1.0, 2.0], [3.0, 6.0], [2.0, 4.0]])
+def test_a_singular_matrix_has_no_inverse(value):
+    jacobian = np.array([[1.0, 2.0], [3.0, 6.0], [2.0, 4.0]])
     inverse = np.empty((2, 2))
-    assert not invert_symmetric(told.T @ told, inverse)
+    assert not invert_symmetric(jacobian.T @ jacobian, inverse)
     assert not invert_symmetric(np.array([[1.0, 0.0], [0.0, value]]), inverse)

@@ -32,7 +32,7 @@ def test_the_base_frame_leans_with_the_robot():
 
 def test_points_too_far_away_to_be_measured_are_left_out():
     pair = with_fix()
-    seen = pair.answer.sightings[0]
+    seen = pair.result.detections[0]
     seen.points.pixels[1, 2] = seen.points.pixels[1, 0]
     _, points, _ = target_markers(pair, HEADER).markers
     assert len(points.points) == 3

@@ -9,10 +9,14 @@ from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.reprojection_model import reproject
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Kind
-from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.target_detection import (
+    NoDetectionReason,
+    NoTargetDetection,
+    TargetDetection,
+)
 from stereo_landmark.core.procedure.target_search import TargetSearch
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 
 FIELDS = tuple(
     Plate(0.27 - 0.27 * (i % 3), 0.7 + 0.33 * (i // 3), 0.18, 0.24, level)
@@ -31,10 +35,10 @@ ALONE = Wall(METERS)
 
 def taught(wall):
     """Teach the four meters on the left."""
-    view = view_of(wall, np.zeros(6), tuple(Kind))
-    meters = sorted(view.left.kinds[Kind.ELLIPSE].primitives, key=lambda meter: meter.centre[0])
+    view = view_of(wall, np.zeros(6), tuple(PrimitiveKind))
+    meters = sorted(view.left.kinds[PrimitiveKind.ELLIPSE].primitives, key=lambda meter: meter.centre[0])
     assert len(meters) == 5
-    choice = TargetChoice('meters', {f'meter {i}': meters[i] for i in range(4)})
+    choice = TargetSelection('meters', {f'meter {i}': meters[i] for i in range(4)})
     return Teacher(view, ImageProcessing()).teach('wall', [choice])
 
 
@@ -51,7 +55,7 @@ def search(place, wall, state, seed=1):
 def test_the_taught_coordinates_are_those_of_the_wall(place):
     true = [[3.0, meter.y, meter.z] for meter in METERS[:4]]
     assert place.coordinates.positions == pytest.approx(np.array(true), abs=0.01)
-    names = {primitive.name for primitive in place.surroundings}
+    names = {primitive.name for primitive in place.context_landmarks}
     assert {'quadrilateral 1', 'quadrilateral 2', 'quadrilateral 3'} <= names
 
 
@@ -60,7 +64,7 @@ def test_the_meters_are_found_though_one_is_hidden(place, hidden):
     rng = np.random.default_rng(hidden)
     state = np.array([*rng.uniform(-0.3, 0.3, 2), 0.0, rng.uniform(-0.15, 0.15), 0.0, 0.0])
     found = search(place, ALL if hidden is None else ALL.without(hidden), state)
-    assert isinstance(found, TargetSighting)
+    assert isinstance(found, TargetDetection)
     assert found.found == tuple(f'meters/meter {i}' for i in range(4) if i != hidden)
     fix = PlaceLocator(RIG).locate(found.points, place.coordinates)
     assert isinstance(fix, PlaceFix)
@@ -73,27 +77,27 @@ def test_meters_without_surroundings_are_ambiguous_when_one_at_the_end_is_hidden
     """Four equal meters in a row may be the first four or the last four."""
     place = taught(ALONE)
     state = np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])
-    assert isinstance(search(place, ALONE, state), TargetSighting)
+    assert isinstance(search(place, ALONE, state), TargetDetection)
     answer = search(place, ALONE.without(0), state)
-    assert isinstance(answer, NoTargetSighting)
-    assert answer.reason is NoSightingReason.AMBIGUOUS
+    assert isinstance(answer, NoTargetDetection)
+    assert answer.reason is NoDetectionReason.AMBIGUOUS
 
 
 def test_the_next_meter_in_a_narrow_row_is_taught_as_a_surrounding():
     """With the context landmark in view the four meters are the first four; without it they are ambiguous."""
     narrow = Wall(tuple(Disc(0.45 - 0.215 * i, 0.75, 0.085, 60.0) for i in range(5)))
     place = taught(narrow)
-    assert [primitive.kind for primitive in place.surroundings] == [Kind.ELLIPSE]
-    assert isinstance(search(place, narrow, np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])), TargetSighting)
+    assert [primitive.kind for primitive in place.context_landmarks] == [PrimitiveKind.ELLIPSE]
+    assert isinstance(search(place, narrow, np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])), TargetDetection)
 
 
-def test_spacing_alone_tells_which_meters_are_seen():
+def test_spacing_alone_identifies_the_visible_meters():
     """Gaps that differ by 15 mm, 4 px, identify the last four, not the first."""
     places = 0.6 - np.cumsum([0.0, 0.28, 0.295, 0.28, 0.295])
     uneven = Wall(tuple(Disc(float(y), 0.75, 0.09, 60.0) for y in places))
     place, state = taught(uneven), np.array([0.1, -0.05, 0.0, 0.03, 0.0, 0.0])
     found = search(place, uneven.without(0), state)
-    assert isinstance(found, TargetSighting)
+    assert isinstance(found, TargetDetection)
     assert found.found == ('meters/meter 1', 'meters/meter 2', 'meters/meter 3')
 
 
@@ -103,28 +107,28 @@ def test_spacing_alone_tells_which_meters_are_seen():
 @pytest.mark.newest_set_only
 def test_fields_of_a_panel_are_not_mixed_up_with_each_other(state):
     """Sides of adjacent fields are collinear and form additional quadrilaterals."""
-    view = view_of(PANEL, np.zeros(6), tuple(Kind))
+    view = view_of(PANEL, np.zeros(6), tuple(PrimitiveKind))
     chosen = {}
     for i, field in enumerate(FIELDS):
         corners = np.array([[3.0, field.y + a, field.z + b] for a in (-0.09, 0.09) for b in (-0.12, 0.12)])
         middle = reproject(np.zeros(6), corners, RIG).pixels[:, :2].mean(axis=0)
         near = [
             each
-            for each in view.left.kinds[Kind.QUADRILATERAL].primitives
+            for each in view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives
             if np.hypot(*(each.centre - middle)) < 2.0
         ]
         chosen[f'field {i}'] = min(
             near, key=lambda each: abs(np.ptp(each.corners[:, 0]) - 0.18 * RIG.left.fx / 3.0)
         )
-    place = Teacher(view, ImageProcessing()).teach('wall', [TargetChoice('panel', chosen)])
+    place = Teacher(view, ImageProcessing()).teach('wall', [TargetSelection('panel', chosen)])
     pose = np.array([state[0], state[1], 0.0, state[2], 0.0, 0.0])
     found = search(place, PANEL, pose)
-    assert isinstance(found, TargetSighting)
+    assert isinstance(found, TargetDetection)
     assert len(found.points) == 24
-    expected = reproject(pose, place.coordinates.selected(found.points.names).positions, RIG).pixels
+    expected = reproject(pose, place.coordinates.select(found.points.names).positions, RIG).pixels
     assert np.abs(found.points.pixels - expected).max() < 0.3
 
 
 def test_another_wall_is_not_the_place(place):
     other = Wall((Disc(0.3, 0.9, 0.2, 60.0), Plate(-0.4, 0.6, 0.5, 0.4, 90.0)))
-    assert isinstance(search(place, other, np.zeros(6)), NoTargetSighting)
+    assert isinstance(search(place, other, np.zeros(6)), NoTargetDetection)

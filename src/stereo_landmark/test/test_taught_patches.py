@@ -13,9 +13,9 @@ from stereo_landmark.core.place.reprojection_model import reproject
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import StereoPoints
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 
 PLATES = (Plate(0.45, 0.7, 0.4, 0.3, 60.0), Plate(-0.35, 0.75, 0.36, 0.44, 230.0))
 PRINT = tuple(
@@ -49,10 +49,10 @@ def seen(wall, state, noise=1.5, seed=1):
 def taught(seed=1, state=(0.0,) * 6):
     view = StereoView(*(detect_scene(each, ImageProcessing()) for each in seen(WALL, state, seed=seed)), RIG)
     plates = sorted(
-        view.left.kinds[Kind.QUADRILATERAL].primitives, key=lambda each: -each.length * each.height
+        view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives, key=lambda each: -each.length * each.height
     )
     parts = {'one': plates[0], 'other': plates[1]}
-    return Teacher(view, ImageProcessing(), 0.0).teach('wall', [TargetChoice('plates', parts)])
+    return Teacher(view, ImageProcessing(), 0.0).teach('wall', [TargetSelection('plates', parts)])
 
 
 @pytest.fixture(scope='module')
@@ -71,11 +71,13 @@ def test_the_points_of_patches_are_where_the_taught_ones_are_seen(place):
     """Present points and their taught 3D points agree with the true displacement within their covariances."""
     squares = []
     for seed, state in enumerate(STATES, 10):
-        measured = TaughtPatches(place, 0.0).measured(outlines(place, state), seen(WALL, state, seed=seed))
+        measured = TaughtPatches(place, 0.0).measure(outlines(place, state), seen(WALL, state, seed=seed))
         found, points = measured.seen, measured.taught
         view = reproject(state, points.positions, RIG)
         error = (found.pixels - view.pixels)[:, :, None]
-        spread = found.covariances + view.by_point @ points.covariances @ view.by_point.transpose(0, 2, 1)
+        spread = found.covariances + view.point_jacobian @ points.covariances @ view.point_jacobian.transpose(
+            0, 2, 1
+        )
         squares += (error.transpose(0, 2, 1) @ np.linalg.solve(spread, error)).ravel().tolist()
         assert not np.allclose(points.positions, place.coordinates.positions, atol=0.01)
     assert 0.4 < np.mean(squares) / 4.0 < 1.6
@@ -86,7 +88,7 @@ def test_the_displacement_follows_from_patches(place):
     for seed, state in enumerate(STATES, 20):
         fix = LandmarkLocalizer([place], EXACT).locate(*seen(WALL, state, seed=seed))
         assert isinstance(fix, LandmarkFix)
-        assert len(fix.compared) == len(set(fix.compared)) > 0
+        assert len(fix.matched_patches) == len(set(fix.matched_patches)) > 0
         pose = fix.displacement.T_place_base
         error = np.array([pose.x - state[0], pose.y - state[1], pose.yaw - state[3]])
         planar = fix.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
@@ -98,7 +100,7 @@ def test_the_displacement_follows_from_patches(place):
 
 def test_a_place_without_images_is_measured_by_its_outlines(place):
     corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
-    measured = TaughtPatches(replace(place, images=None), 0.0).measured(corners, images)
+    measured = TaughtPatches(replace(place, images=None), 0.0).measure(corners, images)
     points, coordinates = measured.seen, measured.taught
     assert np.array_equal(points.pixels, corners.pixels)
     assert np.array_equal(coordinates.positions, place.coordinates.positions)
@@ -109,7 +111,7 @@ def test_taught_images_of_another_size_give_no_patches(place):
     small = [cv2.resize(each, None, fx=0.5, fy=0.5) for each in (place.images.left, place.images.right)]
     replaced = replace(place, images=replace(place.images, left=small[0], right=small[1]))
     corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
-    measured = TaughtPatches(replaced, 0.0).measured(corners, images)
+    measured = TaughtPatches(replaced, 0.0).measure(corners, images)
     points, coordinates = measured.seen, measured.taught
     assert np.array_equal(points.pixels, corners.pixels)
     assert np.array_equal(coordinates.positions, place.coordinates.positions)
@@ -119,16 +121,16 @@ def test_a_pair_leaves_no_trace(place):
     """The measurement of a pair does not depend on previous pairs."""
     patches, corners = TaughtPatches(place, 0.0), outlines(place, STATES[0])
     images, others = seen(WALL, STATES[0]), seen(WALL, STATES[1])
-    first = patches.measured(corners, images).seen
-    patches.measured(outlines(place, STATES[1]), others)
-    again = patches.measured(corners, images).seen
+    first = patches.measure(corners, images).seen
+    patches.measure(outlines(place, STATES[1]), others)
+    again = patches.measure(corners, images).seen
     assert np.array_equal(first.pixels, again.pixels)
     assert np.array_equal(first.covariances, again.covariances)
 
 
 def test_a_patch_that_disagrees_with_its_outline_is_left_out(place):
     corners, images = outlines(place, STATES[0], off=0.4), seen(WALL, STATES[0])
-    measured = TaughtPatches(place, 0.0).measured(corners, images)
+    measured = TaughtPatches(place, 0.0).measure(corners, images)
     points, coordinates = measured.seen, measured.taught
     assert np.array_equal(points.pixels, corners.pixels)
     assert np.array_equal(points.covariances, corners.covariances)
@@ -139,7 +141,7 @@ def test_a_plate_with_another_print_is_measured_by_its_outline(place):
     """The other plate is still measured by its patch."""
     other = Wall((*PLATES, *PRINT[:5], Plate(-0.35, 0.75, 0.3, 0.36, 120.0)))
     corners = outlines(place, STATES[0])
-    measured = TaughtPatches(place, 0.0).measured(corners, seen(other, STATES[0]))
+    measured = TaughtPatches(place, 0.0).measure(corners, seen(other, STATES[0]))
     points, coordinates = measured.seen, measured.taught
     kept = (points.pixels == corners.pixels).all(axis=1)
     same = (coordinates.positions == place.coordinates.positions).all(axis=1)
@@ -148,13 +150,13 @@ def test_a_plate_with_another_print_is_measured_by_its_outline(place):
     owners = [name.rsplit('/', 1)[0] for name in corners.names]
     by_outline = {owner for owner, is_kept in zip(owners, kept, strict=True) if is_kept}
     assert len(by_outline) == 1
-    assert set(measured.compared) == set(owners) - by_outline
+    assert set(measured.matched_patches) == set(owners) - by_outline
 
 
 def test_points_that_were_not_seen_are_not_asked_for(place):
     corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
     some = corners.subset(np.array(['one' in name for name in corners.names]))
-    points = TaughtPatches(place, 0.0).measured(some, images).seen
+    points = TaughtPatches(place, 0.0).measure(some, images).seen
     assert points.names == some.names
     assert not np.array_equal(points.pixels, some.pixels)
 
@@ -163,11 +165,11 @@ def test_there_and_back_are_inverse(place):
     """Swapping the teach and the repeat pose inverts the displacement."""
     state = np.array([0.3, -0.2, 0.0, 0.08, 0.0, 0.0])
     back = taught(seed=3, state=state)
-    ways = [
+    fixes = [
         LandmarkLocalizer([lesson]).locate(*seen(WALL, from_where, seed=seed))
         for lesson, from_where, seed in ((place, state, 3), (back, np.zeros(6), 1))
     ]
-    forth, return_way = (way.displacement.T_place_base for way in ways if isinstance(way, LandmarkFix))
-    whole = forth @ return_way
+    forward, backward = (fix.displacement.T_place_base for fix in fixes if isinstance(fix, LandmarkFix))
+    whole = forward @ backward
     assert np.hypot(whole.x, whole.y) < 0.003
     assert abs(whole.yaw) < 0.001

@@ -16,18 +16,18 @@ from taught_wall import CALIBRATIONS, HERE, METERS, RAW, RIG, T_MAP_PLACE, TAUGH
 from stereo_landmark.commands import teach as teach_command
 from stereo_landmark.commands.locate import main as locate
 from stereo_landmark.commands.teach import main
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.files.place_file import load_images, load_place
 
 CENTRES = (
-    RIG.projections((np.array([[3.0, m.y, m.z] for m in METERS]) - MOUNT.xyz) @ MOUNT.rotation)[:, :2]
+    RIG.project((np.array([[3.0, m.y, m.z] for m in METERS]) - MOUNT.xyz) @ MOUNT.rotation)[:, :2]
     .round()
     .tolist()
 )
 """Of the meters in the left image [px]."""
 
 
-class Lesson:
+class TeachConfig:
     """A teach config that can be changed and run."""
 
     def __init__(self, folder):
@@ -72,12 +72,12 @@ class Lesson:
 
 
 @pytest.fixture
-def lesson(tmp_path):
-    return Lesson(tmp_path)
+def config(tmp_path):
+    return TeachConfig(tmp_path)
 
 
-def test_the_taught_place_is_where_the_wall_is_and_is_found_again(lesson, tmp_path, capsys):
-    place = lesson.place()
+def test_the_taught_place_is_where_the_wall_is_and_is_found_again(config, tmp_path, capsys):
+    place = config.place()
     names = tuple(f'meters/ellipse {i}/centre' for i in range(1, 5))
     assert place.coordinates.names == names
     true = [[3.0, meter.y, meter.z] for meter in METERS]
@@ -86,7 +86,7 @@ def test_the_taught_place_is_where_the_wall_is_and_is_found_again(lesson, tmp_pa
     said = capsys.readouterr().out
     assert 'warning' not in said
     assert 'wall is taught' in said
-    options = ['--places', str(lesson.places), '--out', str(tmp_path / 'out')]
+    options = ['--places', str(config.places), '--out', str(tmp_path / 'out')]
     options += ['--camera-xyz', *map(str, MOUNT.xyz)]
     for side, image in zip(('left', 'right'), seen(HERE)):
         cv2.imwrite(str(tmp_path / f'now_{side}.png'), image)
@@ -95,42 +95,42 @@ def test_the_taught_place_is_where_the_wall_is_and_is_found_again(lesson, tmp_pa
     assert locate(options) == 0
 
 
-def test_a_place_is_replaced_only_on_purpose_and_by_one_that_is_found(lesson, capsys):
-    assert lesson.run() == 0
-    file = lesson.places / 'wall.yaml'
+def test_a_place_is_replaced_only_on_purpose_and_by_one_that_is_found(config, capsys):
+    assert config.run() == 0
+    file = config.places / 'wall.yaml'
     good = file.read_bytes()
-    del lesson.primitives[3]
-    assert lesson.run() == 1
+    del config.primitives[3]
+    assert config.run() == 1
     assert 'exists; give --replace' in capsys.readouterr().err
-    del lesson.primitives[1:]
-    assert lesson.run('--replace') == 1
+    del config.primitives[1:]
+    assert config.run('--replace') == 1
     assert 'wall is not recognized in its own images' in capsys.readouterr().err
     assert file.read_bytes() == good
-    lesson.primitives.extend({'kind': 'ellipse', 'near': centre} for centre in CENTRES[1:3])
-    assert lesson.run('--replace') == 0
+    config.primitives.extend({'kind': 'ellipse', 'near': centre} for centre in CENTRES[1:3])
+    assert config.run('--replace') == 0
     assert len(load_place(file).targets[0].primitives) == 3
 
 
-def test_a_full_disk_is_told_with_the_folder(lesson, monkeypatch, capsys):
+def test_a_full_disk_is_reported_with_the_folder(config, monkeypatch, capsys):
     def disk_full(*_, **__):
         raise OSError(28, 'No space left on device')
 
     monkeypatch.setattr(teach_command, 'save_place', disk_full)
     assert (
-        lesson.refusal(capsys) == f'teach: {lesson.places}: No space left on device; choose a writable place'
+        config.refusal(capsys) == f'teach: {config.places}: No space left on device; choose a writable place'
     )
 
 
-def test_a_damaged_place_is_taught_again(lesson):
-    lesson.places.mkdir()
-    file = lesson.places / 'wall.yaml'
+def test_a_damaged_place_is_taught_again(config):
+    config.places.mkdir()
+    file = config.places / 'wall.yaml'
     file.write_text('{')
-    assert lesson.run('--replace') == 0
+    assert config.run('--replace') == 0
     assert load_place(file).name == 'wall'
 
 
-def test_regions_and_orders_choose_what_words_say(lesson):
-    lesson.content['targets'] = [
+def test_regions_and_orders_choose_what_words_say(config):
+    config.content['targets'] = [
         {
             'name': 'meters',
             'primitives': [
@@ -146,103 +146,103 @@ def test_regions_and_orders_choose_what_words_say(lesson):
             'points': ['meter 1/centre', 'meter 3/centre', 'corner 1/vertex'],
         }
     ]
-    (target,) = lesson.place().targets
+    (target,) = config.place().targets
     assert [part.name for part in target.primitives] == ['meter 1', 'meter 2', 'meter 3', 'corner 1']
-    assert [part.kind for part in target.primitives] == [Kind.ELLIPSE] * 3 + [Kind.CORNER]
+    assert [part.kind for part in target.primitives] == [PrimitiveKind.ELLIPSE] * 3 + [PrimitiveKind.CORNER]
     centres = [part.shape.centre[0] for part in target.primitives[:3]]
     assert centres == pytest.approx(sorted((u for u, _ in CENTRES), reverse=True)[:3], abs=2.0)
     assert target.points == ('meter 1/centre', 'meter 3/centre', 'corner 1/vertex')
 
 
-def test_a_size_tells_things_in_one_place_apart(lesson, tmp_path):
+def test_a_size_selects_among_concentric_primitives(config, tmp_path):
     rim = Wall((*WALL.things, *(replace(meter, radius=0.05, level=200.0) for meter in METERS)))
     for side, image in zip(('left', 'right'), look(rim, np.zeros(6), RIG)):
         cv2.imwrite(str(tmp_path / f'{side}.png'), image)
     for size in ([4.0, 8.0], [10.0, 15.0]):
-        for part in lesson.primitives:
+        for part in config.primitives:
             part['size'] = size
-        (target,) = lesson.place().targets
+        (target,) = config.place().targets
         assert all(size[0] < part.shape.semi_axes[0] < size[1] for part in target.primitives)
 
 
-def test_a_quadrilateral_is_taught_by_its_corners(lesson):
-    lesson.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [266, 187]})
-    names = [name for name in lesson.place().coordinates.names if 'plate' in name]
+def test_a_quadrilateral_is_taught_by_its_corners(config):
+    config.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [266, 187]})
+    names = [name for name in config.place().coordinates.names if 'plate' in name]
     assert names == [f'meters/plate/corner_{i}' for i in range(4)]
 
 
-def test_a_bag_teaches_the_same_as_its_images(lesson, tmp_path):
-    from_files = lesson.place()
+def test_a_bag_teaches_the_same_as_its_images(config, tmp_path):
+    from_files = config.place()
     entries = [(stamp, stamp, *seen(state)) for stamp, state in ((10**9, HERE), (2 * 10**9, TAUGHT))]
     write_pairs(tmp_path / 'bag', entries, CALIBRATIONS)
-    del lesson.content['images'], lesson.content['calibration']
-    lesson.content['bag'] = {'path': 'bag', 'stamp': 1.5}
-    from_bag = lesson.place()
+    del config.content['images'], config.content['calibration']
+    config.content['bag'] = {'path': 'bag', 'stamp': 1.5}
+    from_bag = config.place()
     assert is_same(from_bag.rig, from_files.rig)
     # JPEG at the highest quality adds only a small error.
     assert from_bag.coordinates.positions == pytest.approx(from_files.coordinates.positions, abs=0.01)
 
 
-def test_a_bag_whose_cameras_do_not_start_together_is_taught_with_its_tilt(lesson, tmp_path):
+def test_a_bag_whose_cameras_do_not_start_together_is_taught_with_its_tilt(config, tmp_path):
     stamps = [1_000_000_000 + k * 100_000_000 for k in range(16)]
     entries = [(t, t + (7_000_000 if k < 14 else 0), *seen(TAUGHT)) for k, t in enumerate(stamps)]
     write_pairs(tmp_path / 'bag', entries, CALIBRATIONS, (0.02, -0.01))
-    del lesson.content['images'], lesson.content['calibration']
-    lesson.content['bag'] = {'path': 'bag'}
-    assert lesson.run() == 0
-    assert load_images(lesson.places / 'wall.yaml').tilt == pytest.approx((0.02, -0.01))
+    del config.content['images'], config.content['calibration']
+    config.content['bag'] = {'path': 'bag'}
+    assert config.run() == 0
+    assert load_images(config.places / 'wall.yaml').tilt == pytest.approx((0.02, -0.01))
 
 
-def test_raw_images_are_rectified_and_kept_rectified(lesson, tmp_path, capsys):
+def test_raw_images_are_rectified_and_kept_rectified(config, tmp_path, capsys):
     for side, image, calibration in zip(('left', 'right'), seen(TAUGHT), RAW):
         cv2.imwrite(str(tmp_path / f'{side}.png'), raw_image(image, calibration))
         write_calibration(tmp_path / f'{side}.yaml', calibration)
-    assert 'not rectified' in lesson.refusal(capsys)
-    lesson.content['rectify'] = True
+    assert 'not rectified' in config.refusal(capsys)
+    config.content['rectify'] = True
     true = [[3.0, meter.y, meter.z] for meter in METERS]
-    assert lesson.place().coordinates.positions == pytest.approx(np.array(true), abs=0.02)
-    kept = load_images(lesson.places / 'wall.yaml').left.astype(float)
+    assert config.place().coordinates.positions == pytest.approx(np.array(true), abs=0.02)
+    kept = load_images(config.places / 'wall.yaml').left.astype(float)
     assert np.median(np.abs(kept - seen(TAUGHT)[0])) < 3.0
 
 
-def test_weak_choices_are_told(lesson, capsys):
-    del lesson.primitives[2:]
-    assert lesson.run() == 0
+def test_warnings_are_printed(config, capsys):
+    del config.primitives[2:]
+    assert config.run() == 0
     said = capsys.readouterr().out
     assert 'warning: target meters: too few points (2 taught points' in said
 
 
 def replaced(name, value):
-    return lambda lesson: lesson.content.update({name: value})
+    return lambda config: config.content.update({name: value})
 
 
 def choice(**entry):
-    return lambda lesson: lesson.primitives.append(entry)
+    return lambda config: config.primitives.append(entry)
 
 
 def write(name, change):
-    def spoil(lesson):
-        path = lesson.folder / name
+    def spoil(config):
+        path = config.folder / name
         path.write_bytes(change(path.read_bytes()))
 
     return spoil
 
 
-def swap(lesson):
-    images = lesson.content['images']
+def swap(config):
+    images = config.content['images']
     images['left'], images['right'] = images['right'], images['left']
 
 
-def flat(lesson):
-    write_calibration(lesson.folder / 'right.yaml', rectified_calibration(CALIBRATIONS[0].raw, 0.0))
+def flat(config):
+    write_calibration(config.folder / 'right.yaml', rectified_calibration(CALIBRATIONS[0].raw, 0.0))
 
 
-def negative(lesson):
-    write_calibration(lesson.folder / 'right.yaml', rectified_calibration(CALIBRATIONS[0].raw, -0.2))
+def negative(config):
+    write_calibration(config.folder / 'right.yaml', rectified_calibration(CALIBRATIONS[0].raw, -0.2))
 
 
-def twice(lesson):
-    lesson.primitives.append(lesson.primitives[0])
+def twice(config):
+    config.primitives.append(config.primitives[0])
 
 
 WRONG = {
@@ -269,22 +269,22 @@ WRONG = {
 
 
 @pytest.mark.parametrize('words', WRONG)
-def test_a_wrong_lesson_is_one_line(lesson, capsys, words):
-    WRONG[words](lesson)
-    assert words in lesson.refusal(capsys)
+def test_a_wrong_lesson_is_one_line(config, capsys, words):
+    WRONG[words](config)
+    assert words in config.refusal(capsys)
 
 
-def test_a_bag_without_pairs_is_one_line(lesson, tmp_path, capsys):
+def test_a_bag_without_pairs_is_one_line(config, tmp_path, capsys):
     write_pairs(tmp_path / 'bag', [(10**9, 10**9 + 5_000_000, *seen(TAUGHT))], CALIBRATIONS)
-    del lesson.content['images'], lesson.content['calibration']
-    lesson.content['bag'] = {'path': 'bag'}
-    assert 'no pair of usable images with one stamp; correct stamp' in lesson.refusal(capsys)
-    lesson.content['approximate_sync_tolerance_seconds'] = 0.006
-    assert lesson.run() == 0
+    del config.content['images'], config.content['calibration']
+    config.content['bag'] = {'path': 'bag'}
+    assert 'no pair of usable images with one stamp; correct stamp' in config.refusal(capsys)
+    config.content['approximate_sync_tolerance_seconds'] = 0.006
+    assert config.run() == 0
 
 
-def test_an_earlier_place_survives_a_lesson_that_fails(lesson):
-    first = lesson.place()
-    lesson.primitives.append({'kind': 'ellipse', 'near': [0, 0]})
-    assert lesson.run('--replace') == 1
-    assert is_same(load_place(lesson.places / 'wall.yaml'), first)
+def test_an_earlier_place_survives_a_lesson_that_fails(config):
+    first = config.place()
+    config.primitives.append({'kind': 'ellipse', 'near': [0, 0]})
+    assert config.run('--replace') == 1
+    assert is_same(load_place(config.places / 'wall.yaml'), first)

@@ -204,7 +204,7 @@ def try_and_save(engineer):
     page.keyboard.press('Tab')
     engineer.wait("window.__state.state.place === 'wall'")
     page.keyboard.press('Control+s')
-    engineer.wait("window.__state.keeping === 'saved'")
+    engineer.wait("window.__state.save_status === 'saved'")
 
 
 def name_while_saving(engineer):
@@ -218,10 +218,10 @@ def name_while_saving(engineer):
     page.get_by_test_id('toast').get_by_text('is not a valid place name').wait_for()
     page.get_by_test_id('save').click()
     assert field.input_value() == 'no name'
-    assert engineer.look('[window.__state.state.place, window.__state.keeping]') == ['wall', 'saved']
+    assert engineer.look('[window.__state.state.place, window.__state.save_status]') == ['wall', 'saved']
     field.fill('wall_2')
     page.keyboard.press('Control+s')
-    engineer.wait("window.__state.state.place === 'wall_2' && window.__state.keeping === 'saved'")
+    engineer.wait("window.__state.state.place === 'wall_2' && window.__state.save_status === 'saved'")
 
 
 def see_what_is_not_saved(engineer, address):
@@ -229,16 +229,16 @@ def see_what_is_not_saved(engineer, address):
     page = engineer.page
     page.keyboard.press('1')
     page.get_by_test_id('slider-edges.threshold').press('ArrowRight')
-    engineer.wait("window.__state.keeping === 'unsaved'")
+    engineer.wait("window.__state.save_status === 'unsaved'")
     page.keyboard.press('Control+s')
-    engineer.wait("window.__state.keeping === 'saved'")
+    engineer.wait("window.__state.save_status === 'saved'")
     page.get_by_text('Reset').first.click()
-    engineer.wait("window.__state.keeping === 'unsaved'")
+    engineer.wait("window.__state.save_status === 'unsaved'")
     assert page.get_by_test_id('save').inner_text() == 'Save •'
     other = Engineer(page.context.browser.new_page(), address)
-    assert other.look('[window.__state.keeping, window.__state.test]') == ['unsaved', None]
+    assert other.look('[window.__state.save_status, window.__state.test]') == ['unsaved', None]
     page.keyboard.press('Control+z')
-    other.wait("window.__state.keeping === 'saved'")
+    other.wait("window.__state.save_status === 'saved'")
     assert other.page.get_by_test_id('save').inner_text() == 'Saved ✓'
     assert other.faults == []
     other.page.close()
@@ -266,7 +266,7 @@ def test_an_engineer_teaches_a_place_in_the_browser(engineer, address, files):
     assert engineer.faults == []
 
 
-def test_a_port_that_is_taken_is_told_in_a_line(address, files):
+def test_a_port_in_use_is_reported_in_one_line(address, files):
     port = address.rstrip('/').rpartition(':')[2]
     command = [sys.executable, '-m', 'stereo_landmark.commands.teach', *files.options('--port', port)]
     refused = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -6,10 +6,10 @@ from place_scenes import RIG
 from stereo_landmark.core.place import stereo_points as stereo_points_module
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_measurement import stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 WALL = Wall((Plate(0.1, 0.7, 0.3, 0.2, 60.0),))
@@ -21,7 +21,9 @@ def teacher_and_plate(rows=0, seed=1):
     processing = ImageProcessing()
     left, right = look(WALL, np.zeros(6), seed=seed)
     scenes = [detect_scene(image, processing) for image in (left, np.roll(right, rows, axis=0))]
-    plate = max(scenes[0].kinds[Kind.QUADRILATERAL].primitives, key=lambda q: np.ptp(q.corners[:, 0]))
+    plate = max(
+        scenes[0].kinds[PrimitiveKind.QUADRILATERAL].primitives, key=lambda q: np.ptp(q.corners[:, 0])
+    )
     return Teacher(StereoView(*scenes, RIG), processing), plate
 
 
@@ -51,26 +53,28 @@ def test_what_the_images_show_in_different_rows_is_not_taught():
 def test_a_target_without_points_is_not_taught():
     teacher, plate = teacher_and_plate()
     with pytest.raises(StereoLandmarkError, match='target sign has no point for the pose'):
-        teacher.teach('hall', [TargetChoice('sign', {'plate': plate}, ())])
+        teacher.teach('hall', [TargetSelection('sign', {'plate': plate}, ())])
 
 
 def test_what_is_around_but_too_far_away_to_be_measured_is_left_out(monkeypatch):
     """The wall recedes to the left: the plate there is farther than the cameras can measure."""
     wall = Wall((Plate(1.6, 0.7, 0.3, 0.2, 60.0), Plate(0.6, 0.7, 0.3, 0.2, 60.0)))
-    view = view_of(wall, (0.0, 0.0, 0.0, 0.5, 0.0, 0.0), tuple(Kind))
+    view = view_of(wall, (0.0, 0.0, 0.0, 0.5, 0.0, 0.0), tuple(PrimitiveKind))
     teacher = Teacher(view, ImageProcessing())
-    plates = sorted(view.left.kinds[Kind.QUADRILATERAL].primitives, key=lambda plate: plate.centre[0])
-    choice = [TargetChoice('sign', {'plate': plates[-1]})]
-    assert teacher.teach('hall', choice).surroundings
+    plates = sorted(
+        view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives, key=lambda plate: plate.centre[0]
+    )
+    choice = [TargetSelection('sign', {'plate': plates[-1]})]
+    assert teacher.teach('hall', choice).context_landmarks
     depths = [RIG.left.fx * RIG.baseline / disparity for disparity in disparities(view)]
     monkeypatch.setattr(stereo_points_module, 'DISPARITY_MIN', RIG.left.fx * RIG.baseline / np.mean(depths))
-    assert not teacher.teach('hall', choice).surroundings
+    assert not teacher.teach('hall', choice).context_landmarks
 
 
 def disparities(view):
     """Return the disparities of the plates, from left to right [px]."""
     sides = [
-        sorted(each.centre[0] for each in scene.kinds[Kind.QUADRILATERAL].primitives)
+        sorted(each.centre[0] for each in scene.kinds[PrimitiveKind.QUADRILATERAL].primitives)
         for scene in (view.left, view.right)
     ]
     return np.subtract(*sides)

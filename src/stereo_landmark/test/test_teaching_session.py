@@ -10,12 +10,12 @@ from teaching_wall import images_of, meters_of, new_session, session_with_meters
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.teaching import Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching import edits, seen_pair
-from stereo_landmark.core.teaching.found_primitives import found_again
-from stereo_landmark.core.teaching.measured_draft import LOST
+from stereo_landmark.core.teaching import cached_pair, edits
+from stereo_landmark.core.teaching.selectable_primitives import find_same_primitive
+from stereo_landmark.core.teaching.target_measurement import NOT_DETECTED
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import Region
 from stereo_landmark.page.pair_source import RecordedPairs
@@ -29,8 +29,8 @@ def names(session):
 @pytest.fixture(scope='module')
 def taught():
     session = session_with_meters()
-    session.do(lambda state: edits.name_place(state, 'wall'))
-    session.do(lambda state: edits.locate_place(state, T_MAP_PLACE))
+    session.apply(lambda state: edits.rename_place(state, 'wall'))
+    session.apply(lambda state: edits.set_map_pose(state, T_MAP_PLACE))
     return session
 
 
@@ -57,7 +57,7 @@ def test_a_click_chooses_and_another_click_takes_out():
     meter = meters_of(session)[0]
     session.toggle(*meter)
     assert names(session) == ['ellipse 1']
-    (chosen,) = (each for each in session.found() if session.chosen_name(each) == 'ellipse 1')
+    (chosen,) = (each for each in session.selectable() if session.selected_name(each) == 'ellipse 1')
     assert (chosen.kind, chosen.number) == meter
     assert chosen.depth == pytest.approx(3.0 - RIG.mount.xyz[0], abs=0.05)
     session.toggle(*meter)
@@ -66,25 +66,25 @@ def test_a_click_chooses_and_another_click_takes_out():
     assert names(session) == ['ellipse 1']
 
 
-def test_only_what_lies_in_the_region_and_was_asked_for_is_found():
+def test_only_shown_kinds_within_the_region_are_selectable():
     session = new_session()
-    session.do(lambda state: edits.draw_region(state, Region(0.0, 0.0, 187.0, 239.0)))
-    assert session.found()
-    assert all(each.shape.centre[0] < 187.0 for each in session.found())
-    session.do(lambda state: edits.show_kind(state, Kind.ELLIPSE, shown=False))
-    assert {each.kind for each in session.found()} == {Kind.QUADRILATERAL}
+    session.apply(lambda state: edits.set_region(state, Region(0.0, 0.0, 187.0, 239.0)))
+    assert session.selectable()
+    assert all(each.shape.centre[0] < 187.0 for each in session.selectable())
+    session.apply(lambda state: edits.show_kind(state, PrimitiveKind.ELLIPSE, shown=False))
+    assert {each.kind for each in session.selectable()} == {PrimitiveKind.QUADRILATERAL}
 
 
 def test_the_order_is_that_of_the_place():
     session = session_with_meters()
-    session.do(lambda state: edits.move(state, 'ellipse 4', 0))
+    session.apply(lambda state: edits.move_primitive(state, 'ellipse 4', 0))
     target = session.place().targets[0]
     assert [part.name for part in target.primitives] == ['ellipse 4', 'ellipse 1', 'ellipse 2', 'ellipse 3']
 
 
 def test_points_that_are_left_out_make_no_pose():
     session = session_with_meters()
-    session.do(lambda state: edits.use_points(state, ['ellipse 2/centre'], used=False))
+    session.apply(lambda state: edits.set_points_used(state, ['ellipse 2/centre'], used=False))
     assert session.place().targets[0].points == ('ellipse 1/centre', 'ellipse 3/centre', 'ellipse 4/centre')
     fix = session.report(session.state.target).fix
     assert 'ellipse 2/centre' not in fix.names
@@ -92,12 +92,12 @@ def test_points_that_are_left_out_make_no_pose():
 
 def test_chosen_primitives_outlive_a_change_of_the_image_processing_or_are_called_lost():
     session = session_with_meters()
-    session.do(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
+    session.apply(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
     parts = session.report(session.state.target).measured.primitives
     assert all(part.pair is not None for part in parts)
-    session.do(lambda state: edits.set_processing(state, 'edges.threshold', 200.0))
+    session.apply(lambda state: edits.set_processing(state, 'edges.threshold', 200.0))
     parts = session.report(session.state.target).measured.primitives
-    assert {part.fault for part in parts} == {LOST}
+    assert {part.fault for part in parts} == {NOT_DETECTED}
     with pytest.raises(StereoLandmarkError, match='ellipse 1: it is not detected with this image processing'):
         session.place()
     session.history.undo()
@@ -107,23 +107,25 @@ def test_chosen_primitives_outlive_a_change_of_the_image_processing_or_are_calle
 def test_what_was_found_is_found_again_in_the_same_image_only_where_it_is():
     session = session_with_meters(1)
     meter = session.state.target.primitives[0].shape
-    assert found_again(meter, session.view.left) is meter
-    session.do(partial(edits.take_pair, pair=1))
-    assert found_again(meter, session.view.left) is None
+    assert find_same_primitive(meter, session.view.left) is meter
+    session.apply(partial(edits.select_pair, pair=1))
+    assert find_same_primitive(meter, session.view.left) is None
 
 
 def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_page_asks(monkeypatch):
     looked, measured = [], []
     measure = Teacher.measure
     monkeypatch.setattr(
-        seen_pair, 'found_again', lambda shape, scene: looked.append(shape) or found_again(shape, scene)
+        cached_pair,
+        'find_same_primitive',
+        lambda shape, scene: looked.append(shape) or find_same_primitive(shape, scene),
     )
     monkeypatch.setattr(
         Teacher, 'measure', lambda teacher, shape: measured.append(shape) or measure(teacher, shape)
     )
     session = session_with_meters(2)
     source = RecordedPairs(['taught', 'here'], images_of, RIG)
-    session.do(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
+    session.apply(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
     looked.clear()
     measured.clear()
     snapshots = [snapshot(session, source) for _ in range(2)]
@@ -133,7 +135,7 @@ def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_pa
 
 def test_a_step_that_changes_nothing_is_none():
     session = new_session()
-    session.do(lambda state: edits.draw_region(state, None))
+    session.apply(lambda state: edits.set_region(state, None))
     assert not session.history.can_undo
 
 
@@ -141,9 +143,9 @@ def test_a_step_that_is_refused_changes_nothing():
     session = session_with_meters(2)
     before = session.state
     with pytest.raises(StereoLandmarkError):
-        session.do(lambda state: edits.drop(state, 'nothing'))
+        session.apply(lambda state: edits.remove_primitive(state, 'nothing'))
     with pytest.raises(StereoLandmarkError, match='there is no ellipse of number 999'):
-        session.toggle(Kind.ELLIPSE, 999)
+        session.toggle(PrimitiveKind.ELLIPSE, 999)
     assert session.state is before
 
 
@@ -153,4 +155,4 @@ def test_images_of_another_size_are_refused():
     with pytest.raises(
         StereoLandmarkError, match='the left image is 376 x 200 px, the calibration is for 376 x 240'
     ):
-        session.found()
+        session.selectable()

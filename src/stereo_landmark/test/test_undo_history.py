@@ -21,9 +21,9 @@ def test_undo_and_redo_walk_along_the_states(actions):
             if future:
                 past.append(future.pop())
         else:
-            history.advance(action)
+            history.push(action)
             past, future = [*past, action], []
-        assert history.present == past[-1]
+        assert history.current == past[-1]
         assert history.can_undo == (len(past) > 1)
         assert history.can_redo == bool(future)
 
@@ -31,21 +31,21 @@ def test_undo_and_redo_walk_along_the_states(actions):
 def test_a_movement_is_one_step():
     history = UndoHistory(0)
     for value in (1, 2, 3):
-        history.advance(value, 'first')
-    history.advance(4, 'second')
-    history.advance(5)
-    history.advance(6)
+        history.push(value, 'first')
+    history.push(4, 'second')
+    history.push(5)
+    history.push(6)
     states = []
     while history.can_undo:
         history.undo()
-        states.append(history.present)
+        states.append(history.current)
     assert states == [5, 4, 3, 0]
 
 
 def test_a_movement_does_not_go_on_over_an_undo():
     history = UndoHistory(0)
-    history.advance(1, 'drag')
+    history.push(1, 'drag')
     history.undo()
-    history.advance(2, 'drag')
+    history.push(2, 'drag')
     history.undo()
-    assert history.present == 0
+    assert history.current == 0

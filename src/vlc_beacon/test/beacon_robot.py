@@ -20,7 +20,7 @@ from shirube_geometry import PinholeCamera, PlanarPose
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import odometry_message
-from vlc_beacon.core.receiver.beacon_receiver import Reception
+from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.node import VlcBeaconNode
 
 PIXELS = np.random.default_rng(4).integers(0, 256, (100, 160), dtype=np.uint8)
@@ -34,7 +34,7 @@ class FakeReceiver:
 
     def __init__(self) -> None:
         self.calls: list[tuple[Any, ...]] = []
-        self.answer: Reception | Exception = with_fix()
+        self.answer: ReceiverOutput | Exception = with_fix()
 
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
         self.calls.append(('odometry', stamp, T_odom_base))
@@ -42,7 +42,7 @@ class FakeReceiver:
     def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
         self.calls.append(('tilt', stamp, roll, pitch))
 
-    def receive(self, stamp: float, image: np.ndarray, camera: PinholeCamera) -> Reception:
+    def receive(self, stamp: float, image: np.ndarray, camera: PinholeCamera) -> ReceiverOutput:
         self.calls.append(('receive', stamp, image, camera))
         if isinstance(self.answer, Exception):
             raise self.answer
@@ -82,8 +82,8 @@ class Robot:
         return VlcBeaconNode(create_receiver, **options)  # type: ignore[arg-type]
 
     def _is_connected(self) -> bool:
-        heard = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
-        return heard and all(
+        received = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
+        return received and all(
             self.robot.count_publishers(topic) == 1 for topic in ('/vlc_beacon/pose', '/diagnostics')
         )
 

@@ -38,7 +38,7 @@ class DrivenRobot:
         for _ in range(round(seconds / STEP)):
             if sees:
                 dx, dy, turn = self._rng.normal(0.0, self._noise, 3)
-                self.executor.robot_at(
+                self.executor.update_pose(
                     self.stamp, PlanarPose(self.pose.x + dx, self.pose.y + dy, self.pose.yaw + turn)
                 )
             velocity = self.executor.velocity(self.stamp)

@@ -12,7 +12,7 @@ from pathlib import Path
 def lamp_that(answers: Callable[[str], str]) -> Iterator[tuple[Path, list[str]]]:
     """Run a lamp on a pseudo-terminal; give its path and the lines that it heard."""
     master, slave = pty.openpty()
-    heard: list[str] = []
+    received: list[str] = []
 
     def serve() -> None:
         buffer = b''
@@ -24,13 +24,13 @@ def lamp_that(answers: Callable[[str], str]) -> Iterator[tuple[Path, list[str]]]
             while b'\r' in buffer:
                 line, buffer = buffer.split(b'\r', 1)
                 if line:
-                    heard.append(line.decode())
-                    os.write(master, answers(heard[-1]).encode())
+                    received.append(line.decode())
+                    os.write(master, answers(received[-1]).encode())
 
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()
     try:
-        yield Path(os.ttyname(slave)), heard
+        yield Path(os.ttyname(slave)), received
     finally:
         os.close(slave)
         thread.join(5.0)

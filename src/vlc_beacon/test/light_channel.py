@@ -23,7 +23,7 @@ def seen_by_global_shutter(
     """Return stamps (n,) and the brightness of both halves (n, 2)."""
     stamps = rng.uniform(0.0, 1000.0) + np.arange(round(seconds * frame_rate)) / frame_rate
     stamps = stamps[rng.random(len(stamps)) >= lost]
-    seen = waveform.exposed(stamps + rng.normal(0.0, jitter, len(stamps)), exposure)
+    seen = waveform.exposure_means(stamps + rng.normal(0.0, jitter, len(stamps)), exposure)
     return stamps, seen + rng.normal(0.0, 1.0 / snr, seen.shape)
 
 
@@ -44,6 +44,6 @@ def seen_by_rolling_shutter(
     stamps = rng.uniform(0.0, 1000.0) + np.arange(round(seconds * frame_rate)) / frame_rate
     stamps = stamps[rng.random(len(stamps)) >= lost]
     starts = (stamps + rng.normal(0.0, jitter, len(stamps)))[:, None] + np.arange(rows) * row_time
-    seen = waveform.exposed(starts, exposure)[..., 0]
+    seen = waveform.exposure_means(starts, exposure)[..., 0]
     seen += rng.normal(0.0, 1.0 / snr, seen.shape)
     return LampRows(stamps, np.zeros(len(stamps), np.int64), seen, row_time, exposure)

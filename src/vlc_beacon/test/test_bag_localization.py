@@ -49,7 +49,7 @@ def header(stamp: int) -> Header:
     return Header(stamp=Time(sec=stamp))
 
 
-def test_what_tells_of_a_jump_back_goes_to_the_new_receiver() -> None:
+def test_messages_after_a_jump_back_go_to_the_new_receiver() -> None:
     receivers: list[Receiver] = []
 
     def create_receiver() -> Receiver:

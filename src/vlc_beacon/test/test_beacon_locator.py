@@ -9,8 +9,8 @@ from shirube_geometry import PinholeCamera, PlanarPose
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.lamp_rays import motions_of_rows
-from vlc_beacon.core.pose.pose_fix import BeaconFix, DoubtKind, ExpectedPose, NoBeaconFix, NoFixReason
+from vlc_beacon.core.pose.lamp_rays import row_motions
+from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.settings import PoseSettings
 
 EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
@@ -36,9 +36,9 @@ def test_exact_centres_give_the_exact_pose(beacons):
         pose, tilt = random_pose(rng), tuple(rng.normal(size=2) * 0.05)
         fix = locate(beacons, beacons, pose, tilt=tilt)
         assert fix.T_map_base.distance_to(pose) < 1e-7
-        assert fix.T_map_base.turn_to(pose) == pytest.approx(0.0, abs=1e-7)
+        assert fix.T_map_base.yaw_to(pose) == pytest.approx(0.0, abs=1e-7)
         assert fix.height == pytest.approx(0.0, abs=1e-7)
-        assert fix.doubts == ()
+        assert fix.anomalies == ()
 
 
 def test_the_pose_follows_every_motion_of_the_map():
@@ -60,7 +60,7 @@ def test_a_robot_that_looks_backwards_has_one_pose(count):
         pose = PlanarPose(*rng.uniform(0.5, 1.3, 2), math.pi)
         fix = locate(UNEVEN, UNEVEN[:count], pose, noise=0.1, rng=rng)
         if count > 2 or isinstance(fix, BeaconFix):
-            assert abs(fix.T_map_base.turn_to(pose)) < 0.02
+            assert abs(fix.T_map_base.yaw_to(pose)) < 0.02
         fix = locate(BEACONS, BEACONS[:count], pose, noise=0.1, rng=rng)
         assert fix.T_map_base.distance_to(pose) < 0.02
 
@@ -79,7 +79,7 @@ def test_errors_are_those_of_the_cramer_rao_bound(height, count):
                 fix.T_map_base.x - pose.x,
                 fix.T_map_base.y - pose.y,
                 fix.height,
-                pose.turn_to(fix.T_map_base),
+                pose.yaw_to(fix.T_map_base),
             ]
         )
         keep = [0, 1, 3] if height == 0.0 else [0, 1, 2, 3]
@@ -104,7 +104,7 @@ def test_the_covariance_knows_of_tilt():
     assert np.mean(normalised) == pytest.approx(1.0, abs=0.2)
 
 
-def test_a_known_tilt_matters_as_the_geometry_says():
+def test_tilt_error_matches_the_geometry():
     pose = PlanarPose(0.9, 0.9, 0.0)
     pixels = pixels_of(BEACONS, pose, tilt=(math.radians(0.5), 0.0))
     locator = BeaconLocator(BEACONS, MOUNT, None, PoseSettings(tilt_sigma=0.0))
@@ -131,9 +131,9 @@ def test_a_moved_lamp_is_named_with_its_place():
         ]
         fix = locate(UNEVEN, seen, pose, noise=0.2, rng=rng)
         assert fix.T_map_base.distance_to(pose) < 0.02
-        (doubt,) = fix.doubts
-        assert (doubt.id, doubt.kind) == (UNEVEN[name].id, DoubtKind.MOVED)
-        assert doubt.seen_at == pytest.approx(seen[name].xyz, abs=0.02)
+        (anomaly,) = fix.anomalies
+        assert (anomaly.id, anomaly.kind) == (UNEVEN[name].id, AnomalyKind.MOVED)
+        assert anomaly.observed_xyz == pytest.approx(seen[name].xyz, abs=0.02)
 
 
 def test_swapped_lamps_are_named():
@@ -145,9 +145,9 @@ def test_swapped_lamps_are_named():
         seen[second] = replace(UNEVEN[second], xyz=UNEVEN[first].xyz)
         fix = locate(UNEVEN, seen, pose, noise=0.2, rng=rng)
         assert fix.T_map_base.distance_to(pose) < 0.02
-        assert {(d.id, d.kind, d.swapped_with) for d in fix.doubts} == {
-            (first + 1, DoubtKind.SWAPPED, second + 1),
-            (second + 1, DoubtKind.SWAPPED, first + 1),
+        assert {(d.id, d.kind, d.swapped_with) for d in fix.anomalies} == {
+            (first + 1, AnomalyKind.SWAPPED, second + 1),
+            (second + 1, AnomalyKind.SWAPPED, first + 1),
         }
 
 
@@ -160,29 +160,29 @@ def test_opposite_lamps_of_a_square_swapped_are_no_pose_unless_one_is_expected()
     assert answer.reason is NoFixReason.AMBIGUOUS
     fix = locate(BEACONS, seen, pose, expected=ExpectedPose(PlanarPose(0.72, 1.0, 0.3), NEARLY))
     assert fix.T_map_base.distance_to(pose) < 1e-6
-    assert {d.id for d in fix.doubts} == {1, 4}
+    assert {d.id for d in fix.anomalies} == {1, 4}
 
 
-def test_a_copied_lamp_is_named():
+def test_a_duplicated_lamp_is_reported():
     rng = np.random.default_rng(7)
     pose = random_pose(rng)
     copy = Beacon(3, (0.4, 0.6, 2.8), 0.0325)
     fix = locate(BEACONS, [*BEACONS, copy], pose, noise=0.2, rng=rng)
     assert fix.T_map_base.distance_to(pose) < 0.02
-    (doubt,) = fix.doubts
-    assert (doubt.id, doubt.kind, doubt.sighting) == (3, DoubtKind.COPIED, 4)
+    (anomaly,) = fix.anomalies
+    assert (anomaly.id, anomaly.kind, anomaly.observation) == (3, AnomalyKind.DUPLICATED, 4)
 
 
-def test_three_lamps_of_which_one_moved_are_doubted_unless_a_pose_is_expected():
+def test_three_lamps_with_one_moved_are_ambiguous_without_an_expected_pose():
     pose = PlanarPose(0.7, 1.0, 0.3)
     seen = [*BEACONS[:2], replace(BEACONS[2], xyz=(1.6, 0.2, 2.8))]
     answer = locate(BEACONS, seen, pose)
     assert isinstance(answer, NoBeaconFix)
     assert answer.reason is NoFixReason.INCONSISTENT
-    assert [d.id for d in answer.doubts] == [1, 2, 3]
+    assert [d.id for d in answer.anomalies] == [1, 2, 3]
     fix = locate(BEACONS, seen, pose, expected=ExpectedPose(PlanarPose(0.71, 1.0, 0.3), NEARLY / 4.0))
     assert fix.T_map_base.distance_to(pose) < 1e-6
-    assert [(d.id, d.kind) for d in fix.doubts] == [(3, DoubtKind.MOVED)]
+    assert [(d.id, d.kind) for d in fix.anomalies] == [(3, AnomalyKind.MOVED)]
 
 
 def test_two_lamps_alone_do_not_overrule_the_expected_pose():
@@ -223,7 +223,7 @@ def test_too_few_lamps_are_no_fix(seen, known, reason):
 def test_two_images_of_one_lamp_alone_are_named():
     answer = locate(BEACONS, [BEACONS[0], Beacon(1, (0.5, 0.9, 2.8), 0.0325)], PlanarPose(0.7, 1.0, 0.3))
     assert answer.reason is NoFixReason.TOO_FEW_LAMPS
-    assert [(doubt.id, doubt.kind) for doubt in answer.doubts] == [(1, DoubtKind.COPIED)] * 2
+    assert [(anomaly.id, anomaly.kind) for anomaly in answer.anomalies] == [(1, AnomalyKind.DUPLICATED)] * 2
 
 
 def test_a_rolling_shutter_on_a_robot_that_drives_and_turns():
@@ -242,7 +242,7 @@ def test_a_rolling_shutter_on_a_robot_that_drives_and_turns():
             break
         rows = pixels[:, 1]
     locator = BeaconLocator(UNEVEN, MOUNT, None, PoseSettings())
-    motions = motions_of_rows(pixels[:, 1], row_time, velocity)
+    motions = row_motions(pixels[:, 1], row_time, velocity)
     ids = [beacon.id for beacon in UNEVEN]
     known = locator.locate(locator.rays(CAMERA, ids, pixels, np.full(5, 0.1), motions))
     assert known.T_map_base.distance_to(pose) < 1e-4

@@ -13,9 +13,9 @@ TILT_SIGMA = 0.001
 
 def slow_noise(rng, count):
     """Return noise of standard deviation 1 that is forgotten in 0.4 s, shape (count, 2)."""
-    noise, kept = rng.normal(size=(count, 2)), math.exp(-0.1 / 0.4)
+    noise, inliers = rng.normal(size=(count, 2)), math.exp(-0.1 / 0.4)
     for k in range(1, count):
-        noise[k] = kept * noise[k - 1] + math.sqrt(1.0 - kept**2) * noise[k]
+        noise[k] = inliers * noise[k - 1] + math.sqrt(1.0 - inliers**2) * noise[k]
     return noise
 
 
@@ -38,7 +38,7 @@ def bearings_of(rng, seconds=30.0, noise=2e-4, sway=0.0, bias=0.0, length=3.0, l
 def test_exact_bearings_give_the_exact_place():
     lamp = survey_lamp(bearings_of(np.random.default_rng(0), noise=1e-9), 0.0)
     assert lamp.xyz == pytest.approx(LAMP, abs=1e-6)
-    assert lamp.sightings == 300
+    assert lamp.observations == 300
 
 
 @pytest.mark.parametrize(('sway', 'bias'), [(0.0, 0.0), (0.004, 0.0), (0.0, TILT_SIGMA)])
@@ -63,10 +63,10 @@ def test_bearings_of_another_lamp_do_no_harm():
     lamp = survey_lamp(mixed, 0.0)
     assert isinstance(lamp, SurveyedLamp)
     assert lamp.xyz == pytest.approx(LAMP, abs=0.001)
-    assert lamp.sightings == np.count_nonzero(~strange)
+    assert lamp.observations == np.count_nonzero(~strange)
 
 
-def test_what_cannot_be_known_is_not_told():
+def test_undetermined_lamps_are_not_surveyed():
     rng = np.random.default_rng(4)
     short = survey_lamp(bearings_of(rng, seconds=2.0), 0.0)
     still = survey_lamp(bearings_of(rng, length=0.01), 0.0)

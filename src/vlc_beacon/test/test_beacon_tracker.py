@@ -10,7 +10,7 @@ from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_tracker import LOST_IMAGES, BeaconTracker
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.odometry_settings import OdometrySettings
-from vlc_beacon.core.pose.pose_fix import BeaconFix, DoubtKind, NoBeaconFix
+from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconFix, NoBeaconFix
 
 STEP = 0.4 / 20.0
 SCALE, BEND = 1.02, math.radians(0.2)
@@ -54,7 +54,7 @@ def test_one_lamp_and_odometry_carry_on_over_gaps(seed):
 
 @pytest.mark.parametrize('seed', [1, 2, 3])
 @pytest.mark.newest_set_only
-def test_errors_behind_slipping_wheels_are_as_large_as_the_covariance_says(seed):
+def test_errors_with_wheel_slip_match_the_covariance(seed):
     rng = np.random.default_rng(seed)
     settings = OdometrySettings(slip=0.004, turn_slip=0.035)
     tracker = BeaconTracker(BEACONS, MOUNT, odometry_settings=settings)
@@ -82,15 +82,15 @@ def test_errors_behind_slipping_wheels_are_as_large_as_the_covariance_says(seed)
     assert np.mean(normalised) < 1.5
 
 
-def test_a_pose_by_odometry_is_told_over_the_gap_way_only_and_one_lamp_brings_it_back():
+def test_dead_reckoning_is_published_up_to_the_gap_distance_and_one_lamp_restores_it():
     rng = np.random.default_rng(8)
-    tracker = BeaconTracker(BEACONS, MOUNT, odometry_settings=OdometrySettings(gap_way=0.5))
+    tracker = BeaconTracker(BEACONS, MOUNT, odometry_settings=OdometrySettings(gap_distance_max=0.5))
     way, last = 0.0, None
     for k, (pose, odometry) in enumerate(drive(120)):
         tracker.add_odometry(odometry)
         hung = BEACONS if k < 20 else BEACONS[:1] if k == 119 else []
         fix = tracker.track(rays_of(tracker, pose, hung, rng))
-        way = 0.0 if k < 20 or last is None else way + SCALE * STEP + 0.3 * abs(last.turn_to(odometry))
+        way = 0.0 if k < 20 or last is None else way + SCALE * STEP + 0.3 * abs(last.yaw_to(odometry))
         last = odometry
         assert isinstance(fix, BeaconFix) == (way <= 0.5 or k == 119)
     assert fix.T_map_base.distance_to(pose) < 0.05
@@ -141,8 +141,8 @@ def test_a_pose_without_lamps_is_given_up_in_the_end():
 @pytest.mark.parametrize(
     ('hung', 'kind'),
     [
-        ([replace(BEACONS[1], xyz=(0.4, 1.6, 2.8))], DoubtKind.MOVED),
-        ([BEACONS[1], replace(BEACONS[1], xyz=(0.6, 0.7, 2.8))], DoubtKind.COPIED),
+        ([replace(BEACONS[1], xyz=(0.4, 1.6, 2.8))], AnomalyKind.MOVED),
+        ([BEACONS[1], replace(BEACONS[1], xyz=(0.6, 0.7, 2.8))], AnomalyKind.DUPLICATED),
     ],
 )
 def test_a_single_lamp_in_the_wrong_place_is_named(hung, kind):
@@ -152,10 +152,10 @@ def test_a_single_lamp_in_the_wrong_place_is_named(hung, kind):
     tracker.track(rays_of(tracker, pose, BEACONS, rng))
     fix = tracker.track(rays_of(tracker, pose, hung, rng))
     assert fix.T_map_base.distance_to(pose) < 0.02
-    assert [(doubt.id, doubt.kind) for doubt in fix.doubts] == [(2, kind)]
+    assert [(anomaly.id, anomaly.kind) for anomaly in fix.anomalies] == [(2, kind)]
     # The doubted lamp is far off, the other one is not.
     distances = np.hypot(*fix.residuals.T)
-    assert distances[fix.doubts[0].sighting] > 20.0
+    assert distances[fix.anomalies[0].observation] > 20.0
     assert (distances[fix.used] < 4.0).all()
 
 

@@ -65,14 +65,14 @@ beacons:
     ],
 )
 @pytest.mark.newest_set_only
-def test_what_is_wrong_is_told_in_one_line(tmp_path, text, words):
+def test_errors_are_one_line(tmp_path, text, words):
     with pytest.raises(BeaconsFileError, match=words) as caught:
         load_beacons(write(tmp_path, text))
     assert '\n' not in str(caught.value)
     assert 'beacons.yaml' in str(caught.value)
 
 
-def test_a_missing_file_is_told(tmp_path):
+def test_a_missing_file_is_reported(tmp_path):
     with pytest.raises(BeaconsFileError, match='cannot be read'):
         load_beacons(tmp_path / 'nothing.yaml')
 

@@ -31,7 +31,7 @@ def blooming_image(depth, rng=None):
 def test_the_curve_is_found_again():
     image, p = blooming_image(2.5, np.random.default_rng(1))
     fit = fit_blooming(image, CENTRE, 9.0)
-    assert fit.half_radius == pytest.approx(p + BETA, abs=0.03)
+    assert fit.half_maximum_radius == pytest.approx(p + BETA, abs=0.03)
     assert fit.alpha == pytest.approx(ALPHA, rel=0.1)
     assert fit.gamma == pytest.approx(GAMMA, abs=0.5)
     assert fit.brightness == pytest.approx(220.0, abs=1.0)
@@ -46,7 +46,7 @@ def test_a_known_distance_parts_radius_and_blooming():
     assert calibration.beta == pytest.approx(BETA, abs=0.05)
     assert calibration.beta_sigma < 0.05
     image, p = blooming_image(3.2, rng)
-    radius = calibration.radius(fit_blooming(image, CENTRE, 9.0).half_radius)
+    radius = calibration.radius(fit_blooming(image, CENTRE, 9.0).half_maximum_radius)
     assert radius == pytest.approx(p, abs=0.06)
     assert LAMP_RADIUS * FOCAL / radius == pytest.approx(3.2, rel=0.01)
 
@@ -64,7 +64,7 @@ def test_the_curve_has_the_limits_of_the_equation():
     assert levels[3] == pytest.approx(GAMMA)
 
 
-def test_what_cannot_be_fitted_is_refused():
+def test_invalid_fits_are_rejected():
     image, _ = blooming_image(2.5)
     with pytest.raises(LampImageError, match='cut off'):
         fit_blooming(image, np.array([5.0, 60.0]), 9.0)

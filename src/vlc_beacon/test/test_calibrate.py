@@ -76,7 +76,7 @@ def test_bad_input_ends_in_one_line(
     assert run(images[0], focal=-1.0) == 1
 
 
-def test_a_damaged_file_is_told(tmp_path: Path) -> None:
+def test_a_corrupted_file_is_reported(tmp_path: Path) -> None:
     path = tmp_path / 'blooming.yaml'
     for text in ('blooming: {alpha: 1}', '[', 'blooming: {alpha: 1, beta: x, gamma: 2, beta_sigma: 1}'):
         path.write_text(text)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, UNEVEN, pixels_of, random_pose
 
-from shirube_geometry import level_camera
-from vlc_beacon.core.pose.closed_form import ClosedForm
+from shirube_geometry import gravity_aligned_camera
+from vlc_beacon.core.pose.closed_form import TwoLampSolver
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
 
@@ -14,7 +14,7 @@ def closed_form(beacons, pose, known, motions=None):
     pixels = pixels_of(beacons, pose, 0.05, TILT, motions)
     rays = lamp_rays(CAMERA, [beacon.id for beacon in beacons], pixels, np.full(len(beacons), 0.1), motions)
     lamps = np.array([beacon.xyz for beacon in beacons])
-    return ClosedForm(rays, lamps, level_camera(MOUNT, *TILT), known)
+    return TwoLampSolver(rays, lamps, gravity_aligned_camera(MOUNT, *TILT), known)
 
 
 @pytest.mark.parametrize('beacons', [BEACONS, UNEVEN])
@@ -28,7 +28,7 @@ def test_each_pair_contains_the_truth(beacons, moving):
         pairs = closed.widest_pairs(100)
         assert len(pairs) == len(beacons) * (len(beacons) - 1) // 2
         for pair in pairs:
-            states = closed.states_of_pair(*pair)
+            states = closed.solve_pair(*pair)
             errors = [np.abs(state[:3] - (pose.x, pose.y, 0.05)).max() for state in states]
             assert min(errors) < 1e-6
 
@@ -37,7 +37,7 @@ def test_each_pair_contains_the_truth(beacons, moving):
 def test_what_is_known_is_kept(height):
     pose = random_pose(np.random.default_rng(3))
     closed = closed_form(UNEVEN, pose, KnownStates(height))
-    states = closed.states_of_pair(0, 3)
+    states = closed.solve_pair(0, 3)
     best = min(states, key=lambda state: abs(state[0] - pose.x))
     assert best[:4] == pytest.approx([pose.x, pose.y, 0.05, pose.yaw], abs=1e-6)
 

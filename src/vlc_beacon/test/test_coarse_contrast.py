@@ -10,7 +10,7 @@ def test_a_ceiling_that_is_unevenly_lit_has_no_contrast():
     assert contrast[:, 8:-8].max() <= 3
 
 
-def test_a_lamp_stands_out_by_its_own_brightness():
+def test_contrast_of_a_lamp_is_its_own_brightness():
     picture = draw_lamp(room(level=30.0, gradient=20.0), (200.0, 150.0), 12.0, 100.0)
     contrast, background = coarse_contrast(photograph(picture), 60.0, 0.0)
     assert contrast[150 // CELL, 200 // CELL] == pytest.approx(100.0, abs=3.0)

@@ -26,14 +26,14 @@ def test_the_papers_run():
     driven = robot()
     driven.drive(5.0)
     at_a = driven.pose
-    driven.executor.obey(Operation.SLOW, 0.1)
-    driven.executor.obey(Operation.TURN, -math.pi / 2.0)
+    driven.executor.execute(Operation.SLOW, 0.1)
+    driven.executor.execute(Operation.TURN, -math.pi / 2.0)
     driven.drive(10.0)
     assert speed_of(driven) == pytest.approx(0.097, rel=0.02)
     assert driven.pose.yaw == pytest.approx(-math.pi / 2.0, abs=0.03)
     assert driven.pose.x - at_a.x < 0.3**2 / (2.0 * SETTINGS.acceleration) + 0.3 * 5 * STEP + 0.03
-    driven.executor.obey(Operation.TURN, -math.pi / 2.0)
-    driven.executor.obey(Operation.SPEED_UP, 0.4)
+    driven.executor.execute(Operation.TURN, -math.pi / 2.0)
+    driven.executor.execute(Operation.SPEED_UP, 0.4)
     driven.drive(10.0)
     assert speed_of(driven) == pytest.approx(0.388, rel=0.02)
     assert abs(wrap_angle(driven.pose.yaw - math.pi)) < 0.03
@@ -51,10 +51,10 @@ def test_it_keeps_to_its_line():
 
 
 @pytest.mark.parametrize('angle', [0.02, 1.0, -2.0, math.pi, -4.5, 2.0 * math.pi])
-def test_it_turns_the_way_and_as_far_as_it_is_told(angle):
+def test_it_turns_in_the_commanded_direction_and_angle(angle):
     driven = robot(noise=0.0)
     driven.drive(1.0)
-    driven.executor.obey(Operation.TURN, angle)
+    driven.executor.execute(Operation.TURN, angle)
     driven.drive(12.0)
     assert driven.pose.yaw == pytest.approx(angle, abs=0.03)
     yaws = np.array([pose.yaw for pose in driven.track])
@@ -64,7 +64,7 @@ def test_it_turns_the_way_and_as_far_as_it_is_told(angle):
 def test_on_the_spot_it_does_not_move_ahead():
     driven = robot(noise=0.0)
     driven.drive(3.0)
-    driven.executor.obey(Operation.TURN, 2.0)
+    driven.executor.execute(Operation.TURN, 2.0)
     driven.drive(12.0)
     turning = [v for v in driven.velocities if abs(v.turn_rate) > 0.2]
     assert len(turning) > 50
@@ -74,13 +74,13 @@ def test_on_the_spot_it_does_not_move_ahead():
 def test_stop_holds_until_resume():
     driven = robot()
     driven.drive(2.0)
-    driven.executor.obey(Operation.STOP, 0.0)
+    driven.executor.execute(Operation.STOP, 0.0)
     driven.drive(3.0)
-    assert driven.velocities[-1].is_standing
-    driven.executor.obey(Operation.SPEED_UP, 0.5)
+    assert driven.velocities[-1].is_zero
+    driven.executor.execute(Operation.SPEED_UP, 0.5)
     driven.drive(2.0)
-    assert driven.velocities[-1].is_standing
-    driven.executor.obey(Operation.RESUME, 0.0)
+    assert driven.velocities[-1].is_zero
+    driven.executor.execute(Operation.RESUME, 0.0)
     driven.drive(3.0)
     assert driven.velocities[-1].forward == SETTINGS.cruise_speed
 
@@ -92,8 +92,8 @@ def test_without_poses_it_brakes_and_leaves_the_wheels_to_others():
     driven.drive(4.0, sees=False)
     assert driven.velocities[-1] is None
     first = next(k for k in range(len(driven.velocities)) if k > 180 and driven.velocities[k] is None)
-    assert driven.velocities[first - 1].is_standing
-    assert not driven.velocities[first - 2].is_standing
+    assert driven.velocities[first - 1].is_zero
+    assert not driven.velocities[first - 2].is_zero
     braking = 0.3**2 / (2.0 * SETTINGS.acceleration)
     assert driven.pose.distance_to(before) < 0.3 * (SETTINGS.pose_timeout + 6 * STEP) + braking
     driven.drive(2.0)
@@ -102,7 +102,7 @@ def test_without_poses_it_brakes_and_leaves_the_wheels_to_others():
 
 def test_before_the_first_pose_there_is_no_velocity():
     executor = CommandExecutor(SETTINGS, LIMIT)
-    executor.obey(Operation.TURN, 1.0)
+    executor.execute(Operation.TURN, 1.0)
     assert executor.velocity(0.0) is None
 
 
@@ -111,7 +111,7 @@ def test_no_commands_exceed_the_limits():
     driven = robot(noise=0.01)
     for _ in range(150):
         operation = Operation(int(rng.integers(1, 6)))
-        driven.executor.obey(
+        driven.executor.execute(
             operation, float(rng.uniform(0.0, 5.0) if operation != 5 else rng.normal(0.0, 3.0))
         )
         driven.drive(float(rng.uniform(0.05, 1.0)), sees=bool(rng.random() < 0.9))
@@ -136,7 +136,7 @@ def test_where_others_left_it_a_new_line_begins(is_turning):
     driven = robot(noise=0.0)
     driven.drive(2.0)
     if is_turning:
-        driven.executor.obey(Operation.TURN, 2.0)
+        driven.executor.execute(Operation.TURN, 2.0)
     driven.drive(2.0, sees=False)
     assert driven.velocities[-1] is None
     driven.pose = PlanarPose(1.0, 3.0, -0.8)

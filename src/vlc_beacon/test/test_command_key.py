@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from blake2s_by_the_book import blake2s
 
+from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.trust.command_key import CommandKey
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 SECRET = bytes(range(32))
@@ -46,6 +46,6 @@ def test_what_was_signed_is_authentic_and_nothing_else() -> None:
 
 
 @pytest.mark.parametrize('length', [0, 15, 33])
-def test_a_key_of_wrong_length_is_refused(length: int) -> None:
+def test_a_key_of_wrong_length_is_rejected(length: int) -> None:
     with pytest.raises(VlcBeaconError, match=f'key has {length} bytes, it must have 16 to 32'):
         CommandKey(bytes(length))

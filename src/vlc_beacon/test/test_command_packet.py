@@ -63,7 +63,7 @@ def test_each_field_is_signed() -> None:
         ({'value': float('inf')}, 'value is inf'),
     ],
 )
-def test_what_does_not_fit_is_refused(changed: dict[str, float], message: str) -> None:
+def test_values_out_of_range_are_rejected(changed: dict[str, float], message: str) -> None:
     with pytest.raises(PacketError, match=message):
         Command(**{'beacon': 1, 'operation': 1, 'value': 0.0, 'counter': 1, **changed})
 

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from vlc_beacon.core.trust.counters import Counters
+from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.counter_file import CounterFile
 
@@ -31,7 +31,7 @@ def test_a_lost_file_is_not_an_empty_one(tmp_path: Path) -> None:
     path = tmp_path / 'counters.json'
     remedy = 'reset it with renew_counters, with a new key or above all counters used'
     assert error_of(path) == f'counter file {path} is missing; {remedy}'
-    CounterFile(path).renew(1_700_000_000)
+    CounterFile(path).reset(1_700_000_000)
     assert CounterFile(path).read() == Counters(1_700_000_000)
 
 
@@ -70,6 +70,6 @@ def test_what_cannot_be_read_or_written_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize('floor', [-1, 1 << 32])
-def test_a_floor_out_of_range_is_refused(tmp_path: Path, floor: int) -> None:
+def test_a_floor_out_of_range_is_rejected(tmp_path: Path, floor: int) -> None:
     with pytest.raises(VlcBeaconError, match=f'floor of the counters is {floor}, it must be from 0'):
-        CounterFile(tmp_path / 'c.json').renew(floor)
+        CounterFile(tmp_path / 'c.json').reset(floor)

@@ -1,5 +1,5 @@
+from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.trust.counters import Counters
 
 
 def rule(counter: int, beacon: int = 1) -> Command:
@@ -11,21 +11,21 @@ def one_shot(counter: int, beacon: int = 1) -> Command:
 
 
 def test_a_rule_stays_new_and_a_one_shot_does_not() -> None:
-    counters = Counters().after(rule(5)).after(one_shot(5))
+    counters = Counters().advance(rule(5)).advance(one_shot(5))
     assert [counters.is_new(rule(c)) for c in (4, 5, 6)] == [False, True, True]
     assert [counters.is_new(one_shot(c)) for c in (4, 5, 6)] == [False, False, True]
 
 
 def test_beacons_and_kinds_are_counted_apart() -> None:
-    counters = Counters().after(rule(5)).after(one_shot(9, 2))
+    counters = Counters().advance(rule(5)).advance(one_shot(9, 2))
     assert counters.is_new(one_shot(1))
     assert counters.is_new(rule(1, 2))
     assert counters.is_new(rule(1, 3))
     assert not counters.is_new(one_shot(9, 2))
 
 
-def test_the_floor_holds_for_beacons_that_were_not_heard() -> None:
-    counters = Counters(floor=100).after(rule(150, 2))
+def test_the_floor_applies_to_beacons_without_a_counter() -> None:
+    counters = Counters(floor=100).advance(rule(150, 2))
     assert [counters.is_new(rule(c)) for c in (99, 100)] == [False, True]
     assert [counters.is_new(one_shot(c)) for c in (100, 101)] == [False, True]
     assert not counters.is_new(rule(149, 2))

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vlc_beacon.core.packet.data_packet import DataPacket, packets_of_message, read_data_packet
+from vlc_beacon.core.packet.data_packet import DataPacket, read_data_packet, split_message
 from vlc_beacon.core.packet.packet_error import PacketError
 
 
@@ -28,7 +28,7 @@ def test_wrong_bits_are_noticed() -> None:
 @pytest.mark.parametrize('length', [0, 1, 100, 101, 5000])
 def test_a_message_is_its_packets_in_a_row(length: int) -> None:
     message = np.random.default_rng(length).bytes(length)
-    packets = packets_of_message(message)
+    packets = split_message(message)
     assert b''.join(packet.payload for packet in packets) == message
     assert [packet.sequence for packet in packets] == list(range(len(packets)))
     assert [packet.is_last for packet in packets] == [False] * (len(packets) - 1) + [True]
@@ -37,14 +37,14 @@ def test_a_message_is_its_packets_in_a_row(length: int) -> None:
 
 
 def test_text_is_marked_and_sent_in_utf_8() -> None:
-    (packet,) = packets_of_message('標はここ')
+    (packet,) = split_message('標はここ')
     assert packet.is_text
     assert packet.payload.decode() == '標はここ'
 
 
-def test_what_is_too_long_is_refused() -> None:
+def test_too_long_messages_are_rejected() -> None:
     with pytest.raises(PacketError, match='message has 25601 bytes, up to 25600 can be sent'):
-        packets_of_message(bytes(25601))
+        split_message(bytes(25601))
     with pytest.raises(PacketError, match='payload has 101 bytes'):
         DataPacket(bytes(101))
     with pytest.raises(PacketError, match='sequence number is 256'):

@@ -13,6 +13,11 @@ from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.shutter import Shutter
 from shirube_geometry import PinholeCamera, PlanarPose
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
+from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.decision import Accepted
 from vlc_beacon.core.drive.command_executor import CommandExecutor
 from vlc_beacon.core.drive.drive_settings import DriveSettings
 from vlc_beacon.core.drive.velocity import Velocity
@@ -24,11 +29,6 @@ from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.trust.command_judge import CommandJudge
-from vlc_beacon.core.trust.command_key import CommandKey
-from vlc_beacon.core.trust.counters import Counters
-from vlc_beacon.core.trust.trust_settings import TrustSettings
-from vlc_beacon.core.trust.verdict import Accepted
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -46,7 +46,7 @@ SAID = {
     4: ((Operation.SLOW, SLOW), (Operation.TURN, -0.5 * math.pi)),
 }
 """What the paper's B and A say."""
-TRUST = TrustSettings()
+AUTHORIZATION = AuthorizationSettings()
 
 
 class Memory:
@@ -69,7 +69,7 @@ class Robot:
         way = 0.98 * self.velocity.forward * since
         return self.pose @ PlanarPose(way * math.cos(0.5 * turn), way * math.sin(0.5 * turn), turn)
 
-    def obey(self, velocity: Velocity | None, stamp: float) -> None:
+    def execute(self, velocity: Velocity | None, stamp: float) -> None:
         self.pose, self.stamp, self.velocity = self.pose_at(stamp), stamp, velocity or Velocity()
 
 
@@ -82,26 +82,26 @@ def packets_of(beacon: int) -> list[bytes]:
 def run() -> list[tuple[float, PlanarPose, Velocity]]:
     """Stamps, true poses and velocities; the robot begins 0.7 m before A and stands until A was heard."""
     beacons = [Beacon(i + 1, place, RADIUS) for i, place in enumerate(PAPER_LAMPS)]
-    authorizer = CommandJudge(KEY, Memory(), {b.id: b.xyz[:2] for b in beacons}, TRUST)
+    authorizer = CommandAuthorizer(KEY, Memory(), {b.id: b.xyz[:2] for b in beacons}, AUTHORIZATION)
     receiver = BeaconReceiver(beacons, UPWARD, authorizer, LIGHT)
-    executor = CommandExecutor(DriveSettings(cruise_speed=CRUISE), TRUST.speed_limit)
+    executor = CommandExecutor(DriveSettings(cruise_speed=CRUISE), AUTHORIZATION.speed_limit)
     eye = CeilingCamera(CAMERA, Shutter(LIGHT.exposure_time, LIGHT.row_time))
     waveforms = [rs_fsk_waveform(packets_of(beacon.id), 30.0) for beacon in beacons]
     room = paper_room(waveforms, Disc(RADIUS), eye.brightness_for(0.9))
     robot, rng, told = Robot(PlanarPose(1.1, 1.8, 0.0)), np.random.default_rng(1), []
     for stamp in STAMPS.tolist():
         photo = eye.photograph(room, lambda time: camera_pose(robot.pose_at(time), UPWARD), stamp, rng)
-        reception = receiver.receive(stamp, photo.image, CAMERA)
-        if isinstance(reception.result, BeaconFix) and stamp >= HEARD:
-            executor.robot_at(stamp, reception.result.T_map_base)
-        for verdict in reception.verdicts:
-            if isinstance(verdict.answer, Accepted):
-                command = verdict.answer.command
-                executor.obey(Operation(command.operation), command.value)
+        output = receiver.receive(stamp, photo.image, CAMERA)
+        if isinstance(output.result, BeaconFix) and stamp >= HEARD:
+            executor.update_pose(stamp, output.result.T_map_base)
+        for decision in output.decisions:
+            if isinstance(decision.outcome, Accepted):
+                command = decision.outcome.command
+                executor.execute(Operation(command.operation), command.value)
         velocity = executor.velocity(stamp)
         told.append((stamp, robot.pose, velocity or Velocity()))
         # An image takes a while to be read.
-        robot.obey(velocity, stamp + 0.02)
+        robot.execute(velocity, stamp + 0.02)
     return told
 
 
@@ -110,17 +110,17 @@ def test_the_robot_turns_where_the_lamps_say(run: list[tuple[float, PlanarPose, 
         x, y, _ = PAPER_LAMPS[lamp - 1]
         # Where it is half way round.
         half = yaw - 0.25 * math.pi
-        _, pose, _ = min(run, key=lambda told: abs(told[1].turn_to(PlanarPose(0.0, 0.0, half))))
-        assert math.hypot(pose.x - x, pose.y - y) < TRUST.zone_radius + 0.05
+        _, pose, _ = min(run, key=lambda told: abs(told[1].yaw_to(PlanarPose(0.0, 0.0, half))))
+        assert math.hypot(pose.x - x, pose.y - y) < AUTHORIZATION.zone_radius + 0.05
 
 
-def test_it_drives_off_backwards_at_the_speed_that_it_was_told(
+def test_it_leaves_backwards_at_the_commanded_speed(
     run: list[tuple[float, PlanarPose, Velocity]],
 ) -> None:
     _, end, velocity = run[-1]
-    assert abs(end.turn_to(PlanarPose(0.0, 0.0, math.pi))) < 0.02
+    assert abs(end.yaw_to(PlanarPose(0.0, 0.0, math.pi))) < 0.02
     assert velocity.forward == pytest.approx(CRUISE)
-    assert end.y == pytest.approx(0.0, abs=TRUST.zone_radius + 0.05)
+    assert end.y == pytest.approx(0.0, abs=AUTHORIZATION.zone_radius + 0.05)
     assert end.x < 1.5
 
 
@@ -128,4 +128,4 @@ def test_it_is_slow_from_a_to_b(run: list[tuple[float, PlanarPose, Velocity]]) -
     ahead = [velocity.forward for _, pose, velocity in run if 0.5 < pose.y < 1.3]
     assert np.median(ahead) == pytest.approx(SLOW)
     assert max(ahead) <= SLOW + 1e-9
-    assert max(velocity.forward for _, _, velocity in run) <= TRUST.speed_limit
+    assert max(velocity.forward for _, _, velocity in run) <= AUTHORIZATION.speed_limit

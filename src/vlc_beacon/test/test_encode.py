@@ -5,19 +5,19 @@ import pytest
 from lamp_on_a_line import lamp_that, usual
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 
-from light_waveform import waveform_of_csv
+from light_waveform import waveform_from_csv
 from vlc_beacon.commands import encode, make_key
-from vlc_beacon.core.light_code.manchester import SlotFormat
+from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
 from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.data_packet import packets_of_message
+from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.packet_reader import Packet
 from vlc_beacon.core.transmitter.lamp_frame import TICK_RATE
-from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_of_bytes
-from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_of_frame
+from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_from_bytes
+from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_from_frame
 from vlc_beacon.files.key_file import read_key
 
 TURN = Command(3, 5, -1.5708, 77)
@@ -35,7 +35,7 @@ def run(*arguments: object) -> int:
 
 def read_by_camera(csv: Path, code: str) -> list[Packet]:
     """Return the packets that a camera reads from the light in a file."""
-    light, rng = waveform_of_csv(csv.read_text()), np.random.default_rng(1)
+    light, rng = waveform_from_csv(csv.read_text()), np.random.default_rng(1)
     seconds = 3.0 * light.period + 2.0
     if code == 'ufsook':
         got = UfsookDecoder().add_frames(*seen_by_global_shutter(light, seconds, rng), 5e-4)
@@ -43,7 +43,7 @@ def read_by_camera(csv: Path, code: str) -> list[Packet]:
         got = RsFskDecoder(30.0).add_frames(seen_by_rolling_shutter(light, seconds, rng, rows=24))
     else:
         seen = seen_by_rolling_shutter(light, seconds, rng, rows=310)
-        got = ManchesterDecoder(SlotFormat()).add_frames(seen)
+        got = ManchesterDecoder(SegmentFormat()).add_frames(seen)
     return [received.packet for received in got]
 
 
@@ -61,17 +61,17 @@ def test_what_is_in_the_csv_file_is_read_from_the_light(code: str, key_file: Pat
 
 def test_text_and_bytes_are_read_from_the_light(tmp_path: Path) -> None:
     assert run(3, 'text:曲がる', 'hex:00ff', '--csv', tmp_path / 'lamp.csv') == 0
-    sent = {*packets_of_message('曲がる'), *packets_of_message(b'\x00\xff')}
+    sent = {*split_message('曲がる'), *split_message(b'\x00\xff')}
     assert set(read_by_camera(tmp_path / 'lamp.csv', 'ufsook')) == sent
 
 
 @pytest.mark.parametrize('code', ['ufsook', 'rs_fsk', 'manchester', 'tone'])
-def test_the_frame_plays_what_the_csv_file_tells(code: str, tmp_path: Path) -> None:
+def test_frame_and_csv_have_the_same_waveform(code: str, tmp_path: Path) -> None:
     csv, frame = tmp_path / 'lamp.csv', tmp_path / 'lamp.frame'
     words = ('id',) if code == 'tone' else ('id', 'text:hello')
     assert run(5, *words, '--code', code, '--csv', csv, '--frame', frame) == 0
-    light = waveform_of_csv(csv.read_text())
-    played = waveform_of_frame(frame_of_bytes(frame.read_bytes()))
+    light = waveform_from_csv(csv.read_text())
+    played = waveform_from_frame(frame_from_bytes(frame.read_bytes()))
     np.testing.assert_array_equal(played.levels, np.broadcast_to(light.levels, played.levels.shape))
     assert np.abs(played.times - light.times).max() * TICK_RATE < 1.0
     assert abs(played.period - light.period) * TICK_RATE < 1.0
@@ -81,19 +81,17 @@ def test_the_frame_plays_what_the_csv_file_tells(code: str, tmp_path: Path) -> N
 def test_the_lamp_on_the_port_gets_the_frame_of_the_file(
     options: tuple[str, ...], last: str, tmp_path: Path
 ) -> None:
-    with lamp_that(usual) as (port, heard):
+    with lamp_that(usual) as (port, received):
         assert run(5, 'id', 'text:hello', '--frame', tmp_path / 'frame', '--port', port, *options) == 0
-    pieces = [line.split()[2] for line in heard if line.startswith('d ')]
-    assert bytes.fromhex(''.join(pieces)) == (tmp_path / 'frame').read_bytes()
-    assert heard[-1] == last
+    chunks = [line.split()[2] for line in received if line.startswith('d ')]
+    assert bytes.fromhex(''.join(chunks)) == (tmp_path / 'frame').read_bytes()
+    assert received[-1] == last
 
 
-def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_it_prints_lamp_size_and_durations(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert run(1, '--csv', tmp_path / 'one.csv') == 0
     out = capsys.readouterr().out
-    period = waveform_of_csv((tmp_path / 'one.csv').read_text()).period
+    period = waveform_from_csv((tmp_path / 'one.csv').read_text()).period
     assert 'must cover at least 6 image rows' in out
     assert f'{period:.2f} s for 1 packet\n' in out
     assert run(1, '--code', 'manchester') == 0
@@ -113,7 +111,7 @@ def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
         ((3, 'stop', '--key-file', '{tmp}/none'), 'cannot be read'),
         ((3, 'slow:9999', '--key-file', '{key}'), 'value is 9999'),
         ((3, 'stop', '--key-file', '{key}', '--counter', -1), 'counter is -1'),
-        ((3, '--code', 'manchester', '--slot-bytes', 9), 'slot_bytes'),
+        ((3, '--code', 'manchester', '--segment-bytes', 9), 'segment_bytes'),
         ((3, 'turn:1', 'turn:-1', '--key-file', '{key}'), 'turn is given with two values'),
         (
             (3, 'slow:-1', '--key-file', '{key}'),
@@ -123,7 +121,7 @@ def test_it_tells_how_large_the_lamp_must_be_and_how_long_it_takes(
             (3, 'text:hello', '--code', 'tone'),
             'a tone carries the identity of the lamp only; leave out text:hello',
         ),
-        ((3, '--code', 'manchester', '--slot-bytes', 50), 'slot_bytes'),
+        ((3, '--code', 'manchester', '--segment-bytes', 50), 'segment_bytes'),
         ((3, '--frame-rate', 1), 'frame_rate'),
         ((3, 'text:' + 'long ' * 100, '--frame', '{tmp}/frame'), 'send fewer packets'),
         ((3, '--port', '{tmp}/none'), 'cannot be opened'),

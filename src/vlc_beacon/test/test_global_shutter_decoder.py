@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vlc_beacon.core.lamp_image.lamp_tracks import LampSample
+from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.global_shutter_decoder import GlobalShutterDecoder
@@ -17,8 +17,8 @@ def test_it_does_not_matter_which_half_is_taken_for_the_first(order: int) -> Non
     light, rng = ufsook_waveform([IdPacket(300).to_bytes()], 1.00003), np.random.default_rng(1)
     decoder, packets = GlobalShutterDecoder(EXPOSURE), []
     for stamp in np.arange(0.0, 12.0, 1.0 / 60.0).tolist():
-        parts = light.exposed(stamp, EXPOSURE)[::order] + 0.02 * rng.normal(size=2)
-        sample = LampSample(1, np.zeros(2), np.full(2, 0.1), 8.0, parts, None, 0)
+        half_brightness = light.exposure_means(stamp, EXPOSURE)[::order] + 0.02 * rng.normal(size=2)
+        sample = LampSample(1, np.zeros(2), np.full(2, 0.1), 8.0, half_brightness, None, 0)
         packets += [got.packet for got in decoder.read(LampView(stamp, NOTHING, sample, 0.0))]
     assert set(packets) == {IdPacket(300)}
     rounds = 12.0 / light.period

@@ -20,7 +20,7 @@ def test_up_to_three_wrong_bits_are_noticed() -> None:
             assert read_id_packet(damaged.to_bytes(3)) is None
 
 
-def test_chance_is_taken_for_an_id_as_rarely_as_the_checksum_says() -> None:
+def test_false_positive_rate_of_ids_matches_the_checksum() -> None:
     words = np.random.default_rng(0).bytes(3 * 100_000)
     taken = sum(read_id_packet(words[i : i + 3]) is not None for i in range(0, len(words), 3))
     expected = 100_000 / 4 / 256
@@ -33,6 +33,6 @@ def test_other_lengths_are_no_id(data: bytes) -> None:
 
 
 @pytest.mark.parametrize('beacon', [-1, BEACON_ID_MAX + 1])
-def test_an_id_out_of_range_is_refused(beacon: int) -> None:
+def test_an_id_out_of_range_is_rejected(beacon: int) -> None:
     with pytest.raises(PacketError, match=f'beacon ID is {beacon}, it must be from 0 to 16383'):
         IdPacket(beacon)

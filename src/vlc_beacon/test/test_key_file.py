@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.trust.command_key import CommandKey
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.key_file import make_key_file, read_key
 
@@ -44,19 +44,19 @@ def test_the_key_is_what_the_digits_say(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize('mode', [0o640, 0o604, 0o620, 0o602, 0o644, 0o610])
-def test_a_key_that_others_can_use_is_refused(tmp_path: Path, mode: int) -> None:
+def test_a_key_accessible_to_others_is_rejected(tmp_path: Path, mode: int) -> None:
     path = written(tmp_path / 'key', '00' * 32, mode)
     assert error_of(path) == f'key file {path} is accessible to other users; run: chmod 600 {path}'
 
 
 @pytest.mark.parametrize('text', ['', '00' * 15, '00' * 33, 'secret' * 8, '0' * 33, 'ß' * 32, '00' * 9000])
-def test_what_is_no_key_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_malformed_key_is_rejected(tmp_path: Path, text: str) -> None:
     path = written(tmp_path / 'key', text)
     expected = f'key file {path} has no valid key: it must hold 32 to 64 hexadecimal digits and nothing else'
     assert error_of(path) == expected
 
 
-def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
+def test_a_key_that_is_not_a_file_is_rejected(tmp_path: Path) -> None:
     assert (
         error_of(tmp_path / 'none')
         == f'key file {tmp_path / "none"} cannot be read: No such file or directory'
@@ -67,14 +67,14 @@ def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root can give files away and reads whatever it likes')
-def test_the_key_of_another_user_is_refused(tmp_path: Path) -> None:
+def test_the_key_of_another_user_is_rejected(tmp_path: Path) -> None:
     path = written(tmp_path / 'key', '00' * 32)
     os.chown(path, 12345, 12345)
     assert error_of(path) == f'key file {path} belongs to another user; run: chown 0 {path}'
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason='root reads whatever it likes')
-def test_a_key_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+def test_an_unreadable_key_is_rejected(tmp_path: Path) -> None:
     path = written(tmp_path / 'key', '00' * 32, 0o000)
     assert error_of(path) == f'key file {path} cannot be read: Permission denied'
 

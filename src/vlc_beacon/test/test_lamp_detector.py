@@ -39,7 +39,7 @@ def errors_over_sigmas(level, background, gradient, noise, pictures, rng):
         (500.0, 3.0, 0.0, 1.5, 0.05),
     ],
 )
-def test_lamps_are_found_where_they_are_with_honest_sigmas(level, background, gradient, noise, rms):
+def test_centroid_errors_match_their_sigmas(level, background, gradient, noise, rms):
     rng = np.random.default_rng(1)
     errors, normalised = errors_over_sigmas(level, background, gradient, noise, 8, rng)
     assert np.sqrt(np.mean(errors**2)) < rms
@@ -132,6 +132,6 @@ def test_half_a_panel_is_found():
         (np.zeros((10, 100), np.uint8), '100 x 10 pixels'),
     ],
 )
-def test_other_images_are_refused(image, words):
+def test_invalid_images_are_rejected(image, words):
     with pytest.raises(LampImageError, match=words):
         LampDetector().detect(image)

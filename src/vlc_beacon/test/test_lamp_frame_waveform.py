@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
-from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
+from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.data_packet import DataPacket
@@ -12,10 +12,10 @@ from vlc_beacon.core.transmitter.coded_frame import (
     rs_fsk_frame,
     ufsook_frame,
 )
-from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_of_frame
+from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_from_frame
 
 PACKETS = [b'abc', DataPacket(np.random.default_rng(0).bytes(100)).to_bytes(), b'\x00\xff']
-SLOTS = SlotFormat(2, 1.0 / 7000.0, 60.0)
+SLOTS = SegmentFormat(2, 1.0 / 7000.0, 60.0)
 
 
 def pair_of(code: str, tick_rate: float):
@@ -26,8 +26,10 @@ def pair_of(code: str, tick_rate: float):
         case 'rs_fsk':
             return rs_fsk_frame(PACKETS, 30.0, 0, tick_rate), rs_fsk_waveform(PACKETS, 30.0)
         case 'manchester':
-            slots = [slot for packet in PACKETS for slot in slots_of_packet(packet, SLOTS.slot_bytes)]
-            return manchester_frame(PACKETS, SLOTS, 0, tick_rate), slots_waveform(slots, SLOTS)
+            segments = [
+                segment for packet in PACKETS for segment in segments_from_packet(packet, SLOTS.segment_bytes)
+            ]
+            return manchester_frame(PACKETS, SLOTS, 0, tick_rate), segments_waveform(segments, SLOTS)
         case _:
             return constant_tone_frame(3333.0, tick_rate), constant_tone_waveform(3333.0)
 
@@ -37,12 +39,12 @@ def pair_of(code: str, tick_rate: float):
 def test_lamp_plays_the_codes_waveform_within_a_tick(code: str, tick_rate: float) -> None:
     """Whatever the lamp's clock truly is, once the frame is made for it."""
     frame, waveform = pair_of(code, tick_rate)
-    played = waveform_of_frame(frame, tick_rate)
+    played = waveform_from_frame(frame, tick_rate)
     assert (played.levels == np.broadcast_to(waveform.levels, played.levels.shape)).all()
     assert np.abs(played.times - waveform.times).max() * tick_rate < 1.0
     assert abs(played.period - waveform.period) * tick_rate < 1.0
 
 
 def test_lamp_switches_at_whole_ticks() -> None:
-    ticks = waveform_of_frame(pair_of('ufsook', 16e6)[0]).times * 16e6
+    ticks = waveform_from_frame(pair_of('ufsook', 16e6)[0]).times * 16e6
     assert ticks == pytest.approx(np.round(ticks), abs=1e-6)

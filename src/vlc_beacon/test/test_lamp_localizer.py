@@ -9,21 +9,23 @@ import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 
 from shirube_geometry import PlanarPose
-from vlc_beacon.core.lamp_image.lamp_tracks import LampSample
+from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.lamp_localizer import LampLocalizer
-from vlc_beacon.core.receiver.light_receiver import ReadLamp
+from vlc_beacon.core.receiver.light_receiver import LampObservation
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 
 POSE = PlanarPose(0.8, 1.0, 0.6)
 STILL = np.zeros(3)
 
 
-def seen(pose: PlanarPose, count: int = 4, dark: tuple[int, ...] = (), bloom: float = 0.0) -> list[ReadLamp]:
+def seen(
+    pose: PlanarPose, count: int = 4, dark: tuple[int, ...] = (), bloom: float = 0.0
+) -> list[LampObservation]:
     """Return lamps as an image shows them, 2.5 m above the camera."""
     radius = 0.0325 * CAMERA.fx / (2.8 - MOUNT.xyz[2]) + bloom
     return [
-        ReadLamp(
+        LampObservation(
             LampSample(i, pixel, np.full(2, math.inf if i in dark else 0.1), radius, np.ones(2), None, i),
             BEACONS[i].id,
             None,
@@ -34,7 +36,7 @@ def seen(pose: PlanarPose, count: int = 4, dark: tuple[int, ...] = (), bloom: fl
 
 
 def locate(
-    lamps: list[ReadLamp], odometry: PlanarPose | None = None, **changed: object
+    lamps: list[LampObservation], odometry: PlanarPose | None = None, **changed: object
 ) -> BeaconFix | NoBeaconFix:
     localizer = LampLocalizer(BEACONS, MOUNT, ReceiverSettings(**changed))  # type: ignore[arg-type]
     return localizer.locate(lamps, CAMERA, odometry, STILL, (0.0, 0.0))
@@ -42,18 +44,18 @@ def locate(
 
 @pytest.mark.parametrize(('method', 'within'), [('centroid', 1e-6), ('radius_interval', 0.01)])
 def test_methods_that_are_right_find_the_pose(method: str, within: float) -> None:
-    found = locate(seen(POSE), method=method)
-    assert isinstance(found, BeaconFix)
-    assert found.T_map_base.distance_to(POSE) < within
-    assert abs(found.T_map_base.turn_to(POSE)) < 1e-6
-    assert abs(found.height) < 0.01
-    assert (np.diag(found.covariance) > 0.0).all()
+    result = locate(seen(POSE), method=method)
+    assert isinstance(result, BeaconFix)
+    assert result.T_map_base.distance_to(POSE) < within
+    assert abs(result.T_map_base.yaw_to(POSE)) < 1e-6
+    assert abs(result.height) < 0.01
+    assert (np.diag(result.covariance) > 0.0).all()
 
 
 def test_the_printed_equations_find_another_place() -> None:
-    found = locate(seen(POSE), method='radius_interval_printed')
-    assert isinstance(found, BeaconFix)
-    assert found.T_map_base.distance_to(POSE) > 0.1
+    result = locate(seen(POSE), method='radius_interval_printed')
+    assert isinstance(result, BeaconFix)
+    assert result.T_map_base.distance_to(POSE) > 0.1
 
 
 def test_blooming_is_taken_off_the_radius() -> None:
@@ -66,9 +68,9 @@ def test_blooming_is_taken_off_the_radius() -> None:
 
 
 def test_dark_lamps_and_lamps_without_a_name_do_not_count() -> None:
-    found = locate(seen(POSE, dark=(0, 1, 2, 3)))
-    assert isinstance(found, NoBeaconFix)
-    assert found.reason is NoFixReason.NO_LAMP
+    result = locate(seen(POSE, dark=(0, 1, 2, 3)))
+    assert isinstance(result, NoBeaconFix)
+    assert result.reason is NoFixReason.NO_LAMP
 
 
 def test_one_lamp_carries_the_pose_on_with_odometry_only() -> None:
@@ -76,9 +78,9 @@ def test_one_lamp_carries_the_pose_on_with_odometry_only() -> None:
     start, later = PlanarPose(5.0, 5.0, 0.0), PlanarPose(5.2, 5.0, 0.05)
     moved = POSE @ start.inverse() @ later
     assert isinstance(localizer.locate(seen(POSE), CAMERA, start, STILL, (0.0, 0.0)), BeaconFix)
-    found = localizer.locate(seen(moved, 1), CAMERA, later, STILL, (0.0, 0.0))
-    assert isinstance(found, BeaconFix)
-    assert found.T_map_base.distance_to(moved) < 0.005
+    result = localizer.locate(seen(moved, 1), CAMERA, later, STILL, (0.0, 0.0))
+    assert isinstance(result, BeaconFix)
+    assert result.T_map_base.distance_to(moved) < 0.005
     alone = localizer.locate(seen(moved, 1), CAMERA, None, STILL, (0.0, 0.0))
     assert isinstance(alone, NoBeaconFix)
     assert alone.reason is NoFixReason.TOO_FEW_LAMPS
@@ -93,7 +95,7 @@ def test_rows_of_a_moving_robot_are_seen_from_where_it_was() -> None:
         rows = [lamp.sample.centre[1] for lamp in lamps]
         poses = [POSE @ PlanarPose(30e-6 * row, 0.0, 0.8 * 30e-6 * row) for row in rows]
         lamps = [seen(pose)[i] for i, pose in enumerate(poses)]
-    found = localizer.locate(lamps, CAMERA, None, velocity, (0.0, 0.0))
-    assert isinstance(found, BeaconFix)
-    assert found.T_map_base.distance_to(POSE) < 5e-4
-    assert math.isclose(found.T_map_base.yaw, POSE.yaw, abs_tol=5e-4)
+    result = localizer.locate(lamps, CAMERA, None, velocity, (0.0, 0.0))
+    assert isinstance(result, BeaconFix)
+    assert result.T_map_base.distance_to(POSE) < 5e-4
+    assert math.isclose(result.T_map_base.yaw, POSE.yaw, abs_tol=5e-4)

@@ -12,16 +12,16 @@ pytestmark = pytest.mark.newest_set_only
 
 
 def test_a_frame_is_sent_line_by_line() -> None:
-    with lamp_that(usual) as (path, heard), LampPort(path) as port:
+    with lamp_that(usual) as (path, received), LampPort(path) as port:
         port.load(bytes(40), keep=True)
         assert port.status() == LampStatus(True, 'kept', 40, 0xFF, False)
-        port.shine_steadily()
+        port.halt()
         port.play()
-    assert [line[:4] for line in heard] == ['v', 'b 40', 'd 0 ', 'd 32', 'k', 's', 'h', 'p']
+    assert [line[:4] for line in received] == ['v', 'b 40', 'd 0 ', 'd 32', 'k', 's', 'h', 'p']
 
 
 def test_a_lamp_that_is_asleep_at_first_is_woken(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lamp_port, 'WAKE_EVERY', 0.05)
+    monkeypatch.setattr(lamp_port, 'RETRY_INTERVAL', 0.05)
     answers = iter(['', '', 'ERR line\r\n', 'led_beacon 1 508\r\n'])
     with (
         lamp_that(lambda line: next(answers) if line == 'v' else usual(line)) as (path, _),
@@ -31,18 +31,18 @@ def test_a_lamp_that_is_asleep_at_first_is_woken(monkeypatch: pytest.MonkeyPatch
 
 
 def test_streaming_waits_while_the_lamp_is_busy(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lamp_port, 'ASK_EVERY', 0.0)
+    monkeypatch.setattr(lamp_port, 'POLL_INTERVAL', 0.0)
     busy = iter([0, 1, 1, 0, 1, 0])
 
     def answers(line: str) -> str:
         return f'playing temporary 4 00ff {next(busy)}\r\n' if line == 's' else usual(line)
 
-    with lamp_that(answers) as (path, heard), LampPort(path) as port:
+    with lamp_that(answers) as (path, received), LampPort(path) as port:
         port.stream([b'1', b'2', b'3'])
-    assert ''.join(line[0] for line in heard) == 'vsbdtsssbdtssbdt'
+    assert ''.join(line[0] for line in received) == 'vsbdtsssbdtssbdt'
 
 
-def test_what_the_lamp_refuses_is_told() -> None:
+def test_errors_of_the_lamp_are_reported() -> None:
     def answers(line: str) -> str:
         return 'ERR crc\r\n' if line == 'k' else usual(line)
 
@@ -51,28 +51,28 @@ def test_what_the_lamp_refuses_is_told() -> None:
         port.load(bytes(4), keep=True)
 
 
-def test_silence_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lamp_port, 'WAKE_SECONDS', 0.1)
-    monkeypatch.setattr(lamp_port, 'WAKE_EVERY', 0.05)
-    monkeypatch.setattr(lamp_port, 'ANSWER_SECONDS', 0.1)
+def test_missing_replies_time_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lamp_port, 'CONNECT_TIMEOUT', 0.1)
+    monkeypatch.setattr(lamp_port, 'RETRY_INTERVAL', 0.05)
+    monkeypatch.setattr(lamp_port, 'REPLY_TIMEOUT', 0.1)
     with lamp_that(lambda _: '') as (path, _), pytest.raises(VlcBeaconError, match='no lamp replies on'):
         LampPort(path)
 
     def answers(line: str) -> str:
         return '' if line == 's' else usual(line)
 
-    silence = pytest.raises(VlcBeaconError, match='does not reply')
-    with lamp_that(answers) as (path, _), LampPort(path) as port, silence:
+    skip_reason = pytest.raises(VlcBeaconError, match='does not reply')
+    with lamp_that(answers) as (path, _), LampPort(path) as port, skip_reason:
         port.status()
 
 
-def test_other_firmware_is_refused() -> None:
+def test_other_firmware_is_rejected() -> None:
     other = pytest.raises(VlcBeaconError, match='flash firmware/led_beacon')
     with lamp_that(lambda _: 'Invalid Command\r\n') as (path, _), other:
         LampPort(path)
 
 
-def test_what_is_no_serial_port_is_told(tmp_path: Path) -> None:
+def test_an_invalid_serial_port_is_reported(tmp_path: Path) -> None:
     with pytest.raises(VlcBeaconError, match='cannot be opened: No such file'):
         LampPort(tmp_path / 'ttyUSB0')
     (tmp_path / 'file').touch()
@@ -84,7 +84,7 @@ def test_what_is_no_serial_port_is_told(tmp_path: Path) -> None:
 def test_a_device_that_never_stops_talking_does_not_hold_us(
     noise: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(lamp_port, 'WAKE_SECONDS', 0.3)
-    monkeypatch.setattr(lamp_port, 'WAKE_EVERY', 0.05)
+    monkeypatch.setattr(lamp_port, 'CONNECT_TIMEOUT', 0.3)
+    monkeypatch.setattr(lamp_port, 'RETRY_INTERVAL', 0.05)
     with lamp_that(lambda _: noise) as (path, _), pytest.raises(VlcBeaconError):
         LampPort(path)

@@ -3,7 +3,7 @@ import pytest
 from lamp_room import CAMERA
 
 from shirube_geometry import PinholeCamera, PlanarPose
-from vlc_beacon.core.pose.lamp_rays import lamp_rays, motions_of_rows
+from vlc_beacon.core.pose.lamp_rays import lamp_rays, row_motions
 
 FISHY = PinholeCamera(1280, 1024, 636.4, 640.0, 639.5, 511.5, (-0.25, 0.06, 0.001, -0.001, 0.0))
 
@@ -20,7 +20,7 @@ def test_covariances_are_those_of_rays_of_noisy_centres(camera):
 
 def test_rows_are_seen_from_where_the_robot_got_to():
     velocity, row_time, rows = (0.7, -0.2, 1.1), 2e-5, np.array([0.0, 300.0, 1000.0])
-    motions = motions_of_rows(rows, row_time, velocity)
+    motions = row_motions(rows, row_time, velocity)
     for row, motion in zip(rows, motions):
         moved, steps = PlanarPose(0.0, 0.0, 0.0), 2000
         for _ in range(steps):
@@ -28,7 +28,7 @@ def test_rows_are_seen_from_where_the_robot_got_to():
         assert motion == pytest.approx([moved.x, moved.y, moved.yaw], abs=1e-6)
 
 
-def test_only_lamps_twice_in_one_image_are_copied():
+def test_only_ids_twice_in_one_image_are_duplicates():
     rays = lamp_rays(CAMERA, [1, 2, 1, 3], np.full((4, 2), 500.0), np.ones(4))
-    assert rays.copied.tolist() == [True, False, True, False]
-    assert not rays.subset(np.array([True, True, False, True])).copied.any()
+    assert rays.is_duplicate.tolist() == [True, False, True, False]
+    assert not rays.subset(np.array([True, True, False, True])).is_duplicate.any()

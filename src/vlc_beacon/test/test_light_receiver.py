@@ -16,7 +16,7 @@ from light_waveform import Waveform
 from scene_simulator.shutter import Shutter
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.packet.data_packet import packets_of_message
+from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
@@ -25,7 +25,7 @@ TONES = (3000.0, 4000.0, 5000.0, 6000.0)
 SETTINGS = ReceiverSettings(shutter='rolling', exposure_time=6e-5)
 
 
-def test_lamps_are_told_by_their_tones_and_a_steady_one_is_none_of_them() -> None:
+def test_lamps_are_identified_by_their_tones_and_a_constant_one_is_not() -> None:
     beacons = [replace(beacon, frequency=tone) for beacon, tone in zip(BEACONS, TONES, strict=True)]
     receiver = LightReceiver(beacons, SETTINGS)
     drive = speaking_room([constant_tone_waveform(tone) for tone in TONES], Shutter(6e-5, 18.9e-6), 30.0)
@@ -47,7 +47,7 @@ def test_frequencies_must_be_given_to_all_lamps_or_none(number: int) -> None:
 
 
 @pytest.mark.parametrize('close', [3000.0, 3199.0])
-def test_frequencies_that_cannot_be_told_apart_are_refused(close: float) -> None:
+def test_frequencies_too_close_are_rejected(close: float) -> None:
     tones = (3000.0, 5000.0, close, 4000.0)
     beacons = [replace(beacon, frequency=tone) for beacon, tone in zip(BEACONS, tones, strict=True)]
     with pytest.raises(
@@ -71,14 +71,14 @@ def film(diameter: float, seconds: float, *, rolling: bool) -> Iterator[tuple[fl
                 share = partial(_rows, waveform, time)
                 draw_lamp(picture, centre, 0.5 * diameter, 200.0, rows=share)
             else:
-                halves = waveform.exposed(time, 5e-4)
+                halves = waveform.exposure_means(time, 5e-4)
                 angle = 0.3 * i + 0.2 * stamp
                 draw_lamp(picture, centre, 0.5 * diameter, 200.0, halves=halves, angle=angle)
         yield float(stamp), photograph(picture, 1.0, rng)
 
 
 def _rows(waveform: Waveform, time: float, rows: np.ndarray) -> np.ndarray:
-    return waveform.exposed(time + rows * SETTINGS.row_time, SETTINGS.exposure_time)[:, 0]
+    return waveform.exposure_means(time + rows * SETTINGS.row_time, SETTINGS.exposure_time)[:, 0]
 
 
 @pytest.mark.parametrize(('rolling', 'diameter', 'seconds'), [(False, 6.0, 3.5), (True, 14.0, 5.5)])
@@ -93,13 +93,15 @@ def test_the_smallest_lamps_that_are_promised_get_their_ids(
 
 
 @pytest.mark.newest_set_only
-def test_a_long_packet_of_a_lamp_without_a_name_is_heard() -> None:
-    (packet,) = packets_of_message('x' * 60)
+def test_a_long_packet_of_an_unidentified_lamp_is_decoded() -> None:
+    (packet,) = split_message('x' * 60)
     waveform = ufsook_waveform([packet.to_bytes()])
-    receiver, rng, said = LightReceiver(BEACONS, ReceiverSettings()), np.random.default_rng(1), []
+    receiver, rng, message = LightReceiver(BEACONS, ReceiverSettings()), np.random.default_rng(1), []
     for stamp in np.arange(0.0, waveform.period + 1.0, 1.0 / 60.004).tolist():
-        halves = waveform.exposed(stamp - 0.377, 5e-4)
+        halves = waveform.exposure_means(stamp - 0.377, 5e-4)
         picture = draw_lamp(room(64, 64), (32.0, 32.0), 8.0, 200.0, halves=halves)
-        said += [lamp.said for lamp in receiver.receive(stamp, photograph(picture, 1.0, rng)) if lamp.said]
+        message += [
+            lamp.message for lamp in receiver.receive(stamp, photograph(picture, 1.0, rng)) if lamp.message
+        ]
     assert waveform.period > 15.0
-    assert said == ['x' * 60]
+    assert message == ['x' * 60]

@@ -13,8 +13,8 @@ from vlc_beacon.core.lamp_image.coarse_contrast import noise_sigma
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.row_profile import row_profile
 from vlc_beacon.core.lamp_image.settings import LampSettings
-from vlc_beacon.core.light_code.lamp_rows import rows_of_frame
-from vlc_beacon.core.light_code.row_tones import tone_likelihoods
+from vlc_beacon.core.light_code.lamp_rows import rows_from_frame
+from vlc_beacon.core.light_code.row_tones import tone_log_likelihoods
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.pose_fix import BeaconFix
@@ -49,8 +49,8 @@ def played(image, blobs):
     noise, tables = noise_sigma(image), []
     for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds):
         first, brightness = row_profile(image, centre, radius, background, noise)
-        rows = rows_of_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, 5e-5)
-        tables.append(tone_likelihoods(rows, TONES)[0])
+        rows = rows_from_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, 5e-5)
+        tables.append(tone_log_likelihoods(rows, TONES)[0])
     return np.array(tables)
 
 
@@ -59,7 +59,7 @@ def test_all_five_lamps_and_nothing_else_are_found(blobs):
     assert (blobs.roundness > 0.6).all()
 
 
-def test_the_five_frequencies_are_told_apart(played):
+def test_the_five_frequencies_are_identified(played):
     assert sorted(played.argmax(axis=1)) == [0, 1, 2, 3, 4]
     ordered = np.sort(played, axis=1)
     assert (ordered[:, -1] - ordered[:, -2]).min() > 8.0
@@ -74,7 +74,7 @@ def test_the_lamps_give_the_pose_of_the_telephone(image, blobs, played):
     fix = locator.locate(rays)
     assert isinstance(fix, BeaconFix)
     assert fix.used.all()
-    assert fix.doubts == ()
+    assert fix.anomalies == ()
     pixels = fix.residuals * np.hypot(rays.sigmas, SETTINGS.pixel_sigma)[:, None]
     assert np.sqrt(np.mean(pixels**2)) < 3.0
     # The lamps hang 2.46 m over the telephone, which lies within centimetres of the plan's middle.
@@ -82,4 +82,4 @@ def test_the_lamps_give_the_pose_of_the_telephone(image, blobs, played):
     assert np.hypot(fix.T_map_base.x, fix.T_map_base.y) < 0.04
     other_way = [replace(b, xyz=(-b.xyz[0], *b.xyz[1:])) for b in BEACONS]
     mirrored = BeaconLocator(other_way, CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), None, SETTINGS)
-    assert mirrored.locate(rays).doubts
+    assert mirrored.locate(rays).anomalies

@@ -3,9 +3,9 @@ import pytest
 from light_channel import seen_by_rolling_shutter
 
 from vlc_beacon.core.light_code.lamp_rows import LampRows
-from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
@@ -20,16 +20,18 @@ def received(
     seconds: float,
     seed: int,
     ppm: float = 0.0,
-    slot_format: SlotFormat = SlotFormat(1),  # noqa: B008
+    segment_format: SegmentFormat = SegmentFormat(1),  # noqa: B008
     rows: int = 304,
     **channel: float,
 ) -> list[Packet]:
-    slots = [
-        slot for packet in packets for slot in slots_of_packet(packet.to_bytes(), slot_format.slot_bytes)
+    segments = [
+        segment
+        for packet in packets
+        for segment in segments_from_packet(packet.to_bytes(), segment_format.segment_bytes)
     ]
-    waveform = slots_waveform(slots, slot_format, 1.0 + ppm * 1e-6)
+    waveform = segments_waveform(segments, segment_format, 1.0 + ppm * 1e-6)
     seen = seen_by_rolling_shutter(waveform, seconds, np.random.default_rng(seed), rows=rows, **channel)
-    return [got.packet for got in ManchesterDecoder(slot_format).add_frames(seen)]
+    return [got.packet for got in ManchesterDecoder(segment_format).add_frames(seen)]
 
 
 @pytest.mark.parametrize('ppm', [-100.0, 0.0, 100.0])
@@ -43,13 +45,13 @@ def test_packets_are_read_from_three_hundred_rows(ppm: float, snr: float) -> Non
     assert len(hundred) >= 2
 
 
-def test_more_rows_read_larger_slots_faster() -> None:
-    got = received([HUNDRED], 10.0, 1, 50.0, SlotFormat(8), rows=1060)
+def test_more_rows_decode_larger_segments_faster() -> None:
+    got = received([HUNDRED], 10.0, 1, 50.0, SegmentFormat(8), rows=1060)
     assert set(got) == {HUNDRED}
     assert len(got) >= 9
 
 
-def test_lost_frames_are_mended() -> None:
+def test_lost_frames_are_corrected() -> None:
     got = received([HUNDRED], 40.0, 1, 100.0, lost=0.03)
     assert set(got) == {HUNDRED}
     assert len(got) >= 6
@@ -61,7 +63,7 @@ def test_nothing_wrong_is_read_in_noise_or_when_frames_are_mostly_lost() -> None
         assert set(received([COMMAND, IdPacket(3)], 30.0, seed, lost=0.5)) <= {COMMAND, IdPacket(3)}
     rng = np.random.default_rng(0)
     noise = LampRows(np.arange(900) / 30.0, np.zeros(900, int), rng.random((900, 304)), 18.9e-6, 6e-5)
-    assert ManchesterDecoder(SlotFormat(1)).add_frames(noise) == []
+    assert ManchesterDecoder(SegmentFormat(1)).add_frames(noise) == []
 
 
 def test_packets_may_take_turns_and_change() -> None:
@@ -71,13 +73,13 @@ def test_packets_may_take_turns_and_change() -> None:
 
 
 def test_frames_give_the_same_one_by_one_and_together() -> None:
-    slot_format = SlotFormat(1)
-    waveform = slots_waveform(slots_of_packet(COMMAND.to_bytes(), 1), slot_format)
+    segment_format = SegmentFormat(1)
+    waveform = segments_waveform(segments_from_packet(COMMAND.to_bytes(), 1), segment_format)
     seen = seen_by_rolling_shutter(waveform, 10.0, np.random.default_rng(3), rows=304, lost=0.05)
-    decoder, single = ManchesterDecoder(slot_format), []
+    decoder, single = ManchesterDecoder(segment_format), []
     for i in range(len(seen.stamps)):
         single += decoder.add_frames(
             LampRows(seen.stamps[[i]], seen.first_rows[[i]], seen.brightness[[i]], 18.9e-6, 6e-5)
         )
     assert len(single) >= 8
-    assert ManchesterDecoder(slot_format).add_frames(seen) == single
+    assert ManchesterDecoder(segment_format).add_frames(seen) == single

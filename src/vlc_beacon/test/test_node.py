@@ -47,7 +47,7 @@ def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(
     assert camera == PinholeCamera(160, 100, 100.0, 100.0, 80.0, 50.0)
 
 
-def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph, beacons_file: Path) -> None:
+def test_no_fix_publishes_nothing_and_reports_the_reason(graph: IsolatedGraph, beacons_file: Path) -> None:
     robot = Robot(graph, beacons_file)
     robot.receiver.answer = without_fix()
     robot.send_image(10.0)
@@ -59,7 +59,7 @@ def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph, beacons_fil
     assert [message.header.stamp.nanosec for message in robot.poses] == [100_000_000]
 
 
-def test_accepted_commands_are_published_and_refused_ones_are_not(
+def test_accepted_commands_are_published_and_rejected_ones_are_not(
     graph: IsolatedGraph, beacons_file: Path
 ) -> None:
     robot = Robot(graph, beacons_file)
@@ -118,7 +118,7 @@ def test_the_node_survives_every_bad_message(graph: IsolatedGraph, beacons_file:
     robot.send_image(1.3)
     counts = robot.node._guard.counts
     topics = ('image_raw', 'camera_info', 'odom', 'imu', 'attitude')
-    assert [counts[topic].refused.total() for topic in topics] == [5, 1, 2, 2, 1]
+    assert [counts[topic].rejected.total() for topic in topics] == [5, 1, 2, 2, 1]
     robot.receiver.answer = with_fix()
     robot.send_image(1.4)
     robot.wait_for(robot.poses, 2)
@@ -149,7 +149,7 @@ def test_a_jump_back_in_time_starts_a_new_receiver(graph: IsolatedGraph, beacons
 def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, beacons_file: Path) -> None:
     robot = Robot(graph, beacons_file)
     pictures, markers = robot.listen(Image, 'debug_image'), robot.listen(MarkerArray, 'beacons')
-    robot.receiver.answer = with_fix(lamps=LAMPS, doubts=(MOVED,))
+    robot.receiver.answer = with_fix(lamps=LAMPS, anomalies=(MOVED,))
     robot.send_image()
     robot.wait_for(pictures)
     robot.wait_for(markers)

@@ -14,7 +14,7 @@ from shirube_ros.isolated_graph import IsolatedGraph
 from vlc_beacon.core.packet.operation import Operation
 
 
-def test_odometry_and_tilt_that_tell_of_a_jump_back_go_to_the_new_receiver(
+def test_odometry_and_tilt_after_a_jump_back_go_to_the_new_receiver(
     graph: IsolatedGraph, beacons_file: Path
 ) -> None:
     robot = Robot(graph, beacons_file)
@@ -36,27 +36,27 @@ def test_after_a_jump_back_the_line_begins_where_the_robot_is_then(
     graph: IsolatedGraph, beacons_file: Path
 ) -> None:
     robot = Robot(graph, beacons_file, drive=True)
-    before = robot.node._executor_of_commands
+    before = robot.node._command_executor
     robot.send_image(100.0)
-    before.obey(Operation.TURN, 1.0)
+    before.execute(Operation.TURN, 1.0)
     robot.send_image(5.0)
-    after = robot.node._executor_of_commands
+    after = robot.node._command_executor
     assert after is not before
-    after.robot_at(5.1, POSE)
+    after.update_pose(5.1, POSE)
     assert max(after.velocity(5.1 + 0.1 * k).forward for k in range(3)) > 0.0
 
 
 def test_a_stop_outlives_a_jump_back(graph: IsolatedGraph, beacons_file: Path) -> None:
     robot = Robot(graph, beacons_file, drive=True)
     robot.send_image(100.0)
-    robot.node._executor_of_commands.obey(Operation.STOP, 0.0)
+    robot.node._command_executor.execute(Operation.STOP, 0.0)
     robot.send_image(5.0)
-    executor = robot.node._executor_of_commands
-    executor.robot_at(5.1, POSE)
-    assert all(executor.velocity(5.1 + 0.1 * k).is_standing for k in range(3))
+    executor = robot.node._command_executor
+    executor.update_pose(5.1, POSE)
+    assert all(executor.velocity(5.1 + 0.1 * k).is_zero for k in range(3))
 
 
-def test_a_pose_that_is_lost_at_once_is_told_when_the_line_may_be_said(
+def test_a_lost_pose_is_logged_after_the_throttle_interval(
     graph: IsolatedGraph, beacons_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot = Robot(graph, beacons_file)
@@ -70,5 +70,5 @@ def test_a_pose_that_is_lost_at_once_is_told_when_the_line_may_be_said(
 
     monkeypatch.setattr(robot.node, 'get_logger', Logger)
     for answer in (with_fix(), without_fix(), without_fix(), without_fix()):
-        robot.node._tell_change(answer.result)
+        robot.node._log_change(answer.result)
     assert lines == ['pose: x', 'no pose']

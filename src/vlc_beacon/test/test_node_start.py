@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from shirube_ros.start_here import start_here
+from shirube_ros.run_in_process import run_in_process
 from vlc_beacon.node import main
 
 BEACONS = 'beacons: [{id: 1, xyz: [0.0, 0.0, 2.5], radius: 0.03}]'
@@ -37,7 +37,7 @@ def test_a_bad_start_is_one_line_and_exit_code_1(
         path.write_text(content)
         given.append(f'beacons_file:={path}')
     arguments = ['--ros-args', *(word for parameter in given for word in ('-p', parameter))] if given else []
-    assert start_here(main, *arguments) == 1
+    assert run_in_process(main, *arguments) == 1
     (line,) = capfd.readouterr().err.splitlines()
     assert line.startswith('vlc_beacon: ')
     assert words in line

@@ -14,7 +14,7 @@ PACKETS = (
 )
 
 
-def test_each_kind_is_told_from_the_others() -> None:
+def test_packet_kinds_are_distinguished() -> None:
     for packet in PACKETS:
         assert read_packet(packet.to_bytes()) == packet
 
@@ -27,14 +27,14 @@ def test_the_length_is_known_from_the_beginning() -> None:
     assert packet_length(bytes(20)) is None
 
 
-def test_darkness_and_full_light_say_nothing() -> None:
+def test_darkness_and_full_light_are_no_packets() -> None:
     for length in range(1, 110):
         assert read_packet(bytes(length)) is None
         assert read_packet(b'\xff' * length) is None
     assert read_packet(b'') is None
 
 
-def test_chance_never_fails_to_be_judged() -> None:
+def test_random_bytes_never_raise() -> None:
     rng = np.random.default_rng(0)
     for _ in range(20_000):
         read_packet(rng.bytes(int(rng.integers(1, 20))))

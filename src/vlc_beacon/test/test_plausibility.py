@@ -3,9 +3,9 @@ import math
 import numpy as np
 import pytest
 
+from vlc_beacon.core.authorization.plausibility import clamp_speed, find_implausibility
 from vlc_beacon.core.packet.command_packet import Command
 from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.trust.plausibility import implausibility, within_speed_limit
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,7 @@ from vlc_beacon.core.trust.plausibility import implausibility, within_speed_limi
     ],
 )
 def test_what_the_paper_asks_for_is_plausible(operation: Operation, value: float) -> None:
-    assert implausibility(Command(1, operation, value, 1)) is None
+    assert find_implausibility(Command(1, operation, value, 1)) is None
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ def test_what_the_paper_asks_for_is_plausible(operation: Operation, value: float
     ],
 )
 def test_what_makes_no_sense_is_named(operation: int, value: float, flaw: str) -> None:
-    assert implausibility(Command(1, operation, value, 1)) == flaw
+    assert find_implausibility(Command(1, operation, value, 1)) == flaw
 
 
 def test_no_plausible_speed_exceeds_the_limit() -> None:
@@ -43,8 +43,8 @@ def test_no_plausible_speed_exceeds_the_limit() -> None:
     for _ in range(2000):
         limit = float(rng.uniform(0.0, 2.0))
         command = Command(1, int(rng.integers(32)), float(rng.uniform(-2000.0, 2000.0)), 1)
-        if implausibility(command) is None:
-            bounded = within_speed_limit(command, limit)
+        if find_implausibility(command) is None:
+            bounded = clamp_speed(command, limit)
             if command.operation in (Operation.SLOW, Operation.SPEED_UP):
                 assert bounded.value <= limit
             else:

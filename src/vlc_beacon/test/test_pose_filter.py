@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 
-from shirube_geometry import PlanarPose, level_camera
+from shirube_geometry import PlanarPose, gravity_aligned_camera
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
 from vlc_beacon.core.pose.pose_filter import PoseFilter
 from vlc_beacon.core.pose.settings import PoseSettings
 
 EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
 START = np.diag([0.01**2, 0.01**2, 0.01**2, 0.01**2])
-LEVEL = level_camera(MOUNT)
+LEVEL = gravity_aligned_camera(MOUNT)
 
 
 def seen(pose, which, noise=0.2, rng=None):
@@ -26,40 +26,40 @@ def seen(pose, which, noise=0.2, rng=None):
 
 def test_odometry_alone_composes_motions_and_loses_certainty():
     filter_ = PoseFilter(PlanarPose(1.0, 2.0, 0.3), 0.0, START)
-    expected, spreads = PlanarPose(1.0, 2.0, 0.3), []
+    expected, pixel_jacobians = PlanarPose(1.0, 2.0, 0.3), []
     for _ in range(50):
         step = PlanarPose(0.1, 0.0, 0.05)
         expected = expected @ step
-        filter_.move(step)
-        spreads.append(np.trace(filter_.covariance[:2, :2]))
+        filter_.predict(step)
+        pixel_jacobians.append(np.trace(filter_.covariance[:2, :2]))
     assert filter_.pose.distance_to(expected) < 1e-9
-    assert filter_.pose.turn_to(expected) == pytest.approx(0.0, abs=1e-9)
-    assert spreads == sorted(spreads)
+    assert filter_.pose.yaw_to(expected) == pytest.approx(0.0, abs=1e-9)
+    assert pixel_jacobians == sorted(pixel_jacobians)
     # After 5 m the way is off by 2 % and more.
-    assert math.sqrt(spreads[-1]) > 0.02 * filter_.pose.distance_to(PlanarPose(1.0, 2.0, 0.3))
+    assert math.sqrt(pixel_jacobians[-1]) > 0.02 * filter_.pose.distance_to(PlanarPose(1.0, 2.0, 0.3))
 
 
 def test_lamps_pull_the_pose_to_the_truth():
     truth = PlanarPose(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth @ PlanarPose(0.015, -0.01, 0.008), 0.01, START, EXACT)
     for _ in range(100):
-        assert filter_.add_lamps(*seen(truth, range(4)), LEVEL).all()
+        assert filter_.update(*seen(truth, range(4)), LEVEL).all()
     assert filter_.pose.distance_to(truth) < 1e-3
     assert filter_.height == pytest.approx(0.0, abs=1e-3)
 
 
-def test_one_lamp_takes_away_what_it_can_tell():
+def test_one_lamp_reduces_the_observable_errors():
     truth = PlanarPose(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth, 0.0, START, EXACT)
     before = filter_.covariance
-    filter_.add_lamps(*seen(truth, [0]), LEVEL)
+    filter_.update(*seen(truth, [0]), LEVEL)
     after = filter_.covariance
     assert (np.linalg.eigvalsh(before - after) > -1e-12).all()
     gains = np.linalg.eigvalsh(np.linalg.inv(after) - np.linalg.inv(before))
     assert (gains[:2] < 1e-3 * gains[2]).all()
 
 
-def test_errors_are_as_large_as_the_covariance_says():
+def test_errors_match_the_covariance():
     rng = np.random.default_rng(1)
     normalised = []
     for _ in range(60):
@@ -69,9 +69,9 @@ def test_errors_are_as_large_as_the_covariance_says():
         scale, bend = 1.0 + 0.02 * rng.normal(), 0.0035 * rng.normal()
         for k in range(30):
             pose = pose @ PlanarPose(0.02, 0.0, 0.01)
-            filter_.move(PlanarPose(0.02 / scale, 0.0, 0.01 - bend * 0.02))
+            filter_.predict(PlanarPose(0.02 / scale, 0.0, 0.01 - bend * 0.02))
             if k % 3 == 0:
-                filter_.add_lamps(*seen(pose, [k % 4], rng=rng), LEVEL)
+                filter_.update(*seen(pose, [k % 4], rng=rng), LEVEL)
         error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
         normalised.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
     # The filter allows for slip, which this odometry does not have.
@@ -79,7 +79,7 @@ def test_errors_are_as_large_as_the_covariance_says():
 
 
 @pytest.mark.newest_set_only
-def test_errors_that_last_are_as_large_as_the_covariance_says():
+def test_biases_match_the_covariance():
     """Lamps that hang a little elsewhere and a mount that leans: many images on a short way say nothing new."""
     rng, settings = np.random.default_rng(2), PoseSettings()
     squares = []
@@ -91,10 +91,10 @@ def test_errors_that_last_are_as_large_as_the_covariance_says():
         for _ in range(150):
             pixels = pixels_of(shifted, pose, tilt=tilt) + 0.1 * rng.normal(size=(4, 2))
             rays = lamp_rays(CAMERA, [b.id for b in BEACONS], pixels, np.full(4, 0.1))
-            filter_.add_lamps(rays, np.array([b.xyz for b in BEACONS]), LEVEL)
+            filter_.update(rays, np.array([b.xyz for b in BEACONS]), LEVEL)
             step = PlanarPose(0.004, 0.0, 0.005)
             pose = pose @ step
-            filter_.move(step)
+            filter_.predict(step)
         error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
         squares.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
     assert 0.75 < math.sqrt(np.mean(squares)) < 1.15
@@ -105,7 +105,7 @@ def test_a_lamp_in_the_wrong_place_is_left_out():
     filter_ = PoseFilter(truth, 0.0, START)
     rays, lamps = seen(truth, range(4))
     lamps[2, 0] += 0.3
-    assert filter_.add_lamps(rays, lamps, LEVEL).tolist() == [True, True, False, True]
+    assert filter_.update(rays, lamps, LEVEL).tolist() == [True, True, False, True]
     assert filter_.pose.distance_to(truth) < 1e-3
 
 
@@ -117,17 +117,17 @@ def test_a_lamp_in_the_wrong_place_is_left_out():
         (PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.01), 1, 0.008),
     ],
 )
-def test_standing_still_does_not_make_lasting_errors_go_away(settings, lamps, least):
+def test_a_stationary_robot_does_not_average_out_biases(settings, lamps, least):
     truth = PlanarPose(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth, 0.0, START, settings)
     for _ in range(60):
-        filter_.add_lamps(*seen(truth, range(lamps)), LEVEL)
+        filter_.update(*seen(truth, range(lamps)), LEVEL)
     # Four lamps with 1 cm each do not give 1 mm, however often they are looked at.
     assert math.sqrt(filter_.covariance[0, 0]) > least
 
 
 @pytest.mark.newest_set_only
-def test_standing_for_minutes_does_not_make_a_pose_more_certain_than_it_is():
+def test_a_stationary_robot_does_not_become_overconfident():
     rng, settings, pose = np.random.default_rng(5), PoseSettings(), PlanarPose(0.9, 0.9, 0.3)
     squares = []
     for _ in range(5):
@@ -138,8 +138,8 @@ def test_standing_for_minutes_does_not_make_a_pose_more_certain_than_it_is():
             CAMERA, [b.id for b in BEACONS], pixels_of(shifted, pose, tilt=tilt), np.full(4, 0.2)
         )
         for _ in range(1500):
-            filter_.move(PlanarPose(0.0, 0.0, 0.0))
-            assert filter_.add_lamps(rays, np.array([b.xyz for b in BEACONS]), LEVEL).all()
+            filter_.predict(PlanarPose(0.0, 0.0, 0.0))
+            assert filter_.update(rays, np.array([b.xyz for b in BEACONS]), LEVEL).all()
         error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
         squares.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
     assert math.sqrt(np.mean(squares)) < 1.5
@@ -153,19 +153,19 @@ def test_a_turn_on_the_spot_after_long_rest_is_followed():
     for k in range(1000):
         if k >= 400:
             pose = pose @ PlanarPose(0.0, 0.0, 0.01)
-            filter_.move(PlanarPose(0.0, 0.0, 0.0102))
-        assert filter_.add_lamps(*seen(pose, range(4)), LEVEL).all()
-    assert filter_.pose.turn_to(pose) == pytest.approx(0.0, abs=0.005)
+            filter_.predict(PlanarPose(0.0, 0.0, 0.0102))
+        assert filter_.update(*seen(pose, range(4)), LEVEL).all()
+    assert filter_.pose.yaw_to(pose) == pytest.approx(0.0, abs=0.005)
     assert filter_.pose.distance_to(pose) < 0.005
 
 
 @pytest.mark.newest_set_only
-def test_a_lamp_that_comes_into_view_of_a_standing_robot_counts():
+def test_a_new_lamp_is_used_by_a_stationary_robot():
     truth = PlanarPose(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth, 0.0, 25.0 * START)
     for _ in range(400):
-        filter_.add_lamps(*seen(truth, [0]), LEVEL)
+        filter_.update(*seen(truth, [0]), LEVEL)
     before = filter_.covariance
     for _ in range(400):
-        filter_.add_lamps(*seen(truth, range(4)), LEVEL)
+        filter_.update(*seen(truth, range(4)), LEVEL)
     assert np.trace(filter_.covariance[:2, :2]) < 0.1 * np.trace(before[:2, :2])

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of, random_pose
 
-from shirube_geometry import PlanarPose, level_camera
+from shirube_geometry import PlanarPose, gravity_aligned_camera
 from vlc_beacon.core.pose.pose_fix import NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
 
-LEVEL = level_camera(MOUNT)
+LEVEL = gravity_aligned_camera(MOUNT)
 DEPTH = 2.5
 TRUE_RADIUS = 0.0325 * 636.4 / DEPTH
 
@@ -41,7 +41,7 @@ def test_counted_radii_give_the_centimetres_of_the_paper():
     assert 0.0005 < np.median(errors) < 0.02
 
 
-def test_lamps_that_share_nothing_are_no_fix():
+def test_disjoint_intervals_are_no_fix():
     seen = discs(PlanarPose(0.9, 0.9, 0.2))
     seen.radii[1] *= 1.3
     answer = radius_interval(seen, CAMERA, LEVEL, 0.2)

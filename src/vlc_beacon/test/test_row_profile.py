@@ -7,16 +7,16 @@ from vlc_beacon.core.lamp_image.row_profile import row_profile
 ROW_TIME, EXPOSURE = 1.89e-5, 6e-5
 
 
-def test_rows_tell_what_the_lamp_played():
+def test_rows_match_the_waveform():
     rows = blinking_rows(3500.0, ROW_TIME, EXPOSURE)
     picture = draw_lamp(room(level=20.0), (200.3, 150.4), 40.0, 150.0, rows=rows, blur=0.1)
     image = photograph(picture, 1.5, np.random.default_rng(1))
     first, brightness = row_profile(image, np.array([200.3, 150.4]), 40.0, 20.0, 1.5)
     inner = slice(120 - first, 181 - first)
-    shown = rows(first + np.arange(len(brightness)))
+    visible = rows(first + np.arange(len(brightness)))
     assert len(brightness) >= 75
-    assert brightness[inner] == pytest.approx(shown[inner], abs=0.12)
-    assert np.corrcoef(brightness[inner], shown[inner])[0, 1] > 0.995
+    assert brightness[inner] == pytest.approx(visible[inner], abs=0.12)
+    assert np.corrcoef(brightness[inner], visible[inner])[0, 1] > 0.995
 
 
 def test_rows_end_where_the_lamp_does():
@@ -27,7 +27,7 @@ def test_rows_end_where_the_lamp_does():
 
 
 @pytest.mark.parametrize('radius', [6.0, 8.0, 15.0])
-def test_rows_beside_a_striped_lamp_are_none_of_its_dark_stripes(radius):
+def test_rows_outside_a_lamp_are_not_dark_bands(radius):
     """Dark rows that are no stripes tell of a tone that nobody plays."""
     rows = blinking_rows(3500.0, ROW_TIME, EXPOSURE)
     for v in np.arange(140.0, 156.0, 2.1):

@@ -49,7 +49,7 @@ def test_packets_may_take_turns() -> None:
     assert got.count(COMMAND) >= 5
 
 
-def test_a_lamp_without_code_and_too_few_rows_say_nothing() -> None:
+def test_constant_light_and_too_few_rows_give_no_packets() -> None:
     rng = np.random.default_rng(7)
     for rows in (3, 16):
         seen = 0.5 + rng.normal(0.0, 0.05, (600, rows))
@@ -60,7 +60,7 @@ def test_a_lamp_without_code_and_too_few_rows_say_nothing() -> None:
 
 
 @pytest.mark.parametrize('spacing', [200.0, 500.0])
-def test_constant_tones_are_told_apart(spacing: float) -> None:
+def test_constant_tones_are_identified(spacing: float) -> None:
     # The real photograph's lamps: 2000 to 4000 Hz on a phone.
     tones = {beacon: 2000.0 + spacing * beacon for beacon in range(5)}
     for beacon, tone in tones.items():

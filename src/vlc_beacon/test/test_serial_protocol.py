@@ -11,12 +11,12 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 def test_upload_holds_every_byte_once_and_in_order() -> None:
     frame = bytes(range(70))
-    first, *pieces, last = upload_requests(frame, keep=True)
+    first, *chunks, last = upload_requests(frame, keep=True)
     assert (first, last) == ('b 70', 'k')
     assert upload_requests(frame, keep=False)[-1] == 't'
     received = b''
-    for piece in pieces:
-        word, offset, content = piece.split()
+    for chunk in chunks:
+        word, offset, content = chunk.split()
         assert word == 'd'
         assert int(offset) == len(received)
         received += bytes.fromhex(content)
@@ -33,12 +33,12 @@ def test_status_is_read() -> None:
 
 
 @pytest.mark.parametrize('reply', ['', 'OK', 'playing kept x 7c6d 0', 'playing kept 49 7c6d 0 0'])
-def test_what_is_no_status_is_refused(reply: str) -> None:
+def test_a_malformed_status_is_rejected(reply: str) -> None:
     with pytest.raises(VlcBeaconError, match='not a status'):
         read_status(reply)
 
 
-def test_other_firmware_is_refused() -> None:
+def test_other_firmware_is_rejected() -> None:
     check_version('led_beacon 1 508')
     for reply in ('', 'led_beacon 2 508', 'ROSArduinoBridge'):
         with pytest.raises(VlcBeaconError, match='flash firmware/led_beacon'):

@@ -40,7 +40,7 @@ def picture_at(time: float, rng: np.random.Generator) -> np.ndarray:
     (centre,) = CAMERA.pixels_from_points([point])
     # The first half of the lamp is that with negative x in the map.
     towards = -turn[0, :2]
-    first, second = LIGHT.exposed(time, 5e-4)
+    first, second = LIGHT.exposure_means(time, 5e-4)
     picture = room(CAMERA.height, CAMERA.width)
     size, angle = RADIUS * CAMERA.fx / point[2], math.atan2(towards[1], towards[0])
     return photograph(draw_lamp(picture, centre, size, 200.0, halves=(first, second), angle=angle), 1.0, rng)
@@ -78,7 +78,7 @@ def test_the_lamp_is_found_where_it_hangs(bag: Path, tmp_path: Path) -> None:
     assert lamp.xyz == pytest.approx(LAMP, abs=0.01)
 
 
-def test_sigma_says_that_the_tilt_is_missing(
+def test_sigma_includes_the_unknown_tilt(
     bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sigmas = []
@@ -106,7 +106,7 @@ def test_bad_input_ends_in_one_line(bag: Path, tmp_path: Path, capsys: pytest.Ca
     assert not (tmp_path / 'beacons.yaml').exists()
 
 
-def test_a_lamp_in_centimetres_is_refused_before_the_work(
+def test_a_lamp_radius_in_centimetres_is_rejected_early(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert survey.main([str(tmp_path / 'none'), '--lamp-radius', '3.25']) == 1

@@ -9,7 +9,7 @@ CODE = SymbolCode(2, (4,), 0.1)
 
 def told_symbols(packets: list[IdPacket], begin: float, stamps: np.ndarray) -> np.ndarray:
     """Return tables of frames each of which tells its symbol for sure, shape (n, 1, 5)."""
-    symbols = np.concatenate([CODE.symbols_of(packet.to_bytes()) for packet in packets])
+    symbols = np.concatenate([CODE.encode_symbols(packet.to_bytes()) for packet in packets])
     index = np.floor((stamps - begin) / CODE.duration).astype(int) % len(symbols)
     return -8.0 * (symbols[index, None] != np.arange(5))[:, None].astype(np.float32)
 
@@ -29,7 +29,7 @@ def test_packets_are_known_a_little_after_their_end() -> None:
     assert len(got) >= 13
 
 
-def test_after_a_silence_all_begins_anew() -> None:
+def test_the_receiver_is_reset_after_a_gap() -> None:
     stamps = np.arange(300) * 0.033
     listener = receiver()
     first = listener.add(stamps, told_symbols([IdPacket(7)], 0.02, stamps))
@@ -44,7 +44,7 @@ def test_after_a_silence_all_begins_anew() -> None:
     assert receiver().add(together, tables) == first + second
 
 
-def test_another_beat_is_found_again() -> None:
+def test_a_changed_timing_is_found() -> None:
     stamps = np.arange(900) * 0.033
     tables = told_symbols([IdPacket(7)], 0.02, stamps)
     shifted = told_symbols([IdPacket(7)], 0.07, stamps)
@@ -53,7 +53,7 @@ def test_another_beat_is_found_again() -> None:
     assert max(packet.stamp for packet in got) > stamps[-60]
 
 
-def test_frames_that_are_read_again_tell_no_packet_twice() -> None:
+def test_repeated_frames_give_no_packet_twice() -> None:
     # Two equal packets in a row are what an ID is believed for.
     stamps = np.arange(1200) * 0.033
     packets = [IdPacket(beacon) for beacon in range(40)]
@@ -82,11 +82,11 @@ def test_time_that_does_not_rise_is_left_out() -> None:
     assert receiver().add(np.zeros(0), tables[:0]) == []
 
 
-def test_the_checksum_decides_between_two_symbols_that_look_alike() -> None:
+def test_the_checksum_resolves_ambiguous_symbols() -> None:
     stamps = np.arange(600) * 0.033
     tables = told_symbols([IdPacket(7)], 0.02, stamps)
     index = np.floor((stamps - 0.02) / CODE.duration).astype(int) % 13
-    symbols = CODE.symbols_of(IdPacket(7).to_bytes())
+    symbols = CODE.encode_symbols(IdPacket(7).to_bytes())
     tables[index == 4, 0, (symbols[4] + 1) % 4] = 0.0
     assert {packet.packet for packet in receiver().add(stamps, tables)} == {IdPacket(7)}
     # Two such symbols of an ID are too many for its checksum.

@@ -2,59 +2,59 @@ import numpy as np
 import pytest
 from flicker import worst_flicker
 
-from vlc_beacon.core.lamp_image.lamp_tracks import COAST
+from vlc_beacon.core.lamp_image.lamp_tracker import COAST_TIME
 from vlc_beacon.core.light_code.ufsook import (
     FRAME_RATE,
     MARK,
-    MARKER_BEGIN,
-    MARKER_END,
+    PREAMBLE_FIRST,
+    PREAMBLE_SECOND,
     SPACE,
     UFSOOK,
     expected_levels,
     ufsook_waveform,
-    waveform_of_symbols,
+    waveform_from_symbols,
 )
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
 
 
 def cycles_a_second(symbol: int) -> float:
     """Return how often a half goes on in a second of a symbol."""
-    waveform = waveform_of_symbols(np.full(30, symbol))
+    waveform = waveform_from_symbols(np.full(30, symbol))
     rises = np.count_nonzero(np.diff(np.append(waveform.levels[-1, 0], waveform.levels[:, 0])) > 0)
     return rises / waveform.period
 
 
-def test_space_mark_and_marker_blink_at_their_frequencies() -> None:
+def test_space_mark_and_preamble_have_their_frequencies() -> None:
     assert cycles_a_second(SPACE) == pytest.approx(240.0)
     assert cycles_a_second(MARK) == pytest.approx(210.0)
-    marker = waveform_of_symbols(np.array([MARKER_BEGIN, MARKER_END]))
-    assert np.count_nonzero(np.diff(marker.levels[:, 1]) > 0) / marker.period == pytest.approx(225.0)
+    preamble = waveform_from_symbols(np.array([PREAMBLE_FIRST, PREAMBLE_SECOND]))
+    assert np.count_nonzero(np.diff(preamble.levels[:, 1]) > 0) / preamble.period == pytest.approx(225.0)
 
 
 def test_space_looks_steady_and_mark_toggles() -> None:
     for exposure in (1e-4, 1e-3):
         starts = np.linspace(0.0, 1.0 / FRAME_RATE - exposure, 50)
         for symbol, sign in ((SPACE, 1.0), (MARK, -1.0)):
-            waveform = waveform_of_symbols(np.array([symbol]))
-            first = waveform.exposed(starts, exposure) - 0.5
-            second = waveform.exposed(starts + 1.0 / FRAME_RATE, exposure) - 0.5
+            waveform = waveform_from_symbols(np.array([symbol]))
+            first = waveform.exposure_means(starts, exposure) - 0.5
+            second = waveform.exposure_means(starts + 1.0 / FRAME_RATE, exposure) - 0.5
             assert second == pytest.approx(sign * first, abs=1e-9)
 
 
 def test_the_second_half_runs_a_quarter_of_a_cycle_ahead() -> None:
-    waveform = waveform_of_symbols(np.array([SPACE]))
+    waveform = waveform_from_symbols(np.array([SPACE]))
     times = np.linspace(0.0, 0.1, 300)
     quarter = 1.0 / 240.0 / 4.0
-    seen = waveform.exposed(times, 1e-5)[:, 1]
-    assert seen == pytest.approx(waveform.exposed(times + quarter, 1e-5)[:, 0])
+    seen = waveform.exposure_means(times, 1e-5)[:, 1]
+    assert seen == pytest.approx(waveform.exposure_means(times + quarter, 1e-5)[:, 0])
 
 
-def test_the_light_is_half_of_full_light_whatever_is_said() -> None:
+def test_the_mean_light_is_half_of_full_light() -> None:
     for symbol in (SPACE, MARK):
-        waveform = waveform_of_symbols(np.array([symbol]))
-        assert waveform.exposed(0.0, waveform.period) == pytest.approx([0.5, 0.5])
-    both = waveform_of_symbols(np.array([MARKER_BEGIN, MARKER_END]))
-    assert both.exposed(0.0, both.period) == pytest.approx([0.5, 0.5])
+        waveform = waveform_from_symbols(np.array([symbol]))
+        assert waveform.exposure_means(0.0, waveform.period) == pytest.approx([0.5, 0.5])
+    both = waveform_from_symbols(np.array([PREAMBLE_FIRST, PREAMBLE_SECOND]))
+    assert both.exposure_means(0.0, both.period) == pytest.approx([0.5, 0.5])
 
 
 @pytest.mark.parametrize('content', [b'@\x05\xaa', bytes(12), b'\xff' * 12, b'\x55' * 12, b'\x0f\x00' * 6])
@@ -67,9 +67,11 @@ def test_nothing_blinks_visibly(content: bytes) -> None:
     assert steps.max() <= 0.5 / 210.0 + 1e-9
 
 
-@pytest.mark.parametrize('symbols', [[SPACE, MARK], [SPACE] * 4 + [MARK] * 4, [MARKER_BEGIN, MARKER_END]])
+@pytest.mark.parametrize(
+    'symbols', [[SPACE, MARK], [SPACE] * 4 + [MARK] * 4, [PREAMBLE_FIRST, PREAMBLE_SECOND]]
+)
 def test_not_even_the_worst_symbols_make_the_lamp_blink(symbols: list[int]) -> None:
-    assert worst_flicker(waveform_of_symbols(np.array(symbols)), whole=True, highest=70.0) < 0.3
+    assert worst_flicker(waveform_from_symbols(np.array(symbols)), whole=True, highest=70.0) < 0.3
 
 
 def test_expected_levels_are_those_of_the_waveform() -> None:
@@ -77,12 +79,12 @@ def test_expected_levels_are_those_of_the_waveform() -> None:
     starts = (np.arange(120) + 0.5) / 120 * UFSOOK.duration
     inside = starts < UFSOOK.duration - 5e-4
     for symbol in (SPACE, MARK):
-        seen = waveform_of_symbols(np.array([symbol])).exposed(starts, 5e-4)
+        seen = waveform_from_symbols(np.array([symbol])).exposure_means(starts, 5e-4)
         assert means[symbol] == pytest.approx(seen)
-    marker = waveform_of_symbols(np.array([MARKER_BEGIN, MARKER_END]))
-    assert means[MARKER_BEGIN][inside] == pytest.approx(marker.exposed(starts, 5e-4)[inside])
-    later = marker.exposed(starts + UFSOOK.duration, 5e-4)
-    assert means[MARKER_END][inside] == pytest.approx(later[inside])
+    preamble = waveform_from_symbols(np.array([PREAMBLE_FIRST, PREAMBLE_SECOND]))
+    assert means[PREAMBLE_FIRST][inside] == pytest.approx(preamble.exposure_means(starts, 5e-4)[inside])
+    later = preamble.exposure_means(starts + UFSOOK.duration, 5e-4)
+    assert means[PREAMBLE_SECOND][inside] == pytest.approx(later[inside])
     assert variances == pytest.approx(0.0, abs=1e-12)
 
 
@@ -96,6 +98,6 @@ def test_uncertain_times_blur_the_edges_only() -> None:
 def test_no_id_leaves_a_lamp_dark_for_longer_than_it_is_remembered() -> None:
     """To frames that find both halves dark in a space, equal symbols are one long darkness."""
     for beacon in range(BEACON_ID_MAX + 1):
-        symbols = UFSOOK.symbols_of(IdPacket(beacon).to_bytes())
+        symbols = UFSOOK.encode_symbols(IdPacket(beacon).to_bytes())
         changes = np.flatnonzero(np.diff(np.tile(symbols, 2)))
-        assert np.diff(changes).max() * UFSOOK.duration + 1.0 / FRAME_RATE < COAST
+        assert np.diff(changes).max() * UFSOOK.duration + 1.0 / FRAME_RATE < COAST_TIME

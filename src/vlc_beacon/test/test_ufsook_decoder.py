@@ -73,7 +73,7 @@ def test_an_exposure_of_any_length_is_understood() -> None:
         assert received([IdPacket(5)], 15.0, 5, 100.0, exposure=exposure).count(IdPacket(5)) >= 8
 
 
-def test_frames_that_say_nothing_are_left_out() -> None:
+def test_invalid_frames_are_skipped() -> None:
     waveform = ufsook_waveform([IdPacket(5).to_bytes()])
     stamps, seen = seen_by_global_shutter(waveform, 10.0, np.random.default_rng(6))
     whole = UfsookDecoder().add_frames(stamps, seen, 5e-4)
@@ -85,7 +85,7 @@ def test_frames_that_say_nothing_are_left_out() -> None:
 
 
 @pytest.mark.parametrize('level', [0.0, 0.5, 1.0, 7.0])
-def test_a_lamp_without_code_says_nothing(level: float) -> None:
+def test_constant_light_gives_no_packets(level: float) -> None:
     rng = np.random.default_rng(7)
     stamps = np.arange(1200) / 60.0
     assert UfsookDecoder().add_frames(stamps, level + rng.normal(0.0, 0.05, (1200, 2)), 5e-4) == []

@@ -16,7 +16,7 @@ from shirube_recordings.recording_topics import (
 )
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.message_error import MessageError
-from shirube_ros.stamp_order import StampOrder
+from shirube_ros.stamp_validator import StampValidator
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.located_image import LocatedImage
@@ -50,7 +50,7 @@ class BagLocalization:
         self._recording = Recording(bag, topics, camera_from_camera_info)
         self._create_receiver = create_receiver
         self._receiver = create_receiver()
-        self._stamps = StampOrder(self._start_again)
+        self._stamps = StampValidator(self._reset)
 
     def run(self) -> Iterator[LocatedImage]:
         """Yield the images with their results; malformed messages are reported as results or skipped.
@@ -65,7 +65,7 @@ class BagLocalization:
                 case BadImage():
                     yield LocatedImage(message.topic, message.stamp_ns, message.fault)
                 case _:
-                    self._take(message)
+                    self._add_measurement(message)
 
     def _locate(self, image: RecordedImage[PinholeCamera]) -> LocatedImage:
         try:
@@ -75,7 +75,7 @@ class BagLocalization:
         except (MessageError, VlcBeaconError) as fault:
             return LocatedImage(image.topic, image.stamp_ns, str(fault))
 
-    def _take(self, message: RecordedOdometry | RecordedTilt) -> None:
+    def _add_measurement(self, message: RecordedOdometry | RecordedTilt) -> None:
         try:
             # Check the stamp first: after a jump back in time the message goes to the new receiver.
             stamp = self._stamps.check(message.header, message.topic)
@@ -86,5 +86,5 @@ class BagLocalization:
         else:
             self._receiver.add_odometry(stamp, message.T_odom_base)
 
-    def _start_again(self) -> None:
+    def _reset(self) -> None:
         self._receiver = self._create_receiver()

@@ -12,10 +12,10 @@ from types import TracebackType
 from typing import Self
 
 from vlc_beacon.core.transmitter.serial_protocol import (
-    DONE,
+    HALT_REQUEST,
+    OK_REPLY,
     PLAY_REQUEST,
     STATUS_REQUEST,
-    STEADY_REQUEST,
     VERSION_REQUEST,
     LampStatus,
     check_version,
@@ -25,12 +25,12 @@ from vlc_beacon.core.transmitter.serial_protocol import (
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 BAUD = termios.B115200
-WAKE_SECONDS = 5.0
+CONNECT_TIMEOUT = 5.0
 """Connection timeout [s]; opening the port resets an Arduino, whose bootloader runs for up to two seconds."""
-WAKE_EVERY = 0.5
-ANSWER_SECONDS = 4.0
+RETRY_INTERVAL = 0.5
+REPLY_TIMEOUT = 4.0
 """Reply timeout [s]; storing the longest frame takes 1.8 s."""
-ASK_EVERY = 0.02
+POLL_INTERVAL = 0.02
 LINE_MAX = 200
 """Maximum length of a reply."""
 
@@ -53,8 +53,8 @@ class LampPort:
         except OSError as error:
             raise VlcBeaconError(f'serial port {path} cannot be opened: {error.strerror}') from error
         try:
-            self._set_line()
-            check_version(self._wake())
+            self._configure_port()
+            check_version(self._connect())
         except BaseException:
             os.close(self._file)
             raise
@@ -80,28 +80,28 @@ class LampPort:
             VlcBeaconError: the lamp rejects it, or does not reply.
         """
         for request in upload_requests(frame, keep=keep):
-            self._do(request)
+            self._command(request)
 
     def stream(self, frames: Iterable[bytes]) -> None:
         """Play frames in sequence, each as soon as the lamp accepts it; none of them is stored."""
         for frame in frames:
             while self.status().is_busy:
-                time.sleep(ASK_EVERY)
+                time.sleep(POLL_INTERVAL)
             self.load(frame, keep=False)
 
     def status(self) -> LampStatus:
         """Return the status of the lamp."""
-        return read_status(self._ask(STATUS_REQUEST))
+        return read_status(self._request(STATUS_REQUEST))
 
-    def shine_steadily(self) -> None:
+    def halt(self) -> None:
         """Stop the modulation; the lamp is constantly on."""
-        self._do(STEADY_REQUEST)
+        self._command(HALT_REQUEST)
 
     def play(self) -> None:
         """Resume playing."""
-        self._do(PLAY_REQUEST)
+        self._command(PLAY_REQUEST)
 
-    def _set_line(self) -> None:
+    def _configure_port(self) -> None:
         """Set raw 8-bit mode, without a reset when the port is closed and opened again."""
         try:
             iflag, oflag, cflag, lflag, _, _, controls = termios.tcgetattr(self._file)
@@ -113,37 +113,37 @@ class LampPort:
         except termios.error as error:
             raise VlcBeaconError(f'{self._path} is not a serial port: {error.args[1]}') from error
 
-    def _wake(self) -> str:
+    def _connect(self) -> str:
         """Request the version until the lamp replies, and drop replies to earlier requests."""
-        end = time.monotonic() + WAKE_SECONDS
+        end = time.monotonic() + CONNECT_TIMEOUT
         while time.monotonic() < end:
             # The carriage return ends a line started by noise.
             self._write(f'\r{VERSION_REQUEST}\r')
-            answer = self._read_line(WAKE_EVERY)
-            if answer is not None and not answer.startswith('ERR'):
-                while time.monotonic() < end and self._read_line(WAKE_EVERY / 5.0) is not None:
+            reply = self._read_line(RETRY_INTERVAL)
+            if reply is not None and not reply.startswith('ERR'):
+                while time.monotonic() < end and self._read_line(RETRY_INTERVAL / 5.0) is not None:
                     pass
-                return answer
+                return reply
         raise VlcBeaconError(
             f'no lamp replies on {self._path}: check the wiring and flash firmware/led_beacon'
         )
 
-    def _do(self, request: str) -> None:
-        answer = self._ask(request)
-        if answer != DONE:
-            raise VlcBeaconError(f'the lamp on {self._path} replied {answer!r} to {request[:12]!r}')
+    def _command(self, request: str) -> None:
+        reply = self._request(request)
+        if reply != OK_REPLY:
+            raise VlcBeaconError(f'the lamp on {self._path} replied {reply!r} to {request[:12]!r}')
 
-    def _ask(self, request: str) -> str:
+    def _request(self, request: str) -> str:
         self._write(request + '\r')
-        answer = self._read_line(ANSWER_SECONDS)
-        if answer is None:
+        reply = self._read_line(REPLY_TIMEOUT)
+        if reply is None:
             raise VlcBeaconError(f'the lamp on {self._path} does not reply')
-        return answer
+        return reply
 
     def _write(self, text: str) -> None:
         data = text.encode('ascii')
         while data:
-            select.select([], [self._file], [], ANSWER_SECONDS)
+            select.select([], [self._file], [], REPLY_TIMEOUT)
             try:
                 data = data[os.write(self._file, data) :]
             except OSError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vlc_beacon.core.pose.pose_fix import BeaconFix
-from vlc_beacon.core.receiver.beacon_receiver import Reception
+from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,12 @@ class LocatedImage:
 
     name: str
     stamp_ns: int
-    result: Reception | str
+    result: ReceiverOutput | str
 
     @property
     def fix(self) -> BeaconFix | None:
         """The pose, None if there is none."""
-        if isinstance(self.result, Reception) and isinstance(self.result.result, BeaconFix):
+        if isinstance(self.result, ReceiverOutput) and isinstance(self.result.result, BeaconFix):
             return self.result.result
         return None
 

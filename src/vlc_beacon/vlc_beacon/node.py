@@ -17,51 +17,51 @@ from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
 from shirube_geometry import CameraMount, PinholeCamera
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.image_input import ImageInput
 from shirube_ros.message_error import PoseError
-from shirube_ros.message_guard import MessageGuard
-from shirube_ros.parameters import declare_parameters, refuse_misspelled_parameters
+from shirube_ros.node_main import run_node
+from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
-from shirube_ros.safe_main import run_node
-from shirube_ros.stamp_order import StampOrder
-from shirube_ros.tilt_conversion import tilt_of_imu, tilt_of_quaternion
-from shirube_ros.velocity_output import VelocityOutput
+from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.tilt_conversion import tilt_from_imu, tilt_from_quaternion
+from shirube_ros.velocity_publisher import VelocityPublisher
 from vlc_beacon.beacon_markers import beacon_markers
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
+from vlc_beacon.core.authorization.decision import Accepted
 from vlc_beacon.core.drive.command_executor import CommandExecutor
 from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
-from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, Reception
-from vlc_beacon.core.receiver.command_hearing import Verdict
+from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
+from vlc_beacon.core.receiver.command_processor import CommandDecision
+from vlc_beacon.core.receiver.compile_kernels import compile_kernels
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.receiver.warm_up import warm_up
-from vlc_beacon.core.trust.command_judge import CommandJudge
-from vlc_beacon.core.trust.trust_settings import TrustSettings
-from vlc_beacon.core.trust.verdict import Accepted
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.debug_picture import debug_picture
+from vlc_beacon.debug_image import draw_debug_image
 from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.receiver_from_files import beacons_of, judge_of
-from vlc_beacon.receiver_report import ReceiverReport, messages_of
+from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics, messages_in
+from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
 
-_TELL_INTERVAL = 1.0
+_LOG_INTERVAL = 1.0
 """Minimum interval between log lines about found and lost poses [s]."""
 _DRIVE_PERIOD = 0.05
 """Period of velocity commands [s]."""
 
-CreateReceiver = Callable[[list[Beacon], CameraMount, CommandJudge, ReceiverSettings], BeaconReceiver]
+CreateReceiver = Callable[[list[Beacon], CameraMount, CommandAuthorizer, ReceiverSettings], BeaconReceiver]
 
 
-def warm_receiver(
-    beacons: list[Beacon], mount: CameraMount, judge: CommandJudge, settings: ReceiverSettings
+def create_compiled_receiver(
+    beacons: list[Beacon], mount: CameraMount, authorizer: CommandAuthorizer, settings: ReceiverSettings
 ) -> BeaconReceiver:
     """Return a receiver with compiled numba kernels."""
-    receiver = BeaconReceiver(beacons, mount, judge, settings)
-    warm_up(settings)
+    receiver = BeaconReceiver(beacons, mount, authorizer, settings)
+    compile_kernels(settings)
     return receiver
 
 
@@ -91,7 +91,7 @@ class VlcBeaconNode(Node):
     =========================  ============================  =============================================
     """
 
-    def __init__(self, create_receiver: CreateReceiver = warm_receiver, **options: Any) -> None:
+    def __init__(self, create_receiver: CreateReceiver = create_compiled_receiver, **options: Any) -> None:
         """Load beacons, key and counters, and subscribe.
 
         Args:
@@ -105,35 +105,37 @@ class VlcBeaconNode(Node):
         super().__init__('vlc_beacon', **options)
         self._settings = declare_parameters(self, NodeSettings)
         self._receiver_settings = declare_parameters(self, ReceiverSettings)
-        self._trust = declare_parameters(self, TrustSettings)
-        refuse_misspelled_parameters(self)
-        self._beacons = beacons_of(self._settings)
-        self._judge = judge_of(self._settings, self._trust, self._beacons)
+        self._authorization_settings = declare_parameters(self, AuthorizationSettings)
+        reject_misspelled_parameters(self)
+        self._beacons = beacons_from_settings(self._settings)
+        self._authorizer = authorizer_from_settings(
+            self._settings, self._authorization_settings, self._beacons
+        )
         self._create_receiver = create_receiver
         self._receiver = self._new_receiver()
         self._had_fix: bool | None = None
-        self._executor_of_commands = self._new_executor()
-        self._report = ReceiverReport(self._settings.beacons_file, self._judge)
-        self._stamps = StampOrder(self._start_again)
-        self._guard = MessageGuard(self, (VlcBeaconError,))
+        self._command_executor = self._new_executor()
+        self._report = ReceiverDiagnostics(self._settings.beacons_file, self._authorizer)
+        self._stamps = StampValidator(self._reset)
+        self._guard = CallbackGuard(self, (VlcBeaconError,))
         self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
-        self._advertise()
-        self._subscribe()
-        standing = self._judge.standing_refusal
-        if standing is not None:
-            self.get_logger().warning(standing.message)
+        self._create_publishers()
+        self._create_subscriptions()
+        rejection = self._authorizer.permanent_rejection
+        if rejection is not None:
+            self.get_logger().warning(rejection.message)
 
     def _new_receiver(self) -> BeaconReceiver:
         return self._create_receiver(
-            self._beacons, self._settings.mount, self._judge, self._receiver_settings
+            self._beacons, self._settings.mount, self._authorizer, self._receiver_settings
         )
 
     def _new_executor(self) -> CommandExecutor | None:
         if not self._settings.drive:
             return None
-        return CommandExecutor(self._settings.driving, self._trust.speed_limit)
+        return CommandExecutor(self._settings.driving, self._authorization_settings.speed_limit)
 
-    def _advertise(self) -> None:
+    def _create_publishers(self) -> None:
         self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
         self._pose_with_covariance = self.create_publisher(
             PoseWithCovarianceStamped, '~/pose_with_covariance', pose_profile()
@@ -143,12 +145,12 @@ class VlcBeaconNode(Node):
         self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
         self._cmd_vel = None
         if self._settings.drive:
-            self._cmd_vel = VelocityOutput(self, '~/cmd_vel', self._settings.base_frame)
+            self._cmd_vel = VelocityPublisher(self, '~/cmd_vel', self._settings.base_frame)
             self.create_timer(_DRIVE_PERIOD, self._drive)
 
     def _drive(self) -> None:
         """Publish the velocity of the command executor."""
-        executor = self._executor_of_commands
+        executor = self._command_executor
         velocity = None if executor is None else executor.velocity(self.get_clock().now().nanoseconds * 1e-9)
         if velocity is not None and self._cmd_vel is not None:
             self._cmd_vel.send(velocity.forward, velocity.turn_rate)
@@ -158,7 +160,7 @@ class VlcBeaconNode(Node):
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 
-    def _subscribe(self) -> None:
+    def _create_subscriptions(self) -> None:
         transport = self._settings.image_transport
         ImageInput(
             self,
@@ -166,37 +168,37 @@ class VlcBeaconNode(Node):
             ('image_raw', 'camera_info'),
             transport,
             camera_from_camera_info,
-            self._take_image,
+            self._on_image,
         )
-        for kind, topic, take in (
-            (Odometry, 'odom', self._take_odometry),
-            (Imu, 'imu', self._take_imu),
-            (QuaternionStamped, 'attitude', self._take_attitude),
+        for kind, topic, callback in (
+            (Odometry, 'odom', self._on_odometry),
+            (Imu, 'imu', self._on_imu),
+            (QuaternionStamped, 'attitude', self._on_attitude),
         ):
             self.create_subscription(
                 kind,
                 topic,
-                self._guard.guard(topic, take),
+                self._guard.guard(topic, callback),
                 odometry_profile(),
                 qos_overriding_options=overridable(),
             )
 
-    def _take_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
+    def _on_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
         started = perf_counter()
-        reception = self._receiver.receive(stamp, pixels, camera)
-        self._report.add(reception, perf_counter() - started)
-        self._tell_change(reception.result)
+        output = self._receiver.receive(stamp, pixels, camera)
+        self._report.add(output, perf_counter() - started)
+        self._log_change(output.result)
         map_header = Header(stamp=header.stamp, frame_id=self._settings.map_frame)
-        self._publish(stamp, map_header, reception)
-        for speaker, words in messages_of(reception):
-            self.get_logger().info(f'{speaker} sent {words}')
-        for verdict in reception.verdicts:
-            self._take_verdict(verdict)
+        self._publish(stamp, map_header, output)
+        for sender, text in messages_in(output):
+            self.get_logger().info(f'{sender} sent {text}')
+        for decision in output.decisions:
+            self._on_decision(decision)
         if self._debug_image.get_subscription_count() > 0:
-            self._debug_image.publish(image_from_array(debug_picture(pixels, reception), header))
+            self._debug_image.publish(image_from_array(draw_debug_image(pixels, output), header))
 
-    def _tell_change(self, result: BeaconFix | NoBeaconFix) -> None:
+    def _log_change(self, result: BeaconFix | NoBeaconFix) -> None:
         """Log when the pose is found or lost; details are in the diagnostics."""
         has_fix = isinstance(result, BeaconFix)
         if has_fix == self._had_fix:
@@ -210,36 +212,36 @@ class VlcBeaconNode(Node):
             )
         )
         # A throttled line is logged with a later image.
-        if self.get_logger().info(line, throttle_duration_sec=_TELL_INTERVAL):
+        if self.get_logger().info(line, throttle_duration_sec=_LOG_INTERVAL):
             self._had_fix = has_fix
 
-    def _publish(self, stamp: float, header: Header, reception: Reception) -> None:
-        result = reception.result
+    def _publish(self, stamp: float, header: Header, output: ReceiverOutput) -> None:
+        result = output.result
         if isinstance(result, BeaconFix):
             self._pose.publish(pose_stamped(result.T_map_base, header))
             self._pose_with_covariance.publish(
                 pose_with_covariance_stamped(result.T_map_base, result.planar_covariance, header)
             )
-            if self._executor_of_commands is not None:
-                self._executor_of_commands.robot_at(stamp, result.T_map_base)
+            if self._command_executor is not None:
+                self._command_executor.update_pose(stamp, result.T_map_base)
         if self._markers.get_subscription_count() > 0:
-            self._markers.publish(beacon_markers(self._beacons, reception, header))
+            self._markers.publish(beacon_markers(self._beacons, output, header))
 
-    def _take_verdict(self, verdict: Verdict) -> None:
-        answer = verdict.answer
-        if not isinstance(answer, Accepted):
+    def _on_decision(self, decision: CommandDecision) -> None:
+        outcome = decision.outcome
+        if not isinstance(outcome, Accepted):
             # Two calls: rclpy requires one severity per call site.
-            if answer.reason.is_suspicious:
-                self.get_logger().warning(f'rejected: {answer.message}')
+            if outcome.reason.is_suspicious:
+                self.get_logger().warning(f'rejected: {outcome.message}')
             else:
-                self.get_logger().info(f'rejected: {answer.message}')
+                self.get_logger().info(f'rejected: {outcome.message}')
             return
-        self.get_logger().info(f'accepted: {answer.to_json()}')
-        self._command.publish(String(data=answer.to_json()))
-        if self._executor_of_commands is not None:
-            self._executor_of_commands.obey(Operation(answer.command.operation), answer.command.value)
+        self.get_logger().info(f'accepted: {outcome.to_json()}')
+        self._command.publish(String(data=outcome.to_json()))
+        if self._command_executor is not None:
+            self._command_executor.execute(Operation(outcome.command.operation), outcome.command.value)
 
-    def _take_odometry(self, message: Odometry) -> None:
+    def _on_odometry(self, message: Odometry) -> None:
         base_frame = self._settings.base_frame
         if message.child_frame_id not in ('', base_frame):
             raise PoseError(
@@ -249,24 +251,24 @@ class VlcBeaconNode(Node):
         stamp = self._stamps.check(message.header, 'odom')  # may replace the receiver
         self._receiver.add_odometry(stamp, T_odom_base)
 
-    def _take_imu(self, message: Imu) -> None:
-        tilt = tilt_of_imu(message, 'imu')
+    def _on_imu(self, message: Imu) -> None:
+        tilt = tilt_from_imu(message, 'imu')
         stamp = self._stamps.check(message.header, 'imu')
         self._receiver.add_tilt(stamp, *tilt)
 
-    def _take_attitude(self, message: QuaternionStamped) -> None:
-        tilt = tilt_of_quaternion(message.quaternion, 'attitude')
+    def _on_attitude(self, message: QuaternionStamped) -> None:
+        tilt = tilt_from_quaternion(message.quaternion, 'attitude')
         stamp = self._stamps.check(message.header, 'attitude')
         self._receiver.add_tilt(stamp, *tilt)
 
-    def _start_again(self) -> None:
+    def _reset(self) -> None:
         self.get_logger().warning('clock jumped back: lamps, pose and odometry were reset')
-        self._judge.forget_place()
+        self._authorizer.reset_position()
         self._receiver = self._new_receiver()
-        before, self._executor_of_commands = self._executor_of_commands, self._new_executor()
-        if before is not None and before.is_stopped and self._executor_of_commands is not None:
+        before, self._command_executor = self._command_executor, self._new_executor()
+        if before is not None and before.is_stopped and self._command_executor is not None:
             # A stop command survives the reset.
-            self._executor_of_commands.obey(Operation.STOP, 0.0)
+            self._command_executor.execute(Operation.STOP, 0.0)
 
 
 def main() -> int:

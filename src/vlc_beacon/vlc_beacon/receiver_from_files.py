@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.trust.command_judge import CommandJudge
-from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.beacons_file import load_beacons
 from vlc_beacon.files.counter_file import CounterFile
@@ -15,7 +15,7 @@ from vlc_beacon.files.key_file import read_key
 from vlc_beacon.node_settings import NodeSettings
 
 
-def beacons_of(settings: NodeSettings) -> list[Beacon]:
+def beacons_from_settings(settings: NodeSettings) -> list[Beacon]:
     """Load the beacons.
 
     Raises:
@@ -28,7 +28,9 @@ def beacons_of(settings: NodeSettings) -> list[Beacon]:
     return load_beacons(_path(settings.beacons_file, 'beacons_file'))
 
 
-def judge_of(settings: NodeSettings, trust: TrustSettings, beacons: Iterable[Beacon]) -> CommandJudge:
+def authorizer_from_settings(
+    settings: NodeSettings, authorization: AuthorizationSettings, beacons: Iterable[Beacon]
+) -> CommandAuthorizer:
     """Create the authorizer of commands; without a key it rejects all.
 
     Raises:
@@ -40,8 +42,8 @@ def judge_of(settings: NodeSettings, trust: TrustSettings, beacons: Iterable[Bea
         )
     key = read_key(_path(settings.key_file, 'key_file')) if settings.key_file else None
     store = CounterFile(_path(settings.counter_file, 'counter_file'))
-    places = {beacon.id: (beacon.xyz[0], beacon.xyz[1]) for beacon in beacons}
-    return CommandJudge(key, store, places, trust)
+    positions = {beacon.id: (beacon.xyz[0], beacon.xyz[1]) for beacon in beacons}
+    return CommandAuthorizer(key, store, positions, authorization)
 
 
 def _path(text: str, parameter: str) -> Path:

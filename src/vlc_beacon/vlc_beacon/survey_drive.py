@@ -88,8 +88,8 @@ def drive_images(
     known, positions, rotations = _base_poses(bag, topics, stamps)
     if not known.any():
         raise BagError(f'{bag.path}: {topics.pose} has no pose at the stamp of any image; use another topic')
-    places = positions + rotations @ np.array(mount.xyz)
-    turns = rotations @ mount.rotation
+    camera_positions = positions + rotations @ np.array(mount.xyz)
+    orientations = rotations @ mount.rotation
     indices = np.cumsum(known) - 1
     for number, raw in enumerate(bag.messages([topics.image])):
         if known[number]:
@@ -97,7 +97,7 @@ def drive_images(
             seconds = float((stamps[number] - stamps[0]) / _NANOSECONDS)
             pixels = _grey(bag.decode(raw), raw.msgtype, topics.image)
             check_image_size(camera, pixels.shape, topics.image, topics.camera_info)
-            yield DriveImage(seconds, pixels, places[k], turns[k])
+            yield DriveImage(seconds, pixels, camera_positions[k], orientations[k])
 
 
 def _base_poses(
@@ -110,24 +110,24 @@ def _base_poses(
     if tilts is not None:
         known &= (tilts[0][0] <= stamps) & (stamps <= tilts[0][-1])
     poses = interpolate(trajectory, stamps[known])
-    turns = Rotation.from_quat(poses.quaternions)
+    orientations = Rotation.from_quat(poses.quaternions)
     if tilts is not None and known.any():
         # Yaw is from the planar pose, roll and pitch from the IMU.
         times = (stamps[known] - tilts[0][0]) / _NANOSECONDS
-        own = (tilts[0] - tilts[0][0]) / _NANOSECONDS
-        roll, pitch = (np.interp(times, own, axis) for axis in tilts[1].T)
-        yaws = turns.as_euler('xyz')[:, 2]
-        turns = Rotation.from_euler('xyz', np.column_stack([roll, pitch, yaws]))
-    return known, poses.positions, turns.as_matrix()
+        imu_times = (tilts[0] - tilts[0][0]) / _NANOSECONDS
+        roll, pitch = (np.interp(times, imu_times, axis) for axis in tilts[1].T)
+        yaws = orientations.as_euler('xyz')[:, 2]
+        orientations = Rotation.from_euler('xyz', np.column_stack([roll, pitch, yaws]))
+    return known, poses.positions, orientations.as_matrix()
 
 
 def _load_tilts(bag: BagReader, topic: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return stamps (n,) [ns] and roll and pitch (n, 2) [rad]."""
     stamps = load_header_stamps(bag, topic)
-    turns = [bag.decode(raw).orientation for raw in bag.messages([topic])]
-    if not turns:
+    orientations = [bag.decode(raw).orientation for raw in bag.messages([topic])]
+    if not orientations:
         raise BagError(f'{bag.path}: {topic} is empty; use another topic')
-    quaternions = np.array([(turn.x, turn.y, turn.z, turn.w) for turn in turns])
+    quaternions = np.array([(turn.x, turn.y, turn.z, turn.w) for turn in orientations])
     if not (np.isfinite(quaternions).all() and np.abs(quaternions).max(axis=1).min() > 0.0):
         raise BagError(f'{bag.path}: {topic} has no orientation; use another topic, or none with ""')
     return stamps, Rotation.from_quat(quaternions).as_euler('xyz')[:, :2]

@@ -15,17 +15,21 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.survey.known_length import KnownLength, scale_survey
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from floor_localizer.files.array_file import NO_ROOM
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.array_file import DISK_FULL_ERRORS
+from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map
 from floor_localizer.survey_files.checkpoint import Checkpoint
-from floor_localizer.survey_files.sole_survey import alone_in
-from floor_localizer.survey_files.survey_report import save_image_poses, save_sightings, survey_report
-from floor_localizer.survey_files.survey_run import SurveyRun, run_survey, survey_key
+from floor_localizer.survey_files.exclusive_lock import exclusive_lock
+from floor_localizer.survey_files.survey_report import (
+    save_image_poses,
+    save_observation_counts,
+    survey_report,
+)
+from floor_localizer.survey_files.survey_run import SurveyRun, run_survey, survey_inputs
 from floor_localizer.survey_files.survey_source import BagSource, FolderSource
 from floor_localizer.task_runner import task_runner
 from shirube_bags.errors import ShirubeBagsError
-from shirube_files import remove_halves, write_text, written_beside
+from shirube_files import atomic_write, remove_temporary_files, write_text
 from shirube_geometry import CameraMount
 from shirube_ros.file_errors import CameraFileError
 from shirube_settings import SettingsError
@@ -49,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as fault:
         place = fault.filename or options.out
         remedy = 'choose a writable place'
-        if fault.errno in NO_ROOM:
+        if fault.errno in DISK_FULL_ERRORS:
             remedy = 'free some and give the same command again to resume'
         print(f'build_map: {place}: {fault.strerror}; {remedy}', file=sys.stderr)
         return 1
@@ -67,14 +71,14 @@ def build_map(options: argparse.Namespace) -> None:
         )
     existing = None if options.extend is None else load_dot_map(options.extend)
     source = open_source(options)
-    key = survey_key(source, mount, settings, existing)
+    key = survey_inputs(source, mount, settings, existing)
     folder = options.out / 'checkpoint'
-    with alone_in(folder):
+    with exclusive_lock(folder):
         checkpoint = Checkpoint(folder, key)
         with task_runner(options.workers, options.scheduler) as runner:
             run = run_survey(source, mount, settings, checkpoint, runner, existing)
         write_results(options, run)
-        checkpoint.drop_shelf()
+        checkpoint.remove_stores()
 
 
 def open_source(options: argparse.Namespace) -> FolderSource | BagSource:
@@ -100,13 +104,13 @@ def write_results(options: argparse.Namespace, run: SurveyRun) -> None:
         run = SurveyRun(result, run.images, run.faults)
     out: Path = options.out
     for name in RESULTS:
-        remove_halves(out, name)
+        remove_temporary_files(out, name)
     report = survey_report(run, scale)
-    save_sightings(out / 'sightings.csv', run.result)
+    save_observation_counts(out / 'sightings.csv', run.result)
     save_image_poses(out / 'images.csv', run)
     write_text(out / 'report.txt', report + '\n')
     for name, draw in (('map.png', draw_survey), ('residuals.png', draw_residuals)):
-        with written_beside(out / name) as file:
+        with atomic_write(out / name) as file:
             draw(file, run.result)
     save_csv(out / 'map.csv', run.result.dot_map)
     print(report)

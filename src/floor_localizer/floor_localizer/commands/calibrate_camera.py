@@ -21,9 +21,9 @@ from shirube_ros.image_files import load_image
 
 _DEFAULT = CameraMount()
 # Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].
-_RULER = 0.002
+_RULER_SIGMA = 0.002
 # Initial focal length for a field of view of 53 degrees, relative to the image size.
-_USUAL_FOCAL_LENGTH = 1.0
+_INITIAL_FOCAL_LENGTH = 1.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -60,7 +60,7 @@ def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
                 f'{camera.width} x {camera.height} px; calibrate at this resolution'
             )
     else:
-        focal = _USUAL_FOCAL_LENGTH * max(width, height)
+        focal = _INITIAL_FOCAL_LENGTH * max(width, height)
         camera = PinholeCamera(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
     if options.height is not None and options.height <= 0.0:
         raise FloorLocalizerError(
@@ -72,7 +72,7 @@ def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
         camera,
         CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy)),
         focal_length_known=options.calibration is not None,
-        known_height=None if options.height is None else KnownHeight(options.height, _RULER),
+        known_height=None if options.height is None else KnownHeight(options.height, _RULER_SIGMA),
         T_mat_base=None if options.robot_at is None else PlanarPose(*options.robot_at),
     )
 

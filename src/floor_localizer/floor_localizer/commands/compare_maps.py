@@ -13,7 +13,7 @@ import numpy as np
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
 from floor_localizer.files.dot_map_file import load_dot_map
-from shirube_files import written_beside
+from shirube_files import atomic_write
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -39,7 +39,7 @@ def compare_maps(options: argparse.Namespace) -> None:
         # Only the picture needs matplotlib, which takes half a second to import.
         from floor_localizer.comparison_picture import draw_comparison  # noqa: PLC0415
 
-        with written_beside(options.picture) as file:
+        with atomic_write(options.picture) as file:
             draw_comparison(file, first, second, found)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from floor_localizer.commands.worker_options import add_worker_options
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.files.array_file import NO_ROOM
+from floor_localizer.files.array_file import DISK_FULL_ERRORS
 from floor_localizer.map_building.index_build import IndexBuild
 from floor_localizer.task_runner import task_runner
 
@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'index_map: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'index_map: {_explain(fault, options.out)}', file=sys.stderr)
+        print(f'index_map: {_describe_error(fault, options.out)}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print('\nindex_map: interrupted; run the same command again to resume', file=sys.stderr)
@@ -32,8 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _explain(fault: OSError, out: Path) -> str:
-    if fault.errno in NO_ROOM:
+def _describe_error(fault: OSError, out: Path) -> str:
+    if fault.errno in DISK_FULL_ERRORS:
         return (
             f'{out}: disk full ({fault.strerror}); free space and run the same command again, '
             'completed tasks are kept'

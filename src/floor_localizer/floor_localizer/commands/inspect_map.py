@@ -11,12 +11,12 @@ from tqdm import tqdm
 
 from floor_localizer.commands.setting_options import add_settings, settings_from
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.map_inspection import describe_map
+from floor_localizer.core.map_inspection import compute_map_statistics
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import Place, ViewSettings, inspect_places, list_places
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_report import map_report, places_report
-from shirube_files import written_beside
+from shirube_files import atomic_write
 from shirube_settings import SettingsError
 
 
@@ -39,7 +39,7 @@ def inspect(options: argparse.Namespace) -> None:
     view = settings_from(options, ViewSettings)
     dot_map, floor = load_dots_and_index(options.map)
     print(f'{"map":<16}{options.map}')
-    print(map_report(describe_map(dot_map, floor)))
+    print(map_report(compute_map_statistics(dot_map, floor)))
     if options.write is not None:
         write_indexed_map(options.write, dot_map, floor)
     points = list_places(floor.grid, view)
@@ -57,7 +57,7 @@ def inspect(options: argparse.Namespace) -> None:
         # Imported here, as it takes half a second and only the plot needs it.
         from floor_localizer.map_picture import draw_map  # noqa: PLC0415
 
-        with written_beside(options.picture) as file:
+        with atomic_write(options.picture) as file:
             draw_map(file, dot_map.points, places, options.map.name)
 
 

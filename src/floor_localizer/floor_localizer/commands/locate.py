@@ -18,7 +18,7 @@ from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.files.pose_table import save_pose_table
-from floor_localizer.localizer_from_map_file import PREPARING, localizer_from_map_file
+from floor_localizer.localizer_from_map_file import STARTUP_NOTICE, localizer_from_map_file
 from floor_localizer.located_image import LocatedImage
 from floor_localizer.node_settings import NodeSettings
 from shirube_bags.bag_reader import BagReader
@@ -66,13 +66,13 @@ def locate(options: argparse.Namespace) -> list[LocatedImage]:
     if options.calibration is None:
         raise FloorLocalizerError('--calibration is missing; give the YAML that camera_calibration writes')
     camera, paths = load_calibration(options.calibration), list_images(options.images)
-    localizer = prepare(settings)
+    localizer = load_localizer(settings)
     return list(tqdm(locate_files(localizer, camera, paths), total=len(paths), unit='image', disable=None))
 
 
-def prepare(settings: NodeSettings) -> FloorLocalizer:
+def load_localizer(settings: NodeSettings) -> FloorLocalizer:
     """Return the localizer, with compiled kernels."""
-    print(PREPARING, file=sys.stderr)
+    print(STARTUP_NOTICE, file=sys.stderr)
     return localizer_from_map_file(settings, LocalizerSettings(), partial(print, file=sys.stderr))
 
 
@@ -95,7 +95,7 @@ def locate_bag(options: argparse.Namespace, settings: NodeSettings) -> list[Loca
     """Return the results of a bag's images, located with tracking as in the node."""
     with BagReader(options.bag) as bag:
         topics = choose_topics(bag, options.topic, options.camera_info_topic, options.odom_topic)
-        create_tracker = partial(FloorTracker, prepare(settings), settings.tracker)
+        create_tracker = partial(FloorTracker, load_localizer(settings), settings.tracker)
         images = BagLocalization(bag, topics, create_tracker).run()
         total = bag.topics[topics.images[0]].message_count
         return list(tqdm(images, total=total, unit='image', disable=None))

@@ -11,13 +11,13 @@ from pathlib import Path
 
 from floor_localizer.commands.setting_options import add_settings, settings_from
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.mat.mat_settings import MatSettings, SheetSettings
-from floor_localizer.core.mat.sheet_layout import PAPERS, ROLL, lay_out, mat_of_one_sheet
-from floor_localizer.core.mat.unique_mat import lay_unique_mat
+from floor_localizer.core.mat.mat_settings import MatSettings, PageSettings
+from floor_localizer.core.mat.page_layout import PAPERS, ROLL, divide_into_pages, mat_size_of_page
+from floor_localizer.core.mat.unique_mat import generate_unique_mat
 from floor_localizer.core.uniqueness import ViewSettings
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.files.csv_format import save_csv
 from floor_localizer.map_report import places_report
-from shirube_files import written_beside
+from shirube_files import atomic_write
 from shirube_settings import SettingsError
 
 _SEEDS = 10**6
@@ -45,20 +45,20 @@ def print_mat(options: argparse.Namespace) -> None:
     # Only this command draws PDFs; matplotlib takes half a second to import.
     from floor_localizer.mat_drawing import draw_mat  # noqa: PLC0415
 
-    page_settings, view = settings_from(options, SheetSettings), settings_from(options, ViewSettings)
+    page_settings, view = settings_from(options, PageSettings), settings_from(options, ViewSettings)
     mat_settings = settings_from(options, MatSettings)
-    width, height = mat_of_one_sheet(options.paper, page_settings)
+    width, height = mat_size_of_page(options.paper, page_settings)
     mat_settings = replace(
         mat_settings, width=mat_settings.width or width, height=mat_settings.height or height
     )
-    layout = lay_out(mat_settings, options.paper, page_settings)
+    layout = divide_into_pages(mat_settings, options.paper, page_settings)
     seed = secrets.randbelow(_SEEDS) if options.seed is None else options.seed
-    mat, places = lay_unique_mat(mat_settings, seed, view)
-    with written_beside(options.out) as file:
+    mat, places = generate_unique_mat(mat_settings, seed, view)
+    with atomic_write(options.out) as file:
         draw_mat(file, mat, layout)
     map_path = options.out.with_suffix('.csv')
     save_csv(map_path, mat.dot_map)
-    print(f'{options.out}: {len(mat.points)} dots on {len(layout.sheets)} x {options.paper}, seed {seed}')
+    print(f'{options.out}: {len(mat.points)} dots on {len(layout.pages)} x {options.paper}, seed {seed}')
     print(places_report(places, view))
     print(
         f'{map_path}: the dot map, origin in the lower left corner; print at 100 % and measure the scale bar'
@@ -79,7 +79,7 @@ def make_parser() -> argparse.ArgumentParser:
         type=int,
         help='seed of the dots, to print the same mat again (default: a new one each time)',
     )
-    for kind in (MatSettings, SheetSettings, ViewSettings):
+    for kind in (MatSettings, PageSettings, ViewSettings):
         add_settings(parser, kind)
     return parser
 

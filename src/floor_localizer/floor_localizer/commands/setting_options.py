@@ -11,9 +11,9 @@ from shirube_settings import check_settings, describe_settings
 Settings = TypeVar('Settings')
 
 
-def add_settings(parser: argparse.ArgumentParser, kind: type) -> None:
+def add_settings(parser: argparse.ArgumentParser, cls: type) -> None:
     """Add an option for each setting of a class."""
-    for each in describe_settings(kind):
+    for each in describe_settings(cls):
         unit = f' [{each.unit}]' if each.unit else ''
         parser.add_argument(
             f'--{each.name.replace("_", "-")}',
@@ -23,12 +23,12 @@ def add_settings(parser: argparse.ArgumentParser, kind: type) -> None:
         )
 
 
-def settings_from(options: argparse.Namespace, kind: type[Settings]) -> Settings:
+def settings_from(options: argparse.Namespace, cls: type[Settings]) -> Settings:
     """Return the settings from the parsed options.
 
     Raises:
         SettingsError: a setting is out of range.
     """
-    settings = kind(**{field.name: getattr(options, field.name) for field in fields(kind)})  # type: ignore[arg-type]
+    settings = cls(**{field.name: getattr(options, field.name) for field in fields(cls)})  # type: ignore[arg-type]
     check_settings(settings)
     return settings

@@ -26,8 +26,8 @@ class PosePrior:
 
     T_map_base: PlanarPose
     radius: float
-    turn: float
-    must_hold: bool = False
+    yaw_tolerance: float
+    is_strict: bool = False
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Fix:
     tilt: tuple[float, float]
     expected_chance_alignments: float
     used_prior: bool
-    sheet: str = ''
+    level: str = ''
 
 
 class NoFixReason(Enum):

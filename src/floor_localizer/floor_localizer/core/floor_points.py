@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from shirube_geometry import PlanarPose
 
 # Maximum distance between two observations of the same dot [standard deviations].
-_SAME = 4.0
+_SAME_DOT_SIGMAS = 4.0
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class FloorPoints:
     sigmas: NDArray[np.float64]
 
 
-def move_points(points: FloorPoints, T_new_old: PlanarPose, error: float) -> FloorPoints:
+def transform_points(points: FloorPoints, T_new_old: PlanarPose, odometry_error: float) -> FloorPoints:
     """Transform points to the base frame at a later time.
 
     Args:
@@ -36,17 +36,19 @@ def move_points(points: FloorPoints, T_new_old: PlanarPose, error: float) -> Flo
         T_new_old: the old base frame in the new one, from odometry.
         odometry_error: error of the odometry as a fraction of the distance driven.
     """
-    driven = math.hypot(T_new_old.x, T_new_old.y)
-    return FloorPoints(T_new_old.transform(points.points), np.hypot(points.sigmas, error * driven / 3.0))
+    distance = math.hypot(T_new_old.x, T_new_old.y)
+    return FloorPoints(
+        T_new_old.transform(points.points), np.hypot(points.sigmas, odometry_error * distance / 3.0)
+    )
 
 
-def join_points(first: FloorPoints, second: FloorPoints) -> FloorPoints:
+def merge_points(first: FloorPoints, second: FloorPoints) -> FloorPoints:
     """Return the union of two sets of points; points of the first that also are in the second are dropped."""
     if len(first.points) == 0 or len(second.points) == 0:
         return second if len(first.points) == 0 else first
     distances, nearest = cKDTree(second.points).query(first.points)
-    others = distances > _SAME * np.hypot(first.sigmas, second.sigmas[nearest])
+    is_new = distances > _SAME_DOT_SIGMAS * np.hypot(first.sigmas, second.sigmas[nearest])
     return FloorPoints(
-        np.vstack([second.points, first.points[others]]),
-        np.concatenate([second.sigmas, first.sigmas[others]]),
+        np.vstack([second.points, first.points[is_new]]),
+        np.concatenate([second.sigmas, first.sigmas[is_new]]),
     )

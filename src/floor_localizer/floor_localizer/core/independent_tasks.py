@@ -16,7 +16,7 @@ class TaskRunner(Protocol):
         ...
 
 
-class OwnProcess:
+class InProcessRunner:
     """Runs the tasks one after the other in this process."""
 
     def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
@@ -26,7 +26,7 @@ class OwnProcess:
             yield
 
 
-def run_numbered(runner: TaskRunner, task: Callable[[int], None], count: int, batch: int = 1) -> None:
+def run_indexed(runner: TaskRunner, task: Callable[[int], None], count: int, batch: int = 1) -> None:
     """Call a task with each number from 0 to ``count`` - 1.
 
     Args:
@@ -36,10 +36,10 @@ def run_numbered(runner: TaskRunner, task: Callable[[int], None], count: int, ba
         batch: number of calls in one task, to reduce the overhead of scheduling.
     """
     calls = [(task, first, min(first + batch, count)) for first in range(0, count, batch)]
-    for _ in runner.run(_call, calls):
+    for _ in runner.run(_run_range, calls):
         pass
 
 
-def _call(task: Callable[[int], None], first: int, last: int) -> None:
+def _run_range(task: Callable[[int], None], first: int, last: int) -> None:
     for number in range(first, last):
         task(number)

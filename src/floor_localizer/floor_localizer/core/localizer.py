@@ -21,25 +21,30 @@ from floor_localizer.core.constellation.constellation_search import search_const
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.near_search import search_near
 from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import LOOKS_SAME, Search, is_accepted, new_search
-from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirrored
+from floor_localizer.core.constellation.search_state import (
+    AMBIGUITY_FRACTION,
+    SearchState,
+    is_accepted,
+    new_search,
+)
+from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.floor_points import FloorPoints, join_points
+from floor_localizer.core.floor_points import FloorPoints, merge_points
+from floor_localizer.core.levels import level_at
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.pose_fit import MountedRays
-from floor_localizer.core.refinement import refine
+from floor_localizer.core.refinement import refine_pose
 from floor_localizer.core.settings import LocalizerSettings
-from floor_localizer.core.sheets import sheet_of
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
-_LEAST_DOTS = 5
-_NEAR_PAIRS = 12
+_MIN_DOTS = 5
+_PRIOR_PAIRS = 12
 _MIRROR_CELLS = 40000
 # Priors with a larger radius [m] are searched with the whole map.
-_WIDEST_NEAR = 0.5
+_MAX_PRIOR_RADIUS = 0.5
 
 
 class FloorLocalizer:
@@ -82,23 +87,23 @@ class FloorLocalizer:
         Raises:
             DotImageError: the image is of another type or shape.
         """
-        return self.on_sheet(self.locate_dots(self.detect(image), camera, prior))
+        return self.to_level(self.locate_dots(self.detect(image), camera, prior))
 
-    def on_sheet(self, result: Fix | NoFix) -> Fix | NoFix:
+    def to_level(self, result: Fix | NoFix) -> Fix | NoFix:
         """Return a result of `locate_dots` in the frame of the robot's level, if the map has levels."""
         if isinstance(result, NoFix):
             return result
-        sheet = sheet_of(self._floor.sheets, result.T_map_base.x, result.T_map_base.y)
-        if sheet is None:
+        level = level_at(self._floor.levels, result.T_map_base.x, result.T_map_base.y)
+        if level is None:
             return result
         return replace(
             result,
-            T_map_base=sheet.pose_on_sheet(result.T_map_base),
-            map_points=result.map_points - sheet.offset,
-            sheet=sheet.name,
+            T_map_base=level.to_level(result.T_map_base),
+            map_points=result.map_points - level.offset,
+            level=level.name,
         )
 
-    def pose_on_map(self, pose: PlanarPose, sheet: str) -> PlanarPose:
+    def to_map(self, pose: PlanarPose, level: str) -> PlanarPose:
         """Transform a pose from the frame of a level to the whole map.
 
         Args:
@@ -108,13 +113,13 @@ class FloorLocalizer:
         Raises:
             FloorLocalizerError: the map has no such level.
         """
-        sheets = {one.name: one for one in self._floor.sheets}
-        if not sheet and not sheets:
+        levels = {each.name: each for each in self._floor.levels}
+        if not level and not levels:
             return pose
-        if sheet not in sheets:
-            known = ', '.join(sheets) or 'none'
-            raise FloorLocalizerError(f'the map has no level {sheet!r}; it has: {known}')
-        return sheets[sheet].pose_on_map(pose)
+        if level not in levels:
+            known = ', '.join(levels) or 'none'
+            raise FloorLocalizerError(f'the map has no level {level!r}; it has: {known}')
+        return levels[level].to_map(pose)
 
     def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
         """Detect the dots of an image; argument and errors as for `locate`."""
@@ -122,16 +127,18 @@ class FloorLocalizer:
 
     def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
         """Project dots to the floor, for the camera as mounted; dots above the horizon are dropped."""
-        return self._on_floor(dots, camera)[1]
+        return self._project_to_floor(dots, camera)[1]
 
-    def _on_floor(self, dots: DetectedDots, camera: PinholeCamera) -> tuple[DetectedDots, FloorPoints]:
+    def _project_to_floor(
+        self, dots: DetectedDots, camera: PinholeCamera
+    ) -> tuple[DetectedDots, FloorPoints]:
         """Return the dots below the horizon and their positions on the floor."""
         points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
-        below = np.isfinite(points).all(axis=1)
-        dots = DetectedDots(dots.pixels[below], dots.diameters[below], dots.sigmas[below])
+        is_visible = np.isfinite(points).all(axis=1)
+        dots = DetectedDots(dots.pixels[is_visible], dots.diameters[is_visible], dots.sigmas[is_visible])
         metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
         return dots, FloorPoints(
-            points[below], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)
+            points[is_visible], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)
         )
 
     def locate_dots(
@@ -152,29 +159,27 @@ class FloorLocalizer:
             earlier: dots of earlier views in the current base frame, used in addition.
             effort: fraction of the search budgets of the settings to spend.
         """
-        dots, points = self._on_floor(dots, camera)
+        dots, points = self._project_to_floor(dots, camera)
         if len(dots) == 0:
             return NoFix(NoFixReason.NO_DOTS, 'no dots detected in the image', dots)
         if earlier is not None:
-            points = join_points(earlier, points)
-        if len(points.points) < _LEAST_DOTS:
-            return NoFix(
-                NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_LEAST_DOTS} are needed', dots
-            )
-        view = self._view(points)
+            points = merge_points(earlier, points)
+        if len(points.points) < _MIN_DOTS:
+            return NoFix(NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_MIN_DOTS} are needed', dots)
+        view = self._make_view(points)
         search, used_prior = self._search(view, prior, effort)
         if not is_accepted(search, search.best):
-            return self._no_fix(view, search, dots, used_prior, effort)
-        poses = [search.best] if used_prior else _alike_poses(search)
-        if prior is not None and prior.must_hold:
+            return self._explain_failure(view, search, dots, used_prior, effort)
+        poses = [search.best] if used_prior else _plausible_poses(search)
+        if prior is not None and prior.is_strict:
             poses = [pose for pose in poses if _is_in_area(pose, prior)]
         if not poses:
-            return NoFix(NoFixReason.OUTSIDE_AREA, _place(search.best), dots)
+            return NoFix(NoFixReason.OUTSIDE_AREA, _describe_pose(search.best), dots)
         if len(poses) > 1:
-            return NoFix(NoFixReason.AMBIGUOUS, ' and '.join(map(_place, poses)), dots)
-        return self._fix(points, poses[0], dots, used_prior)
+            return NoFix(NoFixReason.AMBIGUOUS, ' and '.join(map(_describe_pose, poses)), dots)
+        return self._refine_pose(points, poses[0], dots, used_prior)
 
-    def _view(self, points: FloorPoints) -> ViewDots:
+    def _make_view(self, points: FloorPoints) -> ViewDots:
         return make_view(
             points.points,
             float(np.sqrt(np.mean(points.sigmas**2))),
@@ -183,15 +188,17 @@ class FloorLocalizer:
             self._floor.density,
         )
 
-    def _search(self, view: ViewDots, prior: PosePrior | None, effort: float) -> tuple[Search, bool]:
+    def _search(self, view: ViewDots, prior: PosePrior | None, effort: float) -> tuple[SearchState, bool]:
         """Search near the prior, then on the whole map unless the prior is strict."""
         settings, floor = self._settings, self._floor
-        if prior is not None and prior.radius <= _WIDEST_NEAR:
-            search = self._new_search(view, _dots_near(floor, prior))
+        if prior is not None and prior.radius <= _MAX_PRIOR_RADIUS:
+            search = self._new_search(view, _count_candidate_dots(floor, prior))
             expected = np.array([prior.T_map_base.x, prior.T_map_base.y, prior.T_map_base.yaw])
-            if search_near(floor.grid, view, search, expected, prior.radius, prior.turn, _NEAR_PAIRS):
+            if search_near(
+                floor.grid, view, search, expected, prior.radius, prior.yaw_tolerance, _PRIOR_PAIRS
+            ):
                 return search, True
-            if prior.must_hold:
+            if prior.is_strict:
                 return search, True
         search = self._new_search(view, float(len(floor.grid.points)))
         cells, pairs = int(effort * settings.cells_max), int(effort * settings.pairs_max)
@@ -199,22 +206,24 @@ class FloorLocalizer:
             search_pairs(floor.grid, floor.addresses, view, search, pairs)
         return search, False
 
-    def _new_search(self, view: ViewDots, dots_in_scope: float) -> Search:
+    def _new_search(self, view: ViewDots, candidate_dots: float) -> SearchState:
         settings = self._settings
-        return new_search(len(view.z), dots_in_scope, settings.chance_alignments_max, settings.match_rate_min)
+        return new_search(
+            len(view.z), candidate_dots, settings.chance_alignments_max, settings.match_rate_min
+        )
 
-    def _fix(
+    def _refine_pose(
         self, points: FloorPoints, pose: NDArray[np.float64], dots: DetectedDots, used_prior: bool
     ) -> Fix | NoFix:
         """Fit the full model, starting from a pose of the search."""
-        settings, start = self._settings, _level_state(pose, self._mount)
+        settings, start = self._settings, _upright_state(pose, self._mount)
         # Standard deviation of the uniform distribution: tolerance over sqrt(3).
         priors = np.array(
             [settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]
         ) / math.sqrt(3.0)
         rays = self._mount.camera_points_from_floor(points.points)
         mounted = MountedRays(rays, self._mount.rotation, np.array(self._mount.xyz))
-        state, covariance, matches = refine(self._floor.grid, mounted, points.sigmas, start, priors)
+        state, covariance, matches = refine_pose(self._floor.grid, mounted, points.sigmas, start, priors)
         matched = matches >= 0
         match_rate = float(np.mean(matched))
         if match_rate < settings.match_rate_min or matched.sum() < 3:
@@ -233,8 +242,8 @@ class FloorLocalizer:
             used_prior,
         )
 
-    def _no_fix(
-        self, view: ViewDots, search: Search, dots: DetectedDots, used_prior: bool, effort: float
+    def _explain_failure(
+        self, view: ViewDots, search: SearchState, dots: DetectedDots, used_prior: bool, effort: float
     ) -> NoFix:
         """Return the reason for no pose."""
         found = f'{search.best[5]:.0f} of {len(dots)} dots match at best'
@@ -251,10 +260,10 @@ class FloorLocalizer:
     def _is_mirrored(self, view: ViewDots, cells: int) -> bool:
         """Return whether the mirrored view matches the map, within a budget of index cells."""
         search = self._new_search(view, float(len(self._floor.grid.points)))
-        return search_constellations(self._floor.grid, self._floor.index, mirrored(view), search, cells)
+        return search_constellations(self._floor.grid, self._floor.index, mirror_view(view), search, cells)
 
 
-def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
+def _upright_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
     """Return the state without tilt, shape (6,), that is equivalent to a pose of the search."""
     a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
     scale = abs(a) - 1.0
@@ -263,14 +272,14 @@ def _level_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.fl
     return np.array([base.real, base.imag, math.atan2(a.imag, a.real), scale, 0.0, 0.0])
 
 
-def _alike_poses(search: Search) -> list[NDArray[np.float64]]:
+def _plausible_poses(search: SearchState) -> list[NDArray[np.float64]]:
     """Return the best pose of a search, and the runner-up if it is about as good."""
-    rival = search.rival
-    looks_same = is_accepted(search, rival) and rival[5] >= LOOKS_SAME * search.best[5]
-    return [search.best, rival] if looks_same else [search.best]
+    runner_up = search.runner_up
+    is_ambiguous = is_accepted(search, runner_up) and runner_up[5] >= AMBIGUITY_FRACTION * search.best[5]
+    return [search.best, runner_up] if is_ambiguous else [search.best]
 
 
-def _place(pose: NDArray[np.float64]) -> str:
+def _describe_pose(pose: NDArray[np.float64]) -> str:
     return f'{pose[5]:.0f} dots match at ({pose[3]:.2f}, {pose[4]:.2f}) m'
 
 
@@ -278,10 +287,10 @@ def _is_in_area(pose: NDArray[np.float64], prior: PosePrior) -> bool:
     """Return whether a pose of the search is within the prior."""
     found = PlanarPose(float(pose[3]), float(pose[4]), math.atan2(pose[2], pose[1]))
     expected = prior.T_map_base
-    return found.distance_to(expected) <= prior.radius and abs(found.turn_to(expected)) <= prior.turn
+    return found.distance_to(expected) <= prior.radius and abs(found.yaw_to(expected)) <= prior.yaw_tolerance
 
 
-def _dots_near(floor: IndexedMap, prior: PosePrior) -> float:
+def _count_candidate_dots(floor: IndexedMap, prior: PosePrior) -> float:
     """Return the expected number of map dots within the prior, weighted by its range of yaw."""
     area = math.pi * (prior.radius + floor.grid.cell) ** 2
-    return max(floor.density * area * min(prior.turn / math.pi, 1.0), 1.0)
+    return max(floor.density * area * min(prior.yaw_tolerance / math.pi, 1.0), 1.0)

@@ -13,7 +13,7 @@ from floor_localizer.core.dot_map import DotMap
 
 
 @dataclass(frozen=True)
-class MapFigures:
+class MapStatistics:
     """Statistics of a map.
 
     Attributes:
@@ -34,12 +34,12 @@ class MapFigures:
     area: float
     density: float
     diameters: NDArray[np.float64] | None
-    diameters_known: float
+    known_diameter_fraction: float
     constellations: int
     bytes_per_dot: float
 
 
-def describe_map(dot_map: DotMap, floor: IndexedMap) -> MapFigures:
+def compute_map_statistics(dot_map: DotMap, floor: IndexedMap) -> MapStatistics:
     """Return the statistics of a map.
 
     Args:
@@ -52,14 +52,14 @@ def describe_map(dot_map: DotMap, floor: IndexedMap) -> MapFigures:
         *(floor.grid.points, floor.grid.starts, floor.addresses.bits),
         *(floor.index.entries, floor.index.starts),
     )
-    return MapFigures(
+    return MapStatistics(
         dots=len(dot_map),
         lower=dot_map.points.min(axis=0),
         upper=dot_map.points.max(axis=0),
         area=len(dot_map) / density,
         density=density,
         diameters=np.percentile(known, [0.0, 50.0, 100.0]) if len(known) else None,
-        diameters_known=len(known) / len(dot_map),
+        known_diameter_fraction=len(known) / len(dot_map),
         constellations=len(floor.index.entries),
         bytes_per_dot=sum(array.nbytes for array in arrays) / len(dot_map),
     )

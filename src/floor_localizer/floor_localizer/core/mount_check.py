@@ -6,7 +6,7 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from shirube_geometry import CameraMount
 
 # Smallest sine of the angle by which the optical axis points below the horizon.
-_LEAST_SLOPE = 0.1
+_MIN_SLOPE = 0.1
 
 
 def check_mount(mount: CameraMount) -> None:
@@ -20,7 +20,7 @@ def check_mount(mount: CameraMount) -> None:
         raise FloorLocalizerError(
             f'camera_xyz: z is {height:g} m, it must be above the floor, which is the plane z = 0 of base_frame'
         )
-    if -mount.rotation[2, 2] < _LEAST_SLOPE:
+    if -mount.rotation[2, 2] < _MIN_SLOPE:
         raise FloorLocalizerError(
             f'camera_rpy: {", ".join(f"{angle:g}" for angle in mount.rpy)} rad does not look at the floor; '
             f'{", ".join(f"{angle:.4f}" for angle in CameraMount().rpy)} looks straight down'

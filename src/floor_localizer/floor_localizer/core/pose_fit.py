@@ -20,8 +20,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-UNKNOWNS = 6
-_STEP = 1e-6
+STATE_SIZE = 6
+_JACOBIAN_STEP = 1e-6
 
 
 class MountedRays(NamedTuple):
@@ -39,7 +39,7 @@ class MountedRays(NamedTuple):
 
 
 @njit(cache=True)
-def map_point(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> tuple[float, float]:
+def project_to_map(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> tuple[float, float]:
     """Return the intersection of dot ``k``'s ray with the floor, in the map frame [m].
 
     Args:
@@ -55,8 +55,8 @@ def map_point(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> tuple
         state,
     )
     ox, oy, oz = _tilt(mounted.position[0], mounted.position[1], mounted.position[2], state)
-    reach = -(oz + mounted.position[2] * state[3]) / dz
-    px, py = ox + reach * dx, oy + reach * dy
+    ray_length = -(oz + mounted.position[2] * state[3]) / dz
+    px, py = ox + ray_length * dx, oy + ray_length * dy
     cos, sin = math.cos(state[2]), math.sin(state[2])
     return state[0] + cos * px - sin * py, state[1] + sin * px + cos * py
 
@@ -89,10 +89,10 @@ def fit_pose(
         prior_sigmas: shape (3,), prior standard deviations of scale, roll and pitch [-, rad, rad].
         state: shape (6,), initial state; overwritten with the result.
     """
-    normal = np.zeros((UNKNOWNS, UNKNOWNS))
+    normal = np.zeros((STATE_SIZE, STATE_SIZE))
     for _ in range(8):
         normal[:] = 0.0
-        gradient = np.zeros(UNKNOWNS)
+        gradient = np.zeros(STATE_SIZE)
         for k in range(len(matched)):
             if matched[k]:
                 _add_dot(mounted, k, targets[k], sigmas[k], state, normal, gradient)
@@ -118,17 +118,17 @@ def _add_dot(
     gradient: NDArray[np.float64],
 ) -> None:
     """Add one dot's residual to the normal equations."""
-    jacobian = np.empty((2, UNKNOWNS))
-    x, y = map_point(mounted, k, state)
-    for u in range(UNKNOWNS):
-        kept = state[u]
-        state[u] = kept + _STEP
-        ahead_x, ahead_y = map_point(mounted, k, state)
-        state[u] = kept
-        jacobian[0, u] = (ahead_x - x) / _STEP
-        jacobian[1, u] = (ahead_y - y) / _STEP
+    jacobian = np.empty((2, STATE_SIZE))
+    x, y = project_to_map(mounted, k, state)
+    for u in range(STATE_SIZE):
+        saved = state[u]
+        state[u] = saved + _JACOBIAN_STEP
+        ahead_x, ahead_y = project_to_map(mounted, k, state)
+        state[u] = saved
+        jacobian[0, u] = (ahead_x - x) / _JACOBIAN_STEP
+        jacobian[1, u] = (ahead_y - y) / _JACOBIAN_STEP
     weight = 1.0 / (sigma * sigma)
-    for u in range(UNKNOWNS):
+    for u in range(STATE_SIZE):
         gradient[u] += weight * (jacobian[0, u] * (x - target[0]) + jacobian[1, u] * (y - target[1]))
-        for w in range(UNKNOWNS):
+        for w in range(STATE_SIZE):
             normal[u, w] += weight * (jacobian[0, u] * jacobian[0, w] + jacobian[1, u] * jacobian[1, w])

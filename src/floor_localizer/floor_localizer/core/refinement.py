@@ -16,21 +16,21 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.alignment import GATE
 from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
-from floor_localizer.core.pose_fit import MountedRays, fit_pose, map_point
+from floor_localizer.core.pose_fit import MountedRays, fit_pose, project_to_map
 
-_MOST_FITS = 8
+_MAX_FITS = 8
 # Search radius of the first fit [gates].
 _FIRST_GATES = 2.5
 # The tilt is included in the search radius only if the radius without it misses more than this fraction of the matches:
 # a few missing ones are outliers, and with few dots a false tilt would fit them.
-_LEFT_OUT = 0.3
+_UNMATCHED_FRACTION = 0.3
 # Maximum search radius for the tilt [mean dot spacings]; beyond it, matches are random.
-_FARTHEST_BY_TILT = 0.25
-_FARTHEST = 0.45
+_MAX_TILT_RADIUS = 0.25
+_MAX_RADIUS = 0.45
 # Median length of a normally distributed 2D vector with unit standard deviation along each axis.
 _MEDIAN_LENGTH = math.sqrt(2.0 * math.log(2.0))
 # Confidence margin of a median [standard deviations of the median].
-_CERTAIN = 2.0
+_CONFIDENCE_SIGMAS = 2.0
 
 
 class Refinement(NamedTuple):
@@ -48,7 +48,7 @@ class Refinement(NamedTuple):
 
 
 @njit(cache=True)
-def refine(
+def refine_pose(
     grid: DotGrid,
     mounted: MountedRays,
     sigmas: NDArray[np.float64],
@@ -70,24 +70,26 @@ def refine(
     matches = np.full(n, -1)
     previous = np.full(n, -2)
     targets = np.zeros((n, 2))
-    reaches = np.minimum(_FIRST_GATES * GATE * sigmas, _FARTHEST * grid.cell)
-    tilted = np.maximum(_reaches_by_tilt(grid, mounted, sigmas, state, prior_sigmas), reaches)
-    near = _match(grid, mounted, state, reaches, matches, targets)
-    if near < (1.0 - _LEFT_OUT) * _match(grid, mounted, state, tilted, matches, targets):
-        reaches = tilted
-    for _ in range(_MOST_FITS):
-        if _match(grid, mounted, state, reaches, matches, targets) < 3:
+    radii = np.minimum(_FIRST_GATES * GATE * sigmas, _MAX_RADIUS * grid.cell)
+    tilt_radii = np.maximum(_radii_with_tilt(grid, mounted, sigmas, state, prior_sigmas), radii)
+    near_count = _match_dots(grid, mounted, state, radii, matches, targets)
+    if near_count < (1.0 - _UNMATCHED_FRACTION) * _match_dots(
+        grid, mounted, state, tilt_radii, matches, targets
+    ):
+        radii = tilt_radii
+    for _ in range(_MAX_FITS):
+        if _match_dots(grid, mounted, state, radii, matches, targets) < 3:
             break
         covariance = fit_pose(mounted, targets, sigmas, matches >= 0, prior_sigmas, state)
-        if _stayed(matches, previous):
+        if _is_unchanged(matches, previous):
             break
-        gate = GATE * max(1.0, _spread(mounted, state, matches, targets, sigmas))
-        reaches = np.minimum(np.minimum(gate * sigmas, reaches), _FARTHEST * grid.cell)
+        gate = GATE * max(1.0, _residual_scale(mounted, state, matches, targets, sigmas))
+        radii = np.minimum(np.minimum(gate * sigmas, radii), _MAX_RADIUS * grid.cell)
     return Refinement(state, covariance, matches)
 
 
 @njit(cache=True)
-def _stayed(matches: NDArray[np.int64], previous: NDArray[np.int64]) -> bool:
+def _is_unchanged(matches: NDArray[np.int64], previous: NDArray[np.int64]) -> bool:
     """Return whether all matches equal the previous ones, and copy them to the previous ones."""
     same = True
     for k in range(len(matches)):
@@ -97,7 +99,7 @@ def _stayed(matches: NDArray[np.int64], previous: NDArray[np.int64]) -> bool:
 
 
 @njit(cache=True)
-def _reaches_by_tilt(
+def _radii_with_tilt(
     grid: DotGrid,
     mounted: MountedRays,
     sigmas: NDArray[np.float64],
@@ -108,29 +110,29 @@ def _reaches_by_tilt(
     n = len(sigmas)
     places = np.empty((n, 2))
     for k in range(n):
-        places[k, 0], places[k, 1] = map_point(mounted, k, state)
+        places[k, 0], places[k, 1] = project_to_map(mounted, k, state)
     middle_x, middle_y = np.mean(places[:, 0]), np.mean(places[:, 1])
     squares = (places[:, 0] - middle_x) ** 2 + (places[:, 1] - middle_y) ** 2
     # Tolerance of a uniform distribution: sqrt(3) standard deviations.
     tilt = math.sqrt(3.0) * max(prior_sigmas[1], prior_sigmas[2])
-    shifts = np.minimum(tilt / mounted.position[2] * squares, _FARTHEST_BY_TILT * grid.cell)
+    shifts = np.minimum(tilt / mounted.position[2] * squares, _MAX_TILT_RADIUS * grid.cell)
     return GATE * sigmas + shifts
 
 
 @njit(cache=True)
-def _match(
+def _match_dots(
     grid: DotGrid,
     mounted: MountedRays,
     state: NDArray[np.float64],
-    reaches: NDArray[np.float64],
+    radii: NDArray[np.float64],
     matches: NDArray[np.int64],
     targets: NDArray[np.float64],
 ) -> int:
     """Write each dot's map dot within its radius, or -1, and its position; return the number of matches."""
     matched = 0
-    for k in range(len(reaches)):
-        x, y = map_point(mounted, k, state)
-        matches[k] = nearest_dot(grid, x, y, reaches[k])[0]
+    for k in range(len(radii)):
+        x, y = project_to_map(mounted, k, state)
+        matches[k] = nearest_dot(grid, x, y, radii[k])[0]
         if matches[k] >= 0:
             targets[k, 0] = grid.points[matches[k], 0]
             targets[k, 1] = grid.points[matches[k], 1]
@@ -139,7 +141,7 @@ def _match(
 
 
 @njit(cache=True)
-def _spread(
+def _residual_scale(
     mounted: MountedRays,
     state: NDArray[np.float64],
     matches: NDArray[np.int64],
@@ -153,8 +155,8 @@ def _spread(
     count = 0
     for k in range(len(sigmas)):
         if matches[k] >= 0:
-            x, y = map_point(mounted, k, state)
+            x, y = project_to_map(mounted, k, state)
             ratios[count] = math.hypot(x - targets[k, 0], y - targets[k, 1]) / sigmas[k]
             count += 1
-    surely = 1.0 - _CERTAIN / (_MEDIAN_LENGTH * _MEDIAN_LENGTH * math.sqrt(count))
-    return float(surely * np.median(ratios[:count]) / _MEDIAN_LENGTH)
+    confidence_factor = 1.0 - _CONFIDENCE_SIGMAS / (_MEDIAN_LENGTH * _MEDIAN_LENGTH * math.sqrt(count))
+    return float(confidence_factor * np.median(ratios[:count]) / _MEDIAN_LENGTH)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
-from floor_localizer.core.floor_points import FloorPoints, join_points, move_points
+from floor_localizer.core.floor_points import FloorPoints, merge_points, transform_points
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.motion import Motion
+from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings
 from shirube_geometry import PinholeCamera, PlanarPose
 
@@ -32,16 +32,18 @@ class FloorTracker:
         """
         self._localizer = localizer
         self._settings = settings or TrackerSettings()
-        self._motion = Motion(self._settings)
+        self._predictor = PosePredictor(self._settings)
         self._area: PosePrior | None = None
-        self._seen: deque[tuple[float, FloorPoints]] = deque(maxlen=self._settings.joined_views - 1)
+        self._unlocated_views: deque[tuple[float, FloorPoints]] = deque(
+            maxlen=self._settings.joined_views - 1
+        )
         self._last_thorough = -math.inf
 
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
         """Add an odometry pose at a time [s]."""
-        self._motion.add_odometry(stamp, T_odom_base)
+        self._predictor.add_odometry(stamp, T_odom_base)
 
-    def set_area(self, T_map_base: PlanarPose, covariance: NDArray[np.float64], sheet: str = '') -> None:
+    def set_area(self, T_map_base: PlanarPose, covariance: NDArray[np.float64], level: str = '') -> None:
         """Set an initial pose: only the area around it is searched until the robot is found.
 
         Args:
@@ -52,17 +54,17 @@ class FloorTracker:
         Raises:
             FloorLocalizerError: the map has no such level.
         """
-        middle = self._localizer.pose_on_map(T_map_base, sheet)
+        centre = self._localizer.to_map(T_map_base, level)
         self.relocalize()
         radius = _AREA_SIGMAS * math.sqrt(float(np.max(np.linalg.eigvalsh(covariance[:2, :2]))))
-        turn = min(_AREA_SIGMAS * math.sqrt(float(covariance[2, 2])), math.pi)
-        self._area = PosePrior(middle, radius, turn, must_hold=True)
+        yaw_tolerance = min(_AREA_SIGMAS * math.sqrt(float(covariance[2, 2])), math.pi)
+        self._area = PosePrior(centre, radius, yaw_tolerance, is_strict=True)
 
     def relocalize(self) -> None:
         """Drop all priors, so that the next image is searched in the whole map."""
         self._area = None
-        self._motion.forget_poses()
-        self._seen.clear()
+        self._predictor.clear_poses()
+        self._unlocated_views.clear()
         self._last_thorough = -math.inf
 
     def track(self, stamp: float, image: NDArray[np.uint8], camera: PinholeCamera) -> Fix | NoFix:
@@ -80,24 +82,24 @@ class FloorTracker:
 
     def track_dots(self, stamp: float, dots: DetectedDots, camera: PinholeCamera) -> Fix | NoFix:
         """Find the pose from the dots of the next image; otherwise as `track`."""
-        prior = self._area or self._motion.expect(stamp)
+        prior = self._area or self._predictor.predict(stamp)
         thorough = stamp - self._last_thorough >= self._settings.thorough_interval
         # Takes a fifth of a second: a thorough search for every image would be slower than the camera.
         effort = self._settings.thorough_effort if thorough else self._settings.usual_effort
         result = self._localizer.locate_dots(dots, camera, prior, effort=effort)
         if thorough or isinstance(result, Fix):
             self._last_thorough = stamp
-        if self._needs_help(result):
-            result = self._with_earlier_views(stamp, dots, camera, prior, result)
+        if self._needs_more_views(result):
+            result = self._locate_with_earlier_views(stamp, dots, camera, prior, result)
         if isinstance(result, Fix):
-            self._motion.add_pose(stamp, result.T_map_base)
+            self._predictor.add_pose(stamp, result.T_map_base)
             self._area = None
-            self._seen.clear()
+            self._unlocated_views.clear()
         else:
-            self._seen.append((stamp, self._localizer.floor_points(dots, camera)))
-        return self._localizer.on_sheet(result)
+            self._unlocated_views.append((stamp, self._localizer.floor_points(dots, camera)))
+        return self._localizer.to_level(result)
 
-    def _needs_help(self, result: Fix | NoFix) -> bool:
+    def _needs_more_views(self, result: Fix | NoFix) -> bool:
         """Return whether one view alone is not reliable enough."""
         if isinstance(result, Fix):
             return (
@@ -106,35 +108,33 @@ class FloorTracker:
             )
         return True
 
-    def _with_earlier_views(
+    def _locate_with_earlier_views(
         self,
         stamp: float,
         dots: DetectedDots,
         camera: PinholeCamera,
         prior: PosePrior | None,
-        alone: Fix | NoFix,
+        single_view: Fix | NoFix,
     ) -> Fix | NoFix:
         """Find the pose from this view, merged by odometry with the earlier ones."""
         earlier = self._earlier_points(stamp)
         if earlier is not None:
             effort = self._settings.usual_effort
-            joined = self._localizer.locate_dots(dots, camera, prior, earlier=earlier, effort=effort)
-            if not self._needs_help(joined):
-                return joined
-        if isinstance(alone, NoFix):
-            return alone
-        detail = (
-            f'expected chance alignments {alone.expected_chance_alignments:.1g}; waiting for a second view'
-        )
+            merged = self._localizer.locate_dots(dots, camera, prior, earlier=earlier, effort=effort)
+            if not self._needs_more_views(merged):
+                return merged
+        if isinstance(single_view, NoFix):
+            return single_view
+        detail = f'expected chance alignments {single_view.expected_chance_alignments:.1g}; waiting for a second view'
         return NoFix(NoFixReason.UNCERTAIN, detail, dots)
 
     def _earlier_points(self, stamp: float) -> FloorPoints | None:
         """Return the dots of the earlier views without a pose, in the current base frame."""
-        joined = FloorPoints(np.empty((0, 2)), np.empty(0))
-        for seen_stamp, points in self._seen:
-            step = self._motion.between(seen_stamp, stamp)
+        merged = FloorPoints(np.empty((0, 2)), np.empty(0))
+        for view_stamp, points in self._unlocated_views:
+            step = self._predictor.relative_motion(view_stamp, stamp)
             if step is not None:
-                joined = join_points(
-                    joined, move_points(points, step.inverse(), self._settings.odometry_error)
+                merged = merge_points(
+                    merged, transform_points(points, step.inverse(), self._settings.odometry_error)
                 )
-        return joined if len(joined.points) else None
+        return merged if len(merged.points) else None

@@ -20,15 +20,20 @@ from floor_localizer.core.constellation.constellation_search import search_const
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import LOOKS_SAME, Search, is_accepted, new_search
-from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirrored
+from floor_localizer.core.constellation.search_state import (
+    AMBIGUITY_FRACTION,
+    SearchState,
+    is_accepted,
+    new_search,
+)
+from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_settings import setting
 
 # An ambiguous place shares a quarter of the view's constellations: some are among this number.
-_LOOKUPS = 200
+_EXTRA_LOOKUPS = 200
 # Views with up to this many dots may have no constellation; the pair search finds them.
-_FEW = 14
+_FEW_DOTS = 14
 
 
 @dataclass(frozen=True)
@@ -52,9 +57,9 @@ class PlaceKind(Enum):
     """Whether a robot can be located at a place."""
 
     UNIQUE = 'unique'
-    THIN = 'too few dots for a significant match'
-    TWIN = 'ambiguous with another place'
-    MIRRORED_TWIN = 'ambiguous with the mirror image of another place'
+    TOO_FEW_DOTS = 'too few dots for a significant match'
+    AMBIGUOUS = 'ambiguous with another place'
+    MIRROR_AMBIGUOUS = 'ambiguous with the mirror image of another place'
 
 
 @dataclass(frozen=True)
@@ -76,8 +81,8 @@ class Place:
     kind: PlaceKind
     dots: int
     expected_chance_alignments: float
-    rival_share: float
-    rival: tuple[float, float] | None
+    runner_up_fraction: float
+    runner_up: tuple[float, float] | None
 
 
 def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
@@ -114,7 +119,7 @@ def inspect_places(
 
 def inspect_place(
     floor: IndexedMap,
-    middle: tuple[float, float],
+    centre: tuple[float, float],
     view_settings: ViewSettings,
     settings: LocalizerSettings,
 ) -> Place:
@@ -126,24 +131,27 @@ def inspect_place(
         view_settings: size of the view and accuracy of its dots.
         settings: settings of the matching.
     """
-    dots = _dots_in_view(floor.grid, *middle, view_settings.view_size)
-    view = _view(dots - middle, floor.density, view_settings, settings)
+    dots = _dots_in_view(floor.grid, *centre, view_settings.view_size)
+    view = _make_view(dots - centre, floor.density, view_settings, settings)
     log_chance = _log_chance(floor, view)
     chance = math.exp(min(max(log_chance, -700.0), 700.0))
     search = _search(floor, view, settings)
-    if log_chance >= search.log_accept or not is_accepted(search, search.best):
-        return Place(*middle, PlaceKind.THIN, len(dots), chance, 0.0, None)
-    if _share(search.rival, view) < LOOKS_SAME:
-        search = _search_on(floor, view, search)
-    kind, rival = PlaceKind.UNIQUE, _elsewhere(search, middle, floor.grid.cell)
-    if _share(rival, view) >= LOOKS_SAME:
-        kind = PlaceKind.TWIN
+    if log_chance >= search.log_threshold or not is_accepted(search, search.best):
+        return Place(*centre, PlaceKind.TOO_FEW_DOTS, len(dots), chance, 0.0, None)
+    if _match_fraction(search.runner_up, view) < AMBIGUITY_FRACTION:
+        search = _continue_search(floor, view, search)
+    kind, runner_up = PlaceKind.UNIQUE, _best_other_pose(search, centre, floor.grid.cell)
+    if _match_fraction(runner_up, view) >= AMBIGUITY_FRACTION:
+        kind = PlaceKind.AMBIGUOUS
     else:
-        flipped = _search(floor, mirrored(view), settings)
-        if is_accepted(flipped, flipped.best) and _share(flipped.best, view) >= LOOKS_SAME:
-            kind, rival = PlaceKind.MIRRORED_TWIN, flipped.best
-    where = (float(rival[3]), float(rival[4])) if math.isfinite(rival[0]) else None
-    return Place(*middle, kind, len(dots), chance, _share(rival, view), where)
+        mirror_search = _search(floor, mirror_view(view), settings)
+        if (
+            is_accepted(mirror_search, mirror_search.best)
+            and _match_fraction(mirror_search.best, view) >= AMBIGUITY_FRACTION
+        ):
+            kind, runner_up = PlaceKind.MIRROR_AMBIGUOUS, mirror_search.best
+    where = (float(runner_up[3]), float(runner_up[4])) if math.isfinite(runner_up[0]) else None
+    return Place(*centre, kind, len(dots), chance, _match_fraction(runner_up, view), where)
 
 
 def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> NDArray[np.float64]:
@@ -162,7 +170,7 @@ def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> NDArray[np.
     return dots[(np.abs(dots - (x, y)) <= half).all(axis=1)]
 
 
-def _view(
+def _make_view(
     points: NDArray[np.float64], density: float, view_settings: ViewSettings, settings: LocalizerSettings
 ) -> ViewDots:
     return make_view(
@@ -174,12 +182,15 @@ def _view(
     )
 
 
-def _search(floor: IndexedMap, view: ViewDots, settings: LocalizerSettings) -> Search:
+def _search(floor: IndexedMap, view: ViewDots, settings: LocalizerSettings) -> SearchState:
     """Search for one significant place, as the localizer does."""
     search = new_search(
         len(view.z), float(len(floor.grid.points)), settings.chance_alignments_max, settings.match_rate_min
     )
-    if not search_constellations(floor.grid, floor.index, view, search, _LOOKUPS) and len(view.z) <= _FEW:
+    if (
+        not search_constellations(floor.grid, floor.index, view, search, _EXTRA_LOOKUPS)
+        and len(view.z) <= _FEW_DOTS
+    ):
         search_pairs(floor.grid, floor.addresses, view, search, settings.pairs_max)
     return search
 
@@ -197,20 +208,20 @@ def _log_chance(floor: IndexedMap, view: ViewDots) -> float:
     )
 
 
-def _search_on(floor: IndexedMap, view: ViewDots, found: Search) -> Search:
+def _continue_search(floor: IndexedMap, view: ViewDots, found: SearchState) -> SearchState:
     """Look up more constellations after a place is found, to find an ambiguous place too."""
-    search = found._replace(log_accept=-math.inf)
-    search_constellations(floor.grid, floor.index, view, search, search.counts[0] + _LOOKUPS)
+    search = found._replace(log_threshold=-math.inf)
+    search_constellations(floor.grid, floor.index, view, search, search.counts[0] + _EXTRA_LOOKUPS)
     return search
 
 
-def _elsewhere(search: Search, middle: tuple[float, float], spacing: float) -> NDArray[np.float64]:
+def _best_other_pose(search: SearchState, centre: tuple[float, float], spacing: float) -> NDArray[np.float64]:
     """Return the better pose that is not the view's own; of two equal poses, either may be the best."""
     best = search.best
-    off = max(abs(best[3] - middle[0]), abs(best[4] - middle[1]))
+    off = max(abs(best[3] - centre[0]), abs(best[4] - centre[1]))
     is_own = off < spacing and abs(complex(best[1] - 1.0, best[2])) < 0.2
-    return search.rival if is_own else best
+    return search.runner_up if is_own else best
 
 
-def _share(pose: NDArray[np.float64], view: ViewDots) -> float:
+def _match_fraction(pose: NDArray[np.float64], view: ViewDots) -> float:
     return float(pose[5]) / max(len(view.z), 1)

@@ -6,10 +6,10 @@ import errno
 from typing import IO, Any
 
 import numpy as np
-from numpy.lib import format as numpy_form
+from numpy.lib import format as numpy_format
 from numpy.typing import NDArray
 
-NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of the system when the disk is full."""
 
 
@@ -25,6 +25,6 @@ def write_array(file: IO[bytes], array: NDArray[Any]) -> None:
     Raises:
         OSError: the file cannot be written; with one of `DISK_FULL_ERRORS` if the disk is full.
     """
-    whole = np.asarray(array, order='C')
-    numpy_form.write_array_header_1_0(file, numpy_form.header_data_from_array_1_0(whole))
-    file.write(whole.data)
+    contiguous = np.asarray(array, order='C')
+    numpy_format.write_array_header_1_0(file, numpy_format.header_data_from_array_1_0(contiguous))
+    file.write(contiguous.data)

@@ -11,7 +11,7 @@ from floor_localizer.core.constellation.dot_grid import typical_spacing
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.file_errors import DotMapError
 
-LEAST_DOTS = 20
+MIN_DOTS = 20
 # Maximum distance of duplicates; touching chips have centres a millimetre apart [m].
 _SAME_PLACE = 1e-5
 # Maximum plausible spacing: to see twenty such dots, a camera must be higher than any robot's belly [m].
@@ -21,7 +21,7 @@ _LARGEST_DIAMETER = 0.1
 _SPACING_IN_MILLIMETRES, _DIAMETER_IN_MILLIMETRES = 4.0, 0.8
 
 
-def check_dot_map(dot_map: DotMap, source: str, place: Callable[[int], str]) -> None:
+def check_dot_map(dot_map: DotMap, source: str, locate: Callable[[int], str]) -> None:
     """Check that a map is a valid map of dots in metres.
 
     Args:
@@ -33,23 +33,23 @@ def check_dot_map(dot_map: DotMap, source: str, place: Callable[[int], str]) -> 
         DotMapError: numbers that are not finite, diameters that are not positive, too few dots, duplicates, or a unit
             other than metres.
     """
-    check_number(len(dot_map), source)
-    check_dots(dot_map.points, dot_map.diameters, source, place)
+    check_dot_count(len(dot_map), source)
+    check_dots(dot_map.points, dot_map.diameters, source, locate)
     known = dot_map.diameters[np.isfinite(dot_map.diameters)]
     diameter = float(np.median(known)) if len(known) else 0.0
     check_units(diameter, typical_spacing(dot_map.points), source)
-    twins = find_twins(dot_map.points, dot_map.points.min(axis=0))
-    if twins is not None:
+    duplicates = find_duplicates(dot_map.points, dot_map.points.min(axis=0))
+    if duplicates is not None:
         raise DotMapError(
-            f'{source}, {place(twins[1])}: is the same dot as {place(twins[0])}; leave one of the two out'
+            f'{source}, {locate(duplicates[1])}: is the same dot as {locate(duplicates[0])}; leave one of the two out'
         )
 
 
-def check_number(dots: int, source: str) -> None:
+def check_dot_count(dots: int, source: str) -> None:
     """Check that a map has enough dots."""
-    if dots < LEAST_DOTS:
+    if dots < MIN_DOTS:
         raise DotMapError(
-            f'{source}: has {dots} dots, at least {LEAST_DOTS} are needed; survey more of the floor'
+            f'{source}: has {dots} dots, at least {MIN_DOTS} are needed; survey more of the floor'
         )
 
 
@@ -57,7 +57,7 @@ def check_dots(
     points: NDArray[np.float64],
     diameters: NDArray[np.float64],
     source: str,
-    place: Callable[[int], str],
+    locate: Callable[[int], str],
 ) -> None:
     """Check each dot on its own: coordinates and diameter.
 
@@ -72,13 +72,13 @@ def check_dots(
     """
     for name, column in (('x', points[:, 0]), ('y', points[:, 1])):
         if not np.isfinite(column).all():
-            where = place(_first(~np.isfinite(column)))
+            where = locate(_first(~np.isfinite(column)))
             raise DotMapError(f'{source}, {where}: {name} is not finite; give metres or leave the dot out')
     wrong = (diameters <= 0.0) | np.isinf(diameters)
     if wrong.any():
         dot = _first(wrong)
         raise DotMapError(
-            f'{source}, {place(dot)}: diameter is {diameters[dot]:g}, it must be positive; '
+            f'{source}, {locate(dot)}: diameter is {diameters[dot]:g}, it must be positive; '
             'leave it empty where it is unknown'
         )
 
@@ -101,7 +101,7 @@ def check_units(diameter: float, spacing: float, source: str) -> None:
     )
 
 
-def find_twins(points: NDArray[np.float64], lower: NDArray[np.float64]) -> tuple[int, int] | None:
+def find_duplicates(points: NDArray[np.float64], lower: NDArray[np.float64]) -> tuple[int, int] | None:
     """Return two dots at the same position, the earlier one first, or None.
 
     Args:
@@ -110,8 +110,8 @@ def find_twins(points: NDArray[np.float64], lower: NDArray[np.float64]) -> tuple
     """
     steps = np.round((points - lower) / _SAME_PLACE).astype(np.int64)
     order = np.lexsort(steps.T)
-    twins = (np.diff(steps[order], axis=0) == 0).all(axis=1)
-    if not twins.any():
+    duplicates = (np.diff(steps[order], axis=0) == 0).all(axis=1)
+    if not duplicates.any():
         return None
-    earlier = _first(twins)
+    earlier = _first(duplicates)
     return int(order[earlier]), int(order[earlier + 1])

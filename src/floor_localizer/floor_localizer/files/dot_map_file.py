@@ -9,8 +9,8 @@ import numpy as np
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.dot_map import DotMap
-from floor_localizer.files.binary_form import MAGIC, SUFFIX, BinaryMap, load_binary, save_binary
-from floor_localizer.files.csv_form import load_csv
+from floor_localizer.files.binary_format import MAGIC, SUFFIX, BinaryMap, load_binary, save_binary
+from floor_localizer.files.csv_format import load_csv
 
 
 def load_indexed_map(path: Path) -> IndexedMap:
@@ -32,7 +32,7 @@ def load_dot_map(path: Path) -> DotMap:
     """
     if not _is_binary(path):
         return load_csv(path)
-    return dots_of(load_binary(path))
+    return extract_dots(load_binary(path))
 
 
 def load_dots_and_index(path: Path) -> tuple[DotMap, IndexedMap]:
@@ -61,7 +61,7 @@ def write_indexed_map(path: Path, dot_map: DotMap, floor: IndexedMap) -> None:
     save_binary(path, BinaryMap(floor, diameters if np.isfinite(diameters).any() else diameters[:0]))
 
 
-def dots_of(binary_map: BinaryMap) -> DotMap:
+def extract_dots(binary_map: BinaryMap) -> DotMap:
     """Return the dots of a map in the order of its grid."""
     points = binary_map.floor.grid.points.astype(np.float64)
     diameters = binary_map.diameters.astype(np.float64)

@@ -12,11 +12,11 @@ import numpy as np
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.located_image import LocatedImage
 from shirube_bags.stamps import text_from_stamp
-from shirube_files import written_beside
+from shirube_files import atomic_write
 
 COLUMNS = (
     *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),
-    *('dots', 'matched', 'scale', 'roll', 'pitch', 'expected_chance_alignments', 'reason', 'detail', 'sheet'),
+    *('dots', 'matched', 'scale', 'roll', 'pitch', 'expected_chance_alignments', 'reason', 'detail', 'level'),
 )
 
 
@@ -31,7 +31,7 @@ def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
     table.writerow(COLUMNS)
     for image in images:
         table.writerow([image.name, text_from_stamp(image.stamp_ns), *_fields(image)])
-    with written_beside(path) as file:
+    with atomic_write(path) as file:
         file.write(text.getvalue().encode())
 
 
@@ -46,7 +46,7 @@ def _fields(image: LocatedImage) -> list[str]:
             *(f'{result.scale:.6f}', f'{result.tilt[0]:.6f}', f'{result.tilt[1]:.6f}'),
             f'{result.expected_chance_alignments:.3g}',
         ]
-        return [*numbers, '', '', result.sheet]
+        return [*numbers, '', '', result.level]
     dots = str(len(result.dots)) if isinstance(result, NoFix) and result.dots is not None else ''
     detail = result.detail if isinstance(result, NoFix) else ''
     return [*[''] * 6, dots, *[''] * 5, image.failure, detail, '']

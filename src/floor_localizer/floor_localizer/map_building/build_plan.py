@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.dot_grid import BLOCK_ROWS, GridFrame
+from floor_localizer.core.constellation.dot_grid import BLOCK_ROWS, GridLayout
 from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
 
 # Rows of the halo around a stripe that its constellations reach into, plus one for rounding at the end points.
@@ -23,7 +23,7 @@ class BuildPlan:
 
     Attributes:
         folder: folder of the parts.
-        pieces: number of chunks of the CSV.
+        chunks: number of chunks of the CSV.
         offsets: x and y of the origin of each level in the map [m].
         frame: grid of cells of the floor.
         rules: parameters of the index.
@@ -33,9 +33,9 @@ class BuildPlan:
     """
 
     folder: Path
-    pieces: int
+    chunks: int
     offsets: tuple[tuple[float, float], ...]
-    frame: GridFrame
+    frame: GridLayout
     rules: IndexRules
     dots: int
     with_diameters: bool
@@ -68,9 +68,9 @@ class BuildPlan:
 
 def plan_build(
     folder: Path,
-    pieces: int,
+    chunks: int,
     offsets: tuple[tuple[float, float], ...],
-    frame: GridFrame,
+    frame: GridLayout,
     dots: int,
     *,
     with_diameters: bool,
@@ -80,7 +80,7 @@ def plan_build(
 
     Args:
         folder: folder of the parts.
-        pieces: number of chunks of the CSV.
+        chunks: number of chunks of the CSV.
         offsets: offsets of the levels, see `BuildPlan`.
         frame: grid of cells of the floor.
         dots: number of dots.
@@ -93,7 +93,7 @@ def plan_build(
     blocks = math.ceil(frame.rows / max(math.ceil(dots / stripe_dots), 1) / BLOCK_ROWS)
     return BuildPlan(
         folder,
-        pieces,
+        chunks,
         offsets,
         frame,
         index_rules(dots, frame.cell),

@@ -17,27 +17,27 @@ from floor_localizer.core.constellation.dot_grid import (
     rows_and_columns,
     sort_into_cells,
 )
-from floor_localizer.files.binary_form import ArrayPlace
-from floor_localizer.files.dot_map_check import find_twins
+from floor_localizer.files.binary_format import ArrayLocation
+from floor_localizer.files.dot_map_check import find_duplicates
 from floor_localizer.files.file_errors import DotMapError
 from floor_localizer.map_building.build_plan import MARGIN_ROWS, BuildPlan
-from floor_localizer.map_building.csv_pieces import CsvPiece, read_piece
+from floor_localizer.map_building.csv_chunks import CsvChunk, read_chunk
 from floor_localizer.map_building.parts_folder import PartsFolder
 
-Places = Mapping[str, ArrayPlace]
+Places = Mapping[str, ArrayLocation]
 
 
-def read_dots(folder: Path, number: int, piece: CsvPiece) -> None:
+def read_dots(folder: Path, number: int, chunk: CsvChunk) -> None:
     """Parse a chunk of the CSV; report its number of dots, their bounding box and median diameter."""
     parts = PartsFolder(folder)
-    table = read_piece(piece)
+    table = read_chunk(chunk)
     known = table[np.isfinite(table[:, 2]), 2]
     parts.save('dots', number, table)
     parts.finish(
         'read',
         number,
         {
-            'sheet': piece.sheet,
+            'sheet': chunk.level,
             'dots': len(table),
             'lower': table[:, :2].min(axis=0, initial=np.inf).tolist(),
             'upper': table[:, :2].max(axis=0, initial=-np.inf).tolist(),
@@ -51,11 +51,11 @@ def points_on_map(table: NDArray[np.float64], offset: tuple[float, float]) -> ND
     return (table[:, :2] + offset).astype(np.float32)
 
 
-def cut_into_stripes(plan: BuildPlan, number: int, sheet: int) -> None:
+def split_into_stripes(plan: BuildPlan, number: int, level: int) -> None:
     """Sort the dots of a chunk by stripe; report the number in each."""
     parts = PartsFolder(plan.folder)
     table = parts.load('dots', number)
-    points = points_on_map(table, plan.offsets[sheet])
+    points = points_on_map(table, plan.offsets[level])
     row, _ = rows_and_columns(plan.frame, points.astype(np.float64))
     stripes = row // plan.stripe_rows
     order = np.argsort(stripes, kind='stable')
@@ -80,7 +80,7 @@ def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: NDArray[np.
     order, starts = sort_into_cells((row - low) * frame.columns + column, (high - low) * frame.columns)
     points = np.ascontiguousarray(table[order, :2])
     begin, end = (int(starts[(r - low) * frame.columns]) for r in rows)
-    _refuse_twins(points[begin:end].astype(np.float64), frame.x0, frame.y0)
+    _reject_duplicates(points[begin:end].astype(np.float64), frame.x0, frame.y0)
     own = starts[(rows[0] - low) * frame.columns : (rows[1] - low) * frame.columns + 1].astype(np.int64)
     _write(parts.map_file, places['grid.points'], 2 * before, points[begin:end])
     _write(parts.map_file, places['grid.starts'], rows[0] * frame.columns, own - begin + before)
@@ -112,17 +112,17 @@ def _dots_around(
     first, last = max(stripe - 1, 0), min(stripe + 1, plan.stripes - 1)
     low, high = plan.rows_of(stripe)
     tables = []
-    for piece, cut in enumerate(parts.load_all('cut', plan.pieces)):
-        table = np.asarray(cut[ends[piece, first] : ends[piece, last + 1]])
+    for chunk, cut in enumerate(parts.load_all('cut', plan.chunks)):
+        table = np.asarray(cut[ends[chunk, first] : ends[chunk, last + 1]])
         row, _ = rows_and_columns(plan.frame, table[:, :2].astype(np.float64))
         tables.append(table[(row >= low - MARGIN_ROWS) & (row < high + MARGIN_ROWS)])
     return np.concatenate(tables), int(np.sum(ends[:, stripe] - ends[:, 0]))
 
 
-def _refuse_twins(points: NDArray[np.float64], x0: float, y0: float) -> None:
-    twins = find_twins(points, np.array([x0, y0])) if len(points) else None
-    if twins is not None:
-        x, y = points[twins[0]]
+def _reject_duplicates(points: NDArray[np.float64], x0: float, y0: float) -> None:
+    duplicates = find_duplicates(points, np.array([x0, y0])) if len(points) else None
+    if duplicates is not None:
+        x, y = points[duplicates[0]]
         raise DotMapError(f'the dot at ({x:.6f}, {y:.6f}) m is in the map twice; remove one of them')
 
 
@@ -153,7 +153,7 @@ def sort_range(
     parts.finish('sort', number, len(entries))
 
 
-def _write(path: Path, place: ArrayPlace, first: int, values: NDArray[Any]) -> None:
+def _write(path: Path, place: ArrayLocation, first: int, values: NDArray[Any]) -> None:
     """Write values to an array of the map, starting at element ``first``."""
     content = np.ascontiguousarray(values, place.dtype).tobytes()
     with path.open('r+b') as file:

@@ -13,30 +13,30 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from floor_localizer.core.constellation.address_grid import address_shape
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import (
     DotGrid,
-    density_of_pairs,
-    grid_frame,
-    spacing_of,
-    squares_of,
+    density_from_pairs,
+    grid_layout,
+    spacing_from_counts,
+    square_indices,
 )
 from floor_localizer.core.constellation.index_rules import LARGE_MAP
-from floor_localizer.core.constellation.indexed_map import IndexedMap, address_grid
+from floor_localizer.core.constellation.indexed_map import IndexedMap, build_map_occupancy
+from floor_localizer.core.constellation.occupancy_bitmap import bitmap_shape
 from floor_localizer.core.independent_tasks import Task, TaskRunner
-from floor_localizer.core.sheets import Sheet, lay_out_sheets
-from floor_localizer.files import binary_form
-from floor_localizer.files.dot_map_check import check_number, check_units
+from floor_localizer.core.levels import Level, arrange_levels
+from floor_localizer.files import binary_format
+from floor_localizer.files.dot_map_check import check_dot_count, check_units
 from floor_localizer.map_building.build_plan import BuildPlan, plan_build
 from floor_localizer.map_building.build_tasks import (
-    cut_into_stripes,
     index_stripe,
     points_on_map,
     read_dots,
     sort_range,
+    split_into_stripes,
 )
-from floor_localizer.map_building.csv_pieces import digest_of, split_csv
+from floor_localizer.map_building.csv_chunks import file_digest, split_csv
 from floor_localizer.map_building.parts_folder import PartsFolder
 
 # Largest number of squares for a dense occupancy array.
@@ -48,11 +48,11 @@ class PartSizes:
     """Sizes of the parts; they affect memory and time, not the result.
 
     Attributes:
-        piece_bytes: size of a CSV chunk [bytes].
+        chunk_bytes: size of a CSV chunk [bytes].
         stripe_dots: approximate number of dots in a stripe.
     """
 
-    piece_bytes: int = 1 << 25
+    chunk_bytes: int = 1 << 25
     stripe_dots: int = 1_000_000
 
 
@@ -89,63 +89,65 @@ class IndexBuild:
             FloorLocalizerError: malformed CSV, parts of another map, or too many dots.
             OSError: the folder cannot be written to, or the disk is full; finished parts are kept.
         """
-        pieces = [
-            piece
-            for sheet, source in enumerate(self._sources)
-            for piece in split_csv(source.absolute(), sheet, self._sizes.piece_bytes)
+        chunks = [
+            chunk
+            for level, source in enumerate(self._sources)
+            for chunk in split_csv(source.absolute(), level, self._sizes.chunk_bytes)
         ]
-        digests = [[source.name, digest_of(source)] for source in self._sources]
+        digests = [[source.name, file_digest(source)] for source in self._sources]
         self._parts.begin(
             {
-                'version': binary_form.VERSION,
+                'version': binary_format.VERSION,
                 'sources': digests,
-                'sizes': [self._sizes.piece_bytes, self._sizes.stripe_dots],
+                'sizes': [self._sizes.chunk_bytes, self._sizes.stripe_dots],
             }
         )
-        told = self._stage(
-            'read', read_dots, [(self._folder, number, piece) for number, piece in enumerate(pieces)]
+        results = self._run_stage(
+            'read', read_dots, [(self._folder, number, chunk) for number, chunk in enumerate(chunks)]
         )
-        check_number(sum(piece['dots'] for piece in told), ', '.join(map(str, self._sources)))
-        sheets = self._sheets(told)
-        plan = self._plan(told, sheets)
-        counts = self._stage(
-            'cut', cut_into_stripes, [(plan, number, piece.sheet) for number, piece in enumerate(pieces)]
+        check_dot_count(sum(chunk['dots'] for chunk in results), ', '.join(map(str, self._sources)))
+        levels = self._levels(results)
+        plan = self._plan(results, levels)
+        counts = self._run_stage(
+            'cut', split_into_stripes, [(plan, number, chunk.level) for number, chunk in enumerate(chunks)]
         )
-        self._parts.drop('dots')
-        self._write_map(plan, np.array(counts, dtype=np.int64).reshape(len(pieces), -1), sheets)
+        self._parts.remove_arrays('dots')
+        self._write_map(plan, np.array(counts, dtype=np.int64).reshape(len(chunks), -1), levels)
         self._parts.map_file.replace(self._out)
         self._parts.remove()
 
-    def _stage(self, stage: str, function: Task, tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
+    def _run_stage(self, stage: str, function: Task, tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
         """Run the unfinished tasks of a stage; return the results of all its tasks."""
-        missing = [task for number, task in enumerate(tasks) if self._parts.result_of(stage, number) is None]
+        missing = [
+            task for number, task in enumerate(tasks) if self._parts.load_result(stage, number) is None
+        ]
         with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=stage, disable=None) as bar:
             for _ in self._runner.run(function, missing):
                 bar.update()
-        return [self._parts.result_of(stage, number) for number in range(len(tasks))]
+        return [self._parts.load_result(stage, number) for number in range(len(tasks))]
 
-    def _sheets(self, told: Sequence[Any]) -> tuple[Sheet, ...]:
+    def _levels(self, results: Sequence[Any]) -> tuple[Level, ...]:
         """Return the levels, none for a single source."""
         if len(self._sources) == 1:
             return ()
         corners: list[tuple[float, float, float, float]] = []
         for number, source in enumerate(self._sources):
-            pieces = [piece for piece in told if piece['sheet'] == number]
-            check_number(sum(piece['dots'] for piece in pieces), str(source))
-            x0, y0 = np.min([piece['lower'] for piece in pieces], axis=0).tolist()
-            x1, y1 = np.max([piece['upper'] for piece in pieces], axis=0).tolist()
+            chunks = [chunk for chunk in results if chunk['sheet'] == number]
+            check_dot_count(sum(chunk['dots'] for chunk in chunks), str(source))
+            x0, y0 = np.min([chunk['lower'] for chunk in chunks], axis=0).tolist()
+            x1, y1 = np.max([chunk['upper'] for chunk in chunks], axis=0).tolist()
             corners.append((x0, y0, x1, y1))
-        return lay_out_sheets([source.stem for source in self._sources], corners)
+        return arrange_levels([source.stem for source in self._sources], corners)
 
-    def _plan(self, told: Sequence[Any], sheets: Sequence[Sheet]) -> BuildPlan:
+    def _plan(self, results: Sequence[Any], levels: Sequence[Level]) -> BuildPlan:
         """Return the plan of the build, from statistics over all dots."""
-        offsets = tuple(sheet.offset for sheet in sheets) or ((0.0, 0.0),)
-        known = self._parts.result_of('spacing', 0)
+        offsets = tuple(level.offset for level in levels) or ((0.0, 0.0),)
+        known = self._parts.load_result('spacing', 0)
         if known is None:
-            known = self._measure(told, offsets)
+            known = self._measure_spacing(results, offsets)
             self._parts.finish('spacing', 0, known)
-        dots = sum(piece['dots'] for piece in told)
-        diameters = [piece['diameter'] for piece in told if piece['diameter'] is not None]
+        dots = sum(chunk['dots'] for chunk in results)
+        diameters = [chunk['diameter'] for chunk in results if chunk['diameter'] is not None]
         check_units(
             float(np.median(diameters)) if diameters else 0.0,
             known['spacing'],
@@ -153,53 +155,55 @@ class IndexBuild:
         )
         return plan_build(
             self._folder,
-            len(told),
+            len(results),
             offsets,
-            grid_frame(np.array(known['lower']), np.array(known['upper']), dots, known['spacing']),
+            grid_layout(np.array(known['lower']), np.array(known['upper']), dots, known['spacing']),
             dots,
             with_diameters=bool(diameters),
             stripe_dots=self._sizes.stripe_dots,
         )
 
-    def _measure(self, told: Sequence[Any], offsets: Sequence[tuple[float, float]]) -> dict[str, Any]:
+    def _measure_spacing(
+        self, results: Sequence[Any], offsets: Sequence[tuple[float, float]]
+    ) -> dict[str, Any]:
         """Return the bounding box of the map and the spacing of its dots."""
 
         def all_points() -> Iterable[NDArray[np.float64]]:
-            for number, piece in enumerate(told):
+            for number, chunk in enumerate(results):
                 table = self._parts.load('dots', number)
-                yield points_on_map(table, offsets[piece['sheet']]).astype(np.float64)
+                yield points_on_map(table, offsets[chunk['sheet']]).astype(np.float64)
 
         corners = np.array([(p.min(axis=0), p.max(axis=0)) for p in all_points() if len(p)])
         lower, upper = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
-        dots = sum(piece['dots'] for piece in told)
+        dots = sum(chunk['dots'] for chunk in results)
 
         def occupied(side: float) -> int:
             return _count_occupied(
-                (squares_of(p, lower, upper, side) for p in all_points()), lower, upper, side
+                (square_indices(p, lower, upper, side) for p in all_points()), lower, upper, side
             )
 
         return {
             'lower': lower.tolist(),
             'upper': upper.tolist(),
-            'spacing': spacing_of(lower, upper, dots, occupied),
+            'spacing': spacing_from_counts(lower, upper, dots, occupied),
         }
 
-    def _write_map(self, plan: BuildPlan, counts: NDArray[np.int64], sheets: Sequence[Sheet]) -> None:
+    def _write_map(self, plan: BuildPlan, counts: NDArray[np.int64], levels: Sequence[Level]) -> None:
         """Write dots, index and header to the file in the folder of the parts."""
         ends = np.hstack([np.zeros((len(counts), 1), dtype=np.int64), np.cumsum(counts, axis=1)])
         shapes = _shapes_of(plan)
-        places = binary_form.places_of(shapes)
+        places = binary_format.array_locations(shapes)
         self._parts.map_file.touch()
-        told = self._stage(
+        results = self._run_stage(
             'index', index_stripe, [(plan, places, stripe, ends) for stripe in range(plan.stripes)]
         )
-        self._parts.drop('cut')
-        by_range = np.array([stripe['entries'] for stripe in told], dtype=np.int64)
+        self._parts.remove_arrays('cut')
+        by_range = np.array([stripe['entries'] for stripe in results], dtype=np.int64)
         shapes['index.entries'] = (int(by_range.sum()),)
-        places = binary_form.places_of(shapes)
+        places = binary_format.array_locations(shapes)
         before = np.concatenate([[0], np.cumsum(by_range.sum(axis=0))])
         stops = np.cumsum(by_range, axis=1)
-        self._stage(
+        self._run_stage(
             'sort',
             sort_range,
             [
@@ -213,32 +217,32 @@ class IndexBuild:
                 for number in range(plan.ranges)
             ],
         )
-        density = density_of_pairs(sum(stripe['pairs'] for stripe in told), plan.dots, plan.frame.cell)
-        self._write_head(plan, places, density, sheets)
+        density = density_from_pairs(sum(stripe['pairs'] for stripe in results), plan.dots, plan.frame.cell)
+        self._write_header(plan, places, density, levels)
 
-    def _write_head(
+    def _write_header(
         self,
         plan: BuildPlan,
-        places: dict[str, binary_form.ArrayPlace],
+        places: dict[str, binary_format.ArrayLocation],
         density: float,
-        sheets: Sequence[Sheet],
+        levels: Sequence[Level],
     ) -> None:
         """Write the parts that depend on the whole map: address matrix and header."""
         path = self._parts.map_file
         with path.open('r+b') as file:
-            file.truncate(binary_form.end_of(places))
+            file.truncate(binary_format.file_size(places))
         content = np.asarray(np.memmap(path, dtype=np.uint8, mode='r'))
-        arrays = {name: binary_form.array_at(content, place) for name, place in places.items()}
+        arrays = {name: binary_format.view_array(content, place) for name, place in places.items()}
         grid = DotGrid(arrays['grid.points'], arrays['grid.starts'], *plan.frame)
-        addresses = address_grid(grid)
+        addresses = build_map_occupancy(grid)
         index = ConstellationIndex(
             arrays['index.entries'], arrays['index.starts'], plan.rules.step, plan.rules.longest
         )
-        binary_map = binary_form.BinaryMap(
-            IndexedMap(grid, index, addresses, density, tuple(sheets)), arrays['diameters']
+        binary_map = binary_format.BinaryMap(
+            IndexedMap(grid, index, addresses, density, tuple(levels)), arrays['diameters']
         )
         with path.open('r+b') as file:
-            file.write(binary_form.head_of(self._out, places, binary_map))
+            file.write(binary_format.header_bytes(self._out, places, binary_map))
             file.seek(places['addresses.bits'].offset)
             file.write(addresses.bits.tobytes())
             file.flush()
@@ -252,7 +256,7 @@ def _shapes_of(plan: BuildPlan) -> dict[str, tuple[int, ...]]:
         'diameters': (dots if plan.with_diameters else 0,),
         'grid.points': (dots, 2),
         'grid.starts': (frame.rows * frame.columns + 1,),
-        'addresses.bits': (0, 0) if dots > LARGE_MAP else address_shape(frame.rows, frame.columns),
+        'addresses.bits': (0, 0) if dots > LARGE_MAP else bitmap_shape(frame.rows, frame.columns),
         'index.starts': (plan.rules.buckets + 1,),
         'index.entries': (0,),
     }
@@ -271,7 +275,7 @@ def _count_occupied(
         for part in parts:
             is_occupied[part] = True
         return int(np.count_nonzero(is_occupied))
-    different = np.empty(0, dtype=np.int64)
+    distinct = np.empty(0, dtype=np.int64)
     for part in parts:
-        different = np.union1d(different, part)
-    return len(different)
+        distinct = np.union1d(distinct, part)
+    return len(distinct)

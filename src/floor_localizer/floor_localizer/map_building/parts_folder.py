@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.files.array_file import write_array
 from floor_localizer.files.file_errors import DotMapError
-from shirube_files import write_text, written_beside
+from shirube_files import atomic_write, write_text
 
 
 class PartsFolder:
@@ -46,7 +46,7 @@ class PartsFolder:
                 'remove it or choose another --out'
             )
 
-    def result_of(self, stage: str, task: int) -> Any | None:
+    def load_result(self, stage: str, task: int) -> Any | None:
         """Return the result of a task, None if it is not finished."""
         try:
             return json.loads((self._folder / f'{stage}-{task:05d}.json').read_text())
@@ -59,7 +59,7 @@ class PartsFolder:
 
     def save(self, name: str, task: int, array: NDArray[Any]) -> None:
         """Write an array of a task atomically."""
-        with written_beside(self._folder / f'{name}-{task:05d}.npy') as file:
+        with atomic_write(self._folder / f'{name}-{task:05d}.npy') as file:
             write_array(file, array)
 
     def load(self, name: str, task: int) -> NDArray[Any]:
@@ -72,7 +72,7 @@ class PartsFolder:
         for task in range(tasks):
             yield self.load(name, task)
 
-    def drop(self, name: str) -> None:
+    def remove_arrays(self, name: str) -> None:
         """Remove the arrays of a name."""
         for path in self._folder.glob(f'{name}-*.npy'):
             path.unlink()

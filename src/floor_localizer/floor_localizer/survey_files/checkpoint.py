@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.piece import Piece
+from floor_localizer.core.survey.submap import Submap
 from floor_localizer.survey_files.code_version import code_version
-from floor_localizer.survey_files.shelf_folder import ShelfFolder
-from shirube_files import remove_halves, write_text, written_beside
+from floor_localizer.survey_files.disk_array_store import DiskArrayStore
+from shirube_files import atomic_write, remove_temporary_files, write_text
 
-Found = DetectedDots | str
+Detection = DetectedDots | str
 """The dots of an image, or why it cannot be used."""
 # Raised by numpy and zipfile for files that are empty, truncated or corrupted.
-_DAMAGED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
+_CORRUPTED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
 
 
 class Checkpoint:
@@ -41,45 +41,45 @@ class Checkpoint:
             OSError: the folder cannot be written to.
         """
         self._folder = folder.absolute()  # the tasks may run in another folder
-        self._shelves = self._folder / 'adjustment'
+        self._stores_folder = self._folder / 'adjustment'
         # In the form in which JSON reads it back.
         given = json.loads(json.dumps({**survey, 'version of the software': code_version()}))
         path = folder / 'survey.json'
         if not path.exists():
             write_text(path, json.dumps(given, indent=1))
-        elif others := _differing(path, given):
+        elif changed := _changed_inputs(path, given):
             raise FloorLocalizerError(
-                f'{folder}: belongs to another survey, which differs by its {" and ".join(others)}; '
+                f'{folder}: belongs to another survey, which differs by its {" and ".join(changed)}; '
                 'remove it or choose another --out'
             )
         for names in ('*.npz', self.images_file.name, path.name):
-            remove_halves(folder, names)
+            remove_temporary_files(folder, names)
 
-    def drop_shelf(self) -> None:
+    def remove_stores(self) -> None:
         """Remove the array stores; dots, submaps and finished steps are kept."""
-        shutil.rmtree(self._shelves, ignore_errors=True)
+        shutil.rmtree(self._stores_folder, ignore_errors=True)
 
     @property
     def images_file(self) -> Path:
         """File with the dots of all images."""
         return self._folder / 'images.bin'
 
-    def create_store(self) -> ShelfFolder:
+    def create_store(self) -> DiskArrayStore:
         """Return an empty array store for the pose graph and the adjustment; remove the previous ones.
 
         Raises:
             OSError: the folder cannot be written to.
         """
-        self.drop_shelf()
-        self._shelves.mkdir(parents=True)
+        self.remove_stores()
+        self._stores_folder.mkdir(parents=True)
         # A unique name, because tasks of a killed run may still be running on a cluster.
-        return ShelfFolder(Path(tempfile.mkdtemp(dir=self._shelves)))
+        return DiskArrayStore(Path(tempfile.mkdtemp(dir=self._stores_folder)))
 
-    def recall(self, step: str) -> dict[str, NDArray[Any]] | None:
+    def load_step(self, step: str) -> dict[str, NDArray[Any]] | None:
         """Return the results of a pose graph or adjustment step, None if it is not finished."""
         return self._load(f'{step}.npz')
 
-    def keep(self, step: str, **arrays: NDArray[Any]) -> None:
+    def save_step(self, step: str, **arrays: NDArray[Any]) -> None:
         """Save the results of a step.
 
         Raises:
@@ -87,20 +87,20 @@ class Checkpoint:
         """
         self._save(f'{step}.npz', **arrays)
 
-    def load_dots(self, chunk: int) -> dict[int, Found] | None:
+    def load_dots(self, chunk: int) -> dict[int, Detection] | None:
         """Return the dots of a chunk by image index, None if they are not saved yet."""
         content = self._load(f'dots_{chunk:05d}.npz')
         if content is None:
             return None
         ends = np.cumsum(content['counts'])
-        found: dict[int, Found] = {}
+        found: dict[int, Detection] = {}
         for k, index in enumerate(content['images'].tolist()):
             rows = content['dots'][ends[k] - content['counts'][k] : ends[k]]
             fault = str(content['faults'][k])
             found[index] = fault or DetectedDots(rows[:, :2].copy(), rows[:, 2].copy(), rows[:, 3].copy())
         return found
 
-    def save_dots(self, chunk: int, found: dict[int, Found]) -> None:
+    def save_dots(self, chunk: int, found: dict[int, Detection]) -> None:
         """Save the dots of a chunk of images.
 
         Raises:
@@ -122,13 +122,13 @@ class Checkpoint:
             ),
         )
 
-    def load_pieces(self, span: int) -> list[Piece] | None:
+    def load_submaps(self, span: int) -> list[Submap] | None:
         """Return the submaps of a span of images, None if they are not saved yet."""
-        content = self._load(f'pieces_{span:05d}.npz')
+        content = self._load(f'submaps_{span:05d}.npz')
         if content is None:
             return None
         return [
-            Piece(
+            Submap(
                 content[f'{k}_images'],
                 content[f'{k}_states'],
                 content[f'{k}_dots'],
@@ -138,38 +138,38 @@ class Checkpoint:
             for k in range(int(content['number']))
         ]
 
-    def count_pieces(self, span: int) -> int:
+    def count_submaps(self, span: int) -> int:
         """Return the number of saved submaps of a span of images."""
-        content = self._load(f'pieces_{span:05d}.npz', 'number')
+        content = self._load(f'submaps_{span:05d}.npz', 'number')
         return 0 if content is None else int(content['number'])
 
-    def save_pieces(self, span: int, pieces: Sequence[Piece]) -> None:
+    def save_submaps(self, span: int, submaps: Sequence[Submap]) -> None:
         """Save the submaps of a span of images.
 
         Raises:
             OSError: the folder cannot be written to.
         """
-        arrays: dict[str, object] = {'number': len(pieces)}
-        for k, piece in enumerate(pieces):
+        arrays: dict[str, object] = {'number': len(submaps)}
+        for k, submap in enumerate(submaps):
             arrays |= {
-                f'{k}_images': piece.images, f'{k}_states': piece.states, f'{k}_dots': piece.dots,
-                f'{k}_counts': piece.counts, f'{k}_linked': piece.is_linked,
+                f'{k}_images': submap.images, f'{k}_states': submap.states, f'{k}_dots': submap.dots,
+                f'{k}_counts': submap.counts, f'{k}_linked': submap.is_continuation,
             }  # fmt: skip
-        self._save(f'pieces_{span:05d}.npz', **arrays)
+        self._save(f'submaps_{span:05d}.npz', **arrays)
 
     def _load(self, name: str, *wanted: str) -> dict[str, NDArray[Any]] | None:
         try:
             with np.load(self._folder / name, allow_pickle=False) as content:
                 return {key: content[key] for key in wanted or content} or None
-        except _DAMAGED:
+        except _CORRUPTED:
             return None  # not finished, or corrupted: computed again
 
     def _save(self, name: str, **arrays: object) -> None:
-        with written_beside(self._folder / name) as file:
+        with atomic_write(self._folder / name) as file:
             np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
-def _differing(path: Path, given: dict[str, object]) -> list[str]:
+def _changed_inputs(path: Path, given: dict[str, object]) -> list[str]:
     """Return the names of the inputs that differ from those of the checkpoint."""
     try:
         known = dict(json.loads(path.read_text()))

@@ -55,7 +55,7 @@ def _from_tum(path: Path, count: int) -> list[PlanarPose]:
             f'{path}: has {len(trajectory)} poses for {count} images; give one line per image'
         )
     return [
-        PlanarPose(float(xyz[0]), float(xyz[1]), yaw_from_quaternion(*(float(part) for part in q)))
+        PlanarPose(float(xyz[0]), float(xyz[1]), yaw_from_quaternion(*(float(batch) for batch in q)))
         for xyz, q in zip(trajectory.positions, trajectory.quaternions, strict=True)
     ]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.survey_files.survey_source import Frame
-from shirube_files import written_beside
+from shirube_files import atomic_write
 
 _COLUMNS = 7
 _ROW = _COLUMNS * np.dtype(np.float64).itemsize
@@ -60,7 +60,7 @@ def pack_images(path: Path, images: Iterable[SurveyImage]) -> PackedImages:
         OSError: the file cannot be written.
     """
     frames, counts = [], []
-    with written_beside(path) as file:
+    with atomic_write(path) as file:
         for image in images:
             table = np.column_stack([image.directions, image.points, image.sigmas, image.diameters])
             file.write(table.tobytes())

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.core.survey.floor_survey import SurveyResult
-from floor_localizer.survey_files.residual_statistics import LengthCounter
+from floor_localizer.survey_files.residual_statistics import LengthHistogram
 from floor_localizer.survey_files.survey_run import SurveyRun
-from shirube_files import write_text, written_beside
+from shirube_files import atomic_write, write_text
 
-_MOST_LISTED = 10
+_MAX_LISTED = 10
 
 
 def survey_report(run: SurveyRun, scale: float | None) -> str:
@@ -25,18 +25,18 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
         scale: scale factor from the known length, None without one.
     """
     result = run.result
-    lengths = LengthCounter()
+    lengths = LengthHistogram()
     for _, residuals in result.residuals:
         lengths.add(np.hypot(*residuals.T))
     counts = result.counts[result.existing_count :]
-    sway = 100.0 * result.states[:, 3], np.degrees(result.states[:, 4]), np.degrees(result.states[:, 5])
+    suspension = 100.0 * result.states[:, 3], np.degrees(result.states[:, 4]), np.degrees(result.states[:, 5])
     scale_text = 'from the height of the camera'
     if scale is not None:
         scale_text = f'from the known length, {100.0 * (scale - 1.0):+.3f} %'
-    left_over = f'{1e3 * lengths.rms / math.sqrt(2.0):.4f} mm rms per axis'
-    left_over += f', {1e3 * lengths.below(0.95):.4f} mm for 95 %, {1e3 * lengths.most:.3f} mm max'
-    camera = f'height {sway[0].mean():+.2f} % ± {sway[0].std():.2f} %'
-    for name, angles in (('roll', sway[1]), ('pitch', sway[2])):
+    residual_text = f'{1e3 * lengths.rms / math.sqrt(2.0):.4f} mm rms per axis'
+    residual_text += f', {1e3 * lengths.quantile(0.95):.4f} mm for 95 %, {1e3 * lengths.maximum:.3f} mm max'
+    camera = f'height {suspension[0].mean():+.2f} % ± {suspension[0].std():.2f} %'
+    for name, angles in (('roll', suspension[1]), ('pitch', suspension[2])):
         camera += f', {name} {angles.mean():+.2f}° ± {angles.std():.2f}°'
     rows = [
         (
@@ -45,31 +45,31 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
         ),
         (
             'dots',
-            f'{len(result.dot_map)}, {len(counts)} of them new; {result.dirt} more were dropped as spurious',
+            f'{len(result.dot_map)}, {len(counts)} of them new; {result.spurious_count} more were dropped as spurious',
         ),
-        ('observed', f'{lengths.number} times, {np.mean(counts) if len(counts) else 0.0:.1f} per new dot'),
-        ('loops', f'{result.loops} loop closures between submaps that are not consecutive'),
-        ('residuals', left_over),
+        ('observed', f'{lengths.count} times, {np.mean(counts) if len(counts) else 0.0:.1f} per new dot'),
+        ('loops', f'{result.loop_closures} loop closures between submaps that are not consecutive'),
+        ('residuals', residual_text),
         ('camera', f'{camera} relative to the mount'),
         ('scale', scale_text),
     ]
     lines = [f'{name:<12}{text}' for name, text in rows]
-    if len(result.left_out):
-        names = [run.images.frames[index].name for index in result.left_out[:_MOST_LISTED]]
-        more = ' ...' if len(result.left_out) > _MOST_LISTED else ''
+    if len(result.unconnected):
+        names = [run.images.frames[index].name for index in result.unconnected[:_MAX_LISTED]]
+        more = ' ...' if len(result.unconnected) > _MAX_LISTED else ''
         lines.append(f'not connected to the map: {", ".join(names)}{more}')
-    lines += [f'could not be used: {fault}' for fault in run.faults[:_MOST_LISTED]]
+    lines += [f'could not be used: {fault}' for fault in run.faults[:_MAX_LISTED]]
     return '\n'.join(lines)
 
 
-def save_sightings(path: Path, result: SurveyResult) -> None:
+def save_observation_counts(path: Path, result: SurveyResult) -> None:
     """Write each dot with the number of images that observed it.
 
     Raises:
         OSError: the file cannot be written.
     """
     dots = result.dot_map
-    with written_beside(path) as file:
+    with atomic_write(path) as file:
         file.write(b'x,y,diameter,count\n')
         for (x, y), diameter, count in zip(dots.points, dots.diameters, result.counts, strict=True):
             size = '' if math.isnan(diameter) else f'{diameter:.6f}'

@@ -14,20 +14,20 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.independent_tasks import Task, TaskRunner
 from floor_localizer.core.survey.adjustment_rounds import ADJUSTMENTS
+from floor_localizer.core.survey.connected_images import connect_images
 from floor_localizer.core.survey.floor_survey import SurveyResult, adjust_survey
-from floor_localizer.core.survey.linked_images import link_images
-from floor_localizer.core.survey.piece import Piece
+from floor_localizer.core.survey.keyframe_selection import select_keyframes, split_into_submaps
+from floor_localizer.core.survey.submap import Submap
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
-from floor_localizer.core.survey.survey_plan import choose_images, cut_pieces
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.packed_images import PackedImages, pack_images
 from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
-from floor_localizer.survey_files.survey_tasks import find_dots, put_together
+from floor_localizer.survey_files.survey_tasks import build_span_submaps, detect_dots
 from shirube_geometry import CameraMount
 
-IMAGES_A_CHUNK = 40
-_USABLE = 0.5
+IMAGES_PER_CHUNK = 40
+_MIN_USABLE_FRACTION = 0.5
 """Smallest fraction of the images that must be usable."""
 
 
@@ -46,7 +46,7 @@ class SurveyRun:
     faults: list[str]
 
 
-def survey_key(
+def survey_inputs(
     source: FolderSource | BagSource, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
 ) -> dict[str, object]:
     """Return everything besides the code that the results depend on, by human-readable names."""
@@ -83,23 +83,23 @@ def run_survey(
         FloorLocalizerError: the images do not overlap, or too few can be used.
         OSError: a checkpoint cannot be written.
     """
-    images, spans, faults = put_images_together(source, mount, settings, checkpoint, runner)
-    outline, position, shelf = (
+    images, spans, faults = build_all_submaps(source, mount, settings, checkpoint, runner)
+    outline, position, store = (
         view_outline(source.camera, mount),
         np.array(mount.xyz),
         checkpoint.create_store(),
     )
-    pieces = _pieces(checkpoint, spans)
-    linked = link_images(images, pieces, settings, shelf, existing, checkpoint)
+    submaps = _iterate_submaps(checkpoint, spans)
+    connected = connect_images(images, submaps, settings, store, existing, checkpoint)
     with tqdm(total=ADJUSTMENTS, desc='adjustments', disable=None) as bar:
         result = adjust_survey(
-            images, linked, outline, position, settings, shelf, existing, runner, checkpoint,
+            images, connected, outline, position, settings, store, existing, runner, checkpoint,
             lambda done: bar.update(done - bar.n) and None,
         )  # fmt: skip
     return SurveyRun(result, images, faults)
 
 
-def put_images_together(
+def build_all_submaps(
     source: SurveySource,
     mount: CameraMount,
     settings: SurveySettings,
@@ -117,11 +117,11 @@ def put_images_together(
         OSError: a checkpoint cannot be written.
     """
     width = view_outline(source.camera, mount).width
-    chosen = choose_images([frame.T_odom_base for frame in source.frames], width, settings)
-    chunks = _detect(source, chosen, checkpoint, runner)
+    chosen = select_keyframes([frame.T_odom_base for frame in source.frames], width, settings)
+    chunks = _detect_dots(source, chosen, checkpoint, runner)
     faults: list[str] = []
     images = pack_images(checkpoint.images_file, _usable_images(source, mount, checkpoint, chunks, faults))
-    if len(faults) > (1.0 - _USABLE) * len(chosen):
+    if len(faults) > (1.0 - _MIN_USABLE_FRACTION) * len(chosen):
         raise FloorLocalizerError(
             f'{len(faults)} of {len(chosen)} images cannot be used; the first: {faults[0]}'
         )
@@ -129,33 +129,35 @@ def put_images_together(
         raise FloorLocalizerError(
             f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive farther'
         )
-    spans = cut_pieces([frame.T_odom_base for frame in images.frames], width, settings)
+    spans = split_into_submaps([frame.T_odom_base for frame in images.frames], width, settings)
     tasks = [
         (checkpoint, number, images[first : last + 1], first, np.array(mount.xyz), settings)
         for number, (first, last) in enumerate(spans)
     ]
-    _stage(runner, 'submaps', put_together, tasks, checkpoint.load_pieces)
+    _run_stage(runner, 'submaps', build_span_submaps, tasks, checkpoint.load_submaps)
     return images, len(spans), faults
 
 
-def _pieces(checkpoint: Checkpoint, spans: int) -> Iterator[Piece]:
+def _iterate_submaps(checkpoint: Checkpoint, spans: int) -> Iterator[Submap]:
     """Yield all submaps with a progress bar."""
-    total = sum(checkpoint.count_pieces(span) for span in range(spans))
+    total = sum(checkpoint.count_submaps(span) for span in range(spans))
     with tqdm(total=total, desc='pose graph', disable=None) as bar:
         for span in range(spans):
-            for piece in checkpoint.load_pieces(span) or ():
-                yield piece
+            for submap in checkpoint.load_submaps(span) or ():
+                yield submap
                 bar.update()
 
 
-def _detect(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner) -> int:
+def _detect_dots(
+    source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner
+) -> int:
     """Detect the dots of the keyframes; return the number of chunks in the checkpoint."""
-    chunks = [chosen[start : start + IMAGES_A_CHUNK] for start in range(0, len(chosen), IMAGES_A_CHUNK)]
+    chunks = [chosen[start : start + IMAGES_PER_CHUNK] for start in range(0, len(chosen), IMAGES_PER_CHUNK)]
     tasks = [
-        (checkpoint, number, source.part(chunk), [source.frames[index].name for index in chunk])
+        (checkpoint, number, source.batch(chunk), [source.frames[index].name for index in chunk])
         for number, chunk in enumerate(chunks)
     ]
-    _stage(runner, f'dots of {IMAGES_A_CHUNK} images', find_dots, tasks, checkpoint.load_dots)
+    _run_stage(runner, f'dots of {IMAGES_PER_CHUNK} images', detect_dots, tasks, checkpoint.load_dots)
     return len(chunks)
 
 
@@ -172,7 +174,7 @@ def _usable_images(
                 yield survey_image(frame.name, frame.T_odom_base, dots, source.camera, mount)
 
 
-def _stage(
+def _run_stage(
     runner: TaskRunner,
     name: str,
     function: Task,
@@ -184,9 +186,9 @@ def _stage(
     with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=name, disable=None) as bar:
         for _ in runner.run(function, [tasks[number] for number in missing]):
             bar.update()
-    lost = sum(load(number) is None for number in missing)
-    if lost:
+    lost_count = sum(load(number) is None for number in missing)
+    if lost_count:
         raise FloorLocalizerError(
-            f'{lost} results of the workers are missing in the checkpoint; '
+            f'{lost_count} results of the workers are missing in the checkpoint; '
             'use workers that see the same files under the same names'
         )

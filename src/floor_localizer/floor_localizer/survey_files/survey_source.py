@@ -13,8 +13,8 @@ import numpy as np
 
 from floor_localizer.bag_localization import choose_topics
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.odometry_trail import OdometryTrail
-from floor_localizer.survey_files.image_parts import BagPart, FilePart, ImagePart
+from floor_localizer.core.survey.odometry_buffer import OdometryBuffer
+from floor_localizer.survey_files.image_batches import BagImageBatch, FileImageBatch, ImageBatch
 from floor_localizer.survey_files.odometry_file import load_odometry
 from shirube_bags.bag_reader import BagReader
 from shirube_geometry import PinholeCamera, PlanarPose
@@ -52,7 +52,7 @@ class SurveySource(Protocol):
     frames: list[Frame]
     camera: PinholeCamera
 
-    def part(self, wanted: Sequence[int]) -> ImagePart:
+    def batch(self, wanted: Sequence[int]) -> ImageBatch:
         """Return the images of ascending indices as a batch that any process can read."""
         ...
 
@@ -78,9 +78,9 @@ class FolderSource:
         poses = load_odometry(odometry, self.files)
         self.frames = [Frame(path.name, pose) for path, pose in zip(self.files, poses, strict=True)]
 
-    def part(self, wanted: Sequence[int]) -> FilePart:
+    def batch(self, wanted: Sequence[int]) -> FileImageBatch:
         """Return the images of ascending indices as a batch that any process can read."""
-        return FilePart(tuple((index, self.files[index].absolute()) for index in wanted), self.camera)
+        return FileImageBatch(tuple((index, self.files[index].absolute()) for index in wanted), self.camera)
 
 
 class BagSource:
@@ -107,30 +107,32 @@ class BagSource:
                 raise FloorLocalizerError(
                     f'{path}: has no odometry; record nav_msgs/msg/Odometry along with the images'
                 )
-            trail = _read_trail(bag, self._topics.odometry)
+            odometry_buffer = _read_odometry(bag, self._topics.odometry)
             self.camera, stamps, self._received = _read_stamps(bag, self._topics)
         self.frames = [
-            Frame(f'image {index} of {self._topics.images[0]}', trail.pose_at(stamp, f'image {index}'))
+            Frame(
+                f'image {index} of {self._topics.images[0]}', odometry_buffer.pose_at(stamp, f'image {index}')
+            )
             for index, stamp in enumerate(stamps)
         ]
 
-    def part(self, wanted: Sequence[int]) -> BagPart:
+    def batch(self, wanted: Sequence[int]) -> BagImageBatch:
         """Return the images of ascending indices as a batch that any process can read."""
         begin, end = self._received[wanted[0]], self._received[wanted[-1]]
         first = bisect_left(self._received, begin)
-        return BagPart(
+        return BagImageBatch(
             self._path.absolute(), self._topics.images[0], begin, end, first, tuple(wanted), self.camera
         )
 
 
-def _read_trail(bag: BagReader, topic: str) -> OdometryTrail:
+def _read_odometry(bag: BagReader, topic: str) -> OdometryBuffer:
     stamps, poses = [], []
     for message in Recording(bag, RecordingTopics((), (), topic), camera_from_camera_info).messages():
         if isinstance(message, RecordedOdometry):
             stamp = message.header.stamp
             stamps.append(stamp.sec * _NANOSECONDS + stamp.nanosec)
             poses.append((message.T_odom_base.x, message.T_odom_base.y, message.T_odom_base.yaw))
-    return OdometryTrail(np.array(stamps, dtype=np.int64), np.array(poses).reshape(-1, 3), topic)
+    return OdometryBuffer(np.array(stamps, dtype=np.int64), np.array(poses).reshape(-1, 3), topic)
 
 
 def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera, list[int], list[int]]:

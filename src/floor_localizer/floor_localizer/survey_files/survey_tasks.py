@@ -9,40 +9,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction import DotDetector
-from floor_localizer.core.survey.piece import Piece, build_piece
+from floor_localizer.core.survey.submap import Submap, build_submap
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from floor_localizer.survey_files.checkpoint import Checkpoint, Found
-from floor_localizer.survey_files.image_parts import ImagePart
+from floor_localizer.survey_files.checkpoint import Checkpoint, Detection
+from floor_localizer.survey_files.image_batches import ImageBatch
 from floor_localizer.survey_files.packed_images import PackedImages
 
-_LEAST_DOTS = 8
+_MIN_DOTS = 8
 
 
-def find_dots(checkpoint: Checkpoint, chunk: int, part: ImagePart, names: Sequence[str]) -> None:
+def detect_dots(checkpoint: Checkpoint, chunk: int, batch: ImageBatch, names: Sequence[str]) -> None:
     """Detect the dots of a chunk of images.
 
     Args:
         checkpoint: checkpoint of the survey.
         chunk: number of the chunk.
-        part: images of the chunk.
+        batch: images of the chunk.
         names: names of the images, for messages.
     """
     detector = DotDetector()
-    found: dict[int, Found] = {}
-    for (index, pixels), name in zip(part, names, strict=True):
-        found[index] = pixels if isinstance(pixels, str) else _dots_of(detector, pixels, name)
+    found: dict[int, Detection] = {}
+    for (index, pixels), name in zip(batch, names, strict=True):
+        found[index] = pixels if isinstance(pixels, str) else _detect_image(detector, pixels, name)
     checkpoint.save_dots(chunk, found)
 
 
-def _dots_of(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Found:
+def _detect_image(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Detection:
     """Return the dots of an image, or a message that they are too few to match another image."""
     dots = detector.detect(pixels)
-    if len(dots) < _LEAST_DOTS:
-        return f'{name}: shows {len(dots)} dots, at least {_LEAST_DOTS} are needed'
+    if len(dots) < _MIN_DOTS:
+        return f'{name}: shows {len(dots)} dots, at least {_MIN_DOTS} are needed'
     return dots
 
 
-def put_together(
+def build_span_submaps(
     checkpoint: Checkpoint,
     span: int,
     packed: PackedImages,
@@ -60,10 +60,10 @@ def put_together(
         position: optical centre in the base frame, shape (3,) [m].
         settings: survey settings.
     """
-    images, pieces = list(packed), list[Piece]()
-    begin, last, is_linked = 0, len(images) - 1, span > 0
+    images, submaps = list(packed), list[Submap]()
+    begin, last, is_continuation = 0, len(images) - 1, span > 0
     while begin <= last:
-        piece = build_piece(images, begin, last, position, settings, is_linked=is_linked)
-        begin, is_linked = int(piece.images[-1]) + 1, False
-        pieces.append(replace(piece, images=piece.images + first))
-    checkpoint.save_pieces(span, pieces)
+        submap = build_submap(images, begin, last, position, settings, is_continuation=is_continuation)
+        begin, is_continuation = int(submap.images[-1]) + 1, False
+        submaps.append(replace(submap, images=submap.images + first))
+    checkpoint.save_submaps(span, submaps)

@@ -14,16 +14,16 @@ from scipy.spatial import cKDTree
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.independent_tasks import OwnProcess
-from floor_localizer.core.sheets import sheet_of
-from floor_localizer.files.binary_form import load_binary
-from floor_localizer.files.csv_form import save_csv
+from floor_localizer.core.independent_tasks import InProcessRunner
+from floor_localizer.core.levels import level_at
+from floor_localizer.files.binary_format import load_binary
+from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_building import build_tasks
 from floor_localizer.map_building.index_build import IndexBuild, PartSizes
 from floor_localizer.task_runner import task_runner
 
-SMALL = PartSizes(piece_bytes=9000, stripe_dots=300)
+SMALL = PartSizes(chunk_bytes=9000, stripe_dots=300)
 
 
 @pytest.fixture(scope='module')
@@ -46,7 +46,7 @@ class Backwards:
     """Runs tasks in reverse order, as a cluster might."""
 
     def run(self, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        return OwnProcess().run(function, arguments[::-1])
+        return InProcessRunner().run(function, arguments[::-1])
 
 
 class Dying:
@@ -56,7 +56,7 @@ class Dying:
         self.left = tasks
 
     def run(self, function: Callable[..., Any], arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
-        for _ in OwnProcess().run(function, arguments):
+        for _ in InProcessRunner().run(function, arguments):
             self.left -= 1
             if self.left <= 0:
                 raise SystemExit
@@ -64,7 +64,7 @@ class Dying:
 
 
 @pytest.mark.parametrize('sizes', [SMALL, PartSizes(1 << 20, 10**6), PartSizes(2500, 100)])
-@pytest.mark.parametrize('runner', [OwnProcess(), Backwards()])
+@pytest.mark.parametrize('runner', [InProcessRunner(), Backwards()])
 def test_parts_make_the_same_bytes_as_the_whole(source, at_once, tmp_path, sizes, runner):
     IndexBuild([source], tmp_path / 'map', runner, sizes).run()
     assert (tmp_path / 'map').read_bytes() == at_once
@@ -83,7 +83,7 @@ def test_a_build_that_dies_again_and_again_ends_with_the_same_bytes(source, at_o
         with pytest.raises(SystemExit):
             IndexBuild([source], tmp_path / 'map', Dying(tasks), SMALL).run()
         assert not (tmp_path / 'map').exists()
-    IndexBuild([source], tmp_path / 'map', OwnProcess(), SMALL).run()
+    IndexBuild([source], tmp_path / 'map', InProcessRunner(), SMALL).run()
     assert (tmp_path / 'map').read_bytes() == at_once
 
 
@@ -111,9 +111,9 @@ def test_a_full_disk_loses_nothing(source, at_once, tmp_path, monkeypatch, writt
     with monkeypatch.context() as full:
         full.setattr(build_tasks, '_write', write_until_full)
         with pytest.raises(OSError, match='No space'):
-            IndexBuild([source], tmp_path / 'map', OwnProcess(), SMALL).run()
+            IndexBuild([source], tmp_path / 'map', InProcessRunner(), SMALL).run()
     assert not (tmp_path / 'map').exists()
-    IndexBuild([source], tmp_path / 'map', OwnProcess(), SMALL).run()
+    IndexBuild([source], tmp_path / 'map', InProcessRunner(), SMALL).run()
     assert (tmp_path / 'map').read_bytes() == at_once
 
 
@@ -125,22 +125,22 @@ def test_parts_of_another_map_are_not_mixed_in(source, tmp_path):
     with pytest.raises(
         FloorLocalizerError, match='another map or version; remove it or choose another --out'
     ):
-        IndexBuild([other], tmp_path / 'map', OwnProcess(), SMALL).run()
+        IndexBuild([other], tmp_path / 'map', InProcessRunner(), SMALL).run()
 
 
-def test_sheets_hold_their_floors_side_by_side(tmp_path):
+def test_levels_are_arranged_side_by_side(tmp_path):
     floors = [random_map(seed, (0.4, 0.3)) for seed in (5, 6)]
     shifted = DotMap(floors[1].points - 30.0, np.full(len(floors[1]), np.nan))
     paths = [tmp_path / 'ground.csv', tmp_path / 'first.csv']
     for path, floor in zip(paths, (floors[0], shifted)):
         save_csv(path, floor)
-    IndexBuild(paths, tmp_path / 'house.dotmap', OwnProcess(), SMALL).run()
+    IndexBuild(paths, tmp_path / 'house.dotmap', InProcessRunner(), SMALL).run()
     found = load_binary(tmp_path / 'house.dotmap').floor
-    assert [sheet.name for sheet in found.sheets] == ['ground', 'first']
+    assert [level.name for level in found.levels] == ['ground', 'first']
     assert len(found.grid.points) == len(floors[0]) + len(shifted)
-    for sheet, floor in zip(found.sheets, (floors[0], shifted)):
-        own = np.array([p for p in found.grid.points.astype(float) if sheet_of(found.sheets, *p) == sheet])
-        back = own - sheet.offset
+    for level, floor in zip(found.levels, (floors[0], shifted)):
+        own = np.array([p for p in found.grid.points.astype(float) if level_at(found.levels, *p) == level])
+        back = own - level.offset
         distances, _ = cKDTree(back).query(floor.points)
         assert len(own) == len(floor)
         assert distances.max() < 5e-6
@@ -162,20 +162,20 @@ def test_a_malformed_line_is_named(source, tmp_path, old, new, part):
     content = source.read_bytes()
     path.write_bytes(content.replace(old, new) if old else content + new)
     if part == 'dots':  # a distant dot is valid
-        IndexBuild([path], tmp_path / 'map', OwnProcess(), SMALL).run()
+        IndexBuild([path], tmp_path / 'map', InProcessRunner(), SMALL).run()
         return
     with pytest.raises(FloorLocalizerError, match=part) as caught:
-        IndexBuild([path], tmp_path / 'map', OwnProcess(), SMALL).run()
+        IndexBuild([path], tmp_path / 'map', InProcessRunner(), SMALL).run()
     if old is None:
         assert f'line {content.count(10) + 1}' in str(caught.value)
 
 
-def test_a_dot_that_stands_twice_is_named(source, tmp_path):
+def test_a_duplicate_dot_is_named(source, tmp_path):
     path = tmp_path / 'twice.csv'
     content = source.read_bytes()
     path.write_bytes(content + content.splitlines(keepends=True)[40])
     with pytest.raises(FloorLocalizerError, match='is in the map twice'):
-        IndexBuild([path], tmp_path / 'map', OwnProcess(), SMALL).run()
+        IndexBuild([path], tmp_path / 'map', InProcessRunner(), SMALL).run()
 
 
 def test_millimetres_are_refused(source, tmp_path):
@@ -183,4 +183,4 @@ def test_millimetres_are_refused(source, tmp_path):
     rows = np.loadtxt(source, delimiter=',', skiprows=1, usecols=(0, 1)) * 1000.0
     save_csv(path, DotMap(rows, np.full(len(rows), np.nan)))
     with pytest.raises(FloorLocalizerError, match='looks like millimetres'):
-        IndexBuild([path], tmp_path / 'map', OwnProcess(), SMALL).run()
+        IndexBuild([path], tmp_path / 'map', InProcessRunner(), SMALL).run()

@@ -9,12 +9,12 @@ from floor_localizer.core.constellation.pair_search import search_pairs
 from floor_localizer.core.constellation.search_state import new_search
 from floor_localizer.core.constellation.view_dots import make_view
 from floor_localizer.core.mat.mat_settings import MatSettings
-from floor_localizer.core.mat.random_mat import Mat, lay_mat
+from floor_localizer.core.mat.random_mat import Mat, generate_mat
 
 SETTINGS = MatSettings(width=0.3, height=0.2)
 
 
-def looks_alike(mat: Mat, other: Mat) -> bool:
+def is_match(mat: Mat, other: Mat) -> bool:
     """Return whether the centre of one mat is found anywhere on the other, by trying all pairs."""
     middle = mat.points[np.abs(mat.points - (0.15, 0.1)).max(axis=1) < 0.05]
     floor = index_map(other.dot_map)
@@ -24,7 +24,7 @@ def looks_alike(mat: Mat, other: Mat) -> bool:
 
 
 def test_dots_keep_their_distance_and_stay_on_the_mat() -> None:
-    mat = lay_mat(SETTINGS, 1)
+    mat = generate_mat(SETTINGS, 1)
     assert len(mat.points) == 300
     assert cKDTree(mat.points).query(mat.points, k=2)[0][:, 1].min() >= SETTINGS.spacing
     assert mat.points.min() >= SETTINGS.diameter / 2
@@ -32,19 +32,19 @@ def test_dots_keep_their_distance_and_stay_on_the_mat() -> None:
 
 
 def test_dots_are_spread_evenly() -> None:
-    mat = lay_mat(replace(SETTINGS, width=1.0, height=1.0), 4)
+    mat = generate_mat(replace(SETTINGS, width=1.0, height=1.0), 4)
     counts = np.histogram2d(*mat.points.T, bins=4, range=[[0, 1], [0, 1]])[0]
     # 312 a cell; without clumps its deviation is below Poisson's 18.
     assert np.abs(counts - counts.mean()).max() < 60
 
 
 @pytest.mark.parametrize('seed', [2, 3, 4])
-def test_two_mats_never_look_alike(seed: int) -> None:
-    mat = lay_mat(SETTINGS, 1)
-    assert looks_alike(mat, mat)
-    assert not looks_alike(mat, lay_mat(SETTINGS, seed))
+def test_two_mats_never_match(seed: int) -> None:
+    mat = generate_mat(SETTINGS, 1)
+    assert is_match(mat, mat)
+    assert not is_match(mat, generate_mat(SETTINGS, seed))
 
 
 @pytest.mark.parametrize('change', [{'width': 0.31}, {'diameter': 0.0024}, {'density': 4999.0}])
-def test_a_mat_of_other_measures_looks_otherwise(change: dict[str, float]) -> None:
-    assert not looks_alike(lay_mat(SETTINGS, 1), lay_mat(replace(SETTINGS, **change), 1))
+def test_mats_of_different_sizes_do_not_match(change: dict[str, float]) -> None:
+    assert not is_match(generate_mat(SETTINGS, 1), generate_mat(replace(SETTINGS, **change), 1))

@@ -27,7 +27,7 @@ def test_dots_anywhere_match_as_often_as_blocks_are_occupied() -> None:
     assert match_rate(ADDRESSES, points) == pytest.approx(1.0 - math.exp(-DENSITY * BLOCK**2), abs=0.004)
 
 
-def test_the_rate_is_a_share_of_all_dots() -> None:
+def test_the_rate_is_a_fraction_of_all_dots() -> None:
     points = np.vstack([FLOOR[:3], [[-5.0, 0.5], [0.5, 5.0]]])
     assert match_rate(ADDRESSES, points) == pytest.approx(0.6)
 

@@ -38,7 +38,7 @@ def test_the_pose_is_found(missing: float, spurious: float, seed: int) -> None:
     found = MATCHER.match(image)
     assert isinstance(found, PoleStarPose)
     assert found.T_map_view.distance_to(T_map_view) < 0.002
-    assert abs(found.T_map_view.turn_to(T_map_view)) < np.radians(1.5)
+    assert abs(found.T_map_view.yaw_to(T_map_view)) < np.radians(1.5)
     assert np.mean(map_dots[found.pairs[:, 0]] == found.pairs[:, 1]) > 0.8
     assert found.match_rate <= 1.0
 

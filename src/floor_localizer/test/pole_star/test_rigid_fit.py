@@ -15,7 +15,7 @@ def test_the_pose_that_moved_the_dots_comes_back(yaw: float) -> None:
     T_map_view = PlanarPose(1.2, 7.5, yaw)
     fitted = fit_pose(VIEW, T_map_view.transform(VIEW))
     assert fitted.distance_to(T_map_view) < 1e-12
-    assert abs(fitted.turn_to(T_map_view)) < 1e-12
+    assert abs(fitted.yaw_to(T_map_view)) < 1e-12
 
 
 def test_no_pose_nearby_has_smaller_residuals() -> None:

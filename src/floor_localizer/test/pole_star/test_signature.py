@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.pole_star.signature import (
     build_signature_table,
-    most_voted,
+    pearson_residuals,
     pole_star_signature,
-    surplus,
+    top_candidates,
     vote,
 )
 from shirube_geometry import PlanarPose
@@ -55,28 +55,28 @@ def test_a_lone_distance_votes_for_the_dots_that_have_it() -> None:
     np.testing.assert_allclose(votes, [[0.5, 0.5, 0.0, 0.0]] * 2)
 
 
-def test_the_dots_in_view_are_most_voted() -> None:
+def test_the_dots_in_view_are_the_top_candidates() -> None:
     view, inside = view_of((0.25, 0.25), 0.045)
-    candidates = most_voted(surplus(vote(TABLE, view, TOLERANCE)), 5)
+    candidates = top_candidates(pearson_residuals(vote(TABLE, view, TOLERANCE)), 5)
     found = [dot in row for dot, row in zip(inside, candidates)]
     assert np.mean(found) > 0.9
 
 
-def test_the_surplus_is_what_the_margins_do_not_explain() -> None:
+def test_pearson_residuals_are_what_the_margins_do_not_explain() -> None:
     votes = np.random.default_rng(2).uniform(0.1, 1.0, (6, 9)).astype(np.float32)
     average = votes.sum(axis=1, keepdims=True) * votes.sum(axis=0) / votes.sum()
-    above = surplus(votes) * np.sqrt(average)
+    above = pearson_residuals(votes) * np.sqrt(average)
     np.testing.assert_allclose(above.sum(axis=0), 0.0, atol=1e-5)
     np.testing.assert_allclose(above.sum(axis=1), 0.0, atol=1e-5)
 
 
-def test_votes_that_differ_only_by_crowding_leave_no_surplus() -> None:
+def test_votes_that_differ_only_by_crowding_leave_no_residual() -> None:
     votes = np.outer([1.0, 2.0, 3.0], [5.0, 1.0, 0.0, 2.0]).astype(np.float32)
-    np.testing.assert_allclose(surplus(votes), 0.0, atol=1e-5)
+    np.testing.assert_allclose(pearson_residuals(votes), 0.0, atol=1e-5)
 
 
-def test_the_most_voted_are_the_highest() -> None:
+def test_the_top_candidates_have_the_most_votes() -> None:
     votes = np.random.default_rng(3).permuted(np.tile(np.arange(20.0, dtype=np.float32), (4, 1)), axis=1)
-    chosen = np.take_along_axis(votes, most_voted(votes, 3), axis=1)
+    chosen = np.take_along_axis(votes, top_candidates(votes, 3), axis=1)
     np.testing.assert_array_equal(np.sort(chosen, axis=1), [[17.0, 18.0, 19.0]] * 4)
-    np.testing.assert_array_equal(np.sort(most_voted(votes, 50), axis=1), [np.arange(20)] * 4)
+    np.testing.assert_array_equal(np.sort(top_candidates(votes, 50), axis=1), [np.arange(20)] * 4)

@@ -10,24 +10,24 @@ import numpy as np
 import pytest
 from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, small_floor, survey
 
-from floor_localizer.core.independent_tasks import OwnProcess
-from floor_localizer.core.survey.adjustment import BodyPriors, adjust_blocks
-from floor_localizer.core.survey.block_cutting import BlockCutter
+from floor_localizer.core.independent_tasks import InProcessRunner
+from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore
+from floor_localizer.core.survey.block_partition import BlockPartitioner
+from floor_localizer.core.survey.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
+from floor_localizer.core.survey.dot_estimation import project_rays_to_map
+from floor_localizer.core.survey.existing_dots import store_existing_dots
 from floor_localizer.core.survey.fixed_dots import fix_dots
-from floor_localizer.core.survey.old_dots import shelve_dots
-from floor_localizer.core.survey.placed_dots import map_points
-from floor_localizer.core.survey.placed_sightings import placed, sightings_of
-from floor_localizer.core.survey.shelf import MemoryShelf, Shelf
-from floor_localizer.core.survey.sighting_blocks import SightingBlock, SightingBlocks
-from floor_localizer.core.survey.sightings import merge_sightings
+from floor_localizer.core.survey.observation_blocks import ObservationBlock, ObservationBlocks
+from floor_localizer.core.survey.observation_merging import merge_observations
+from floor_localizer.core.survey.projected_observations import collect_observations, project_observations
 from floor_localizer.core.survey.survey_image import SurveyImage
-from floor_localizer.survey_files import shelf_folder
+from floor_localizer.survey_files import disk_array_store
+from floor_localizer.survey_files.disk_array_store import DiskArrayStore
 from floor_localizer.survey_files.packed_images import pack_images
-from floor_localizer.survey_files.shelf_folder import ShelfFolder
 from shirube_geometry import PlanarPose
 
-PRIORS = BodyPriors(POSITION, 0.001, 0.001)
-REACH = 0.0008
+PRIORS = SuspensionPriors(POSITION, 0.001, 0.001)
+MERGE_DISTANCE = 0.0008
 
 
 @pytest.fixture(scope='module')
@@ -40,43 +40,53 @@ def states(drive: Drive) -> np.ndarray:
     return survey(drive).states
 
 
-def cut(
-    drive: Drive, states: np.ndarray, most: int, reach: float = REACH, shelf: Shelf | None = None
-) -> SightingBlocks:
-    shelf = shelf or MemoryShelf()
-    cutter = BlockCutter(drive.images, POSITION, SETTINGS.dot_sigma, shelf, OwnProcess(), most)
-    return cutter.cut(states, reach)
+def partition(
+    drive: Drive,
+    states: np.ndarray,
+    most: int,
+    merge_distance: float = MERGE_DISTANCE,
+    store: ArrayStore | None = None,
+) -> ObservationBlocks:
+    store = store or MemoryArrayStore()
+    partitioner = BlockPartitioner(drive.images, POSITION, SETTINGS.dot_sigma, store, InProcessRunner(), most)
+    return partitioner.partition(states, merge_distance)
 
 
-def dots_by_rows(blocks: SightingBlocks) -> set[frozenset[tuple[float, ...]]]:
+def observations_by_dot(blocks: ObservationBlocks) -> set[frozenset[tuple[float, ...]]]:
     """Return each dot as the set of its observations."""
     return {
         frozenset(
             (k, *d)
-            for k, d in zip(block.seen.image[rows].tolist(), block.seen.directions[rows].tolist())
+            for k, d in zip(block.observations.image[rows].tolist(), block.observations.directions[rows].tolist())
         )
         for block in blocks
-        for rows in (np.flatnonzero(block.seen.dot == dot) for dot in range(len(block.fixed_dots)))
+        for rows in (np.flatnonzero(block.observations.dot == dot) for dot in range(len(block.fixed_dots)))
     }  # fmt: skip
 
 
-@pytest.mark.parametrize('reach', [REACH, 0.0035])
-def test_dots_are_those_of_all_sightings_at_once(drive: Drive, states: np.ndarray, reach: float) -> None:
+@pytest.mark.parametrize('merge_distance', [MERGE_DISTANCE, 0.0035])
+def test_dots_are_those_of_all_observations_at_once(
+    drive: Drive, states: np.ndarray, merge_distance: float
+) -> None:
     # With the larger merge distance, clusters span several tiles before they are split.
-    seen = sightings_of(drive.images, np.arange(len(states)), SETTINGS.dot_sigma)
-    dot = merge_sightings(placed(seen, states, POSITION).points, seen.image, reach)
+    observations = collect_observations(drive.images, np.arange(len(states)), SETTINGS.dot_sigma)
+    dot = merge_observations(
+        project_observations(observations, states, POSITION).points, observations.image, merge_distance
+    )
     rows = [[] for _ in range(dot.max() + 1)]
-    for k, (image, direction) in enumerate(zip(seen.image.tolist(), seen.directions.tolist())):
+    for k, (image, direction) in enumerate(
+        zip(observations.image.tolist(), observations.directions.tolist())
+    ):
         rows[dot[k]].append((image, *direction))
-    blocks = cut(drive, states, 9, reach)
+    blocks = partition(drive, states, 9, merge_distance)
     assert len(blocks) >= 8
-    assert dots_by_rows(blocks) == {frozenset(row) for row in rows}
+    assert observations_by_dot(blocks) == {frozenset(row) for row in rows}
 
 
 def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_path: Path) -> None:
     many, one = (
-        adjust_blocks(cut(drive, states, most, shelf=shelf), states, PRIORS, OwnProcess())
-        for most, shelf in ((9, ShelfFolder(tmp_path / 'shelf')), (10_000, MemoryShelf()))
+        bundle_adjust_blocks(partition(drive, states, most, store=store), states, PRIORS, InProcessRunner())
+        for most, store in ((9, DiskArrayStore(tmp_path / 'shelf')), (10_000, MemoryArrayStore()))
     )
     assert np.abs(many - states).max() > 1e-6
     np.testing.assert_allclose(many, one, rtol=0.0, atol=1e-10)
@@ -85,30 +95,37 @@ def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_p
 def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: np.ndarray) -> None:
     """Few images and no residual beyond the Huber threshold, so that the weights follow from the sigmas."""
     few = Drive(drive.floor, drive.images[:14], drive.truth[:14])
-    blocks, start = cut(few, states[:14], 4), states[:14]
+    blocks, start = partition(few, states[:14], 4), states[:14]
     for number, block in enumerate(blocks):
-        wide = block.seen.sigmas * 20.0
-        seen = type(block.seen)(block.seen.image, block.seen.dot, block.seen.directions, wide, wide)
-        blocks.put(number, SightingBlock(seen, block.fixed_dots))
+        wide = block.observations.sigmas * 20.0
+        observations = type(block.observations)(
+            block.observations.image, block.observations.dot, block.observations.directions, wide, wide
+        )
+        blocks.put(number, ObservationBlock(observations, block.fixed_dots))
     rows, values, count = [], [], 6 * 14 + 2 * sum(len(block.fixed_dots) for block in blocks)
     dots_before = 6 * 14
     for block in blocks:
-        seen = block.seen
-        points = map_points(seen.directions, POSITION, start[seen.image])
-        means = np.array([points[seen.dot == dot].mean(axis=0) for dot in range(len(block.fixed_dots))])
-        for k, image in enumerate(seen.image.tolist()):
+        observations = block.observations
+        points = project_rays_to_map(observations.directions, POSITION, start[observations.image])
+        means = np.array(
+            [points[observations.dot == dot].mean(axis=0) for dot in range(len(block.fixed_dots))]
+        )
+        for k, image in enumerate(observations.image.tolist()):
             jacobian = np.zeros((2, count))
             for unknown in range(6):
                 ahead, behind = start[[image]].copy(), start[[image]].copy()
                 ahead[0, unknown] += 1e-5
                 behind[0, unknown] -= 1e-5
-                moved = [map_points(seen.directions[[k]], POSITION, each)[0] for each in (ahead, behind)]
+                moved = [
+                    project_rays_to_map(observations.directions[[k]], POSITION, each)[0]
+                    for each in (ahead, behind)
+                ]
                 jacobian[:, 6 * image + unknown] = (moved[0] - moved[1]) / 2e-5
-            residual = points[k] - means[seen.dot[k]]
+            residual = points[k] - means[observations.dot[k]]
             jacobian[:, 6 * image + 3] -= residual
-            jacobian[:, dots_before + 2 * seen.dot[k] + np.arange(2)] = -np.eye(2)
-            rows += list(jacobian / seen.sigmas[k])
-            values += list(residual / seen.sigmas[k])
+            jacobian[:, dots_before + 2 * observations.dot[k] + np.arange(2)] = -np.eye(2)
+            rows += list(jacobian / observations.sigmas[k])
+            values += list(residual / observations.sigmas[k])
         dots_before += 2 * len(block.fixed_dots)
     sigmas = np.tile([np.inf, np.inf, np.inf, PRIORS.scale, PRIORS.tilt, PRIORS.tilt], 14)
     sigmas[:3] = 1e-7
@@ -116,25 +133,32 @@ def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: n
     prior[:, : len(sigmas)] = np.diag(1.0 / sigmas)
     pull = np.where(np.arange(len(sigmas)) % 6 < 3, 0.0, start.ravel() / sigmas)
     step = -np.linalg.lstsq(np.vstack([*rows, *prior]), np.concatenate([values, pull]), rcond=None)[0]
-    found = adjust_blocks(blocks, start, PRIORS, OwnProcess(), iterations=1) - start
+    found = bundle_adjust_blocks(blocks, start, PRIORS, InProcessRunner(), iterations=1) - start
     assert np.abs(found).max() > 1e-5
     np.testing.assert_allclose(found.ravel(), step[: 6 * 14], atol=2e-4 * np.abs(found).max())
 
 
-def test_a_dot_of_the_old_map_is_given_once(drive: Drive, states: np.ndarray) -> None:
-    many, one = cut(drive, states, 9), cut(drive, states, 10_000)
+def test_a_dot_of_the_existing_map_is_matched_once(drive: Drive, states: np.ndarray) -> None:
+    many, one = partition(drive, states, 9), partition(drive, states, 10_000)
     old = some_dots(states, one) + 0.0001
     for blocks in (many, one):
-        fix_dots(blocks, states, POSITION, shelve_dots(old, blocks.shelf), REACH, OwnProcess())
+        fix_dots(
+            blocks,
+            states,
+            POSITION,
+            store_existing_dots(old, blocks.store),
+            MERGE_DISTANCE,
+            InProcessRunner(),
+        )
     kept = [np.concatenate([block.fixed_dots[block.is_fixed] for block in blocks]) for blocks in (many, one)]
     assert len(kept[0]) == len(np.unique(kept[0], axis=0)) > 0.9 * len(old)
     assert {tuple(dot) for dot in kept[0]} == {tuple(dot) for dot in kept[1]}
 
 
-def some_dots(states: np.ndarray, blocks: SightingBlocks) -> np.ndarray:
-    seen = blocks[0].seen
-    points = map_points(seen.directions, POSITION, states[seen.image])
-    return np.array([points[seen.dot == dot][0] for dot in range(0, len(blocks[0].fixed_dots), 5)])
+def some_dots(states: np.ndarray, blocks: ObservationBlocks) -> np.ndarray:
+    observations = blocks[0].observations
+    points = project_rays_to_map(observations.directions, POSITION, states[observations.image])
+    return np.array([points[observations.dot == dot][0] for dot in range(0, len(blocks[0].fixed_dots), 5)])
 
 
 def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
@@ -146,23 +170,27 @@ def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
     ]
 
 
-def test_a_chain_over_many_tiles_is_one_dot() -> None:
+def test_a_cluster_over_many_tiles_is_one_dot() -> None:
     points = np.column_stack([0.0005 * np.arange(60), np.zeros(60)])
-    cutter = BlockCutter(views_of_a_dot_each(points), POSITION, 0.0, MemoryShelf(), OwnProcess(), 2)
-    blocks = cutter.cut(np.zeros((60, 6)), REACH)
+    partitioner = BlockPartitioner(
+        views_of_a_dot_each(points), POSITION, 0.0, MemoryArrayStore(), InProcessRunner(), 2
+    )
+    blocks = partitioner.partition(np.zeros((60, 6)), MERGE_DISTANCE)
     assert len(blocks) == 32
-    assert [len(block.seen.image) for block in blocks if len(block.fixed_dots)] == [60]
+    assert [len(block.observations.image) for block in blocks if len(block.fixed_dots)] == [60]
 
 
-def test_of_dots_in_several_blocks_the_nearest_is_the_old_one() -> None:
+def test_of_dots_in_several_blocks_the_nearest_is_fixed() -> None:
     points = np.array([[0.0, 0.0003], [0.0, -0.0001], [0.0, 0.0002]])
-    blocks = SightingBlocks(MemoryShelf(), 3)
+    blocks = ObservationBlocks(MemoryArrayStore(), 3)
     for number in range(3):
-        seen = sightings_of(views_of_a_dot_each(points), np.array([number]), 0.0)
-        block = SightingBlock(replace(seen, dot=np.zeros(1, dtype=np.int64)), np.full((1, 2), np.nan))
+        observations = collect_observations(views_of_a_dot_each(points), np.array([number]), 0.0)
+        block = ObservationBlock(
+            replace(observations, dot=np.zeros(1, dtype=np.int64)), np.full((1, 2), np.nan)
+        )
         blocks.put(number, block)
-    old = shelve_dots(np.zeros((1, 2)), blocks.shelf)
-    fix_dots(blocks, np.zeros((3, 6)), POSITION, old, REACH, OwnProcess())
+    old = store_existing_dots(np.zeros((1, 2)), blocks.store)
+    fix_dots(blocks, np.zeros((3, 6)), POSITION, old, MERGE_DISTANCE, InProcessRunner())
     assert [bool(block.is_fixed[0]) for block in blocks] == [False, True, False]
 
 
@@ -176,17 +204,17 @@ def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None
 
 
 def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shelf, saved = ShelfFolder(tmp_path / 'shelf'), shelf_folder.write_array
-    shelf.put('block', 3, np.arange(4), np.eye(2))
+    store, saved = DiskArrayStore(tmp_path / 'shelf'), disk_array_store.write_array
+    store.put('block', 3, np.arange(4), np.eye(2))
 
     def full(file: IO[bytes], array: np.ndarray) -> None:
         if array.ndim == 2:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         saved(file, array)
 
-    monkeypatch.setattr(shelf_folder, 'write_array', full)
+    monkeypatch.setattr(disk_array_store, 'write_array', full)
     with pytest.raises(OSError, match='No space left'):
-        shelf.put('block', 3, np.arange(5), np.eye(3))
-    first, second = shelf.get('block', 3)
+        store.put('block', 3, np.arange(5), np.eye(3))
+    first, second = store.get('block', 3)
     np.testing.assert_array_equal(first, np.arange(4))
     np.testing.assert_array_equal(second, np.eye(2))

@@ -7,10 +7,10 @@ from simulated_survey import (
     POSITION,
     SETTINGS,
     Drive,
+    build_submaps_of,
     drive_over,
     errors,
     lane_poses,
-    pieces_of,
     seen_dots,
     small_floor,
     survey,
@@ -18,10 +18,10 @@ from simulated_survey import (
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.adjustment_rounds import learned_priors
+from floor_localizer.core.survey.adjustment_rounds import estimate_priors
+from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.floor_survey import survey_floor
 from floor_localizer.core.survey.map_comparison import compare
-from floor_localizer.core.survey.shelf import MemoryShelf
 from floor_localizer.core.survey.survey_settings import SurveySettings
 
 SIZE = (0.45, 0.33)
@@ -42,28 +42,28 @@ def test_lanes_become_one_map(drive: Drive) -> None:
     assert len(found.missing) < 0.04 * len(drive.floor)
 
 
-def test_short_pieces_are_linked_to_those_of_the_lane_beside(drive: Drive) -> None:
+def test_short_submaps_have_loop_closures_to_the_neighbouring_lane(drive: Drive) -> None:
     # With submaps of a whole lane each, as above, neighbouring lanes are consecutive and there is no loop closure.
-    settings = SurveySettings(piece_length=2.0)
-    pieces = pieces_of(drive.images, settings)
-    result = survey_floor(drive.images, pieces, OUTLINE, POSITION, settings, MemoryShelf())
-    assert len(pieces) > 6
-    assert result.loops >= len(pieces) // 2
+    settings = SurveySettings(submap_length=2.0)
+    submaps = build_submaps_of(drive.images, settings)
+    result = survey_floor(drive.images, submaps, OUTLINE, POSITION, settings, MemoryArrayStore())
+    assert len(submaps) > 6
+    assert result.loop_closures >= len(submaps) // 2
     assert errors(drive, result).max() < 0.0004
 
 
-def test_dirt_that_was_seen_once_is_dropped(drive: Drive) -> None:
+def test_spurious_dots_seen_once_are_dropped(drive: Drive) -> None:
     result = survey(drive)
     # One false dot per image; those in the outer strip, which only one image sees, are kept.
-    assert result.dirt > 0.5 * len(drive.images)
+    assert result.spurious_count > 0.5 * len(drive.images)
     assert len(compare(drive.floor, result.dot_map).extra) < 0.2 * len(drive.images)
     assert (result.counts[result.counts > 1]).size > 0.8 * len(result.dot_map)
 
 
-def test_a_stiff_robot_is_told_from_a_swaying_one() -> None:
+def test_priors_distinguish_a_stiff_robot_from_a_swaying_one() -> None:
     for sway in (0.0, 0.5):
         result = survey(drive_over(small_floor(), lane_poses(SIZE), sway=sway))
-        priors = learned_priors(result.states, POSITION, SETTINGS)
+        priors = estimate_priors(result.states, POSITION, SETTINGS)
         true = sway * np.array([0.02, 0.0175]) / np.sqrt(2.0)
         found = np.array([priors.scale, priors.tilt])
         assert np.all(found < 1.5 * true + 0.0003)
@@ -79,7 +79,7 @@ def test_a_swaying_robot_bends_the_map_but_little() -> None:
     assert np.sqrt(np.mean(np.concatenate([each for _, each in result.residuals]) ** 2)) < 0.00006
 
 
-def test_a_loop_is_closed_though_the_odometry_has_drifted_off() -> None:
+def test_a_loop_is_closed_despite_odometry_drift() -> None:
     size = (0.5, 0.5)
     corners = [(0.07, 0.07), (0.43, 0.07), (0.43, 0.43), (0.07, 0.43), (0.07, 0.09)]
     poses = []
@@ -104,7 +104,7 @@ def test_a_loop_is_closed_though_the_odometry_has_drifted_off() -> None:
     truth = [pose @ PlanarPose(*MOUNT.xyz[:2], 0.0).inverse() for pose in truth]
     drive = drive_over(random_floor(3, size), truth)
     result = survey(drive)
-    assert result.loops >= 1
+    assert result.loop_closures >= 1
     assert errors(drive, result).max() < 0.001
 
 

@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 
-from floor_localizer.core.survey.image_boxes import shelve_boxes
-from floor_localizer.core.survey.shelf import MemoryShelf
-from floor_localizer.core.survey.tiles import Tile, cut_tiles
+from floor_localizer.core.survey.array_store import MemoryArrayStore
+from floor_localizer.core.survey.image_boxes import store_boxes
+from floor_localizer.core.survey.tiles import Tile, split_into_tiles
 
 
 @pytest.mark.parametrize('count', [1, 31, 32, 33, 500])
-def test_all_whose_boxes_meet_a_tile_are_found_and_no_others(count: int) -> None:
+def test_exactly_the_images_whose_boxes_overlap_a_tile_are_found(count: int) -> None:
     rng = np.random.default_rng(count)
-    middles = np.cumsum(rng.normal(0.0, 0.1, (count, 2)), axis=0)  # along a drive
+    centres = np.cumsum(rng.normal(0.0, 0.1, (count, 2)), axis=0)  # along a drive
     sizes = rng.uniform(0.0, 0.1, (count, 2))
-    boxes = np.stack([middles - sizes, middles + sizes], axis=1)
-    found = shelve_boxes(boxes, MemoryShelf())
-    for tile in cut_tiles(middles, 7):
-        for each in (tile, tile.grown(-0.05)):
+    boxes = np.stack([centres - sizes, centres + sizes], axis=1)
+    found = store_boxes(boxes, MemoryArrayStore())
+    for tile in split_into_tiles(centres, 7):
+        for each in (tile, tile.expanded(-0.05)):
             meets = [
                 k
                 for k, ((left, low), (right, high)) in enumerate(boxes.tolist())
@@ -25,9 +25,9 @@ def test_all_whose_boxes_meet_a_tile_are_found_and_no_others(count: int) -> None
                 and low < each.upper[1]
                 and high >= each.lower[1]
             ]
-            assert found.meeting(each).tolist() == meets
+            assert found.overlapping_images(each).tolist() == meets
 
 
-def test_nothing_lies_in_an_empty_place() -> None:
-    found = shelve_boxes(np.array([[[0.0, 0.0], [1.0, 1.0]]]), MemoryShelf())
-    assert len(found.meeting(Tile(np.full(2, np.inf), np.full(2, -np.inf)))) == 0
+def test_no_image_overlaps_an_empty_tile() -> None:
+    found = store_boxes(np.array([[[0.0, 0.0], [1.0, 1.0]]]), MemoryArrayStore())
+    assert len(found.overlapping_images(Tile(np.full(2, np.inf), np.full(2, -np.inf)))) == 0

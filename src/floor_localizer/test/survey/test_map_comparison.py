@@ -17,21 +17,21 @@ def moved(floor: DotMap, motion: PlanarPose, scale: float = 1.0) -> DotMap:
 def test_a_moved_map_is_the_same_map(floor: DotMap) -> None:
     found = compare(floor, moved(floor, MOTION))
     assert found.T_first_second.distance_to(MOTION) < 1e-6
-    assert abs(found.T_first_second.turn_to(MOTION)) < 1e-6
+    assert abs(found.T_first_second.yaw_to(MOTION)) < 1e-6
     assert len(found.pairs) == len(floor)
     assert found.rms < 1e-6
     assert len(found.missing) == len(found.extra) == found.outside == 0
 
 
 @pytest.mark.parametrize('scale', [1.002, 0.996])
-def test_the_scale_is_told(floor: DotMap, scale: float) -> None:
+def test_the_scale_is_estimated(floor: DotMap, scale: float) -> None:
     found = compare(floor, moved(floor, MOTION, scale))
     assert abs(found.scale - scale) < 1e-5
     np.testing.assert_array_equal(found.pairs[:, 0], found.pairs[:, 1])
     assert len(found.pairs) == len(floor)
 
 
-def test_noise_is_told_as_rms(floor: DotMap) -> None:
+def test_noise_is_reported_as_rms(floor: DotMap) -> None:
     noise = np.random.default_rng(1).normal(0.0, 0.0001, floor.points.shape)
     found = compare(floor, DotMap(floor.points + noise, floor.diameters))
     np.testing.assert_allclose(found.rms, 0.0001 * np.sqrt(2.0), rtol=0.05)

@@ -12,21 +12,21 @@ from simulated_survey import (
     POSITION,
     SETTINGS,
     Drive,
+    build_submaps_of,
     drive_over,
     lane_poses,
-    pieces_of,
     small_floor,
 )
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.independent_tasks import OwnProcess, Task, TaskRunner, run_numbered
-from floor_localizer.core.survey import block_cutting
+from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner, run_indexed
+from floor_localizer.core.survey import block_partition
+from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore
+from floor_localizer.core.survey.connected_images import ConnectedImages, connect_images
 from floor_localizer.core.survey.floor_survey import SurveyResult, adjust_survey
-from floor_localizer.core.survey.linked_images import LinkedImages, link_images
-from floor_localizer.core.survey.shelf import MemoryShelf, Shelf
-from floor_localizer.core.survey.survey_record import NoRecord
-from floor_localizer.survey_files.shelf_folder import ShelfFolder
+from floor_localizer.core.survey.step_checkpoint import NoCheckpoint
+from floor_localizer.survey_files.disk_array_store import DiskArrayStore
 
 MOST_PICKLED = 3000
 """Largest size of a pickled task, whose data are in the array store [B]."""
@@ -50,22 +50,26 @@ def drive() -> Drive:
 
 
 def adjusted(
-    drive: Drive, linked: LinkedImages, existing: DotMap | None, shelf: Shelf, runner: TaskRunner
+    drive: Drive, connected: ConnectedImages, existing: DotMap | None, store: ArrayStore, runner: TaskRunner
 ) -> SurveyResult:
     return adjust_survey(
-        drive.images, linked, OUTLINE, POSITION, SETTINGS, shelf, existing, runner, NoRecord()
+        drive.images, connected, OUTLINE, POSITION, SETTINGS, store, existing, runner, NoCheckpoint()
     )
 
 
 def test_a_survey_is_the_same_from_other_processes_in_any_order(
     drive: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(block_cutting.BlockCutter.__init__, '__defaults__', (1,))  # many tiles of few images
+    monkeypatch.setattr(
+        block_partition.BlockPartitioner.__init__, '__defaults__', (1,)
+    )  # many tiles of few images
     left = drive.floor.points[:, 0] < 0.15
     existing = DotMap(drive.floor.points[left], drive.floor.diameters[left])
-    linked = link_images(drive.images, pieces_of(drive.images), SETTINGS, MemoryShelf(), existing, NoRecord())
-    here = adjusted(drive, linked, existing, MemoryShelf(), OwnProcess())
-    there = adjusted(drive, linked, existing, ShelfFolder(tmp_path / 'shelf'), Elsewhere())
+    connected = connect_images(
+        drive.images, build_submaps_of(drive.images), SETTINGS, MemoryArrayStore(), existing, NoCheckpoint()
+    )
+    here = adjusted(drive, connected, existing, MemoryArrayStore(), InProcessRunner())
+    there = adjusted(drive, connected, existing, DiskArrayStore(tmp_path / 'shelf'), Elsewhere())
     assert len(here.blocks) >= 9
     for first, second in (
         (here.dot_map.points, there.dot_map.points),
@@ -75,17 +79,17 @@ def test_a_survey_is_the_same_from_other_processes_in_any_order(
         *((a, b) for (_, a), (_, b) in zip(here.residuals, there.residuals, strict=True)),
     ):
         np.testing.assert_array_equal(first, second)
-    assert (here.dirt, here.existing_count) == (there.dirt, there.existing_count)
+    assert (here.spurious_count, here.existing_count) == (there.spurious_count, there.existing_count)
 
 
 @pytest.mark.parametrize(('count', 'batch'), [(0, 3), (1, 3), (7, 3), (9, 3), (4, 1)])
 def test_each_number_is_given_once(count: int, batch: int) -> None:
     seen: list[int] = []
-    run_numbered(OwnProcess(), seen.append, count, batch)
+    run_indexed(InProcessRunner(), seen.append, count, batch)
     assert seen == list(range(count))
 
 
-def test_what_another_process_wrote_elsewhere_is_told(tmp_path: Path) -> None:
-    for read in (lambda shelf: shelf.get('block', 3), lambda shelf: shelf.look_up('states')):
+def test_a_missing_array_of_another_process_is_an_error(tmp_path: Path) -> None:
+    for read in (lambda store: store.get('block', 3), lambda store: store.memory_map('states')):
         with pytest.raises(FloorLocalizerError, match='use workers that see the same files'):
-            read(ShelfFolder(tmp_path))
+            read(DiskArrayStore(tmp_path))

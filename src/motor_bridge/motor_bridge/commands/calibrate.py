@@ -10,15 +10,15 @@ from pathlib import Path
 
 from motor_bridge.core.calibration import MeasuredRun, WheelCalibration, calibrate_wheels
 from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
-from motor_bridge.core.count_watch import turns_between
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.encoder_monitor import count_difference
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.serial_protocol import LinkError
-from motor_bridge.core.wheel_base import WheelBase
 from motor_bridge.files.wheels_file import read_drive_settings, write_values
 from motor_bridge.node_settings import NodeSettings
 from motor_bridge.serial_port import SerialPort
 
-_GREETINGS = 20  # an Arduino boots for up to 2 s
+_HANDSHAKE_ATTEMPTS = 20  # an Arduino boots for up to 2 s
 _DEFAULTS = NodeSettings()
 
 
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (EOFError, KeyboardInterrupt):
         print('calibrate: aborted before the last measurement; nothing is written', file=sys.stderr)
         return 1
-    print(_told(calibration))
+    print(_format_calibration(calibration))
     print(f'written to {out}')
     return 0
 
@@ -58,34 +58,39 @@ def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCa
     if options.port is not None:
         if options.straight or options.turn:
             raise MotorBridgeError('--port measures new runs; omit --straight and --turn, or --port')
-        return calibrate_wheels(*_runs_by_hand(options, ask), settings.ticks_per_revolution)
-    base = WheelBase(settings)
+        return calibrate_wheels(*_measure_runs(options, ask), settings.ticks_per_revolution)
+    kinematics = DiffDriveKinematics(settings)
     straights = [
-        MeasuredRun(said / base.metres_per_tick, said / base.metres_per_tick, true)
-        for said, true in options.straight
+        MeasuredRun(odometry / kinematics.metres_per_tick, odometry / kinematics.metres_per_tick, measured)
+        for odometry, measured in options.straight
     ]
-    turns = [_turn(base, math.radians(said), math.radians(true)) for said, true in options.turn]
+    turns = [
+        _turn_run(kinematics, math.radians(odometry), math.radians(measured))
+        for odometry, measured in options.turn
+    ]
     return calibrate_wheels(straights, turns, settings.ticks_per_revolution)
 
 
-def _turn(base: WheelBase, said: float, measured: float) -> MeasuredRun:
-    ticks = 0.5 * said * base.separation / base.metres_per_tick
+def _turn_run(kinematics: DiffDriveKinematics, odometry: float, measured: float) -> MeasuredRun:
+    ticks = 0.5 * odometry * kinematics.separation / kinematics.metres_per_tick
     return MeasuredRun(-ticks, ticks, measured)
 
 
-def _runs_by_hand(
+def _measure_runs(
     options: argparse.Namespace, ask: Callable[[str], str]
 ) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
     """Measure runs while an operator pushes the robot."""
     with SerialPort(options.port, options.baud, _DEFAULTS.reply_timeout) as line:
         link = ControllerLink(line, ControllerSetup(options.baud, _DEFAULTS.gains))
-        _greet(link)
+        _handshake(link)
         straights = [
-            _pushed(link, ask, 'Push the robot straight ahead, 2 m or more, without slip.', 'How far [m]? ')
+            _measure_push(
+                link, ask, 'Push the robot straight ahead, 2 m or more, without slip.', 'How far [m]? '
+            )
             for _ in range(options.runs)
         ]
         turns = [
-            _pushed(
+            _measure_push(
                 link, ask, 'Turn it on the spot counterclockwise, 5 times or more.', 'How far [degrees]? '
             )
             for _ in range(options.runs)
@@ -93,10 +98,10 @@ def _runs_by_hand(
     return straights, [MeasuredRun(run.left, run.right, math.radians(run.measured)) for run in turns]
 
 
-def _greet(link: ControllerLink) -> None:
-    for left in reversed(range(_GREETINGS)):
+def _handshake(link: ControllerLink) -> None:
+    for left in reversed(range(_HANDSHAKE_ATTEMPTS)):
         try:
-            link.greet()
+            link.handshake()
         except LinkError:
             if left == 0:
                 raise
@@ -104,11 +109,13 @@ def _greet(link: ControllerLink) -> None:
             return
 
 
-def _pushed(link: ControllerLink, ask: Callable[[str], str], order: str, question: str) -> MeasuredRun:
-    ask(f'{order} Press Enter before you begin. ')
+def _measure_push(
+    link: ControllerLink, ask: Callable[[str], str], instruction: str, question: str
+) -> MeasuredRun:
+    ask(f'{instruction} Press Enter before you begin. ')
     before = link.read_counts()
     answer = ask(question)
-    left, right = turns_between(before, link.read_counts())
+    left, right = count_difference(before, link.read_counts())
     try:
         measured = float(answer)
     except ValueError as fault:
@@ -116,15 +123,15 @@ def _pushed(link: ControllerLink, ask: Callable[[str], str], order: str, questio
     return MeasuredRun(left, right, measured)
 
 
-def _told(calibration: WheelCalibration) -> str:
+def _format_calibration(calibration: WheelCalibration) -> str:
     radius_spread, separation_spread = 1e3 * calibration.radius_spread, 1e3 * calibration.separation_spread
     lines = [
         f'wheel_radius      {calibration.radius:.5f} m, single straights within {radius_spread:.2f} mm',
         f'wheel_separation  {calibration.separation:.4f} m, single turns within {separation_spread:.1f} mm',
     ]
-    if abs(calibration.pull) > 0.01:
+    if abs(calibration.wheel_asymmetry) > 0.01:
         lines.append(
-            f'on straights the left wheel counts {100.0 * calibration.pull:+.1f} % more than the right one: '
+            f'on straights the left wheel counts {100.0 * calibration.wheel_asymmetry:+.1f} % more than the right one: '
             'check that the runs were straight and the wheels are equal'
         )
     return '\n'.join(lines)

@@ -19,27 +19,27 @@ import numpy as np
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.line_faults import FAULTS, LineFaults, read_fault_order
+from motor_bridge.emulator.line_faults import FAULTS, LineFaults, parse_fault_request
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time import RealTime
+from motor_bridge.emulator.real_time_stepper import RealTimeStepper
 from shirube_settings import SettingsError, describe_settings, settings_from_values
 
-_LOOK = 0.1  # [s]
+_POLL_PERIOD = 0.1  # [s]
 _CHUNK = 4096
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run until SIGINT or SIGTERM; return 0, or 1 if an option is invalid."""
     options = make_parser().parse_args(arguments)
-    is_over = Event()
+    stop_event = Event()
 
     def end(_number: int, _frame: FrameType | None) -> None:
-        is_over.set()
+        stop_event.set()
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, end)
     try:
-        emulate(options, is_over, sys.stdin)
+        emulate(options, stop_event, sys.stdin)
     except (MotorBridgeError, SettingsError) as fault:
         print(f'firmware_emulator: {fault}', file=sys.stderr)
         return 1
@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def emulate(options: argparse.Namespace, is_over: Event, orders: TextIO) -> None:
+def emulate(options: argparse.Namespace, stop_event: Event, commands: TextIO) -> None:
     """Serve a controller until the stop event; inject faults from lines of text.
 
     Args:
@@ -66,36 +66,36 @@ def emulate(options: argparse.Namespace, is_over: Event, orders: TextIO) -> None
     rng, fault_rng = np.random.default_rng(options.seed).spawn(2)
     controller, lock, faults = EmulatedController(settings, rng), Lock(), LineFaults(fault_rng)
     terminal = PseudoTerminal(controller, lock, faults=faults, latency=options.latency, link=options.link)
-    with terminal, RealTime(controller, lock):
+    with terminal, RealTimeStepper(controller, lock):
         print(terminal.path, flush=True)
-        rest: bytes | None = b''
-        while not is_over.is_set():
-            if rest is None:
-                sleep(_LOOK)
+        partial_line: bytes | None = b''
+        while not stop_event.is_set():
+            if partial_line is None:
+                sleep(_POLL_PERIOD)
             else:
-                rest = _take_orders(orders, rest, faults)
+                partial_line = _read_fault_commands(commands, partial_line, faults)
         with lock:
             pose = controller.T_world_base
     print(f'final pose: x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad')
 
 
-def _take_orders(orders: TextIO, rest: bytes, faults: LineFaults) -> bytes | None:
+def _read_fault_commands(commands: TextIO, partial_line: bytes, faults: LineFaults) -> bytes | None:
     """Inject the faults of received lines; return the partial last line, None at the end of the input."""
-    if orders.closed:
+    if commands.closed:
         return None
     # Read past the file's own buffer, which `select` does not see.
-    if not select.select([orders], [], [], _LOOK)[0]:
-        return rest
-    more = os.read(orders.fileno(), _CHUNK)
+    if not select.select([commands], [], [], _POLL_PERIOD)[0]:
+        return partial_line
+    more = os.read(commands.fileno(), _CHUNK)
     if not more:
         return None
-    *lines, rest = (rest + more).split(b'\n')
+    *lines, partial_line = (partial_line + more).split(b'\n')
     for line in lines:
         try:
-            faults.order(read_fault_order(line.decode(errors='replace')))
+            faults.inject(parse_fault_request(line.decode(errors='replace')))
         except MotorBridgeError as fault:
             print(f'firmware_emulator: {fault}', file=sys.stderr, flush=True)
-    return rest
+    return partial_line
 
 
 def _seed(text: str) -> int:

@@ -44,7 +44,7 @@ class WheelCalibration:
     separation: float
     radius_spread: float
     separation_spread: float
-    pull: float
+    wheel_asymmetry: float
 
 
 def calibrate_wheels(
@@ -65,31 +65,33 @@ def calibrate_wheels(
     if not straights or not turns:
         raise MotorBridgeError('give at least one straight and one turn')
     for run in straights:
-        _check(run, 0.5 * (run.left + run.right), 'straight')
+        _check_run(run, 0.5 * (run.left + run.right), 'straight')
     for run in turns:
-        _check(run, 0.5 * (run.right - run.left), 'turn')
-    turned = [math.pi * (run.left + run.right) / ticks_per_revolution for run in straights]
-    radius = _slope(turned, [run.measured for run in straights])
-    _refuse_impossible('wheel_radius', radius, _RADIUS)
+        _check_run(run, 0.5 * (run.right - run.left), 'turn')
+    angles = [math.pi * (run.left + run.right) / ticks_per_revolution for run in straights]
+    radius = _fit_slope(angles, [run.measured for run in straights])
+    _check_range('wheel_radius', radius, _RADIUS)
     per_tick = math.tau * radius / ticks_per_revolution
-    ways = [per_tick * (run.right - run.left) for run in turns]
-    separation = _slope([run.measured for run in turns], ways)
-    _refuse_impossible('wheel_separation', separation, _SEPARATION)
+    distances = [per_tick * (run.right - run.left) for run in turns]
+    separation = _fit_slope([run.measured for run in turns], distances)
+    _check_range('wheel_separation', separation, _SEPARATION)
     return WheelCalibration(
         radius,
         separation,
-        max(abs(run.measured / angle - radius) for run, angle in zip(straights, turned, strict=True)),
-        max(abs(way / run.measured - separation) for run, way in zip(turns, ways, strict=True)),
+        max(abs(run.measured / angle - radius) for run, angle in zip(straights, angles, strict=True)),
+        max(
+            abs(distance / run.measured - separation) for run, distance in zip(turns, distances, strict=True)
+        ),
         sum(run.left for run in straights) / sum(run.right for run in straights) - 1.0,
     )
 
 
-def _slope(x: Sequence[float], y: Sequence[float]) -> float:
+def _fit_slope(x: Sequence[float], y: Sequence[float]) -> float:
     """Return the least-squares slope through the origin."""
     return sum(a * b for a, b in zip(x, y, strict=True)) / sum(a * a for a in x)
 
 
-def _check(run: MeasuredRun, ticks: float, name: str) -> None:
+def _check_run(run: MeasuredRun, ticks: float, name: str) -> None:
     values = (run.left, run.right, run.measured)
     if not all(map(math.isfinite, values)) or abs(ticks) < _TICKS_MIN or run.measured == 0.0:
         raise MotorBridgeError(
@@ -105,7 +107,7 @@ def _check(run: MeasuredRun, ticks: float, name: str) -> None:
         )
 
 
-def _refuse_impossible(name: str, value: float, allowed: tuple[float, float]) -> None:
+def _check_range(name: str, value: float, allowed: tuple[float, float]) -> None:
     if not allowed[0] <= value <= allowed[1]:
         raise MotorBridgeError(
             f'{name} is {value:.4g} m, which is implausible; check the measurements and ticks_per_revolution'

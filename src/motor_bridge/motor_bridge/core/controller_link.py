@@ -6,23 +6,23 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from motor_bridge.core.serial_protocol import (
-    ASK_BAUD,
     END_OF_COMMAND,
+    READ_BAUD,
     READ_ENCODERS,
     REPLY_MAX,
     STOP,
     BadReplyError,
     NoReplyError,
     WheelCounts,
-    check_done,
+    check_acknowledged,
     gains_request,
-    read_baud,
-    read_counts,
+    parse_baud,
+    parse_counts,
     speeds_request,
 )
 
 
-class Line(Protocol):
+class SerialLine(Protocol):
     """A serial line."""
 
     def write(self, data: bytes) -> None:
@@ -34,7 +34,7 @@ class Line(Protocol):
     def drain(self) -> int:
         """Discard received bytes until the line is quiet; return their number."""
 
-    def drop_received(self) -> int:
+    def discard_received(self) -> int:
         """Discard received bytes without waiting; return their number."""
 
 
@@ -58,12 +58,12 @@ class ControllerLink:
         unsolicited_bytes: number of bytes received without a command.
     """
 
-    def __init__(self, line: Line, setup: ControllerSetup) -> None:
+    def __init__(self, line: SerialLine, setup: ControllerSetup) -> None:
         """Start before the handshake."""
         self._line, self._setup = line, setup
-        self.unasked = 0
+        self.unsolicited_bytes = 0
 
-    def greet(self) -> WheelCounts:
+    def handshake(self) -> WheelCounts:
         """Handshake: stop the motors, check the baud rate, set the gains and return the encoder counts.
 
         A carriage return ends partial commands from noise. A hung controller may have a pending command, so the stop is
@@ -74,12 +74,12 @@ class ControllerLink:
         """
         self._line.write(END_OF_COMMAND + STOP)
         self._line.drain()
-        baud = read_baud(self._ask(ASK_BAUD))
+        baud = parse_baud(self._transact(READ_BAUD))
         if baud != self._setup.baud:
             raise BadReplyError(
                 f'the controller uses {baud} baud, parameter baud is {self._setup.baud}; make them equal'
             )
-        check_done(self._ask(gains_request(*self._setup.gains)))
+        check_acknowledged(self._transact(gains_request(*self._setup.gains)))
         counts = self.read_counts()
         self.stop()
         return counts
@@ -90,7 +90,7 @@ class ControllerLink:
         Raises:
             LinkError: no reply or an invalid one.
         """
-        check_done(self._ask(speeds_request(left, right)))
+        check_acknowledged(self._transact(speeds_request(left, right)))
 
     def stop(self) -> None:
         """Stop the motors.
@@ -98,9 +98,9 @@ class ControllerLink:
         Raises:
             LinkError: no reply or an invalid one.
         """
-        check_done(self._ask(STOP))
+        check_acknowledged(self._transact(STOP))
 
-    def leave(self) -> None:
+    def stop_and_resynchronize(self) -> None:
         """End partial commands on the line, then stop the motors.
 
         Raises:
@@ -116,15 +116,15 @@ class ControllerLink:
         Raises:
             LinkError: no reply or an invalid one.
         """
-        return read_counts(self._ask(READ_ENCODERS))
+        return parse_counts(self._transact(READ_ENCODERS))
 
-    def find_step(self) -> None:
+    def resynchronize(self) -> None:
         """Resynchronize after an invalid reply: end partial commands and discard partial replies."""
         self._line.write(END_OF_COMMAND)
-        self.unasked += self._line.drain()
+        self.unsolicited_bytes += self._line.drain()
 
-    def _ask(self, request: bytes) -> bytes:
-        self.unasked += self._line.drop_received()
+    def _transact(self, request: bytes) -> bytes:
+        self.unsolicited_bytes += self._line.discard_received()
         self._line.write(request)
         reply = self._line.read_line(REPLY_MAX)
         if not reply.endswith(b'\n') and len(reply) < REPLY_MAX:

@@ -9,17 +9,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motor_bridge.core.count_watch import CountVerdict, CountWatch, turns_between
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
 from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.encoder_monitor import CountStatus, EncoderMonitor, count_difference
 from motor_bridge.core.serial_protocol import WheelCounts
 from motor_bridge.core.velocity import Velocity
-from motor_bridge.core.wheel_base import WheelBase
-from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_of_ways
-from motor_bridge.core.wheel_reach import NOISE, WheelReach, are_within, farthest
+from motor_bridge.core.wheel_motion_bounds import (
+    COUNT_NOISE,
+    WheelMotionBounds,
+    is_within_bounds,
+    max_abs_turns,
+)
+from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_from_distances
 from shirube_geometry import PlanarPose
 
 _SPEED_TIME_MIN = 0.02  # least time of a speed measurement [s]
-_BOOT_MIN = 0.3  # least time in which a controller resets and replies again [s]
+_BOOT_TIME_MIN = 0.3  # least time in which a controller resets and replies again [s]
 
 
 @dataclass(frozen=True)
@@ -51,17 +56,17 @@ class EncoderOdometry:
         motion_bounds: possible wheel motion; set the commanded speeds there.
     """
 
-    def __init__(self, base: WheelBase, settings: DriveSettings) -> None:
+    def __init__(self, kinematics: DiffDriveKinematics, settings: DriveSettings) -> None:
         """Start without counts."""
-        self._base, self._radius = base, settings.wheel_radius
-        self._odometry = WheelOdometry(base.separation, settings.odometry_noise)
-        self.reach = WheelReach(base, settings)
-        self._watch = CountWatch(self.reach)
-        self.verdicts: Counter[CountVerdict] = Counter()
+        self._kinematics, self._radius = kinematics, settings.wheel_radius
+        self._odometry = WheelOdometry(kinematics.separation, settings.odometry_noise)
+        self.motion_bounds = WheelMotionBounds(kinematics, settings)
+        self._monitor = EncoderMonitor(self.motion_bounds)
+        self.status_counts: Counter[CountStatus] = Counter()
         self._angles = (0.0, 0.0)
         self._speeds = (0.0, 0.0)
         self._velocity_covariance = np.zeros((2, 2))
-        self._rest(0.0)
+        self._set_stationary(0.0)
 
     @property
     def state(self) -> OdometryState:
@@ -71,7 +76,7 @@ class EncoderOdometry:
         return OdometryState(
             self._odometry.T_odom_base,
             self._odometry.covariance,
-            velocity_of_ways(left, right, 1.0, self._base.separation),
+            velocity_from_distances(left, right, 1.0, self._kinematics.separation),
             self._velocity_covariance,
             self._angles,
             (per_metre * left, per_metre * right),
@@ -81,23 +86,23 @@ class EncoderOdometry:
         """Set the current pose to the origin."""
         self._odometry.reset()
 
-    def take(self, counts: WheelCounts, now: float) -> CountVerdict:
+    def update(self, counts: WheelCounts, now: float) -> CountStatus:
         """Check counts and update the odometry if they are accepted.
 
         Args:
             counts: counts as read.
             now: time of the read [s].
         """
-        before = self._watch.good
-        verdict = self._watch.judge(counts, now)
-        self.verdicts[verdict] += 1
-        if verdict is CountVerdict.TAKEN and before is not None:
-            self._move(turns_between(before[0], counts), now - before[1])
-        elif verdict is CountVerdict.RESTARTED:
-            self._begin_anew(counts, now)
-        return verdict
+        before = self._monitor.last_accepted
+        status = self._monitor.check(counts, now)
+        self.status_counts[status] += 1
+        if status is CountStatus.ACCEPTED and before is not None:
+            self._move(count_difference(before[0], counts), now - before[1])
+        elif status is CountStatus.RESTARTED:
+            self._restart(counts, now)
+        return status
 
-    def resume(self, counts: WheelCounts, now: float) -> CountVerdict:
+    def resume(self, counts: WheelCounts, now: float) -> CountStatus:
         """Continue after a gap without counts.
 
         Counts that the wheels can have reached update the pose. If the controller may have been reset, or if the counts
@@ -107,51 +112,56 @@ class EncoderOdometry:
             counts: first counts after the gap.
             now: time of the read [s].
         """
-        if self._watch.good is None:
-            return self.take(counts, now)
-        before, at = self._watch.good
-        turns, elapsed = turns_between(before, counts), max(0.0, now - at)
-        may_continue = are_within(turns, self.reach.without_word(elapsed))
-        may_be_reset = elapsed > _BOOT_MIN and are_within(
-            (counts.left, counts.right), self.reach.after_reset()
+        if self._monitor.last_accepted is None:
+            return self.update(counts, now)
+        before, at = self._monitor.last_accepted
+        differences, elapsed = count_difference(before, counts), max(0.0, now - at)
+        may_continue = is_within_bounds(differences, self.motion_bounds.link_lost_bounds(elapsed))
+        may_be_reset = elapsed > _BOOT_TIME_MIN and is_within_bounds(
+            (counts.left, counts.right), self.motion_bounds.reset_bounds()
         )
-        is_the_same = max(map(abs, turns)) <= 2.0 * NOISE  # then both cases give the same pose
-        if may_continue and (is_the_same or not may_be_reset):
-            self._watch.start(counts, now)
-            self._move(turns, elapsed)
-            self.verdicts[CountVerdict.TAKEN] += 1
-            return CountVerdict.TAKEN
-        self._begin_anew(counts, now)
-        self.verdicts[CountVerdict.RESTARTED] += 1
-        return CountVerdict.RESTARTED
+        is_unmoved = max(map(abs, differences)) <= 2.0 * COUNT_NOISE  # then both cases give the same pose
+        if may_continue and (is_unmoved or not may_be_reset):
+            self._monitor.start(counts, now)
+            self._move(differences, elapsed)
+            self.status_counts[CountStatus.ACCEPTED] += 1
+            return CountStatus.ACCEPTED
+        self._restart(counts, now)
+        self.status_counts[CountStatus.RESTARTED] += 1
+        return CountStatus.RESTARTED
 
-    def time_jumped(self) -> None:
+    def handle_time_jump(self) -> None:
         """Restart with the next counts after a jump of the clock, as the elapsed time is unknown."""
-        good = self._watch.good
+        good = self._monitor.last_accepted
         if good is not None:
-            self._watch = CountWatch(self.reach)
-            left, right = farthest(self.reach.without_word(math.inf))
-            self._odometry.may_have_moved(*(self._base.metres_per_tick * t for t in (left, right)))
+            self._monitor = EncoderMonitor(self.motion_bounds)
+            left, right = max_abs_turns(self.motion_bounds.link_lost_bounds(math.inf))
+            self._odometry.add_uncounted_motion(
+                *(self._kinematics.metres_per_tick * t for t in (left, right))
+            )
 
-    def _begin_anew(self, counts: WheelCounts, now: float) -> None:
-        good = self._watch.good
+    def _restart(self, counts: WheelCounts, now: float) -> None:
+        good = self._monitor.last_accepted
         elapsed = now - good[1] if good is not None else 0.0
-        ways = (self._base.metres_per_tick * turn for turn in farthest(self.reach.without_word(elapsed)))
-        self._odometry.may_have_moved(*ways)
-        self._watch.start(counts, now)
-        self._rest(elapsed)
+        distances = (
+            self._kinematics.metres_per_tick * turn
+            for turn in max_abs_turns(self.motion_bounds.link_lost_bounds(elapsed))
+        )
+        self._odometry.add_uncounted_motion(*distances)
+        self._monitor.start(counts, now)
+        self._set_stationary(elapsed)
 
-    def _rest(self, elapsed: float) -> None:
+    def _set_stationary(self, elapsed: float) -> None:
         """Set the speeds to zero, as they are unknown."""
         self._speeds = (0.0, 0.0)
         time = max(elapsed, _SPEED_TIME_MIN)
-        tick = self._base.metres_per_tick
+        tick = self._kinematics.metres_per_tick
         self._velocity_covariance = self._odometry.velocity_covariance(0.0, 0.0, time, tick)
-        self.reach.start((0.0, 0.0))
+        self.motion_bounds.start((0.0, 0.0))
 
-    def _move(self, turns: tuple[int, int], elapsed: float) -> None:
-        tick = self._base.metres_per_tick
-        left, right = tick * turns[0], tick * turns[1]
+    def _move(self, differences: tuple[int, int], elapsed: float) -> None:
+        tick = self._kinematics.metres_per_tick
+        left, right = tick * differences[0], tick * differences[1]
         self._odometry.move(left, right)
         self._angles = (
             self._angles[0] + left / self._radius,
@@ -160,4 +170,4 @@ class EncoderOdometry:
         if elapsed >= _SPEED_TIME_MIN:
             self._speeds = (left / elapsed, right / elapsed)
             self._velocity_covariance = self._odometry.velocity_covariance(left, right, elapsed, tick)
-        self.reach.start((self._speeds[0] / tick, self._speeds[1] / tick))
+        self.motion_bounds.start((self._speeds[0] / tick, self._speeds[1] / tick))

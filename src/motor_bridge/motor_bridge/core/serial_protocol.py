@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from motor_bridge.core.diff_drive_kinematics import TICKS_MAX
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.wheel_base import TICKS_MAX
 
 END_OF_COMMAND = b'\r'
 """Sent alone, it ends a partial command from noise or a killed program."""
 READ_ENCODERS = b'e\r'
-ASK_BAUD = b'b\r'
+READ_BAUD = b'b\r'
 STOP = b'm 0 0\r'
 REPLY_MAX = 64
 """Longest reply [bytes]."""
@@ -65,28 +65,28 @@ def gains_request(proportional: int, derivative: int, integral: int, divisor: in
     return f'u {proportional}:{derivative}:{integral}:{divisor}\r'.encode()
 
 
-def check_done(reply: bytes) -> None:
+def check_acknowledged(reply: bytes) -> None:
     """Check the reply to a command that returns no value.
 
     Raises:
         BadReplyError: the reply is not ``OK``.
     """
     if reply != b'OK\r\n':
-        raise _bad(reply, 'OK')
+        raise _bad_reply(reply, 'OK')
 
 
-def read_baud(reply: bytes) -> int:
+def parse_baud(reply: bytes) -> int:
     """Parse the reply to ``b``, the baud rate.
 
     Raises:
         BadReplyError: the reply is not a number.
     """
     if not re.fullmatch(rb'\d{3,7}\r\n', reply):
-        raise _bad(reply, 'a baud rate')
+        raise _bad_reply(reply, 'a baud rate')
     return int(reply)
 
 
-def read_counts(reply: bytes) -> WheelCounts:
+def parse_counts(reply: bytes) -> WheelCounts:
     r"""Parse the reply to ``e``, the encoder counts: ``^-?\d+ -?\d+\r\n$``.
 
     Raises:
@@ -94,16 +94,16 @@ def read_counts(reply: bytes) -> WheelCounts:
     """
     match = _COUNTS.fullmatch(reply)
     if match is None:
-        raise _bad(reply, 'two counts')
+        raise _bad_reply(reply, 'two counts')
     counts = WheelCounts(int(match[1]), int(match[2]))
     if not all(_COUNT_MIN <= count <= _COUNT_MAX for count in (counts.left, counts.right)):
-        raise _bad(reply, 'two counts of 32 bits')
+        raise _bad_reply(reply, 'two counts of 32 bits')
     return counts
 
 
-def _bad(reply: bytes, wanted: str) -> BadReplyError:
+def _bad_reply(reply: bytes, expected: str) -> BadReplyError:
     shown = reply[:_SHOWN_MAX].decode('ascii', 'backslashreplace').encode('unicode_escape').decode()
     remedy = 'check wiring and noise'
     if reply == b'Invalid Command\r\n':
         remedy += ', and whether its firmware accepts speeds of so many ticks per frame'
-    return BadReplyError(f"the controller replies '{shown}' instead of {wanted}; {remedy}")
+    return BadReplyError(f"the controller replies '{shown}' instead of {expected}; {remedy}")

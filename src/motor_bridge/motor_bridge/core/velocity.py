@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
-_FASTEST = 1e6  # far above all limits, with finite squares [m/s, rad/s]
+_VELOCITY_MAX = 1e6  # far above all limits, with finite squares [m/s, rad/s]
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Velocity:
     turn_rate: float = 0.0
 
 
-def finite_velocity(forward: float, turn_rate: float) -> Velocity:
+def check_velocity(forward: float, turn_rate: float) -> Velocity:
     """Return a commanded velocity after checking it.
 
     Raises:
@@ -31,6 +31,6 @@ def finite_velocity(forward: float, turn_rate: float) -> Velocity:
     """
     if not (math.isfinite(forward) and math.isfinite(turn_rate)):
         raise MotorBridgeError('cmd_vel has a velocity that is not finite; check its publisher')
-    if max(abs(forward), abs(turn_rate)) > _FASTEST:
+    if max(abs(forward), abs(turn_rate)) > _VELOCITY_MAX:
         raise MotorBridgeError('cmd_vel has a velocity that is implausibly high; check its publisher')
     return Velocity(forward, turn_rate)

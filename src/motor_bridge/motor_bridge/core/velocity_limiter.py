@@ -17,7 +17,7 @@ STEP = 0.005
 """Time step of the limiter [s]."""
 _ELAPSED_MAX = 0.2  # upper bound of the time between two calls [s]
 _ROUNDING = 1e-12  # rounding error of floats [s]
-_Pair = tuple[float, float]
+_Components = tuple[float, float]
 
 
 class VelocityLimiter:
@@ -40,62 +40,64 @@ class VelocityLimiter:
 
     def halt(self) -> None:
         """Stop at once, without limits."""
-        self._u: _Pair = (0.0, 0.0)
-        self._acceleration: _Pair = (0.0, 0.0)
-        self._left_over = 0.0
+        self._u: _Components = (0.0, 0.0)
+        self._acceleration: _Components = (0.0, 0.0)
+        self._unused_time = 0.0
 
-    def toward(self, wanted: Velocity, elapsed: float) -> Velocity:
+    def step_toward(self, target_velocity: Velocity, elapsed: float) -> Velocity:
         """Return the next velocity towards the target.
 
         Args:
             target_velocity: finite target velocity; it is scaled down by one factor if it is too fast.
             elapsed: time since the last call [s]; the remainder of a step is kept for the next call.
         """
-        aim = self._within_speed(wanted.forward / self._unit[0], wanted.turn_rate / self._unit[1])
-        self._left_over += min(max(elapsed, 0.0), _ELAPSED_MAX)
-        count = math.floor(self._left_over / STEP + 1e-9)
-        self._left_over = max(0.0, self._left_over - count * STEP)
+        target = self._clamp_speed(
+            target_velocity.forward / self._unit[0], target_velocity.turn_rate / self._unit[1]
+        )
+        self._unused_time += min(max(elapsed, 0.0), _ELAPSED_MAX)
+        count = math.floor(self._unused_time / STEP + 1e-9)
+        self._unused_time = max(0.0, self._unused_time - count * STEP)
         for _ in range(count):
-            if self._u == aim and self._acceleration == (0.0, 0.0):
+            if self._u == target and self._acceleration == (0.0, 0.0):
                 break
-            self._step(aim)
+            self._step(target)
         return self.velocity
 
-    def _within_speed(self, *aim: float) -> _Pair:
-        factor = max(1.0, abs(aim[0]) / self._fastest[0], abs(aim[1]) / self._fastest[1])
-        return aim[0] / factor, aim[1] / factor
+    def _clamp_speed(self, *target: float) -> _Components:
+        factor = max(1.0, abs(target[0]) / self._fastest[0], abs(target[1]) / self._fastest[1])
+        return target[0] / factor, target[1] / factor
 
-    def _step(self, aim: _Pair) -> None:
-        missing = aim[0] - self._u[0], aim[1] - self._u[1]
-        distance = max(abs(missing[0]), abs(missing[1]))
-        per_distance = min(1.0, self._stopping(distance)) / distance if distance else 0.0
-        change = [per_distance * m - a for m, a in zip(missing, self._acceleration, strict=True)]
-        reach = self._jerk * STEP
-        share = min(1.0, reach / max(abs(change[0]), abs(change[1]), 1e-300))
-        left, right = (self._bent(axis, missing[axis], share * change[axis]) for axis in (0, 1))
+    def _step(self, target: _Components) -> None:
+        error = target[0] - self._u[0], target[1] - self._u[1]
+        distance = max(abs(error[0]), abs(error[1]))
+        per_distance = min(1.0, self._stopping_acceleration(distance)) / distance if distance else 0.0
+        change = [per_distance * m - a for m, a in zip(error, self._acceleration, strict=True)]
+        change_max = self._jerk * STEP
+        scale = min(1.0, change_max / max(abs(change[0]), abs(change[1]), 1e-300))
+        left, right = (self._limit_component(axis, error[axis], scale * change[axis]) for axis in (0, 1))
         self._acceleration = left, right
         self._u = self._u[0] + STEP * left, self._u[1] + STEP * right
-        if max(abs(aim[0] - self._u[0]), abs(aim[1] - self._u[1])) < _ROUNDING:
-            self._u = aim
+        if max(abs(target[0] - self._u[0]), abs(target[1] - self._u[1])) < _ROUNDING:
+            self._u = target
 
-    def _bent(self, axis: int, missing: float, change: float) -> float:
+    def _limit_component(self, axis: int, error: float, change: float) -> float:
         """Return the next acceleration of one component.
 
         After a change of the target, one component may have to brake earlier than both together: before its target and
         before its maximum speed.
         """
         before, speed, fastest = self._acceleration[axis], self._u[axis], self._fastest[axis]
-        most = min(1.0, self._stopping(max(0.0, fastest - speed)))
-        least = -min(1.0, self._stopping(max(0.0, fastest + speed)))
-        if missing >= 0.0:
-            most = min(most, self._stopping(missing))
-        if missing <= 0.0:
-            least = max(least, -self._stopping(-missing))
-        reach = self._jerk * STEP
-        wanted = max(least, min(before + change, most))
-        return max(before - reach, min(wanted, before + reach))
+        most = min(1.0, self._stopping_acceleration(max(0.0, fastest - speed)))
+        least = -min(1.0, self._stopping_acceleration(max(0.0, fastest + speed)))
+        if error >= 0.0:
+            most = min(most, self._stopping_acceleration(error))
+        if error <= 0.0:
+            least = max(least, -self._stopping_acceleration(-error))
+        change_max = self._jerk * STEP
+        target_velocity = max(least, min(before + change, most))
+        return max(before - change_max, min(target_velocity, before + change_max))
 
-    def _stopping(self, distance: float) -> float:
+    def _stopping_acceleration(self, distance: float) -> float:
         """Return the greatest acceleration that can drop to 0, by J·STEP per step, within a distance.
 
         With steps of length h, A = n·J·h + r (r < J·h) makes A·h + (A - J·h)·h + … = (n + 1)·A·h - J·h²·n·(n + 1)/2.

@@ -38,23 +38,23 @@ class WheelOdometry:
 
     def move(self, left: float, right: float) -> None:
         """Add wheel distances [m]: an arc of length (l + r)/2 that turns by (r - l)/b."""
-        self._grow(left, right, (self._noise**2 * abs(left), self._noise**2 * abs(right)))
+        self._propagate_covariance(left, right, (self._noise**2 * abs(left), self._noise**2 * abs(right)))
         turn = (right - left) / self._separation
         chord = 0.5 * (left + right) * (math.sin(0.5 * turn) / (0.5 * turn) if turn else 1.0)
         step = PlanarPose(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
         self.T_odom_base = self.T_odom_base @ step
 
-    def may_have_moved(self, left: float, right: float) -> None:
+    def add_uncounted_motion(self, left: float, right: float) -> None:
         """Inflate the covariance by wheel motion that was not counted; the pose stays.
 
         Args:
             left: greatest distance of the left wheel, used as one standard deviation [m].
             right: greatest distance of the right wheel, used as one standard deviation [m].
         """
-        self._grow(0.0, 0.0, (left**2, right**2))
+        self._propagate_covariance(0.0, 0.0, (left**2, right**2))
         # Turns during the motion move the robot sideways, which the first order neglects.
-        way = 0.5 * (abs(left) + abs(right))
-        self.covariance[:2, :2] += way**2 * np.eye(2)
+        distance = 0.5 * (abs(left) + abs(right))
+        self.covariance[:2, :2] += distance**2 * np.eye(2)
 
     def velocity_covariance(
         self, left: float, right: float, elapsed: float, tick: float
@@ -67,11 +67,13 @@ class WheelOdometry:
             elapsed: elapsed time [s], above 0.
             tick: distance per tick [m]; each distance has two rounded counts.
         """
-        variances = [(self._noise**2 * abs(way) + tick**2 / 6.0) / elapsed**2 for way in (left, right)]
+        variances = [
+            (self._noise**2 * abs(distance) + tick**2 / 6.0) / elapsed**2 for distance in (left, right)
+        ]
         G = np.array([[0.5, 0.5], [-1.0 / self._separation, 1.0 / self._separation]])
         return G @ np.diag(variances) @ G.T
 
-    def _grow(self, left: float, right: float, variances: tuple[float, float]) -> None:
+    def _propagate_covariance(self, left: float, right: float, variances: tuple[float, float]) -> None:
         """Propagate the covariance over a step: F Σ Fᵀ + G diag(σ_l², σ_r²) Gᵀ."""
         forward, turn = 0.5 * (left + right), (right - left) / self._separation
         middle = self.T_odom_base.yaw + 0.5 * turn
@@ -89,6 +91,6 @@ class WheelOdometry:
         self.covariance = 0.5 * (covariance + covariance.T)
 
 
-def velocity_of_ways(left: float, right: float, elapsed: float, separation: float) -> Velocity:
+def velocity_from_distances(left: float, right: float, elapsed: float, separation: float) -> Velocity:
     """Return the mean velocity of wheel distances [m] in some time [s]."""
     return Velocity(0.5 * (left + right) / elapsed, (right - left) / (separation * elapsed))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 
-def wrapped(value: int, bits: int) -> int:
+def wrap_signed(value: int, bits: int) -> int:
     """Wrap an integer to a signed one of ``bits`` bits."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half
 
 
-def divided(numerator: int, denominator: int) -> int:
+def divide_truncating(numerator: int, denominator: int) -> int:
     """Return the quotient truncated towards zero; 0 for a division by zero, which raises no error on AVR."""
     if denominator == 0:
         return 0
@@ -26,4 +26,4 @@ def atoi(text: str) -> int:
         if character not in '0123456789':
             break
         value = 10 * value + int(character)
-    return wrapped(sign * value, 16)
+    return wrap_signed(sign * value, 16)

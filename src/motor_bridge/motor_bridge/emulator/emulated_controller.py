@@ -7,14 +7,14 @@ from bisect import bisect_right
 import numpy as np
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.emulator.driven_body import DrivenBody
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.firmware import Firmware
+from motor_bridge.emulator.robot_model import RobotModel
 from shirube_geometry import PlanarPose
 
 _STEP = 0.005  # longest simulation step [s]
 _HISTORY_MAX = 120_000  # poses to keep: ten minutes
-_STOPPED = 1e-2  # below this a wheel counts as stopped [rad/s]
+_STOPPED_SPEED = 1e-2  # below this a wheel counts as stopped [rad/s]
 _ORIGIN = PlanarPose(0.0, 0.0, 0.0)
 
 
@@ -36,9 +36,9 @@ class EmulatedController:
             start: ``T_world_base`` at time 0.
         """
         self._settings = settings
-        self._body = DrivenBody(settings, rng, start)
+        self._body = RobotModel(settings, rng, start)
         self._firmware = Firmware(settings, self._body.read_counts)
-        self._hears_from = 0.0
+        self._boot_end = 0.0
         self._times, self._poses = [0.0], [start]
 
     @property
@@ -59,16 +59,16 @@ class EmulatedController:
     @property
     def is_stopped(self) -> bool:
         """Whether both motors are without voltage and both wheels are stopped."""
-        return self._firmware.pwm == (0, 0) and max(map(abs, self.wheel_speeds)) < _STOPPED
+        return self._firmware.pwm == (0, 0) and max(map(abs, self.wheel_speeds)) < _STOPPED_SPEED
 
     def receive(self, data: bytes) -> bytes:
         """Receive bytes; return the replies."""
-        return self._firmware.receive(data) if self.time >= self._hears_from else b''
+        return self._firmware.receive(data) if self.time >= self._boot_end else b''
 
     def reset(self) -> None:
         """Reset the controller: motors off, counts zero, no input until it has booted."""
         self._firmware.reset()
-        self._hears_from = self.time + self._settings.boot_time
+        self._boot_end = self.time + self._settings.boot_time
 
     def advance(self, until: float) -> None:
         """Simulate until a time [s]; a time in the past changes nothing."""
@@ -92,6 +92,6 @@ class EmulatedController:
         after = bisect_right(self._times, time)
         if after == 0 or after == len(self._times):
             return self._poses[min(after, len(self._poses) - 1)]
-        share = (time - self._times[after - 1]) / (self._times[after] - self._times[after - 1])
+        fraction = (time - self._times[after - 1]) / (self._times[after] - self._times[after - 1])
         here, step = self._poses[after - 1], self._poses[after - 1].inverse() @ self._poses[after]
-        return here @ PlanarPose(share * step.x, share * step.y, share * step.yaw)
+        return here @ PlanarPose(fraction * step.x, fraction * step.y, fraction * step.yaw)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from motor_bridge.emulator.c_arithmetic import atoi, wrapped
-from motor_bridge.emulator.command_line import CommandReader, ReceivedCommand
+from motor_bridge.emulator.c_arithmetic import atoi, wrap_signed
+from motor_bridge.emulator.command_reader import CommandReader, ReceivedCommand
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.wheel_pid import PWM_MAX, PidGains, WheelPid
 
@@ -54,7 +54,7 @@ class Firmware:
     def receive(self, data: bytes) -> bytes:
         """Receive bytes and return the replies."""
         commands = filter(None, map(self._reader.take, data))
-        return ''.join(self._answer(command) + _END for command in commands).encode()
+        return ''.join(self._execute(command) + _END for command in commands).encode()
 
     def run_to(self, time: float) -> None:
         """Advance to a time not after the next event [s]."""
@@ -67,7 +67,7 @@ class Firmware:
         if time - self._last_command > self._settings.auto_stop:
             self._stop()
 
-    def _answer(self, command: ReceivedCommand) -> str:
+    def _execute(self, command: ReceivedCommand) -> str:
         match command.letter:
             case 'b':
                 return str(self._settings.baud)
@@ -118,7 +118,7 @@ class Firmware:
 
     def _counts(self) -> tuple[int, int]:
         left, right = (
-            wrapped(count - origin, 32)
+            wrap_signed(count - origin, 32)
             for count, origin in zip(self._read_counts(), self._origins, strict=True)
         )
         return left, right

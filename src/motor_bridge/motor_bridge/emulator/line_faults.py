@@ -14,7 +14,7 @@ _TIMED = ('silence', 'hang', 'unplug')
 
 
 @dataclass(frozen=True)
-class FaultOrder:
+class FaultRequest:
     """A fault to inject.
 
     Attributes:
@@ -26,7 +26,7 @@ class FaultOrder:
     amount: float
 
 
-def read_fault_order(line: str) -> FaultOrder:
+def parse_fault_request(line: str) -> FaultRequest:
     """Parse a line such as ``silence 1.5``.
 
     Raises:
@@ -41,7 +41,7 @@ def read_fault_order(line: str) -> FaultOrder:
         number = 0.0
     if not 0.0 < number < 1e6:
         raise MotorBridgeError(f'{kind} {amount}: give a number above 0 after the fault')
-    return FaultOrder(kind, number)
+    return FaultRequest(kind, number)
 
 
 class LineFaults:
@@ -50,50 +50,50 @@ class LineFaults:
     def __init__(self, rng: np.random.Generator) -> None:
         """Start without faults."""
         self._rng = rng
-        self._left: dict[str, float] = dict.fromkeys(FAULTS, 0.0)
+        self._remaining: dict[str, float] = dict.fromkeys(FAULTS, 0.0)
 
-    def order(self, order: FaultOrder) -> None:
+    def inject(self, inject: FaultRequest) -> None:
         """Inject a fault."""
-        self._left[order.kind] = order.amount
+        self._remaining[inject.kind] = inject.amount
 
-    def pass_time(self, elapsed: float) -> None:
+    def advance_time(self, elapsed: float) -> None:
         """Advance the timed faults [s]."""
         for kind in _TIMED:
-            self._left[kind] = max(0.0, self._left[kind] - elapsed)
+            self._remaining[kind] = max(0.0, self._remaining[kind] - elapsed)
 
-    def is_on(self, kind: str) -> bool:
+    def is_active(self, kind: str) -> bool:
         """Return whether a fault is active."""
-        return self._left[kind] > 0.0
+        return self._remaining[kind] > 0.0
 
-    def take(self, kind: str) -> bool:
+    def consume(self, kind: str) -> bool:
         """Return whether a counted fault applies now, and decrement its counter."""
-        if self._left[kind] < 1.0:
+        if self._remaining[kind] < 1.0:
             return False
-        self._left[kind] -= 1.0
+        self._remaining[kind] -= 1.0
         return True
 
     def to_controller(self, data: bytes) -> bytes:
         """Return the data that the controller receives."""
         kept = bytearray()
         for byte in data:
-            if byte != 0x0D or not self.take('lost_cr'):
+            if byte != 0x0D or not self.consume('lost_cr'):
                 kept.append(byte)
         return bytes(kept)
 
     def to_host(self, reply: bytes) -> bytes:
         """Return the reply that the host receives."""
-        if not reply or self.is_on('silence'):
+        if not reply or self.is_active('silence'):
             return b''
-        if self.take('garbage'):
+        if self.consume('garbage'):
             return self._rng.bytes(int(self._rng.integers(1, 40)))
         if reply[:1].isdigit() or reply[:1] == b'-':
-            return self._wrong_counts(reply) if self.take('wrong') else reply
+            return self._wrong_counts(reply) if self.consume('wrong') else reply
         return reply
 
     def _wrong_counts(self, reply: bytes) -> bytes:
         """Return a well-formed reply with one digit changed."""
-        digits = [place for place, byte in enumerate(reply) if chr(byte).isdigit()]
-        spoilt = bytearray(reply)
-        place = int(self._rng.choice(digits))
-        spoilt[place] = 0x30 + (spoilt[place] - 0x30 + int(self._rng.integers(1, 10))) % 10
-        return bytes(spoilt)
+        digits = [index for index, byte in enumerate(reply) if chr(byte).isdigit()]
+        corrupted = bytearray(reply)
+        index = int(self._rng.choice(digits))
+        corrupted[index] = 0x30 + (corrupted[index] - 0x30 + int(self._rng.integers(1, 10))) % 10
+        return bytes(corrupted)

@@ -16,7 +16,7 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.line_faults import LineFaults
 
-_LOOK = 0.02  # polling period [s]
+_POLL_PERIOD = 0.02  # polling period [s]
 _CHUNK = 4096
 
 
@@ -49,7 +49,7 @@ class PseudoTerminal:
         """
         self._controller, self._lock, self._latency, self._link = controller, lock, latency, link
         self._faults = faults
-        self._is_over = Event()
+        self._stop_event = Event()
         self._thread = Thread(target=self._serve, daemon=True)
 
     def __enter__(self) -> Self:
@@ -62,7 +62,7 @@ class PseudoTerminal:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Disconnect."""
-        self._is_over.set()
+        self._stop_event.set()
         self._thread.join()
         self._unplug()
 
@@ -74,10 +74,10 @@ class PseudoTerminal:
         if self._link is not None:
             if self._link.exists() and not self._link.is_symlink():
                 raise MotorBridgeError(f'{self._link} exists and is not a symbolic link; choose another path')
-            beside = self._link.with_name(f'.{self._link.name}.new')
-            beside.unlink(missing_ok=True)
-            beside.symlink_to(self.path)
-            beside.replace(self._link)
+            temporary = self._link.with_name(f'.{self._link.name}.new')
+            temporary.unlink(missing_ok=True)
+            temporary.symlink_to(self.path)
+            temporary.replace(self._link)
 
     def _unplug(self) -> None:
         if self._link is not None:
@@ -87,19 +87,19 @@ class PseudoTerminal:
 
     def _serve(self) -> None:
         before = monotonic()
-        while not self._is_over.is_set():
+        while not self._stop_event.is_set():
             now = monotonic()
             if self._faults is not None:
-                self._strike(self._faults, now - before)
+                self._apply_faults(self._faults, now - before)
             before = now
-            readable = select.select([self._master], [], [], _LOOK)[0]
+            readable = select.select([self._master], [], [], _POLL_PERIOD)[0]
             if readable and not self._is_hanging():
                 self._answer(os.read(self._master, _CHUNK))
 
     def _is_hanging(self) -> bool:
-        if self._faults is None or not self._faults.is_on('hang'):
+        if self._faults is None or not self._faults.is_active('hang'):
             return False
-        sleep(_LOOK)
+        sleep(_POLL_PERIOD)
         return True
 
     def _answer(self, data: bytes) -> None:
@@ -114,14 +114,14 @@ class PseudoTerminal:
         if reply:
             os.write(self._master, reply)
 
-    def _strike(self, faults: LineFaults, elapsed: float) -> None:
+    def _apply_faults(self, faults: LineFaults, elapsed: float) -> None:
         """Apply the faults that do not concern single bytes."""
-        if faults.take('reset'):
+        if faults.consume('reset'):
             with self._lock:
                 self._controller.reset()
-        if faults.is_on('unplug'):
+        if faults.is_active('unplug'):
             self._unplug()
-            while faults.is_on('unplug') and not self._is_over.wait(_LOOK):
-                faults.pass_time(_LOOK)
+            while faults.is_active('unplug') and not self._stop_event.wait(_POLL_PERIOD):
+                faults.advance_time(_POLL_PERIOD)
             self._plug()
-        faults.pass_time(elapsed)
+        faults.advance_time(elapsed)

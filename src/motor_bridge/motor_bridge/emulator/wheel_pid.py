@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from motor_bridge.emulator.c_arithmetic import divided, wrapped
+from motor_bridge.emulator.c_arithmetic import divide_truncating, wrap_signed
 
 PWM_MAX = 255
 
@@ -50,11 +50,11 @@ class WheelPid:
             count: current encoder count [ticks].
             gains: gains of the control law.
         """
-        moved = wrapped(count - self._previous_count, 16)
+        moved = wrap_signed(count - self._previous_count, 16)
         error = self.target - moved
         term = gains.proportional * error - gains.derivative * (moved - self._previous_input)
-        output = self.pwm + divided(term + self._integral_term, gains.output_divisor)
+        output = self.pwm + divide_truncating(term + self._integral_term, gains.output_divisor)
         if -PWM_MAX < output < PWM_MAX:
-            self._integral_term = wrapped(self._integral_term + gains.integral * error, 16)
+            self._integral_term = wrap_signed(self._integral_term + gains.integral * error, 16)
         self.pwm = max(-PWM_MAX, min(output, PWM_MAX))
         self._previous_count, self._previous_input = count, moved

@@ -7,19 +7,19 @@ from collections.abc import Sequence
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import Covariance, diagonal
-from pose_arbiter.core.estimate import Estimate, moved_on
-from pose_arbiter.core.history import History
-from pose_arbiter.core.judge import Belief, Judge
-from pose_arbiter.core.observation_check import refusal_of_covariance, refusal_of_pose
-from pose_arbiter.core.odometry_trail import OdometryTrail
-from pose_arbiter.core.sighting import Observation
+from pose_arbiter.core.input_validation import validate_covariance, validate_pose
+from pose_arbiter.core.kalman_filter import Estimate, predict
+from pose_arbiter.core.measurement_history import MeasurementHistory
+from pose_arbiter.core.measurement_status import MeasurementStatus, RejectReason
+from pose_arbiter.core.odometry_buffer import OdometryBuffer
+from pose_arbiter.core.outlier_rejection import FilterState, OutlierRejection
+from pose_arbiter.core.pose_measurement import PoseMeasurement
 from pose_arbiter.core.source_settings import SourceSettings
-from pose_arbiter.core.verdict import Refusal, Verdict
 from shirube_geometry import PlanarPose
 
-PERSON = -1
+OPERATOR = -1
 """Source index of poses set by an operator (`initialpose`)."""
-_AHEAD_MAX = 100_000_000  # tolerated clock difference between hosts [ns]
+_CLOCK_OFFSET_MAX = 100_000_000  # tolerated clock difference between hosts [ns]
 
 
 class Arbiter:
@@ -39,17 +39,17 @@ class Arbiter:
         self._settings, self._sources = settings, tuple(sources)
         self._offsets = [PlanarPose(*source.offset) for source in sources]
         self._sigmas = [diagonal(source.sigma_xy**2, source.sigma_yaw**2) for source in sources]
-        self._judge = Judge(sources, settings)
-        self._length = round(settings.history_seconds * 1e9)
+        self._rejection = OutlierRejection(sources, settings)
+        self._history_length = round(settings.history_seconds * 1e9)
         self.reset()
 
     def reset(self) -> None:
         """Clear the state, the measurements and the odometry."""
-        self._trail = OdometryTrail(self._settings)
-        self._history = History(self._judge, self._trail)
+        self._odometry = OdometryBuffer(self._settings)
+        self._history = MeasurementHistory(self._rejection, self._odometry)
         self._newest: int | None = None
 
-    def add_odometry(self, stamp: int, T_odom_base: PlanarPose, now: int) -> Refusal | None:
+    def add_odometry(self, stamp: int, T_odom_base: PlanarPose, now: int) -> RejectReason | None:
         """Add an odometry message.
 
         Args:
@@ -60,19 +60,19 @@ class Arbiter:
         Returns:
             the reason it was rejected, None if accepted.
         """
-        refusal = refusal_of_pose(T_odom_base) or self._refusal_of_stamp(stamp, now)
-        if refusal is not None:
-            return refusal
-        changed = self._trail.add(stamp, T_odom_base)
+        reason = validate_pose(T_odom_base) or self._validate_stamp(stamp, now)
+        if reason is not None:
+            return reason
+        changed = self._odometry.add(stamp, T_odom_base)
         if changed is None:
-            return Refusal.DUPLICATE
-        self._history.forget_judgements_from(changed)
+            return RejectReason.DUPLICATE
+        self._history.invalidate_from(changed)
         self._advance(stamp)
         return None
 
     def add_pose(
         self, source: int, stamp: int, pose: PlanarPose, noise: Covariance | None, now: int
-    ) -> Refusal | None:
+    ) -> RejectReason | None:
         """Add a pose of a source or of the `OPERATOR`.
 
         Args:
@@ -87,55 +87,55 @@ class Arbiter:
         """
         if noise is None:
             noise = self._sigmas[source]
-        refusal = refusal_of_pose(pose) or refusal_of_covariance(noise) or self._refusal_of_stamp(stamp, now)
-        if refusal is not None:
-            return refusal
-        if self._history.has(stamp, source):
-            return Refusal.DUPLICATE
-        if source != PERSON:
+        reason = validate_pose(pose) or validate_covariance(noise) or self._validate_stamp(stamp, now)
+        if reason is not None:
+            return reason
+        if self._history.contains(stamp, source):
+            return RejectReason.DUPLICATE
+        if source != OPERATOR:
             pose = pose @ self._offsets[source]
-        self._history.add(Observation(stamp, source, pose.x, pose.y, pose.yaw, noise))
+        self._history.add(PoseMeasurement(stamp, source, pose.x, pose.y, pose.yaw, noise))
         self._advance(stamp)
         return None
 
-    def belief_at(self, stamp: int) -> Belief:
+    def state_at(self, stamp: int) -> FilterState:
         """Return the filter state at a stamp [ns] that is within the history or newer."""
-        return self._history.belief_at(stamp)
+        return self._history.state_at(stamp)
 
     def estimate_at(self, stamp: int) -> Estimate | None:
         """Return the pose at a stamp [ns] that is within the history or newer, None before initialization."""
-        estimate = self._history.belief_at(stamp).estimate
-        if estimate is None or estimate.mark.stamp >= stamp:
+        estimate = self._history.state_at(stamp).estimate
+        if estimate is None or estimate.odometry.stamp >= stamp:
             return estimate
-        return moved_on(estimate, self._trail.mark_at(stamp), self._settings)
+        return predict(estimate, self._odometry.lookup(stamp), self._settings)
 
     def T_map_odom(self, estimate: Estimate) -> PlanarPose | None:  # noqa: N802
         """Return the pose of the odometry frame in the map at an estimate's stamp, None without odometry."""
-        T_odom_base = self._trail.odometry_at(estimate.mark.stamp)
+        T_odom_base = self._odometry.pose_at(estimate.odometry.stamp)
         if T_odom_base is None:
             return None
         return PlanarPose(estimate.x, estimate.y, estimate.yaw) @ T_odom_base.inverse()
 
-    def counts(self) -> Counter[tuple[int, Verdict]]:
+    def counts(self) -> Counter[tuple[int, MeasurementStatus]]:
         """Return the number of poses by (source index, status)."""
         return self._history.counts()
 
     @property
     def latest_odometry(self) -> int | None:
         """Stamp of the newest odometry [ns]."""
-        return self._trail.latest
+        return self._odometry.latest
 
-    def _refusal_of_stamp(self, stamp: int, now: int) -> Refusal | None:
+    def _validate_stamp(self, stamp: int, now: int) -> RejectReason | None:
         if stamp <= 0:
-            return Refusal.NO_STAMP
-        if stamp > now + _AHEAD_MAX:
-            return Refusal.FUTURE
+            return RejectReason.NO_STAMP
+        if stamp > now + _CLOCK_OFFSET_MAX:
+            return RejectReason.FUTURE
         newest = now if self._newest is None else max(now, self._newest)
-        return Refusal.TOO_OLD if stamp < newest - self._length else None
+        return RejectReason.TOO_OLD if stamp < newest - self._history_length else None
 
     def _advance(self, stamp: int) -> None:
         if self._newest is not None and stamp <= self._newest:
             return
         self._newest = stamp
-        self._history.drop_before(stamp - self._length)
-        self._trail.drop_before(stamp - self._length)
+        self._history.drop_before(stamp - self._history_length)
+        self._odometry.drop_before(stamp - self._history_length)

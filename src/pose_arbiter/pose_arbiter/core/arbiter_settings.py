@@ -24,17 +24,17 @@ class ArbiterSettings:
         minimum=0.5,
         maximum=0.999999,
     )
-    way_noise: float = setting(
+    odometry_noise_xy: float = setting(
         0.05, 'standard deviation of odometry along x and y after 1 m', unit='m', minimum=1e-4, maximum=1.0
     )
-    turn_noise: float = setting(
+    odometry_noise_yaw: float = setting(
         0.04,
         'standard deviation of odometry yaw after 1 m, and after 1 rad',
         unit='rad',
         minimum=1e-4,
         maximum=1.0,
     )
-    way_bias: float = setting(
+    odometry_bias: float = setting(
         0.05,
         'systematic odometry error as a fraction of the distance, or rad per m',
         minimum=1e-3,
@@ -52,16 +52,16 @@ class ArbiterSettings:
     drift_turn_rate: float = setting(
         0.5, 'assumed yaw rate while there is no odometry', unit='rad/s', minimum=0.01, maximum=10.0
     )
-    slack_xy: float = setting(
+    gate_margin_xy: float = setting(
         0.005, 'position difference that the gate ignores', unit='m', minimum=0.0, maximum=0.5
     )
-    slack_yaw: float = setting(
+    gate_margin_yaw: float = setting(
         0.005, 'yaw difference that the gate ignores', unit='rad', minimum=0.0, maximum=0.5
     )
-    lasting_share: float = setting(
+    bias_fraction: float = setting(
         0.35, "fraction of a source's variance that is bias, not white noise", minimum=0.0, maximum=0.95
     )
-    lasting_way: float = setting(
+    bias_correlation_length: float = setting(
         3.0,
         'distance over which a bias decorrelates (1 rad counts as 1 m)',
         unit='m',
@@ -74,7 +74,7 @@ class ArbiterSettings:
         minimum=2,
         maximum=100,
     )
-    witness_seconds: float = setting(
+    consistency_window: float = setting(
         1.0,
         "time over which a source's motion is compared with odometry",
         unit='s',

@@ -19,26 +19,26 @@ def diagonal(var_xy: float, var_yaw: float) -> Covariance:
     return (var_xy, 0.0, 0.0, var_xy, 0.0, var_yaw)
 
 
-def added(a: Covariance, b: Covariance) -> Covariance:
+def add_covariances(a: Covariance, b: Covariance) -> Covariance:
     """Return ``a + b``."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
 
 
-def scaled(a: Covariance, factor: float) -> Covariance:
+def scale_covariance(a: Covariance, factor: float) -> Covariance:
     """Return ``factor a``."""
     return (a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor, a[5] * factor)
 
 
-def turned(a: Covariance, cos: float, sin: float) -> Covariance:
+def rotate_covariance(a: Covariance, cos: float, sin: float) -> Covariance:
     """Return ``R a Rᵀ`` for a rotation about the z axis."""
     xx, xy, xt, yy, yt, tt = a
-    along, across = cos * xx - sin * xy, cos * xy - sin * yy
-    up, over = sin * xx + cos * xy, sin * xy + cos * yy
+    rxx, rxy = cos * xx - sin * xy, cos * xy - sin * yy
+    ryx, ryy = sin * xx + cos * xy, sin * xy + cos * yy
     return (
-        along * cos - across * sin,
-        along * sin + across * cos,
+        rxx * cos - rxy * sin,
+        rxx * sin + rxy * cos,
         cos * xt - sin * yt,
-        up * sin + over * cos,
+        ryx * sin + ryy * cos,
         sin * xt + cos * yt,
         tt,
     )
@@ -48,18 +48,18 @@ def inverse(a: Covariance) -> Covariance:
     """Return the inverse of a positive definite covariance (by its adjugate)."""
     xx, xy, xt, yy, yt, tt = a
     c0, c1, c2 = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
-    scale = 1.0 / (xx * c0 + xy * c1 + xt * c2)
+    inverse_determinant = 1.0 / (xx * c0 + xy * c1 + xt * c2)
     return (
-        c0 * scale,
-        c1 * scale,
-        c2 * scale,
-        (xx * tt - xt * xt) * scale,
-        (xy * xt - xx * yt) * scale,
-        (xx * yy - xy * xy) * scale,
+        c0 * inverse_determinant,
+        c1 * inverse_determinant,
+        c2 * inverse_determinant,
+        (xx * tt - xt * xt) * inverse_determinant,
+        (xy * xt - xx * yt) * inverse_determinant,
+        (xx * yy - xy * xy) * inverse_determinant,
     )
 
 
-def distance_squared(residual: Vector, information: Covariance) -> float:
+def mahalanobis_squared(residual: Vector, information: Covariance) -> float:
     """Return the squared Mahalanobis distance of a residual, ``information`` being an inverse covariance."""
     x, y, t = residual
     xx, xy, xt, yy, yt, tt = information
@@ -72,8 +72,8 @@ def is_positive_definite(a: Covariance) -> bool:
     if not all(map(math.isfinite, a)):
         return False
     minor = xx * yy - xy * xy
-    whole = xx * (yy * tt - yt * yt) - xy * (xy * tt - xt * yt) + xt * (xy * yt - xt * yy)
-    return xx > 0.0 and minor > 0.0 and whole > 0.0
+    determinant = xx * (yy * tt - yt * yt) - xy * (xy * tt - xt * yt) + xt * (xy * yt - xt * yy)
+    return xx > 0.0 and minor > 0.0 and determinant > 0.0
 
 
 def as_matrix(a: Covariance) -> NDArray[np.float64]:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from reward_planner.core.grid.footprint import blocked_cells
-from reward_planner.core.known_map_plan import plan_on_map
+from reward_planner.core.grid.inflation import inflate_obstacles
+from reward_planner.core.plan_on_map import plan_on_map
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.explained_walk import explained_walk
 from reward_planner.core.reward.reward_settings import RewardSettings
@@ -48,7 +48,7 @@ def plan(options: argparse.Namespace) -> int:
     grid = load_occupancy_map(options.map, options.resolution)
     route = plan_on_map(grid, options.start, options.goal, settings, reward)
     cells = np.empty((0, 2), dtype=np.int64) if isinstance(route, NoRoute) else route.cells
-    blocked = blocked_cells(grid.occupied(), grid.frame.resolution, settings.robot_radius)
+    blocked = inflate_obstacles(grid.occupied(), grid.frame.resolution, settings.robot_radius)
     if options.png is not None:
         save_picture(options.png, draw_route(grid, blocked, cells))
     if isinstance(route, NoRoute):
@@ -60,7 +60,7 @@ def plan(options: argparse.Namespace) -> int:
         start, goal = ((int(row), int(column)) for row, column in (cells[0], cells[-1]))
         walk = explained_walk(blocked, start, goal, reward, len(cells) - 1)
         save_reward_table(options.explain, walk, grid.frame)
-    print(f'{route.metres(grid.frame):.3f} m, {len(cells)} cells of {grid.frame.resolution:g} m')
+    print(f'{route.length_in_metres(grid.frame):.3f} m, {len(cells)} cells of {grid.frame.resolution:g} m')
     return 0
 
 

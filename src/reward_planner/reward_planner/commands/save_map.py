@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import rclpy
 from std_srvs.srv import Trigger
 
-_WAIT = 5.0  # timeout of the service and of its response [s]
+_TIMEOUT = 5.0  # timeout of the service and of its response [s]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,10 +36,10 @@ def call(service: str) -> Trigger.Response | None:
     try:
         node = rclpy.create_node('save_map')
         client = node.create_client(Trigger, service)
-        if not client.wait_for_service(_WAIT):
+        if not client.wait_for_service(_TIMEOUT):
             return None
         future = client.call_async(Trigger.Request())
-        rclpy.spin_until_future_complete(node, future, timeout_sec=_WAIT)
+        rclpy.spin_until_future_complete(node, future, timeout_sec=_TIMEOUT)
         answer: Trigger.Response | None = future.result()
         return answer
     finally:

@@ -9,23 +9,23 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.drivable_area import needed_frame
+from reward_planner.core.driving.drive_controller import DriveController
 from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.pilot import Pilot
-from reward_planner.core.driving.route_keeper import RouteKeeper
+from reward_planner.core.driving.inflated_costmap import required_frame
+from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import UNKNOWN, OccupancyMap
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_error import MappingError
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
-from reward_planner.core.mapping.pose_trail import PoseTrail, PoseVerdict
-from reward_planner.core.mapping.waiting_frames import DropReason, WaitingFrames
+from reward_planner.core.mapping.pose_buffer import PoseBuffer, PoseStatus
+from reward_planner.core.mapping.pose_message_filter import DropReason, PoseMessageFilter
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRouteReason
-from reward_planner.core.voxels.count_points import PointTally
+from reward_planner.core.voxels.count_points import PointCounts
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_geometry import CameraMount, PlanarPose
 
@@ -66,7 +66,7 @@ class MappedFrame:
 
     stamp: float
     local: LocalMap
-    tally: PointTally
+    point_counts: PointCounts
 
 
 class Navigator:
@@ -91,32 +91,34 @@ class Navigator:
         """
         self._settings = settings
         self.mapper = ObstacleMapper(mount, settings.voxels, settings.mapping)
-        self.pilot = Pilot(self.mapper.map, settings.planner, settings.reward, settings.driving)
-        self.frames: WaitingFrames[SensorFrame] = WaitingFrames(settings.mapping.pose_wait)
-        self.verdicts: Counter[PoseVerdict] = Counter()
-        self._trail = PoseTrail(settings.mapping)
-        self._known_frame: GridFrame | None = None
+        self.controller = DriveController(
+            self.mapper.map, settings.planner, settings.reward, settings.driving
+        )
+        self.message_filter: PoseMessageFilter[SensorFrame] = PoseMessageFilter(settings.mapping.pose_wait)
+        self.pose_status_counts: Counter[PoseStatus] = Counter()
+        self._pose_buffer = PoseBuffer(settings.mapping)
+        self._static_map_frame: GridFrame | None = None
 
-    def use_map(self, known: OccupancyMap) -> None:
+    def set_static_map(self, static_map: OccupancyMap) -> None:
         """Load a static map; goals must be on it or on cells observed since.
 
         Raises:
             MappingError: its resolution differs, or it is too large with its margin.
         """
-        observed = known.occupancy != UNKNOWN
-        self.mapper.map.write(LocalMap(known.frame, known.occupancy, observed))
-        self._refuse_too_large(known.frame)
-        self._known_frame = known.frame
+        observed = static_map.occupancy != UNKNOWN
+        self.mapper.map.write(LocalMap(static_map.frame, static_map.occupancy, observed))
+        self._check_map_size(static_map.frame)
+        self._static_map_frame = static_map.frame
 
-    def _refuse_too_large(self, frame: GridFrame) -> None:
+    def _check_map_size(self, frame: GridFrame) -> None:
         """Check that a static map and a costmap around it fit into cells_max."""
-        settings, kept = self._settings, self.mapper.map
-        keep_away = settings.planner.robot_radius + settings.driving.clearance_margin
-        area = needed_frame(kept, frame.centre_of([(0, 0)]), keep_away)
-        if kept.refused or area.columns * area.rows > kept.cells_max:
+        settings, global_map = self._settings, self.mapper.map
+        inflation_radius = settings.planner.robot_radius + settings.driving.clearance_margin
+        costmap = required_frame(global_map, frame.centre_of([(0, 0)]), inflation_radius)
+        if global_map.rejected_cells or costmap.columns * costmap.rows > global_map.cells_max:
             raise MappingError(
                 f'map_file has {frame.columns} x {frame.rows} cells, with its margin more than cells_max '
-                f'{kept.cells_max}; raise cells_max, crop the map or use a larger resolution'
+                f'{global_map.cells_max}; raise cells_max, crop the map or use a larger resolution'
             )
 
     def set_goal(self, T_map_goal: PlanarPose) -> None:
@@ -125,11 +127,11 @@ class Navigator:
         Raises:
             DrivingError: the goal is not finite or outside of the static map.
         """
-        self.pilot.forget_goal()
-        self.pilot.set_goal(T_map_goal)
-        frame = self._known_frame
+        self.controller.cancel_goal()
+        self.controller.set_goal(T_map_goal)
+        frame = self._static_map_frame
         if frame is not None and self._is_outside(frame, T_map_goal):
-            self.pilot.forget_goal()
+            self.controller.cancel_goal()
             end_x = frame.origin_x + frame.columns * frame.resolution
             end_y = frame.origin_y + frame.rows * frame.resolution
             raise DrivingError(
@@ -147,35 +149,35 @@ class Navigator:
         cell = self.mapper.map.occupancy_in(GridFrame(x, y, resolution, 1, 1))
         return bool(cell[0, 0] == UNKNOWN)
 
-    def add_pose(self, stamp: float, T_map_base: PlanarPose) -> PoseVerdict:
+    def add_pose(self, stamp: float, T_map_base: PlanarPose) -> PoseStatus:
         """Add the robot's pose at a stamp [s] and return its status; the robot stops while poses jump."""
-        verdict = self._trail.add(stamp, T_map_base)
-        self.verdicts[verdict] += 1
-        if verdict in (PoseVerdict.TAKEN, PoseVerdict.RELOCATED):
-            self.pilot.robot_at(stamp, T_map_base)
-        elif self._trail.has_jumped:
-            self.pilot.robot_at(stamp, None)
-        return verdict
+        status = self._pose_buffer.add(stamp, T_map_base)
+        self.pose_status_counts[status] += 1
+        if status in (PoseStatus.ACCEPTED, PoseStatus.RELOCATED):
+            self.controller.update_pose(stamp, T_map_base)
+        elif self._pose_buffer.has_jumped:
+            self.controller.update_pose(stamp, None)
+        return status
 
     def add_frame(self, stamp: float, now: float, frame: SensorFrame) -> None:
         """Queue a frame with its stamp and time of receipt [s] for `process_frames`."""
-        self.frames.put(stamp, now, frame)
+        self.message_filter.add(stamp, now, frame)
 
-    def work(self, now: float) -> list[MappedFrame]:
+    def process_frames(self, now: float) -> list[MappedFrame]:
         """Map the queued frames whose pose is known at a time [s]; occluded frames are skipped.
 
         Raises:
             MappingError: all frames are occluded.
         """
-        mapped, is_blind = [], False
-        for stamp, frame, T_map_base in self.frames.take(now, self._trail):
-            local, tally = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
-            if tally.is_blind:
-                is_blind = True
+        mapped, is_occluded = [], False
+        for stamp, frame, T_map_base in self.message_filter.take_ready(now, self._pose_buffer):
+            local, point_counts = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
+            if point_counts.is_occluded:
+                is_occluded = True
                 continue
-            self.pilot.map_changed(stamp, local.frame)
-            mapped.append(MappedFrame(stamp, local, tally))
-        if is_blind and not mapped:
+            self.controller.update_map(stamp, local.frame)
+            mapped.append(MappedFrame(stamp, local, point_counts))
+        if is_occluded and not mapped:
             raise MappingError(
                 'a frame has no finite point, or nearly all are nearer than range_min; the robot stops; check that '
                 'nothing covers the camera'
@@ -198,31 +200,34 @@ class Navigator:
         Raises:
             DrivingError: the robot's pose is needed and not known, or the goal is too far away.
         """
-        begin = start or self.pilot.fresh_robot(now)
-        if begin is None:
+        start_pose = start or self.controller.fresh_pose(now)
+        if start_pose is None:
             raise DrivingError("the robot's pose is unknown or too old; give a start")
-        frame = self._known_frame
+        frame = self._static_map_frame
         if frame is not None:
-            for place, reason in ((goal, NoRouteReason.GOAL_OUTSIDE), (begin, NoRouteReason.START_OUTSIDE)):
+            for place, reason in (
+                (goal, NoRouteReason.GOAL_OUTSIDE),
+                (start_pose, NoRouteReason.START_OUTSIDE),
+            ):
                 if self._is_outside(frame, place):
                     return reason
         planner = replace(self._settings.planner, mode='optimal')
         settings = self._settings
-        keeper = RouteKeeper(self.mapper.map, (goal.x, goal.y), planner, settings.reward, settings.driving)
-        keeper.update(0.0, begin)
-        return keeper.points_map if keeper.problem is None else keeper.problem
+        replanner = Replanner(self.mapper.map, (goal.x, goal.y), planner, settings.reward, settings.driving)
+        replanner.update(0.0, start_pose)
+        return replanner.points_map if replanner.no_route_reason is None else replanner.no_route_reason
 
     def clear_map(self) -> None:
         """Clear the map, including the static map; the goal stays."""
         self.mapper.clear()
-        self._known_frame = None
-        self.pilot.map_cleared()
+        self._static_map_frame = None
+        self.controller.reset_map()
 
-    def time_jumped(self) -> None:
+    def handle_time_jump(self) -> None:
         """Reset poses, queued frames and goal after a jump of the clock; the map stays."""
-        self._trail = PoseTrail(self._settings.mapping)
-        dropped = self.frames.dropped
-        dropped[DropReason.TIME_BACK] += len(self.frames)
-        self.frames = WaitingFrames(self._settings.mapping.pose_wait)
-        self.frames.dropped = dropped
-        self.pilot.time_jumped()
+        self._pose_buffer = PoseBuffer(self._settings.mapping)
+        dropped = self.message_filter.dropped
+        dropped[DropReason.TIME_JUMP] += len(self.message_filter)
+        self.message_filter = PoseMessageFilter(self._settings.mapping.pose_wait)
+        self.message_filter.dropped = dropped
+        self.controller.handle_time_jump()

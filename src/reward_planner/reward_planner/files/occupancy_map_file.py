@@ -15,22 +15,22 @@ from numpy.typing import NDArray
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import (
     FREE,
-    FREE_BELOW,
+    FREE_THRESHOLD,
     OCCUPIED,
-    OCCUPIED_FROM,
+    OCCUPIED_THRESHOLD,
     UNKNOWN,
     OccupancyMap,
 )
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from shirube_files import YamlFileError, is_number, read_yaml, shown, write_text, written_beside
+from shirube_files import YamlFileError, atomic_write, format_value, is_number, read_yaml, write_text
 
 # Free, unknown and occupied. map_saver's 205 for unknown would be read as free with its threshold of 0.25.
 _WHITE, _GREY, _BLACK = 254, 128, 0
 _NAME_MAX = 1000  # longest path of an image
-_FAR_MAX = 1e8  # largest coordinate of an origin [m]
-_NEEDED = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
-_GAP = rb'(?:\s|#[^\n]*\n)+'
-_PGM_HEADER = re.compile(rb'P5' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)' + _GAP + rb'(\d+)\s')
+_ORIGIN_MAX = 1e8  # largest coordinate of an origin [m]
+_REQUIRED_FIELDS = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
+_SEPARATOR = rb'(?:\s|#[^\n]*\n)+'
+_PGM_HEADER = re.compile(rb'P5' + _SEPARATOR + rb'(\d+)' + _SEPARATOR + rb'(\d+)' + _SEPARATOR + rb'(\d+)\s')
 _YAML = ('.yaml', '.yml')
 
 
@@ -51,10 +51,10 @@ def load_occupancy_map(path: Path, resolution: float | None = None) -> Occupancy
             f'{path}: resolution is {side:g} m, it must be {resolution:g} m; give a map of that resolution'
         )
     origin_x, origin_y = _read_origin(path, fields['origin'])
-    shades = _read_image(path.parent / fields['image'])
-    rows, columns = shades.shape
+    pixels = _read_image(path.parent / fields['image'])
+    rows, columns = pixels.shape
     frame = GridFrame(origin_x, origin_y, side, columns, rows)
-    return OccupancyMap(frame, _occupancy_of(path, fields, shades))
+    return OccupancyMap(frame, _occupancy_of(path, fields, pixels))
 
 
 def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
@@ -64,26 +64,26 @@ def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
         RewardPlannerError: the name does not end with .yaml or .yml.
         OSError: the file cannot be written.
     """
-    refuse_other_endings(path)
+    check_yaml_suffix(path)
     image = path.with_suffix('.pgm')
-    occupied, free = grid.occupied(), (grid.occupancy >= 0) & (grid.occupancy < FREE_BELOW)
-    shades = np.select([occupied, free], [_BLACK, _WHITE], _GREY).astype(np.uint8)
-    with written_beside(image) as file:
+    occupied, free = grid.occupied(), (grid.occupancy >= 0) & (grid.occupancy < FREE_THRESHOLD)
+    pixels = np.select([occupied, free], [_BLACK, _WHITE], _GREY).astype(np.uint8)
+    with atomic_write(image) as file:
         file.write(f'P5\n{grid.frame.columns} {grid.frame.rows}\n255\n'.encode())
-        file.write(shades[::-1].tobytes())
+        file.write(pixels[::-1].tobytes())
     fields = {
         'image': image.name,
         'mode': 'trinary',
         'resolution': grid.frame.resolution,
         'origin': [grid.frame.origin_x, grid.frame.origin_y, 0.0],
         'negate': 0,
-        'occupied_thresh': OCCUPIED_FROM / 100,
-        'free_thresh': FREE_BELOW / 100,
+        'occupied_thresh': OCCUPIED_THRESHOLD / 100,
+        'free_thresh': FREE_THRESHOLD / 100,
     }
     write_text(path, yaml.safe_dump(fields, sort_keys=False))
 
 
-def refuse_other_endings(path: Path) -> None:
+def check_yaml_suffix(path: Path) -> None:
     """Check that a map's file name ends with .yaml or .yml, so that it differs from its image's.
 
     Raises:
@@ -98,30 +98,34 @@ def _read_fields(path: Path) -> dict[str, Any]:
         fields = read_yaml(path)
     except YamlFileError as fault:
         raise RewardPlannerError(f'{fault}; give the YAML file of a map') from fault
-    missing = [name for name in _NEEDED if name not in fields]
+    missing = [name for name in _REQUIRED_FIELDS if name not in fields]
     if missing:
-        raise RewardPlannerError(f'{path}: {missing[0]} is missing; a map has {", ".join(_NEEDED)}')
+        raise RewardPlannerError(f'{path}: {missing[0]} is missing; a map has {", ".join(_REQUIRED_FIELDS)}')
     if fields.get('mode', 'trinary') != 'trinary':
         raise RewardPlannerError(
-            f'{path}: mode is {shown(fields["mode"])}, it must be trinary; save the map with mode trinary'
+            f'{path}: mode is {format_value(fields["mode"])}, it must be trinary; save the map with mode trinary'
         )
     if fields.get('negate', 0) not in (0, 1):
-        raise RewardPlannerError(f'{path}: negate is {shown(fields["negate"])}, it must be 0 or 1')
+        raise RewardPlannerError(f'{path}: negate is {format_value(fields["negate"])}, it must be 0 or 1')
     image = fields['image']
     if not isinstance(image, str) or not 0 < len(image) <= _NAME_MAX or '\0' in image:
-        raise RewardPlannerError(f'{path}: image is {shown(image)}, it must be the name of a PGM or PNG file')
+        raise RewardPlannerError(
+            f'{path}: image is {format_value(image)}, it must be the name of a PGM or PNG file'
+        )
     return fields
 
 
 def _read_origin(path: Path, origin: object) -> tuple[float, float]:
     if not isinstance(origin, list) or len(origin) != 3 or not all(is_number(value) for value in origin):
-        raise RewardPlannerError(f'{path}: origin is {shown(origin)}, it must be [x, y, yaw]')
+        raise RewardPlannerError(f'{path}: origin is {format_value(origin)}, it must be [x, y, yaw]')
     if origin[2] != 0:
         raise RewardPlannerError(
             f'{path}: origin has a yaw of {origin[2]} rad, it must be 0; save the map with a yaw of 0'
         )
-    if max(abs(origin[0]), abs(origin[1])) > _FAR_MAX:
-        raise RewardPlannerError(f'{path}: origin is {shown(origin)}, it must be within {_FAR_MAX:g} m')
+    if max(abs(origin[0]), abs(origin[1])) > _ORIGIN_MAX:
+        raise RewardPlannerError(
+            f'{path}: origin is {format_value(origin)}, it must be within {_ORIGIN_MAX:g} m'
+        )
     return float(origin[0]), float(origin[1])
 
 
@@ -129,18 +133,18 @@ def _number(path: Path, fields: dict[str, Any], name: str, low: float, high: flo
     value = fields[name]
     if not is_number(value) or not low <= value <= high:
         raise RewardPlannerError(
-            f'{path}: {name} is {shown(value)}, it must be a number from {low:g} to {high:g}'
+            f'{path}: {name} is {format_value(value)}, it must be a number from {low:g} to {high:g}'
         )
     return float(value)
 
 
-def _occupancy_of(path: Path, fields: dict[str, Any], shades: NDArray[np.uint8]) -> NDArray[np.int8]:
+def _occupancy_of(path: Path, fields: dict[str, Any], pixels: NDArray[np.uint8]) -> NDArray[np.int8]:
     """Return the map's cells, lowest row first."""
     occupied_from = _number(path, fields, 'occupied_thresh', 0.0, 1.0)
     free_below = _number(path, fields, 'free_thresh', 0.0, occupied_from)
-    dark = shades[::-1] / 255.0
-    share = dark if fields.get('negate', 0) else 1.0 - dark
-    cells = np.select([share > occupied_from, share < free_below], [OCCUPIED, FREE], UNKNOWN)
+    brightness = pixels[::-1] / 255.0
+    occupancy = brightness if fields.get('negate', 0) else 1.0 - brightness
+    cells = np.select([occupancy > occupied_from, occupancy < free_below], [OCCUPIED, FREE], UNKNOWN)
     return cells.astype(np.int8)
 
 
@@ -156,19 +160,19 @@ def _read_image(path: Path) -> NDArray[np.uint8]:
     if header:
         _check_size(path, data, header)
     try:
-        shades = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_GRAYSCALE) if data else None
+        pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_GRAYSCALE) if data else None
     except cv2.error:
-        shades = None
-    if shades is None:
+        pixels = None
+    if pixels is None:
         raise RewardPlannerError(f'{path}: is not an image or is corrupted; give a PGM or PNG file')
-    return np.asarray(shades, dtype=np.uint8)
+    return np.asarray(pixels, dtype=np.uint8)
 
 
 def _check_size(path: Path, data: bytes, header: re.Match[bytes]) -> None:
     """Check that a PGM is not truncated; readers would fill up missing cells."""
     columns, rows, white = (int(number) for number in header.groups())
-    there, needed = len(data) - header.end(), rows * columns * (2 if white > 255 else 1)
-    if not needed <= there <= needed + 1:  # some writers append a line feed
+    actual, needed = len(data) - header.end(), rows * columns * (2 if white > 255 else 1)
+    if not needed <= actual <= needed + 1:  # some writers append a line feed
         raise RewardPlannerError(
-            f'{path}: has {there} bytes, {columns} x {rows} cells need {needed}; save the map again'
+            f'{path}: has {actual} bytes, {columns} x {rows} cells need {needed}; save the map again'
         )

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.grid.occupancy_map import FREE_BELOW, OccupancyMap
-from shirube_files import written_beside
+from reward_planner.core.grid.occupancy_map import FREE_THRESHOLD, OccupancyMap
+from shirube_files import atomic_write
 
-_LONG_SIDE_LEAST = 800  # least size of the long side of the picture [px]
-_FREE, _UNKNOWN, _OCCUPIED, _TOO_NEAR = (255, 255, 255), (205, 205, 205), (0, 0, 0), (200, 215, 250)
+_LONG_SIDE_MIN = 800  # least size of the long side of the picture [px]
+_FREE, _UNKNOWN, _OCCUPIED, _INFLATED = (255, 255, 255), (205, 205, 205), (0, 0, 0), (200, 215, 250)
 _ROUTE, _START, _GOAL = (200, 60, 0), (0, 150, 0), (0, 0, 220)  # BGR
 
 
@@ -25,10 +25,10 @@ def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np
         cells: rows and columns of the route, shape (n, 2), n may be 0.
     """
     picture = np.full((*grid.frame.shape, 3), _UNKNOWN, dtype=np.uint8)
-    picture[(grid.occupancy >= 0) & (grid.occupancy < FREE_BELOW)] = _FREE
-    picture[blocked] = _TOO_NEAR
+    picture[(grid.occupancy >= 0) & (grid.occupancy < FREE_THRESHOLD)] = _FREE
+    picture[blocked] = _INFLATED
     picture[grid.occupied()] = _OCCUPIED
-    scale = max(1, -(-_LONG_SIDE_LEAST // max(grid.frame.shape)))
+    scale = max(1, -(-_LONG_SIDE_MIN // max(grid.frame.shape)))
     large = np.ascontiguousarray(picture[::-1].repeat(scale, axis=0).repeat(scale, axis=1))
     pixels = (scale * (np.stack([cells[:, 1], grid.frame.rows - 1 - cells[:, 0]], axis=1) + 0.5)).astype(
         np.int32
@@ -48,5 +48,5 @@ def save_picture(path: Path, pixels: NDArray[np.uint8]) -> None:
         OSError: the file cannot be written.
     """
     data = cv2.imencode('.png', pixels)[1]
-    with written_beside(path) as file:
+    with atomic_write(path) as file:
         file.write(data.tobytes())

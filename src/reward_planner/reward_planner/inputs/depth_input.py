@@ -9,9 +9,9 @@ from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.inputs.frame_callback import FrameCallback
 from shirube_geometry import PinholeCamera
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.depth_conversion import depth_from_image
 from shirube_ros.message_error import CameraInfoError
-from shirube_ros.message_guard import MessageGuard
 from shirube_ros.quality_of_service import overridable, sensor_profile
 from shirube_ros.rectified_camera import rectified_camera
 
@@ -21,7 +21,7 @@ _IMAGE, _INFO = 'depth/image', 'depth/camera_info'
 class DepthInput:
     """Subscribes to ``depth/image`` (Image, 32FC1 or 16UC1) and ``depth/camera_info`` (CameraInfo)."""
 
-    def __init__(self, node: Node, guard: MessageGuard, on_frame: FrameCallback) -> None:
+    def __init__(self, node: Node, guard: CallbackGuard, on_frame: FrameCallback) -> None:
         """Subscribe.
 
         Args:

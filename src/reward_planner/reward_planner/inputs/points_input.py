@@ -7,11 +7,11 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
 from reward_planner.core.navigator import SensorFrame
-from reward_planner.core.voxels.point_density import focal_length_of_cloud
+from reward_planner.core.voxels.point_density import equivalent_focal_length
 from reward_planner.inputs.frame_callback import FrameCallback
 from shirube_geometry import CameraMount
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.message_error import PointCloudError
-from shirube_ros.message_guard import MessageGuard
 from shirube_ros.point_cloud_conversion import points_from_cloud
 from shirube_ros.quality_of_service import overridable, sensor_profile
 
@@ -25,7 +25,7 @@ class PointsInput:
     def __init__(
         self,
         node: Node,
-        guard: MessageGuard,
+        guard: CallbackGuard,
         mount: CameraMount,
         frames: tuple[str, str],
         on_frame: FrameCallback,
@@ -58,7 +58,7 @@ class PointsInput:
         else:
             shifted = points - np.asarray(self._mount.xyz, dtype=np.float32)
             points = shifted @ self._mount.rotation.astype(np.float32)
-        self._on_frame(message.header, SensorFrame(points, focal_length_of_cloud(points)))
+        self._on_frame(message.header, SensorFrame(points, equivalent_focal_length(points)))
 
     def _check_frame(self, frame: str) -> None:
         """Reject clouds of other cameras than the one of the mount."""

@@ -15,13 +15,13 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.trinocular_rig import TrinocularRig
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.inputs.frame_callback import FrameCallback
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.image_input import ImageInput
-from shirube_ros.message_guard import MessageGuard
 from shirube_ros.rectified_camera import RigCamera, rig_camera
-from shirube_ros.stamp_groups import StampGroups
+from shirube_ros.stamp_synchronizer import StampSynchronizer
 
 _CAMERAS = ('left', 'right', 'top')
-_SAME_TIME = 0.005  # largest difference of stamps of one trigger [s]
+_SYNC_TOLERANCE = 0.005  # largest difference of stamps of one trigger [s]
 
 
 class TrinocularInput:
@@ -34,7 +34,7 @@ class TrinocularInput:
     def __init__(
         self,
         node: Node,
-        guard: MessageGuard,
+        guard: CallbackGuard,
         transport: str,
         settings: DepthSettings,
         on_frame: FrameCallback,
@@ -49,7 +49,9 @@ class TrinocularInput:
             on_frame: called for each three valid images.
         """
         self._settings, self._on_frame = settings, on_frame
-        self.groups: StampGroups[tuple[Header, NDArray[np.uint8]]] = StampGroups(_CAMERAS, _SAME_TIME)
+        self.groups: StampSynchronizer[tuple[Header, NDArray[np.uint8]]] = StampSynchronizer(
+            _CAMERAS, _SYNC_TOLERANCE
+        )
         self._cameras: dict[str, RigCamera] = {}
         for name in _CAMERAS:
             ImageInput(

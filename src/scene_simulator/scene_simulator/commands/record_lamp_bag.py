@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from light_waveform import LightWaveformError, Waveform, waveform_of_csv
+from light_waveform import LightWaveformError, Waveform, waveform_from_csv
 from scene_simulator.camera_clock import CameraClock
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS
@@ -78,7 +78,7 @@ def make_drive(options: argparse.Namespace) -> tuple[LampDrive, list[int]]:
 
 def _load(path: Path) -> Waveform:
     try:
-        return waveform_of_csv(path.read_text(encoding='utf-8'))
+        return waveform_from_csv(path.read_text(encoding='utf-8'))
     except (LightWaveformError, UnicodeDecodeError) as fault:
         raise SceneError(f'{path}: {fault}') from fault
     except OSError as fault:

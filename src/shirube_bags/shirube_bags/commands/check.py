@@ -16,14 +16,14 @@ from shirube_bags.accuracy_report import (
     COVERAGE,
     STATISTICS,
     AccuracyReport,
-    broken_limits,
+    exceeded_limits,
+    format_report,
     make_report,
-    report_as_json,
-    report_as_text,
+    report_to_dict,
 )
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
-from shirube_bags.coverage import measure_coverage
+from shirube_bags.coverage import compute_coverage
 from shirube_bags.error_table import save_error_table
 from shirube_bags.errors import ShirubeBagsError
 from shirube_bags.time_intervals import load_intervals
@@ -47,11 +47,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as fault:
         print(f'check: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
         return 1
-    print(report_as_text(report))
-    broken = broken_limits(report, limits_of(options))
-    for line in broken:
+    print(format_report(report))
+    exceeded = exceeded_limits(report, get_limits(options))
+    for line in exceeded:
         print(f'check: {line}', file=sys.stderr)
-    return 1 if broken else 0
+    return 1 if exceeded else 0
 
 
 def check(options: argparse.Namespace) -> AccuracyReport:
@@ -64,7 +64,7 @@ def check(options: argparse.Namespace) -> AccuracyReport:
     if options.images is not None:
         expected, expected_from = load_image_stamps(reference_path, options.images), options.images
     excluded = load_intervals(options.exclude) if options.exclude else np.empty((0, 2), dtype=np.int64)
-    coverage = measure_coverage(expected, estimate.stamps_ns, STAMP_TOLERANCE_NS, excluded)
+    coverage = compute_coverage(expected, estimate.stamps_ns, STAMP_TOLERANCE_NS, excluded)
     report = make_report(errors, coverage, expected_from)
     write_files(options, errors, report)
     return report
@@ -99,10 +99,10 @@ def write_files(options: argparse.Namespace, errors: TrajectoryErrors, report: A
     if options.csv is not None:
         save_error_table(options.csv, errors)
     if options.json is not None:
-        write_text(options.json, json.dumps(report_as_json(report), indent=2) + '\n')
+        write_text(options.json, json.dumps(report_to_dict(report), indent=2) + '\n')
 
 
-def limits_of(options: argparse.Namespace) -> dict[str, float]:
+def get_limits(options: argparse.Namespace) -> dict[str, float]:
     """Return the given limits by metric."""
     return {
         name.removeprefix('limit_'): value

@@ -23,7 +23,7 @@ from shirube_bags.ros_session import ros_session
 from shirube_bags.ros_types import load_message_class
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.stop_signals import stop_on_signals
-from shirube_bags.subscriber_wait import wait_for_any, wait_for_wanted
+from shirube_bags.subscriber_wait import wait_for_any, wait_for_counts
 
 # Timeout for delivery of the last messages before the program ends [s].
 DELIVERY_TIMEOUT = 5.0
@@ -53,8 +53,10 @@ def play(options: argparse.Namespace, command_line: Sequence[str], stop: Event) 
         wait_for_subscribers(options, player, stop)
         # The first responses show that the nodes have discovered this player, too.
         lockstep.wait(topics)
-        if lockstep.silent_nodes:
-            say(f'{", ".join(lockstep.silent_nodes)} has no parameter service and may lose messages')
+        if lockstep.nodes_without_services:
+            log(
+                f'{", ".join(lockstep.nodes_without_services)} has no parameter service and may lose messages'
+            )
         step = lockstep if options.lockstep or options.rate == 0.0 else None
         for _ in range(options.loop):
             if not stop.is_set():
@@ -68,13 +70,13 @@ def play_once(bag: BagReader, player: BagPlayer, rate: float, lockstep: Lockstep
     player.rewind()
     duration = (bag.end_ns - bag.start_ns) / NANOSECONDS
     with tqdm(total=duration, delay=1.0, mininterval=0.5, bar_format=PROGRESS_BAR) as bar:
-        outcome = replay(
+        result = replay(
             bag, player, rate, lockstep, stop=stop, on_progress=lambda played: bar.update(played - bar.n)
         )
-    speed = outcome.bag_duration / max(outcome.took, 1e-9)
-    say(
-        f'{outcome.messages} messages, {outcome.bag_duration:.1f} s of the bag '
-        f'in {outcome.took:.1f} s ({speed:.2f} x real time)'
+    speed = result.bag_duration / max(result.elapsed, 1e-9)
+    log(
+        f'{result.messages} messages, {result.bag_duration:.1f} s of the bag '
+        f'in {result.elapsed:.1f} s ({speed:.2f} x real time)'
     )
 
 
@@ -91,14 +93,14 @@ def wait_for_subscribers(options: argparse.Namespace, player: BagPlayer, stop: E
                 f'--wait-for {topic}: is not replayed; replayed topics:  {", ".join(player.topics)}'
             )
     if wanted:
-        wait_for_wanted(player.subscriber_count, wanted, options.timeout, stop.is_set)
-    lonely = wait_for_any(player.subscriber_count, player.topics, options.timeout, stop.is_set)
+        wait_for_counts(player.subscriber_count, wanted, options.timeout, stop.is_set)
+    unsubscribed = wait_for_any(player.subscriber_count, player.topics, options.timeout, stop.is_set)
     if stop.is_set():
         return
-    if len(lonely) == len(player.topics):
-        say(f'no subscriber within {options.timeout:g} s; playing anyway')
-    elif lonely:
-        say(f'no subscriber for {", ".join(lonely)}')
+    if len(unsubscribed) == len(player.topics):
+        log(f'no subscriber within {options.timeout:g} s; playing anyway')
+    elif unsubscribed:
+        log(f'no subscriber for {", ".join(unsubscribed)}')
 
 
 def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
@@ -115,7 +117,7 @@ def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
         except ReplayError as fault:
             if wanted:
                 raise ReplayError(f'{bag.path}, topic {topic}: {fault}') from fault
-            say(f'topic {topic} is skipped: {fault}')
+            log(f'topic {topic} is skipped: {fault}')
         else:
             topics.append(topic)
     if not topics:
@@ -123,7 +125,7 @@ def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
     return topics
 
 
-def say(line: str) -> None:
+def log(line: str) -> None:
     """Print a line without breaking the progress bar."""
     tqdm.write(f'play: {line}', file=sys.stderr)
 

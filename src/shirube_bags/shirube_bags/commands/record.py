@@ -30,15 +30,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             ros_session('bag_recorder', command_line, options.use_sim_time) as session,
             BagWriter(options.output) as bag,
         ):
-            recorder = BagRecorder(session.node, bag, options.topics, say)
+            recorder = BagRecorder(session.node, bag, options.topics, log)
             record(session, recorder, stop)
             check_recording(recorder, options.output)
     except ShirubeBagsError as fault:
-        say(str(fault))
+        log(str(fault))
         return 1
     for topic, count in sorted(recorder.counts.items()):
-        say(f'{count:>8} messages of {topic}')
-    say(f'wrote {options.output}')
+        log(f'{count:>8} messages of {topic}')
+    log(f'wrote {options.output}')
     return 0
 
 
@@ -59,14 +59,14 @@ def check_recording(recorder: BagRecorder, output: Path) -> None:
         ReplayError: nothing was recorded.
     """
     if recorder.missing_topics:
-        say(f'never published: {", ".join(recorder.missing_topics)}')
+        log(f'never published: {", ".join(recorder.missing_topics)}')
     if not any(recorder.counts.values()):
         raise ReplayError(
             f'{output}: no message received, nothing is written; check the topics and ROS_DOMAIN_ID'
         )
 
 
-def say(line: str) -> None:
+def log(line: str) -> None:
     """Print a line."""
     print(f'record: {line}', file=sys.stderr, flush=True)
 

@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     try:
-        refuse_standing_bag(options.record)
+        check_bag_path(options.record)
         options.folder.mkdir(parents=True, exist_ok=True)
         files = write_building((options.building or options.folder / 'building').absolute())
         extra = RunOptions(options.record, options.launched)
@@ -74,7 +74,7 @@ def print_line(text: str) -> None:
     print(text, flush=True)
 
 
-def refuse_standing_bag(bag: Path | None) -> None:
+def check_bag_path(bag: Path | None) -> None:
     """Check before the mission that its bag does not exist.
 
     Raises:

@@ -10,7 +10,7 @@ from shirube_files import write_text
 from shirube_mission.mission_traces import MissionTraces
 from shirube_mission.report.plan_pictures import draw_map, draw_tracks
 from shirube_mission.report.report_page import page
-from shirube_mission.report.time_pictures import draw_errors, draw_speed, draw_timing, draw_trust
+from shirube_mission.report.time_pictures import draw_errors, draw_measurement_status, draw_speed, draw_timing
 
 PAGE = 'report.html'
 
@@ -28,9 +28,11 @@ def write_report(folder: Path, summary: Mapping[str, Any], traces: MissionTraces
     """
     draw_tracks(folder / 'tracks.png', traces)
     draw_errors(folder / 'errors.png', traces)
-    draw_trust(folder / 'trust.png', traces)
+    draw_measurement_status(folder / 'trust.png', traces)
     draw_map(folder / 'map.png', traces)
-    draw_speed(folder / 'speed.png', traces, [(order['time'], order['order']) for order in summary['orders']])
+    draw_speed(
+        folder / 'speed.png', traces, [(command['time'], command['order']) for command in summary['orders']]
+    )
     draw_timing(folder / 'timing.png', traces)
     write_text(folder / PAGE, page(summary, traces))
     return folder / PAGE

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from scene_simulator.mission_layout import ZONES
-from shirube_files import written_beside
+from shirube_files import atomic_write
 from shirube_mission.report.trace_errors import Array, zone_spans
 
 COLOURS = {
@@ -37,7 +37,7 @@ def picture(path: Path, width: float, height: float) -> Iterator[Figure]:
     figure = plt.figure(figsize=(width, height), layout='constrained')
     try:
         yield figure
-        with written_beside(path) as file:
+        with atomic_write(path) as file:
             figure.savefig(file, format='png', dpi=100, bbox_inches='tight')
     finally:
         plt.close(figure)

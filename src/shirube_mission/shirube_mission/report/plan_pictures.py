@@ -13,7 +13,7 @@ from matplotlib.colors import ListedColormap
 from scene_simulator.mission_layout import ROBOT_RADIUS, ROOM
 from shirube_mission.mission_traces import GridMap, MissionTraces
 from shirube_mission.report.picture_style import COLOURS, LABELS, TRUTH, draw_zones, picture
-from shirube_mission.report.trace_errors import all_poses_in_map, as_array
+from shirube_mission.report.trace_errors import align_all_poses, as_array
 
 _OCCUPIED = 50
 _MARGIN = 0.15
@@ -21,7 +21,7 @@ _MARGIN = 0.15
 
 def draw_tracks(path: Path, traces: MissionTraces) -> None:
     """Write the figure of all tracks to a PNG file."""
-    poses, truth = all_poses_in_map(traces), as_array(traces.truth)
+    poses, truth = align_all_poses(traces), as_array(traces.truth)
     with picture(path, 11.0, 7.6) as figure:
         axes = figure.add_subplot()
         draw_zones(axes)
@@ -31,10 +31,14 @@ def draw_tracks(path: Path, traces: MissionTraces) -> None:
             style = '--' if name == 'odometry' else '-'
             axes.plot(*poses[name][:, 1:3].T, style, color=COLOURS[name], linewidth=1.2, label=LABELS[name])
         for name in ('vlc_beacon', 'floor_localizer', 'stereo_landmark'):
-            told = poses.get(name, np.empty((0, 4)))
+            localizer_poses = poses.get(name, np.empty((0, 4)))
             size = 7.0 if name == 'stereo_landmark' else 2.5
             axes.plot(
-                *told[:, 1:3].T, '.', color=COLOURS[name], markersize=size, label=f'{name}: {len(told)} poses'
+                *localizer_poses[:, 1:3].T,
+                '.',
+                color=COLOURS[name],
+                markersize=size,
+                label=f'{name}: {len(localizer_poses)} poses',
             )
         _draw_goals(axes, traces)
         _finish(axes, 'Tracks of the mission')

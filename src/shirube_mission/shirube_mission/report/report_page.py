@@ -9,7 +9,7 @@ from typing import Any
 from shirube_mission.mission_record import FUSED_ERROR_MAX, TRUE_ERROR_MAX
 from shirube_mission.mission_traces import MissionTraces
 from shirube_mission.report.picture_style import LABELS
-from shirube_mission.report.trace_errors import Array, all_poses_in_map, as_array, errors_of, zone_spans
+from shirube_mission.report.trace_errors import Array, align_all_poses, as_array, pose_errors, zone_spans
 
 PICTURES = {
     'tracks.png': 'Tracks',
@@ -59,25 +59,25 @@ def page(summary: Mapping[str, Any], traces: MissionTraces) -> str:
         traces: time series of the mission.
     """
     tables = [
-        _titled('Goals', goal_table(summary, traces)),
-        _titled('Poses', _accuracy_table(traces)),
-        _titled('Zones', _zone_table(summary, traces)),
-        _titled('Commands of the lamps', _order_table(summary)),
-        _titled('Cameras', _camera_table(summary, traces)),
+        _section('Goals', goal_table(summary, traces)),
+        _section('Poses', _accuracy_table(traces)),
+        _section('Zones', _zone_table(summary, traces)),
+        _section('Commands of the lamps', _command_table(summary)),
+        _section('Cameras', _camera_table(summary, traces)),
         _timing_sentence(summary),
     ]
     pictures = [f'<h2>{title}</h2>\n<img src="{name}" alt="{title}">' for name, title in PICTURES.items()]
     return _PAGE.format(
         seed=summary['seed'],
         verdict='passed' if summary['success'] else 'failed',
-        sentence=html.escape(verdict_sentence(summary)),
+        sentence=html.escape(result_sentence(summary)),
         what=_WHAT,
         tables='\n'.join(tables),
         pictures='\n'.join(pictures),
     )
 
 
-def verdict_sentence(summary: Mapping[str, Any]) -> str:
+def result_sentence(summary: Mapping[str, Any]) -> str:
     """Return whether the mission succeeded, with the reasons if not."""
     if summary['success']:
         return 'Success: every goal was reached within the limits, without a collision.'
@@ -98,7 +98,7 @@ def goal_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
             rows.append([f'goal {number + 1}', 'not reached', *['–'] * 6, 'FAIL'])
             continue
         goal = summary['goals'][number]
-        room = _clearance_during(traces, traces.legs[number])
+        clearance = _clearance_during(traces, traces.legs[number])
         rows.append(
             [
                 f'goal {number + 1}',
@@ -107,12 +107,12 @@ def goal_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
                 f'{1e3 * goal["true_error"]:.1f}',
                 f'{1e3 * goal["fused_error"]:.1f}',
                 f'{57.2958 * goal["yaw_error"]:.1f}',
-                f'{100.0 * min(room):.1f}' if room else '–',
-                str(_touches(room)),
-                'pass' if goal['good'] and not _touches(room) else 'FAIL',
+                f'{100.0 * min(clearance):.1f}' if clearance else '–',
+                str(_count_collisions(clearance)),
+                'pass' if goal['good'] and not _count_collisions(clearance) else 'FAIL',
             ]
         )
-    head = (
+    header = (
         'goal',
         'planner status',
         'time [s]',
@@ -123,27 +123,27 @@ def goal_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
         'collisions, limit 0',
         'result',
     )
-    return _table(head, rows)
+    return _table(header, rows)
 
 
 def _clearance_during(traces: MissionTraces, leg: tuple[float, float]) -> list[float]:
     start, end = leg
     moments = zip(traces.truth, traces.clearance, strict=True)
-    return [room for pose, room in moments if start < pose[0] <= end]
+    return [clearance for pose, clearance in moments if start < pose[0] <= end]
 
 
-def _touches(room: Sequence[float]) -> int:
+def _count_collisions(clearance: Sequence[float]) -> int:
     """Return the number of collisions."""
-    return sum(now <= 0.0 and before > 0.0 for before, now in zip([1.0, *room], room, strict=False))
+    return sum(now <= 0.0 and before > 0.0 for before, now in zip([1.0, *clearance], clearance, strict=False))
 
 
 def _accuracy_table(traces: MissionTraces) -> str:
     truth, rows = as_array(traces.truth), []
-    for name, told in all_poses_in_map(traces).items():
-        _, off, _ = errors_of(told, truth)
-        if len(off):
-            numbers = (_median(off), (off**2).mean() ** 0.5, off.max())
-            rows.append([LABELS.get(name, name), str(len(off)), *(f'{1e3 * n:.1f}' for n in numbers)])
+    for name, poses in align_all_poses(traces).items():
+        _, error, _ = pose_errors(poses, truth)
+        if len(error):
+            numbers = (_median(error), (error**2).mean() ** 0.5, error.max())
+            rows.append([LABELS.get(name, name), str(len(error)), *(f'{1e3 * n:.1f}' for n in numbers)])
         else:
             rows.append([LABELS.get(name, name), '0', '–', '–', '–'])
     return _table(('source', 'poses', 'median error [mm]', 'rms [mm]', 'largest [mm]'), rows)
@@ -161,12 +161,12 @@ def _zone_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
         when = ', '.join(f'{start:.0f}–{end:.0f}' for start, end in spans[zone])
         counts = [str(inside['poses'].get(name, 0)) for name in names]
         rows.append([zone, when or 'never', *counts, f'{1e3 * inside["worst_fused_error"]:.1f}'])
-    head = ('zone', 'when [s]', *(f'poses of {name}' for name in names), 'largest fused error [mm]')
-    return _table(head, rows)
+    header = ('zone', 'when [s]', *(f'poses of {name}' for name in names), 'largest fused error [mm]')
+    return _table(header, rows)
 
 
-def _order_table(summary: Mapping[str, Any]) -> str:
-    rows = [[order['order'], f'{order["time"]:.1f}'] for order in summary['orders']]
+def _command_table(summary: Mapping[str, Any]) -> str:
+    rows = [[command['order'], f'{command["time"]:.1f}'] for command in summary['orders']]
     return _table(('command', 'received at [s]'), rows) if rows else '<p>No command was received.</p>'
 
 
@@ -176,13 +176,13 @@ def _camera_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
         [name, f'{wanted:g}', f'{shown:.1f}', f'{shown / drive:.1f}']
         for name, (wanted, shown) in traces.rates.items()
     ]
-    head = (
+    header = (
         'camera',
         'nominal [1/s]',
         'achieved per simulated second',
         'achieved per second of wall time',
     )
-    return _table(head, rows)
+    return _table(header, rows)
 
 
 def _timing_sentence(summary: Mapping[str, Any]) -> str:
@@ -193,16 +193,16 @@ def _timing_sentence(summary: Mapping[str, Any]) -> str:
     )
 
 
-def _titled(title: str, table: str) -> str:
+def _section(title: str, table: str) -> str:
     return f'<h2>{title}</h2>\n{table}'
 
 
-def _table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+def _table(header: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     """Return an HTML table; cells with FAIL or pass are coloured."""
-    lines = [''.join(f'<th>{html.escape(name)}</th>' for name in head)]
-    lines += [''.join(f'<td{_class_of(cell)}>{html.escape(cell)}</td>' for cell in row) for row in rows]
+    lines = [''.join(f'<th>{html.escape(name)}</th>' for name in header)]
+    lines += [''.join(f'<td{_css_class(cell)}>{html.escape(cell)}</td>' for cell in row) for row in rows]
     return '<table>\n' + '\n'.join(f'<tr>{line}</tr>' for line in lines) + '\n</table>'
 
 
-def _class_of(cell: str) -> str:
+def _css_class(cell: str) -> str:
     return {'FAIL': ' class="failed"', 'pass': ' class="passed"'}.get(cell, '')

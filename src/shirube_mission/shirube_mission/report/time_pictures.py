@@ -11,30 +11,34 @@ from matplotlib.axes import Axes
 from shirube_mission.mission_record import FUSED_ERROR_MAX
 from shirube_mission.mission_traces import MissionTraces
 from shirube_mission.report.picture_style import COLOURS, LABELS, TRUTH, mark_goals, picture, shade_zones
-from shirube_mission.report.trace_errors import all_poses_in_map, as_array, errors_of, speeds_of
+from shirube_mission.report.trace_errors import align_all_poses, as_array, compute_speeds, pose_errors
 
 _SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
-_VERDICT_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
+_STATUS_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
 _USED = 'used'
-_LEAST = 1e-2
+_ERROR_MIN = 1e-2
 """Smaller errors are drawn at this value [mm]: the axis is logarithmic."""
 
 
 def draw_errors(path: Path, traces: MissionTraces) -> None:
     """Write the figure of the errors over time to a PNG file."""
-    truth, poses = as_array(traces.truth), all_poses_in_map(traces)
+    truth, poses = as_array(traces.truth), align_all_poses(traces)
     with picture(path, 13.0, 7.5) as figure:
         distance, heading = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1.0))
         for name, colour in COLOURS.items():
             if not len(poses.get(name, ())):
                 continue
-            times, off, turn = errors_of(poses[name], truth)
+            times, position_error, yaw_error = pose_errors(poses[name], truth)
             is_line = name in LABELS
             style = {'linewidth': 1.3} if is_line else {'marker': '.', 'linestyle': '', 'markersize': 3.0}
             distance.plot(
-                times, np.maximum(1e3 * off, _LEAST), color=colour, label=LABELS.get(name, name), **style
+                times,
+                np.maximum(1e3 * position_error, _ERROR_MIN),
+                color=colour,
+                label=LABELS.get(name, name),
+                **style,
             )
-            heading.plot(times, np.degrees(turn), color=colour, **style)
+            heading.plot(times, np.degrees(yaw_error), color=colour, **style)
         distance.axhline(
             1e3 * FUSED_ERROR_MAX, color='k', linestyle='--', linewidth=0.9, label='limit at a goal (fused)'
         )
@@ -45,12 +49,10 @@ def draw_errors(path: Path, traces: MissionTraces) -> None:
         distance.legend(loc='upper left', bbox_to_anchor=(1.01, 1.0), fontsize='small')
 
 
-def draw_trust(path: Path, traces: MissionTraces) -> None:
+def draw_measurement_status(path: Path, traces: MissionTraces) -> None:
     """Write the figure of the measurement status of each source's poses per second to a PNG file."""
-    verdicts = sorted({count.verdict for count in traces.trust} - {_USED})
-    colours = dict(
-        zip(verdicts, _VERDICT_COLOURS * (1 + len(verdicts) // len(_VERDICT_COLOURS)), strict=False)
-    )
+    statuses = sorted({count.verdict for count in traces.trust} - {_USED})
+    colours = dict(zip(statuses, _STATUS_COLOURS * (1 + len(statuses) // len(_STATUS_COLOURS)), strict=False))
     with picture(path, 13.0, 7.0) as figure:
         rows: Sequence[Axes] = figure.subplots(len(_SOURCES), 1, sharex=True)
         for axes, source in zip(rows, _SOURCES, strict=True):
@@ -84,7 +86,7 @@ def _draw_bars(axes: Axes, traces: MissionTraces, source: str, colours: dict[str
             floor += rate
 
 
-def draw_speed(path: Path, traces: MissionTraces, orders: Sequence[tuple[float, str]]) -> None:
+def draw_speed(path: Path, traces: MissionTraces, commands: Sequence[tuple[float, str]]) -> None:
     """Write the figure of the robot's speed and the lamps' commands to a PNG file.
 
     Args:
@@ -93,12 +95,12 @@ def draw_speed(path: Path, traces: MissionTraces, orders: Sequence[tuple[float, 
         commands: time [s] and text of the commands of lamps.
     """
     with picture(path, 13.0, 5.5) as figure:
-        speed, room = figure.subplots(2, 1, sharex=True)
-        speed.plot(*speeds_of(as_array(traces.truth)), color=TRUTH, linewidth=1.2, label='true speed')
-        for time, order in orders:
+        speed, clearance = figure.subplots(2, 1, sharex=True)
+        speed.plot(*compute_speeds(as_array(traces.truth)), color=TRUTH, linewidth=1.2, label='true speed')
+        for time, command in commands:
             speed.axvline(time, color='#d97706', linewidth=1.5)
             speed.annotate(
-                f' {order}',
+                f' {command}',
                 (time, 0.86),
                 xycoords=('data', 'axes fraction'),
                 annotation_clip=True,  # an annotation outside the axes would shrink them
@@ -110,10 +112,10 @@ def draw_speed(path: Path, traces: MissionTraces, orders: Sequence[tuple[float, 
             ylim=(0.0, 0.5),
             title='Speed, commands of the lamps (orange), and clearance of the robot',
         )
-        room.plot(as_array(traces.truth)[:, 0], traces.clearance, color='#0f766e', linewidth=1.2)
-        room.axhline(0.0, color='#dc2626', linewidth=1.2)
-        room.set(xlabel='simulated time [s]', ylabel='clearance [m]')
-        for axes in (speed, room):
+        clearance.plot(as_array(traces.truth)[:, 0], traces.clearance, color='#0f766e', linewidth=1.2)
+        clearance.axhline(0.0, color='#dc2626', linewidth=1.2)
+        clearance.set(xlabel='simulated time [s]', ylabel='clearance [m]')
+        for axes in (speed, clearance):
             _finish(axes, traces)
         speed.legend(loc='upper left', bbox_to_anchor=(1.01, 1.0), fontsize='small')
 

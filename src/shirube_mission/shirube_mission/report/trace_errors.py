@@ -34,7 +34,7 @@ def true_poses(truth: Array, times: Array) -> Array:
     return np.column_stack([times, *(np.interp(times, truth[:, 0], column) for column in columns)])
 
 
-def errors_of(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
+def pose_errors(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
     """Return time [s], position error [m] and yaw error [rad] of each pose.
 
     Args:
@@ -42,12 +42,12 @@ def errors_of(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
         truth: true poses with increasing times, shape (n, 4).
     """
     poses = poses[poses[:, 0] >= truth[0, 0]]
-    off = poses - true_poses(truth, poses[:, 0])
-    turn = np.remainder(off[:, 3] + np.pi, 2.0 * np.pi) - np.pi
-    return poses[:, 0], np.hypot(off[:, 1], off[:, 2]), turn
+    differences = poses - true_poses(truth, poses[:, 0])
+    yaw_error = np.remainder(differences[:, 3] + np.pi, 2.0 * np.pi) - np.pi
+    return poses[:, 0], np.hypot(differences[:, 1], differences[:, 2]), yaw_error
 
 
-def in_map(odometry: Array, truth: Array) -> Array:
+def align_to_map(odometry: Array, truth: Array) -> Array:
     """Return wheel odometry in the map frame, aligned to the true pose at its start; same shape."""
     if not len(odometry):
         return odometry
@@ -70,15 +70,17 @@ def zone_spans(truth: Array) -> dict[str, list[tuple[float, float]]]:
     return spans
 
 
-def speeds_of(truth: Array) -> tuple[Array, Array]:
+def compute_speeds(truth: Array) -> tuple[Array, Array]:
     """Return times [s] and the true speed [m/s], averaged over 0.2 s."""
     step = 10
     moved = np.hypot(*(truth[step:, 1:3] - truth[:-step, 1:3]).T)
     return (truth[step:, 0] + truth[:-step, 0]) / 2.0, moved / (truth[step:, 0] - truth[:-step, 0])
 
 
-def all_poses_in_map(traces: MissionTraces) -> dict[str, Array]:
+def align_all_poses(traces: MissionTraces) -> dict[str, Array]:
     """Return the poses of every source in the map frame by name, odometry aligned to the true start."""
     truth = as_array(traces.truth)
-    poses = {name: as_array(told) for name, told in traces.poses.items()}
-    return {name: in_map(told, truth) if name == 'odometry' else told for name, told in poses.items()}
+    poses = {name: as_array(values) for name, values in traces.poses.items()}
+    return {
+        name: align_to_map(values, truth) if name == 'odometry' else values for name, values in poses.items()
+    }

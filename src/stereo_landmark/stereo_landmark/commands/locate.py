@@ -71,7 +71,7 @@ def locate(options: argparse.Namespace) -> list[LocatedFrame]:
     Raises:
         StereoLandmarkError: places, calibrations and images are inconsistent.
     """
-    create = stream_maker(options)
+    create = make_stream_factory(options)
     if options.bag is not None:
         with BagReader(options.bag) as bag:
             topics = choose_topics(bag, vars(options), is_raw=options.rectify)
@@ -109,16 +109,16 @@ def locate_files(options: argparse.Namespace, stream: PairStream) -> Iterator[Lo
         load_camera_calibration(options.left_calibration),
         load_camera_calibration(options.right_calibration),
     )
-    stream.use_calibrations(*calibrations)
+    stream.get_localizer(*calibrations)
     for number, paths in enumerate(zip(left, right, strict=True)):
         stamp_ns = round(number / options.rate * 1e9)
         stream.add_tilt(stamp_ns * 1e-9, *options.tilt)
-        located = _located(stream, stamp_ns, paths, calibrations)
+        located = _locate_pair(stream, stamp_ns, paths, calibrations)
         if located is not None:
             yield LocatedFrame(str(paths[0]), stamp_ns, located)
 
 
-def _located(
+def _locate_pair(
     stream: PairStream,
     stamp_ns: int,
     paths: tuple[Path, Path],
@@ -134,7 +134,7 @@ def _located(
     return answers[Side.RIGHT]
 
 
-def stream_maker(options: argparse.Namespace) -> Callable[[], PairStream]:
+def make_stream_factory(options: argparse.Namespace) -> Callable[[], PairStream]:
     """Return a factory for the stateful stream of pairs.
 
     Raises:

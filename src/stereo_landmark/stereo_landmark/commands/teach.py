@@ -17,17 +17,17 @@ from stereo_landmark.core.landmark_fix import NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.detected_scene import DetectedScene
-from stereo_landmark.core.procedure.primitive_choice import named_primitives
+from stereo_landmark.core.procedure.primitive_selection import select_primitives
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetChoice, Teacher
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.place_remarks import draft_of, place_remarks
+from stereo_landmark.core.teaching.place_warnings import find_place_warnings, make_draft
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
-from stereo_landmark.files.lesson_file import Lesson, TargetLesson, load_lesson
 from stereo_landmark.files.place_file import place_path, save_place
-from stereo_landmark.lesson_pair import RectifiedPair, load_pair
+from stereo_landmark.files.teach_config_file import TargetConfig, TeachConfig, load_teach_config
 from stereo_landmark.page.teach_page import add_page_options, open_page
+from stereo_landmark.rectified_pair import RectifiedPair, load_pair
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,14 +44,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'teach: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
-        print(f'teach: {_in_words(fault, options)}', file=sys.stderr)
+        print(f'teach: {_error_message(fault, options)}', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return 0
     return 0
 
 
-def _in_words(fault: OSError, options: argparse.Namespace) -> str:
+def _error_message(fault: OSError, options: argparse.Namespace) -> str:
     if fault.filename is None and options.batch is None:
         return f'{fault.strerror}; choose another --host or --port'
     # The error of a full disk has no file name.
@@ -69,13 +69,13 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     Raises:
         StereoLandmarkError: the config is invalid, or the place exists and must not be replaced.
     """
-    lesson = load_lesson(path)
-    file = place_path(places, lesson.name)
+    config = load_teach_config(path)
+    file = place_path(places, config.name)
     if file.exists() and not replace:
         raise StereoLandmarkError(f'{file} exists; give --replace, or another name')
-    pair = load_pair(lesson)
-    session, choices = opened_session(lesson, pair)
-    place = Teacher(session.view, lesson.processing).teach(lesson.name, choices, lesson.T_map_place)
+    pair = load_pair(config)
+    session, selections = open_session(config, pair)
+    place = Teacher(session.view, config.processing).teach(config.name, selections, config.T_map_place)
     if file.exists():
         _check_found(place, pair, file)
     saved = save_place(places, place, pair.images, replace_damaged=replace)
@@ -85,9 +85,9 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
         x, y, z = position
         sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
-    for line in place_remarks(session):
+    for line in find_place_warnings(session):
         print(f'warning: {line}')
-    print(f'{place.name} is taught, with {len(place.surroundings)} context landmarks; see {saved}')
+    print(f'{place.name} is taught, with {len(place.context_landmarks)} context landmarks; see {saved}')
 
 
 def _check_found(place: TaughtPlace, pair: RectifiedPair, file: Path) -> None:
@@ -101,23 +101,25 @@ def _check_found(place: TaughtPlace, pair: RectifiedPair, file: Path) -> None:
         )
 
 
-def opened_session(lesson: Lesson, pair: RectifiedPair) -> tuple[TeachingSession, list[TargetChoice]]:
+def open_session(config: TeachConfig, pair: RectifiedPair) -> tuple[TeachingSession, list[TargetSelection]]:
     """Return a teaching session with the selections of a teach config, and these selections.
 
     Raises:
         StereoLandmarkError: a primitive is not detected.
     """
     images = StereoImages(pair.images.left, pair.images.right, pair.images.tilt)
-    state = TeachingState(lesson.name, processing=lesson.processing, T_map_place=lesson.T_map_place)
+    state = TeachingState(config.name, processing=config.processing, T_map_place=config.T_map_place)
     session = TeachingSession(lambda _: images, pair.rig, state)
-    choices = [_choice(target, session.view.left) for target in lesson.targets]
-    session.do(lambda before: replace(before, targets=tuple(draft_of(choice) for choice in choices)))
-    return session, choices
+    selections = [_select_target(target, session.view.left) for target in config.targets]
+    session.apply(
+        lambda before: replace(before, targets=tuple(make_draft(selection) for selection in selections))
+    )
+    return session, selections
 
 
-def _choice(target: TargetLesson, scene: DetectedScene) -> TargetChoice:
+def _select_target(target: TargetConfig, scene: DetectedScene) -> TargetSelection:
     try:
-        return TargetChoice(target.name, named_primitives(target.choices, scene), target.points)
+        return TargetSelection(target.name, select_primitives(target.selections, scene), target.points)
     except StereoLandmarkError as fault:
         raise StereoLandmarkError(f'target {target.name}: {fault}') from fault
 

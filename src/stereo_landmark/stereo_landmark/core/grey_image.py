@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-SMALLEST_SIDE = 16
+SIDE_MIN = 16
 """Minimum image width and height [px]."""
 
 
@@ -22,7 +22,7 @@ def check_grey_image(image: NDArray[np.uint8]) -> None:
         raise StereoLandmarkError(f'the image holds {kind}, it must be an array of uint8 (mono8)')
     if image.ndim != 2:
         raise StereoLandmarkError(f'the image has the shape {image.shape}, it must be grey, (h, w) (mono8)')
-    if min(image.shape) < SMALLEST_SIDE:
+    if min(image.shape) < SIDE_MIN:
         raise StereoLandmarkError(
-            f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SMALLEST_SIDE} px'
+            f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SIDE_MIN} px'
         )

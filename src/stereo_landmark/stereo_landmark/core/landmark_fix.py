@@ -9,11 +9,15 @@ from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose, matrix_from_rpy
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
-from stereo_landmark.core.procedure.sighting import NoSightingReason, NoTargetSighting, TargetSighting
+from stereo_landmark.core.procedure.target_detection import (
+    NoDetectionReason,
+    NoTargetDetection,
+    TargetDetection,
+)
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
-Sighting = TargetSighting | NoTargetSighting
-_STAGES = (NoSightingReason.NO_CANDIDATE, NoSightingReason.NO_EVIDENCE, NoSightingReason.AMBIGUOUS)
+TargetResult = TargetDetection | NoTargetDetection
+_STAGES = (NoDetectionReason.NO_CANDIDATE, NoDetectionReason.NOT_SIGNIFICANT, NoDetectionReason.AMBIGUOUS)
 """Stages of the target search in the order in which they can fail."""
 
 
@@ -24,14 +28,14 @@ class LandmarkFix:
     Attributes:
         place: recognized place.
         displacement: displacement from the taught pose.
-        sightings: detection results of the targets.
-        compared: names of the primitives measured by patch alignment; the others are measured by their outlines.
+        detections: detection results of the targets.
+        matched_patches: names of the primitives measured by patch alignment; the others are measured by their outlines.
     """
 
     place: TaughtPlace
     displacement: PlaceFix
-    sightings: tuple[Sighting, ...]
-    compared: tuple[str, ...] = ()
+    detections: tuple[TargetResult, ...]
+    matched_patches: tuple[str, ...] = ()
 
     @property
     def T_map_base(self) -> PlanarPose | None:  # noqa: N802
@@ -48,9 +52,9 @@ class LandmarkFix:
         return np.asarray(turn @ planar @ turn.T)
 
     @property
-    def evidence(self) -> float:
+    def log_likelihood_ratio(self) -> float:
         """Log-likelihood ratio against chance, summed over all targets."""
-        return sum(each.evidence for each in self.sightings if isinstance(each, TargetSighting))
+        return sum(each.log_likelihood_ratio for each in self.detections if isinstance(each, TargetDetection))
 
 
 @dataclass(frozen=True)
@@ -60,35 +64,37 @@ class NoLandmarkFix:
     Attributes:
         reason: message, the same for the same kind of failure.
         detail: numbers and names for the diagnostics.
-        sightings: detection results at the place that came nearest to a fix.
+        detections: detection results at the place that came nearest to a fix.
     """
 
     reason: str
     detail: str
-    sightings: tuple[Sighting, ...] = ()
+    detections: tuple[TargetResult, ...] = ()
 
     @property
     def progress(self) -> tuple[int, float]:
         """Progress for comparison: stage of the best target, and log-likelihood ratio of the detected ones."""
-        found = [each for each in self.sightings if isinstance(each, TargetSighting)]
+        found = [each for each in self.detections if isinstance(each, TargetDetection)]
         stages = [
-            _STAGES.index(each.reason) if isinstance(each, NoTargetSighting) else len(_STAGES)
-            for each in self.sightings
+            _STAGES.index(each.reason) if isinstance(each, NoTargetDetection) else len(_STAGES)
+            for each in self.detections
         ]
-        return max(stages, default=0), sum(each.evidence for each in found)
+        return max(stages, default=0), sum(each.log_likelihood_ratio for each in found)
 
 
-def no_fix_of(place: TaughtPlace, sightings: tuple[Sighting, ...], fault: NoPlaceFix) -> NoLandmarkFix:
+def describe_failure(
+    place: TaughtPlace, detections: tuple[TargetResult, ...], fault: NoPlaceFix
+) -> NoLandmarkFix:
     """Return why a place gave no pose: its points were rejected, or no target was detected.
 
     Args:
         place: searched place.
-        sightings: detection results of its targets.
+        detections: detection results of its targets.
         fault: reason why the points of the detected targets were rejected.
     """
-    missing = [each for each in sightings if isinstance(each, NoTargetSighting)]
-    if len(missing) < len(sightings):
-        return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', sightings)
+    missing = [each for each in detections if isinstance(each, NoTargetDetection)]
+    if len(missing) < len(detections):
+        return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', detections)
     reason = missing[0].reason.value
     detail = '; '.join(f'{each.target}: {each.reason.value} ({each.detail})' for each in missing)
-    return NoLandmarkFix(reason, f'place {place.name}: {detail}', sightings)
+    return NoLandmarkFix(reason, f'place {place.name}: {detail}', detections)

@@ -8,18 +8,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, no_fix_of
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, describe_failure
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints, joined
+from stereo_landmark.core.place.stereo_points import StereoPoints, concatenate
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.settings import SearchSettings
-from stereo_landmark.core.procedure.sighting import TargetSighting
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.target_detection import TargetDetection
 from stereo_landmark.core.procedure.target_search import TargetSearch
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -62,7 +62,7 @@ class LandmarkLocalizer:
         left: NDArray[np.uint8],
         right: NDArray[np.uint8],
         tilt: tuple[float, float] = (0.0, 0.0),
-        likely: Sequence[str] = (),
+        likely_places: Sequence[str] = (),
     ) -> LandmarkFix | NoLandmarkFix:
         """Recognize the place and estimate the displacement from it.
 
@@ -70,47 +70,47 @@ class LandmarkLocalizer:
             left: rectified grey image of the left camera, shape (h, w).
             right: rectified grey image of the right camera, shape (h, w).
             tilt: known roll and pitch of the base [rad].
-            likely: names of the places to search first; others are searched only if none of these matches.
+            likely_places: names of the places to search first; others are searched only if none of these matches.
 
         Raises:
             StereoLandmarkError: an image has another type or size than those of the place's cameras.
         """
-        near = [place for place in self.places if place.name in likely]
-        far = [place for place in self.places if place.name not in likely]
+        likely = [place for place in self.places if place.name in likely_places]
+        others = [place for place in self.places if place.name not in likely_places]
         failures: list[NoLandmarkFix] = []
-        views = _Views(left, right, tilt)
-        for group in (near, far):
-            answers = [self._at(place, views.of(place)) for place in group]
-            fixes = [answer for answer in answers if isinstance(answer, LandmarkFix)]
+        views = _ViewCache(left, right, tilt)
+        for group in (likely, others):
+            results = [self._locate_at(place, views.get(place)) for place in group]
+            fixes = [result for result in results if isinstance(result, LandmarkFix)]
             if fixes:
-                return self._chosen(fixes)
-            failures += [answer for answer in answers if isinstance(answer, NoLandmarkFix)]
+                return self._select_best(fixes)
+            failures += [result for result in results if isinstance(result, NoLandmarkFix)]
         return max(failures, key=lambda failure: failure.progress)
 
-    def _chosen(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
+    def _select_best(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
         """Return the fix with the highest log-likelihood ratio, unless it is ambiguous."""
-        fixes.sort(key=lambda fix: -fix.evidence)
+        fixes.sort(key=lambda fix: -fix.log_likelihood_ratio)
         margin = self._settings.search.margin
-        if len(fixes) > 1 and fixes[0].evidence - fixes[1].evidence < margin:
+        if len(fixes) > 1 and fixes[0].log_likelihood_ratio - fixes[1].log_likelihood_ratio < margin:
             names = ' and '.join(fix.place.name for fix in fixes[:2])
             return NoLandmarkFix(
-                'ambiguous: several places match', f'places {names} have similar scores', fixes[0].sightings
+                'ambiguous: several places match', f'places {names} have similar scores', fixes[0].detections
             )
         return fixes[0]
 
-    def _at(self, place: TaughtPlace, view: StereoView) -> LandmarkFix | NoLandmarkFix:
-        sightings = tuple(self._searches[place.name].search(target, view) for target in place.targets)
-        points = joined([each.points for each in sightings if isinstance(each, TargetSighting)])
+    def _locate_at(self, place: TaughtPlace, view: StereoView) -> LandmarkFix | NoLandmarkFix:
+        detections = tuple(self._searches[place.name].search(target, view) for target in place.targets)
+        points = concatenate([each.points for each in detections if isinstance(each, TargetDetection)])
         images = view.left.image, view.right.image
-        measured = self._patches[place.name].measured(points, images)
-        points = measured.seen.subset(_is_chosen(place, measured.seen))
-        answer = PlaceLocator(place.rig, self._settings.place).locate(points, measured.taught, view.tilt)
-        if isinstance(answer, PlaceFix):
-            return LandmarkFix(place, answer, sightings, measured.compared)
-        return no_fix_of(place, sightings, answer)
+        measured = self._patches[place.name].measure(points, images)
+        points = measured.seen.subset(_is_pose_point(place, measured.seen))
+        result = PlaceLocator(place.rig, self._settings.place).locate(points, measured.taught, view.tilt)
+        if isinstance(result, PlaceFix):
+            return LandmarkFix(place, result, detections, measured.matched_patches)
+        return describe_failure(place, detections, result)
 
 
-class _Views:
+class _ViewCache:
     """Detected primitives of both images, cached for all places with the same image processing.
 
     Args:
@@ -122,20 +122,20 @@ class _Views:
     def __init__(self, left: NDArray[np.uint8], right: NDArray[np.uint8], tilt: tuple[float, float]) -> None:
         self._images = left, right
         self._tilt = tilt
-        self._known: dict[tuple[ImageProcessing, frozenset[Kind], StereoRig], StereoView] = {}
+        self._views: dict[tuple[ImageProcessing, frozenset[PrimitiveKind], StereoRig], StereoView] = {}
 
-    def of(self, place: TaughtPlace) -> StereoView:
+    def get(self, place: TaughtPlace) -> StereoView:
         """Return the view with the image processing of a place.
 
         Raises:
             StereoLandmarkError: an image has another type or size than those of the place's cameras.
         """
         key = place.processing, frozenset(place.kinds), place.rig
-        if key not in self._known:
+        if key not in self._views:
             self._check_size(place)
             left, right = (detect_scene(image, place.processing, place.kinds) for image in self._images)
-            self._known[key] = StereoView(left, right, place.rig, self._tilt)
-        return self._known[key]
+            self._views[key] = StereoView(left, right, place.rig, self._tilt)
+        return self._views[key]
 
     def _check_size(self, place: TaughtPlace) -> None:
         for name, image in zip(('left', 'right'), self._images, strict=True):
@@ -147,7 +147,7 @@ class _Views:
                 )
 
 
-def _is_chosen(place: TaughtPlace, points: StereoPoints) -> NDArray[np.bool_]:
+def _is_pose_point(place: TaughtPlace, points: StereoPoints) -> NDArray[np.bool_]:
     """Return the mask of the points that were selected for the pose, shape (n,)."""
-    chosen = {f'{target.name}/{point}' for target in place.targets for point in target.points}
-    return np.array([name in chosen for name in points.names], dtype=np.bool_)
+    pose_points = {f'{target.name}/{point}' for target in place.targets for point in target.points}
+    return np.array([name in pose_points for name in points.names], dtype=np.bool_)

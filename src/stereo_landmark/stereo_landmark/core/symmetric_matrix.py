@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-SINGULAR = 1e-10
+SINGULAR_TOLERANCE = 1e-10
 """Smallest pivot as a fraction of the diagonal entry; smaller pivots make the matrix singular."""
 
 
@@ -23,7 +23,7 @@ def invert_symmetric(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) 
     """
     n = len(matrix)
     lower = np.zeros((n, n))
-    if not _decompose(matrix, lower):
+    if not _cholesky(matrix, lower):
         return False
     # Invert the lower triangle in place, column by column.
     for j in range(n):
@@ -43,7 +43,7 @@ def invert_symmetric(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) 
 
 
 @njit(cache=True, error_model='numpy')
-def _decompose(matrix: NDArray[np.float64], lower: NDArray[np.float64]) -> bool:
+def _cholesky(matrix: NDArray[np.float64], lower: NDArray[np.float64]) -> bool:
     """Write the lower triangle of the Cholesky decomposition; False if the matrix is not positive definite."""
     for j in range(len(matrix)):
         for i in range(j, len(matrix)):
@@ -52,7 +52,7 @@ def _decompose(matrix: NDArray[np.float64], lower: NDArray[np.float64]) -> bool:
                 total -= lower[i, k] * lower[j, k]
             if i > j:
                 lower[i, j] = total / lower[j, j]
-            elif total > SINGULAR * matrix[j, j]:
+            elif total > SINGULAR_TOLERANCE * matrix[j, j]:
                 lower[j, j] = np.sqrt(total)
             else:
                 return False

@@ -6,7 +6,7 @@ import dataclasses
 from typing import Any
 
 from shirube_geometry import CameraMount, PinholeCamera
-from stereo_landmark.core.pair.same_cameras import INTRINSICS, calibration_hash
+from stereo_landmark.core.pair.camera_check import INTRINSICS, calibration_hash
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -36,7 +36,7 @@ def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
         StereoLandmarkError: the cameras are not a stereo pair, or do not match the hash.
     """
     left, right = (_camera(entry[side]) for side in ('left', 'right'))
-    mount = CameraMount(_three(entry['camera_xyz']), _three(entry['camera_rpy']))
+    mount = CameraMount(_to_triple(entry['camera_xyz']), _to_triple(entry['camera_rpy']))
     try:
         rig = StereoRig(left, right, float(entry['baseline']), mount)
     except StereoLandmarkError as fault:
@@ -51,6 +51,6 @@ def _camera(entry: dict[str, Any]) -> PinholeCamera:
     return PinholeCamera(entry['width'], entry['height'], fx, fy, cx, cy)
 
 
-def _three(values: list[float]) -> tuple[float, float, float]:
+def _to_triple(values: list[float]) -> tuple[float, float, float]:
     x, y, z = map(float, values)
     return x, y, z

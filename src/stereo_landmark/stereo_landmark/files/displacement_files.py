@@ -16,12 +16,12 @@ from shirube_bags.tum_file import save_tum
 from shirube_files import write_text
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.procedure.sighting import TargetSighting
+from stereo_landmark.core.procedure.target_detection import TargetDetection
 from stereo_landmark.located_frame import LocatedFrame
 
 _DISPLACEMENT = ('x', 'y', 'z', 'yaw', 'sigma_x', 'sigma_y', 'sigma_z', 'sigma_yaw')
-_FOUND = ('place', *_DISPLACEMENT, 'map_x', 'map_y', 'map_yaw', 'targets', 'points')
-COLUMNS = ('image', 'stamp', *_FOUND, 'reason', 'detail')
+_RESULT_COLUMNS = ('place', *_DISPLACEMENT, 'map_x', 'map_y', 'map_yaw', 'targets', 'points')
+COLUMNS = ('image', 'stamp', *_RESULT_COLUMNS, 'reason', 'detail')
 MAP_FILE = 'poses.tum'
 
 
@@ -35,7 +35,7 @@ def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Pat
         OSError: the folder is not writable.
     """
     table = folder / 'poses.csv'
-    earlier = _trajectories_of(table)
+    existing = _existing_trajectories(table)
     in_map: dict[int, PlanarPose] = {}
     in_places: dict[str, dict[int, PlanarPose]] = {}
     for frame in frames:
@@ -51,12 +51,12 @@ def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Pat
         flat = [(pose.x, pose.y, pose.yaw) for pose in poses.values()]
         save_tum(path, planar_trajectory(list(poses), flat))
     write_text(table, _table(frames))
-    for stale in earlier - files.keys():
+    for stale in existing - files.keys():
         stale.unlink(missing_ok=True)
     return [table, *files]
 
 
-def _trajectories_of(table: Path) -> set[Path]:
+def _existing_trajectories(table: Path) -> set[Path]:
     """Return the trajectories that belong to an existing table; none if it is missing or has another format."""
     try:
         lines = csv.DictReader(io.StringIO(table.read_text(encoding='utf-8')))
@@ -73,17 +73,17 @@ def _table(frames: Sequence[LocatedFrame]) -> str:
     table = csv.writer(text, lineterminator='\n')
     table.writerow(COLUMNS)
     for frame in frames:
-        found = [''] * len(_FOUND) if frame.fix is None else _found(frame.fix)
+        found = [''] * len(_RESULT_COLUMNS) if frame.fix is None else _result_fields(frame.fix)
         table.writerow([frame.name, text_from_stamp(frame.stamp_ns), *found, *frame.failure])
     return text.getvalue()
 
 
-def _found(fix: LandmarkFix) -> list[str]:
+def _result_fields(fix: LandmarkFix) -> list[str]:
     displacement = fix.displacement
     pose, in_map = displacement.T_place_base, fix.T_map_base
     numbers = (pose.x, pose.y, displacement.height, pose.yaw, *np.sqrt(np.diag(displacement.covariance)))
     map_numbers = () if in_map is None else (in_map.x, in_map.y, in_map.yaw)
-    targets = ' '.join(each.target for each in fix.sightings if isinstance(each, TargetSighting))
+    targets = ' '.join(each.target for each in fix.detections if isinstance(each, TargetDetection))
     return [
         fix.place.name,
         *(f'{number:.6f}' for number in numbers),

@@ -17,10 +17,10 @@ def load_grey_image(path: Path) -> NDArray[np.uint8]:
     Raises:
         ImageFileError: the file is not an image, is truncated, or has more than 8 bits per channel.
     """
-    return grey(load_image(path))
+    return to_grey(load_image(path))
 
 
-def grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Convert an image to grey, shape (h, w).
 
     Args:
@@ -31,7 +31,7 @@ def grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
 
-def png_bytes(image: NDArray[np.uint8]) -> bytes:
+def encode_png(image: NDArray[np.uint8]) -> bytes:
     """Encode a grey image, shape (h, w), as PNG."""
     _, data = cv2.imencode('.png', image)
     return data.tobytes()

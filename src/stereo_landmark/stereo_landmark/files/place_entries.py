@@ -14,28 +14,28 @@ from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.calibration_entry import calibration_entry, rig_from_entry
-from stereo_landmark.files.settings_entry import flattened, nested
+from stereo_landmark.files.settings_entry import flatten, nest
 from stereo_landmark.files.shape_entry import primitive_entry, primitive_from_entry
 
 _REMEDY = 'restore the file or teach the place again'
-_WITHOUT_EFFECT = frozenset({'edges.neighbour_distance'})
+_OBSOLETE_SETTINGS = frozenset({'edges.neighbour_distance'})
 """Obsolete settings of older files, which never had an effect."""
 
 
 def place_entries(place: TaughtPlace) -> dict[str, Any]:
     """Return the file entries of a place: name, sections (a) to (e) and map pose."""
     pose, points = place.T_map_place, place.coordinates
-    wanted = [
+    target_entries = [
         {'name': target.name, 'primitives': [primitive_entry(each) for each in target.primitives]}
         for target in place.targets
     ]
     return {
         'name': place.name,
         'stereo_calibration': calibration_entry(place.rig),
-        'image_processing': nested(place.processing),
+        'image_processing': nest(place.processing),
         'targets': {
-            'wanted': wanted,
-            'surroundings': [primitive_entry(each) for each in place.surroundings],
+            'wanted': target_entries,
+            'surroundings': [primitive_entry(each) for each in place.context_landmarks],
         },
         'corresponding_points': {target.name: target.points for target in place.targets},
         'coordinates': [
@@ -54,11 +54,11 @@ def place_from_entries(content: dict[str, Any]) -> TaughtPlace:
     Raises:
         StereoLandmarkError: sections are inconsistent, or a value is out of range; the message begins with the field.
     """
-    chosen = content['corresponding_points']
-    wanted = content['targets']['wanted']
-    _check_names('targets.wanted', [each['name'] for each in wanted])
-    targets = tuple(_target(each, chosen) for each in wanted)
-    for name in chosen:
+    point_names = content['corresponding_points']
+    target_entries = content['targets']['wanted']
+    _check_names('targets.wanted', [each['name'] for each in target_entries])
+    targets = tuple(_target(each, point_names) for each in target_entries)
+    for name in point_names:
         if name not in [target.name for target in targets]:
             raise StereoLandmarkError(f'corresponding_points.{name}: there is no such target; {_REMEDY}')
     coordinates = _coordinates(content['coordinates'])
@@ -81,7 +81,7 @@ def processing_from_entry(entry: dict[str, Any]) -> ImageProcessing:
     Raises:
         StereoLandmarkError: a setting is missing, unknown or out of range.
     """
-    values = {name: value for name, value in flattened(entry).items() if name not in _WITHOUT_EFFECT}
+    values = {name: value for name, value in flatten(entry).items() if name not in _OBSOLETE_SETTINGS}
     for setting in describe_settings(ImageProcessing):
         if setting.name not in values:
             raise StereoLandmarkError(f'image_processing.{setting.name} is missing; {_REMEDY}')
@@ -91,13 +91,13 @@ def processing_from_entry(entry: dict[str, Any]) -> ImageProcessing:
         raise StereoLandmarkError(f'image_processing: {fault}') from fault
 
 
-def _target(entry: dict[str, Any], chosen: dict[str, list[str]]) -> TaughtTarget:
+def _target(entry: dict[str, Any], point_names: dict[str, list[str]]) -> TaughtTarget:
     name = entry['name']
     _check_names(f'targets.wanted {name}', [each['name'] for each in entry['primitives']])
-    if name not in chosen:
+    if name not in point_names:
         raise StereoLandmarkError(f'corresponding_points.{name} is missing; {_REMEDY}')
     primitives = tuple(primitive_from_entry(each) for each in entry['primitives'])
-    return TaughtTarget(name, primitives, tuple(chosen[name]))
+    return TaughtTarget(name, primitives, tuple(point_names[name]))
 
 
 def _coordinates(entries: list[dict[str, Any]]) -> SpatialPoints:

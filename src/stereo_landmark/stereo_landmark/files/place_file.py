@@ -13,16 +13,16 @@ from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.place_entries import place_entries, place_from_entries
-from stereo_landmark.files.plain_content import plain
 from stereo_landmark.files.schema_check import check_schema
 from stereo_landmark.files.taught_images import read_images, write_images
-from stereo_landmark.files.yaml_file import LandmarkFileError, first_not_finite, read_yaml
+from stereo_landmark.files.yaml_content import to_plain
+from stereo_landmark.files.yaml_file import LandmarkFileError, find_non_finite, read_yaml
 
 FORMAT, VERSION = 'shirube/taught_place', 1
 _REMEDY = 'restore the file or teach the place again'
 
 
-class ForeignFileError(LandmarkFileError):
+class NotAPlaceFileError(LandmarkFileError):
     """The YAML file is not a taught place, and must not be overwritten."""
 
 
@@ -49,9 +49,9 @@ def save_place(
         OSError: the folder is not writable.
     """
     path = place_path(folder, place.name)
-    entries = plain({'format': FORMAT, 'version': VERSION, **place_entries(place)})
-    _check_before_writing(path, entries)
-    earlier = _images_in_the_way(path, replace_damaged) if path.exists() else {}
+    entries = to_plain({'format': FORMAT, 'version': VERSION, **place_entries(place)})
+    _validate_entries(path, entries)
+    earlier = _existing_images(path, replace_damaged) if path.exists() else {}
     written = write_images(folder, place.name, images)
     text = yaml.safe_dump(
         {**entries, 'images': written},
@@ -63,16 +63,16 @@ def save_place(
     write_text(path, text)
     stale = {str(earlier[side]) for side in ('left', 'right') if earlier} - {*map(str, written.values())}
     for name in stale:
-        if not _is_named_by_another(folder, path, name):
+        if not _is_referenced_elsewhere(folder, path, name):
             (folder / name).unlink(missing_ok=True)
     return path
 
 
-def _images_in_the_way(path: Path, replace_damaged: bool) -> dict[str, Any]:
+def _existing_images(path: Path, replace_damaged: bool) -> dict[str, Any]:
     """Return the images of the place that will be overwritten, none if it is too corrupted to list them."""
     try:
         return dict(_read(path)['images'])
-    except ForeignFileError:
+    except NotAPlaceFileError:
         raise
     except LandmarkFileError:
         if replace_damaged:
@@ -80,7 +80,7 @@ def _images_in_the_way(path: Path, replace_damaged: bool) -> dict[str, Any]:
         raise
 
 
-def _is_named_by_another(folder: Path, path: Path, image: str) -> bool:
+def _is_referenced_elsewhere(folder: Path, path: Path, image: str) -> bool:
     """Return whether another place file in the folder refers to the image, for example a manual copy."""
     others = (other for other in folder.glob('*.yaml') if other != path)
     return any(image.encode() in other.read_bytes() for other in others)
@@ -119,10 +119,10 @@ def load_places(folder: Path) -> list[TaughtPlace]:
     paths = sorted(folder.glob('*.yaml'))
     if not paths:
         raise LandmarkFileError(f'{folder}: contains no taught place (*.yaml); teach one')
-    return [replace(load_place(path), images=_images_if_there(path)) for path in paths]
+    return [replace(load_place(path), images=_load_images_if_present(path)) for path in paths]
 
 
-def _images_if_there(path: Path) -> StereoImages | None:
+def _load_images_if_present(path: Path) -> StereoImages | None:
     """Return the images of a place, None if they are missing: outlines suffice for localization."""
     try:
         return load_images(path)
@@ -133,7 +133,7 @@ def _images_if_there(path: Path) -> StereoImages | None:
 def _read(path: Path) -> dict[str, Any]:
     content = read_yaml(path, _REMEDY)
     if content.get('format') != FORMAT:
-        raise ForeignFileError(
+        raise NotAPlaceFileError(
             f'{path}: format is not {FORMAT}, so it is not a taught place; move it elsewhere'
         )
     version = content.get('version')
@@ -149,14 +149,14 @@ def _read(path: Path) -> dict[str, Any]:
     return content
 
 
-def _check_before_writing(path: Path, entries: dict[str, Any]) -> None:
+def _validate_entries(path: Path, entries: dict[str, Any]) -> None:
     """Reject entries that could not be loaded again."""
     remedy = 'correct it'
     images = {'left': 'left.png', 'right': 'right.png', 'tilt': [0.0, 0.0]}
     check_schema({**entries, 'images': images}, 'place_schema', str(path), remedy)
-    endless = first_not_finite(entries)
-    if endless is not None:
-        raise LandmarkFileError(f'{path}: {endless} is not a finite number; {remedy}')
+    non_finite = find_non_finite(entries)
+    if non_finite is not None:
+        raise LandmarkFileError(f'{path}: {non_finite} is not a finite number; {remedy}')
     try:
         place_from_entries(entries)
     except StereoLandmarkError as fault:

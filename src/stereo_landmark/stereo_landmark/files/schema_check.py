@@ -14,16 +14,16 @@ from jsonschema.exceptions import best_match, relevance
 
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
-_LONGEST = 60
+_LENGTH_MAX = 60
 """Maximum length of a quoted value [characters]."""
-_KINDS = {
+_TYPE_NAMES = {
     'object': 'fields',
     'array': 'a list',
     'string': 'a text',
     'integer': 'a whole number',
     'null': 'nothing',
 }
-_DEMANDS = {
+_CONSTRAINTS = {
     'enum': 'be one of {}',
     'const': 'be {}',
     'minItems': 'have at least {} entries',
@@ -47,9 +47,9 @@ def check_schema(content: object, schema: str, where: str, remedy: str) -> None:
     Raises:
         LandmarkFileError: the content is invalid; the message names file, field and remedy.
     """
-    fault = best_match(_validator(schema).iter_errors(content), key=_telling)
+    fault = best_match(_validator(schema).iter_errors(content), key=_error_relevance)
     if fault is not None:
-        raise LandmarkFileError(f'{where}: {_in_words(fault, remedy)}')
+        raise LandmarkFileError(f'{where}: {_error_message(fault, remedy)}')
 
 
 @cache
@@ -58,46 +58,46 @@ def _validator(schema: str) -> Draft202012Validator:
     return Draft202012Validator(json.loads(text))
 
 
-def _telling(fault: ValidationError) -> tuple[Any, bool]:
+def _error_relevance(fault: ValidationError) -> tuple[Any, bool]:
     """Sort key of errors: a misspelled field ranks before the missing field at the same level."""
     return relevance(fault), fault.validator == 'additionalProperties'
 
 
-def _in_words(fault: ValidationError, remedy: str) -> str:
-    field = _field(fault.absolute_path)
+def _error_message(fault: ValidationError, remedy: str) -> str:
+    field = _field_path(fault.absolute_path)
     match fault.validator:
         case 'additionalProperties':
             known = list(fault.schema.get('properties', {}))
             unknown = next(str(name) for name in fault.instance if name not in known)
             close = get_close_matches(unknown, known, n=1)
             hint = f'did you mean {close[0]}?' if close else f'there are {", ".join(known)}'
-            return f'{_joined(field, unknown)} does not exist, {hint}'
+            return f'{_join_field(field, unknown)} does not exist, {hint}'
         case 'required':
             missing = next(name for name in fault.validator_value if name not in fault.instance)
-            return f'{_joined(field, missing)} is missing; {remedy}'
+            return f'{_join_field(field, missing)} is missing; {remedy}'
         case _:
             value = repr(fault.instance)
-            short = value if len(value) <= _LONGEST else f'{value[:_LONGEST]} …'
-            return f'{field or "the content"} is {short}, {_wanted(fault)}; {remedy}'
+            short = value if len(value) <= _LENGTH_MAX else f'{value[:_LENGTH_MAX]} …'
+            return f'{field or "the content"} is {short}, {_expected_value(fault)}; {remedy}'
 
 
-def _wanted(fault: ValidationError) -> str:
+def _expected_value(fault: ValidationError) -> str:
     """Return the requirement of a schema as text."""
-    asked: Any = fault.validator_value
+    expected: Any = fault.validator_value
     if fault.validator == 'type':
-        kinds = asked if isinstance(asked, list) else [asked]
-        return 'it must be ' + ' or '.join(_KINDS.get(kind, f'a {kind}') for kind in kinds)
+        kinds = expected if isinstance(expected, list) else [expected]
+        return 'it must be ' + ' or '.join(_TYPE_NAMES.get(kind, f'a {kind}') for kind in kinds)
     if fault.validator == 'enum':
-        asked = ', '.join(map(str, asked))
-    return f'it must {_DEMANDS.get(str(fault.validator), "match {}").format(asked)}'
+        expected = ', '.join(map(str, expected))
+    return f'it must {_CONSTRAINTS.get(str(fault.validator), "match {}").format(expected)}'
 
 
-def _field(path: Iterable[str | int]) -> str:
+def _field_path(path: Iterable[str | int]) -> str:
     field = ''
     for part in path:
-        field = f'{field}[{part}]' if isinstance(part, int) else _joined(field, part)
+        field = f'{field}[{part}]' if isinstance(part, int) else _join_field(field, part)
     return field
 
 
-def _joined(field: str, name: str) -> str:
+def _join_field(field: str, name: str) -> str:
     return f'{field}.{name}' if field else name

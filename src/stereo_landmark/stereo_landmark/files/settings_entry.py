@@ -8,7 +8,7 @@ from typing import Any
 from shirube_settings import describe_settings
 
 
-def nested(settings: object) -> dict[str, Any]:
+def nest(settings: object) -> dict[str, Any]:
     """Return all values of a settings instance as nested entries, one per group."""
     entry: dict[str, Any] = {}
     for description in describe_settings(type(settings)):
@@ -18,12 +18,12 @@ def nested(settings: object) -> dict[str, Any]:
     return entry
 
 
-def flattened(entry: dict[str, Any], prefix: str = '') -> dict[str, object]:
+def flatten(entry: dict[str, Any], prefix: str = '') -> dict[str, object]:
     """Return the values of nested entries by their full names, ``group.name``."""
     values: dict[str, object] = {}
     for name, value in entry.items():
         if isinstance(value, dict):
-            values |= flattened(value, f'{prefix}{name}.')
+            values |= flatten(value, f'{prefix}{name}.')
         else:
             values[f'{prefix}{name}'] = value
     return values

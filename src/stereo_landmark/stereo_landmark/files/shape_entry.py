@@ -11,14 +11,14 @@ from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 
-_TYPES: dict[Kind, tuple[type[Primitive], int]] = {
-    Kind.ELLIPSE: (Ellipse, 5),
-    Kind.QUADRILATERAL: (Quadrilateral, 8),
-    Kind.PARALLEL_LINES: (ParallelLines, 3),
-    Kind.CORNER: (Corner, 2),
+_TYPES: dict[PrimitiveKind, tuple[type[Primitive], int]] = {
+    PrimitiveKind.ELLIPSE: (Ellipse, 5),
+    PrimitiveKind.QUADRILATERAL: (Quadrilateral, 8),
+    PrimitiveKind.PARALLEL_LINES: (ParallelLines, 3),
+    PrimitiveKind.CORNER: (Corner, 2),
 }
 """Class of each kind and size of its covariance matrix, which is not stored."""
 
@@ -33,7 +33,7 @@ def primitive_entry(taught: TaughtPrimitive) -> dict[str, Any]:
 
 def primitive_from_entry(entry: dict[str, Any]) -> TaughtPrimitive:
     """Return the primitive of an entry that passed the schema check."""
-    kind, rows = _TYPES[Kind(entry['kind'])]
+    kind, rows = _TYPES[PrimitiveKind(entry['kind'])]
     values = {name: _number_or_array(name, value) for name, value in entry['shape'].items()}
     shape = kind(**values, covariance=np.zeros((rows, rows)))
     normal = np.array(entry['normal'], dtype=np.float64) if 'normal' in entry else None

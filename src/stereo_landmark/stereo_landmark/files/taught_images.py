@@ -6,10 +6,10 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from shirube_files import written_beside
+from shirube_files import atomic_write
 from shirube_ros.file_errors import ImageFileError
 from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.files.grey_image import load_grey_image, png_bytes
+from stereo_landmark.files.grey_image import encode_png, load_grey_image
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
 
@@ -23,9 +23,9 @@ def write_images(folder: Path, name: str, images: StereoImages) -> dict[str, Any
     """
     entry: dict[str, Any] = {}
     for side, image in (('left', images.left), ('right', images.right)):
-        data = png_bytes(image)
+        data = encode_png(image)
         entry[side] = f'{name}_{side}_{hashlib.sha256(data).hexdigest()[:8]}.png'
-        with written_beside(folder / entry[side]) as file:
+        with atomic_write(folder / entry[side]) as file:
             file.write(data)
     return {**entry, 'tilt': [float(angle) for angle in images.tilt]}
 

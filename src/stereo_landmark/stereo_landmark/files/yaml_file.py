@@ -31,13 +31,13 @@ def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
         content = shirube_files.read_yaml(path, _BYTES_MAX)
     except shirube_files.YamlFileError as fault:
         raise LandmarkFileError(f'{fault}; {remedy}') from fault
-    endless = first_not_finite(content)
-    if endless is not None:
-        raise LandmarkFileError(f'{path}: {endless} is not a finite number; {remedy}')
+    non_finite = find_non_finite(content)
+    if non_finite is not None:
+        raise LandmarkFileError(f'{path}: {non_finite} is not a finite number; {remedy}')
     return content
 
 
-def first_not_finite(content: object, field: str = '') -> str | None:
+def find_non_finite(content: object, field: str = '') -> str | None:
     """Return the field of the first number that is not finite or too large, None if there is none."""
     if isinstance(content, float | int):
         return None if abs(content) < _NUMBER_MAX else field
@@ -46,5 +46,5 @@ def first_not_finite(content: object, field: str = '') -> str | None:
         parts = [(f'{field}.{name}'.lstrip('.'), value) for name, value in content.items()]
     elif isinstance(content, list):
         parts = [(f'{field}[{number}]', value) for number, value in enumerate(content)]
-    found = (first_not_finite(value, name) for name, value in parts)
+    found = (find_non_finite(value, name) for name, value in parts)
     return next((name for name in found if name is not None), None)

@@ -37,7 +37,7 @@ def new_token() -> str:
     return secrets.token_urlsafe(16)
 
 
-def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
+def access_middleware(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
     """Return the middleware that rejects unauthorized requests.
 
     Without a token only requests to a loopback host are accepted, which prevents DNS rebinding; cross-site requests are
@@ -49,12 +49,12 @@ def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
 
     @web.middleware
     async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
-        _refuse_other_sites(request)
+        _reject_cross_site(request)
         if not token:
             if not is_loopback(_host_name(request)):
                 raise web.HTTPForbidden(text='this page is for 127.0.0.1; give --host to open it to others')
-        elif not _is_token(request.cookies.get(_cookie(token), ''), token):
-            raise _way_in(request, token)
+        elif not _is_valid_token(request.cookies.get(_cookie_name(token), ''), token):
+            raise _login_response(request, token)
         response = await handler(request)
         if not response.prepared:
             response.headers.update(_HEADERS)
@@ -63,22 +63,22 @@ def access_check(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
     return check
 
 
-def _cookie(token: str) -> str:
+def _cookie_name(token: str) -> str:
     """Return a unique cookie name per server, because cookies are shared by all ports of a host."""
     return f'shirube_token_{hashlib.sha256(token.encode()).hexdigest()[:8]}'
 
 
-def _refuse_other_sites(request: web.Request) -> None:
+def _reject_cross_site(request: web.Request) -> None:
     # Cross-site image requests have no Origin, only Sec-Fetch-Site. Links to the page itself are accepted.
-    is_foreign = request.headers.get('Sec-Fetch-Site') in ('cross-site', 'same-site')
-    if is_foreign and request.headers.get('Sec-Fetch-Mode') != 'navigate':
+    is_cross_site = request.headers.get('Sec-Fetch-Site') in ('cross-site', 'same-site')
+    if is_cross_site and request.headers.get('Sec-Fetch-Mode') != 'navigate':
         raise web.HTTPForbidden(text='this page answers its own scripts only')
     origin = request.headers.get('Origin')
     try:
-        is_own = origin is None or urlsplit(origin).netloc == request.host
+        is_same_origin = origin is None or urlsplit(origin).netloc == request.host
     except ValueError:
-        is_own = False
-    if not is_own:
+        is_same_origin = False
+    if not is_same_origin:
         raise web.HTTPForbidden(text='this page answers its own scripts only')
 
 
@@ -90,14 +90,14 @@ def _host_name(request: web.Request) -> str:
         return ''
 
 
-def _way_in(request: web.Request, token: str) -> web.HTTPException:
-    if not _is_token(request.query.get('token', ''), token):
+def _login_response(request: web.Request, token: str) -> web.HTTPException:
+    if not _is_valid_token(request.query.get('token', ''), token):
         return web.HTTPForbidden(text='give the token: open the address that the command printed')
     response = web.HTTPFound('/')
-    response.set_cookie(_cookie(token), token, httponly=True, samesite='Strict')
+    response.set_cookie(_cookie_name(token), token, httponly=True, samesite='Strict')
     return response
 
 
-def _is_token(given: str, token: str) -> bool:
+def _is_valid_token(candidate: str, token: str) -> bool:
     # Bytes that are not valid text arrive as lone surrogates.
-    return hmac.compare_digest(given.encode(errors='surrogateescape'), token.encode())
+    return hmac.compare_digest(candidate.encode(errors='surrogateescape'), token.encode())

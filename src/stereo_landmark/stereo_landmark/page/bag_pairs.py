@@ -13,7 +13,7 @@ from shirube_geometry import CameraMount
 from stereo_landmark.core.pair.camera_calibration import stereo_rig
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.grey_image import grey
+from stereo_landmark.files.grey_image import to_grey
 from stereo_landmark.page.pair_source import RecordedPairs
 from stereo_landmark.pair_recording import choose_topics
 from stereo_landmark.recorded_pairs import RecordedPair, recorded_pairs
@@ -41,7 +41,7 @@ def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
     def read(number: int) -> StereoImages:
         pair = pairs[number]
         tilt = tuple(options.tilt) if pair.tilt is None else pair.tilt
-        return StereoImages(grey(pair.left.pixels), grey(pair.right.pixels), tilt)
+        return StereoImages(to_grey(pair.left.pixels), to_grey(pair.right.pixels), tilt)
 
     labels = [f'{each - seconds[0]:.1f} s' for each in seconds]
     raw = calibrations if options.rectify else None

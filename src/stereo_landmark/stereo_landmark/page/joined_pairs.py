@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stereo_landmark.core.pair.same_cameras import calibration_hash
+from stereo_landmark.core.pair.camera_check import calibration_hash
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.page.pair_source import RecordedPairs
@@ -49,10 +49,10 @@ class JoinedPairs:
         source, of_source = self._pairs[number]
         return source.images(of_source)
 
-    def take(self) -> int:
+    def capture(self) -> int:
         """Raise an error: recorded pairs have no live camera.
 
         Raises:
             StereoLandmarkError: always.
         """
-        return self._pairs[0][0].take()
+        return self._pairs[0][0].capture()

@@ -19,35 +19,35 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
 
-from shirube_geometry import CameraMount, TiltTrail
+from shirube_geometry import CameraMount, TiltBuffer
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.image_input import ImageInput
-from shirube_ros.message_guard import MessageGuard
 from shirube_ros.quality_of_service import odometry_profile
-from shirube_ros.stamp_order import StampOrder
-from shirube_ros.tilt_conversion import tilt_of_imu
+from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.tilt_conversion import tilt_from_imu
 from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_stream import Side
-from stereo_landmark.core.pair.stamp_pairing import StampPairing
+from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.grey_image import grey
+from stereo_landmark.files.grey_image import to_grey
 from stereo_landmark.page.pair_source import RecordedPairs
 
-FIRST_WAIT = 30.0
+FIRST_PAIR_TIMEOUT = 30.0
 """Timeout for the first pair [s]."""
-_WAIT = 5.0
+_PAIR_TIMEOUT = 5.0
 """Timeout for a requested pair [s]."""
-_TILT_WAIT = 0.3
+_TILT_TIMEOUT = 0.3
 """Timeout for the imu message of a pair, which may arrive after the images [s]."""
-_QUEUE = 10
+_QUEUE_SIZE = 10
 _NANOSECONDS = 1_000_000_000
 
-_Seen = tuple[int, NDArray[np.uint8], CameraCalibration]
+_CalibratedImage = tuple[int, NDArray[np.uint8], CameraCalibration]
 
 
-class CameraListener:
+class CameraSubscriber:
     """Subscribes to both cameras and the imu.
 
     Args:
@@ -58,13 +58,13 @@ class CameraListener:
 
     def __init__(self, node: Node, transport: str, tolerance: float) -> None:
         self._tolerance_ns = round(tolerance * 1e9)
-        self._stamps = StampOrder(self._start_again)
+        self._stamps = StampValidator(self._reset)
         # Lock for the members below: messages arrive in another thread.
-        self._news = Condition()
-        self._latest: tuple[_Seen, _Seen] | None = None
+        self._condition = Condition()
+        self._latest: tuple[_CalibratedImage, _CalibratedImage] | None = None
         self._has_imu = False
-        self._start_again()
-        guard = MessageGuard(node, (StereoLandmarkError,))
+        self._reset()
+        guard = CallbackGuard(node, (StereoLandmarkError,))
         for side in Side:
             name = side.name.lower()
             ImageInput(
@@ -73,9 +73,9 @@ class CameraListener:
                 (f'{name}/image_rect', f'{name}/camera_info'),
                 transport,
                 calibration_from_camera_info,
-                partial(self._take, side),
+                partial(self._add_image, side),
             )
-        node.create_subscription(Imu, 'imu', guard.guard('imu', self._take_imu), odometry_profile())
+        node.create_subscription(Imu, 'imu', guard.guard('imu', self._add_imu), odometry_profile())
 
     def next_pair(self, timeout: float) -> tuple[StereoImages, tuple[CameraCalibration, CameraCalibration]]:
         """Wait for the next pair.
@@ -86,9 +86,9 @@ class CameraListener:
         Raises:
             StereoLandmarkError: no pair was received, or the imu has no message for its stamp.
         """
-        with self._news:
+        with self._condition:
             self._latest = None
-            self._news.wait_for(lambda: self._latest is not None, timeout)
+            self._condition.wait_for(lambda: self._latest is not None, timeout)
             latest = self._latest
             if latest is None:
                 raise StereoLandmarkError(
@@ -103,7 +103,7 @@ class CameraListener:
         """Return roll and pitch of the robot [rad], zero without an imu."""
         if not self._has_imu:
             return 0.0, 0.0
-        self._news.wait_for(lambda: self._tilts.tilt_at(stamp) is not None, _TILT_WAIT)
+        self._condition.wait_for(lambda: self._tilts.tilt_at(stamp) is not None, _TILT_TIMEOUT)
         tilt = self._tilts.tilt_at(stamp)
         if tilt is None:
             raise StereoLandmarkError(
@@ -111,30 +111,32 @@ class CameraListener:
             )
         return tilt
 
-    def _start_again(self) -> None:
+    def _reset(self) -> None:
         """Reset buffers after the clock jumped back."""
-        self._waiting: StampPairing[_Seen] = StampPairing(self._tolerance_ns, _QUEUE)
-        self._tilts = TiltTrail()
+        self._pairing: StampSynchronizer[_CalibratedImage] = StampSynchronizer(
+            self._tolerance_ns, _QUEUE_SIZE
+        )
+        self._tilts = TiltBuffer()
 
-    def _take(
+    def _add_image(
         self, side: Side, header: Header, pixels: NDArray[np.uint8], calibration: CameraCalibration
     ) -> None:
         stamp_ns = header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
-        image = grey(pixels)
-        with self._news:
+        image = to_grey(pixels)
+        with self._condition:
             self._stamps.check(header, f'{side.name.lower()}/image_rect')
-            pair = self._waiting.add(side, stamp_ns, (stamp_ns, image, calibration))
+            pair = self._pairing.add(side, stamp_ns, (stamp_ns, image, calibration))
             if pair is not None:
                 self._latest = pair
-                self._news.notify_all()
+                self._condition.notify_all()
 
-    def _take_imu(self, message: Any) -> None:
-        roll, pitch = tilt_of_imu(message, 'imu')
-        with self._news:
+    def _add_imu(self, message: Any) -> None:
+        roll, pitch = tilt_from_imu(message, 'imu')
+        with self._condition:
             stamp = self._stamps.check(message.header, 'imu')
             self._tilts.add(stamp, roll, pitch)
             self._has_imu = True
-            self._news.notify_all()
+            self._condition.notify_all()
 
 
 class LivePairs:
@@ -151,14 +153,14 @@ class LivePairs:
 
     is_live = True
 
-    def __init__(self, listener: CameraListener, mount: CameraMount, *, rectify: bool) -> None:
+    def __init__(self, listener: CameraSubscriber, mount: CameraMount, *, rectify: bool) -> None:
         self._listener = listener
-        self._taken: list[StereoImages] = []
+        self._captured: list[StereoImages] = []
         self.labels: list[str] = []
-        first, self._calibrations = listener.next_pair(FIRST_WAIT)
+        first, self._calibrations = listener.next_pair(FIRST_PAIR_TIMEOUT)
         self._recorded = RecordedPairs(
             self.labels,
-            self._taken.__getitem__,
+            self._captured.__getitem__,
             stereo_rig(*self._calibrations, mount),
             self._calibrations if rectify else None,
         )
@@ -177,21 +179,21 @@ class LivePairs:
         """
         return self._recorded.images(number)
 
-    def take(self) -> int:
+    def capture(self) -> int:
         """Capture a pair and return its number.
 
         Raises:
             StereoLandmarkError: no images are received, or the calibration changed.
         """
-        images, calibrations = self._listener.next_pair(_WAIT)
+        images, calibrations = self._listener.next_pair(_PAIR_TIMEOUT)
         if calibrations != self._calibrations:
             raise StereoLandmarkError('the calibration of the cameras changed; restart teach')
         return self._add(images)
 
     def _add(self, images: StereoImages) -> int:
-        self._taken.append(images)
+        self._captured.append(images)
         self.labels.append(f'captured {datetime.now().astimezone():%H:%M:%S}')
-        return len(self._taken) - 1
+        return len(self._captured) - 1
 
 
 @contextmanager
@@ -208,13 +210,13 @@ def live_pairs(options: argparse.Namespace, mount: CameraMount) -> Iterator[Live
     executor.add_node(node)
     thread = Thread(target=_spin, args=(executor.spin,), daemon=True)
     try:
-        listener = CameraListener(node, options.image_transport, options.approximate_sync or 0.0)
+        listener = CameraSubscriber(node, options.image_transport, options.approximate_sync or 0.0)
         thread.start()
         yield LivePairs(listener, mount, rectify=options.rectify)
     finally:
         executor.shutdown()
         if thread.is_alive():
-            thread.join(_WAIT)
+            thread.join(_PAIR_TIMEOUT)
         node.destroy_node()
         rclpy.try_shutdown()
 

@@ -14,21 +14,25 @@ from stereo_landmark.page.request_fields import Request
 Edit = Callable[[TeachingState, Request], TeachingState]
 
 EDITS: dict[str, Edit] = {
-    'name_place': lambda state, r: edits.name_place(state, read.text(r, 'name')),
-    'locate_place': lambda state, r: edits.locate_place(state, _pose(r)),
+    'rename_place': lambda state, r: edits.rename_place(state, read.text(r, 'name')),
+    'set_map_pose': lambda state, r: edits.set_map_pose(state, _pose(r)),
     'set': lambda state, r: edits.set_processing(state, read.text(r, 'name'), read.number(r, 'value')),
     'reset': lambda state, r: edits.reset_processing(state, read.text(r, 'group')),
     'show_kind': lambda state, r: edits.show_kind(state, read.kind(r), shown=read.flag(r, 'shown')),
     'add_target': lambda state, _: edits.add_target(state),
-    'remove_target': lambda state, r: edits.remove_target(state, read.whole(r, 'target')),
-    'work_on_target': lambda state, r: edits.work_on_target(state, read.whole(r, 'target')),
-    'name_target': lambda state, r: edits.name_target(state, read.whole(r, 'target'), read.text(r, 'name')),
-    'draw_region': lambda state, r: edits.draw_region(state, _region(r)),
-    'drop': lambda state, r: edits.drop(state, read.text(r, 'name')),
-    'name_primitive': lambda state, r: edits.name_primitive(state, read.text(r, 'name'), read.text(r, 'to')),
-    'move': lambda state, r: edits.move(state, read.text(r, 'name'), read.whole(r, 'place')),
-    'use_points': lambda state, r: edits.use_points(
-        state, read.texts(r, 'points'), used=read.flag(r, 'used')
+    'remove_target': lambda state, r: edits.remove_target(state, read.integer(r, 'target')),
+    'activate_target': lambda state, r: edits.activate_target(state, read.integer(r, 'target')),
+    'rename_target': lambda state, r: edits.rename_target(
+        state, read.integer(r, 'target'), read.text(r, 'name')
+    ),
+    'set_region': lambda state, r: edits.set_region(state, _region(r)),
+    'drop': lambda state, r: edits.remove_primitive(state, read.text(r, 'name')),
+    'rename_primitive': lambda state, r: edits.rename_primitive(
+        state, read.text(r, 'name'), read.text(r, 'to')
+    ),
+    'move': lambda state, r: edits.move_primitive(state, read.text(r, 'name'), read.integer(r, 'place')),
+    'set_points_used': lambda state, r: edits.set_points_used(
+        state, read.text_list(r, 'points'), used=read.flag(r, 'used')
     ),
 }
 """Edits by the value of the field ``do``; each may raise a StereoLandmarkError."""

@@ -17,9 +17,9 @@ from aiohttp import WSMsgType, web
 
 from shirube_ros.file_errors import CameraFileError
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.grey_image import png_bytes
-from stereo_landmark.page.access import access_check
-from stereo_landmark.page.page_answers import PageAnswers
+from stereo_landmark.files.grey_image import encode_png
+from stereo_landmark.page.access import access_middleware
+from stereo_landmark.page.request_handler import RequestHandler
 
 _LOG = logging.getLogger(__name__)
 _MESSAGE_MAX = 1 << 20
@@ -34,7 +34,7 @@ class PageServer:
         token: access token, empty for access from this machine only.
     """
 
-    def __init__(self, answers: PageAnswers, token: str = '') -> None:
+    def __init__(self, answers: RequestHandler, token: str = '') -> None:
         self.answers = answers
         self._token = token
         # One worker: the session is not thread-safe, and requests keep their order.
@@ -44,7 +44,7 @@ class PageServer:
 
     def application(self) -> web.Application:
         """Return the aiohttp application."""
-        application = web.Application(middlewares=[access_check(self._token)])
+        application = web.Application(middlewares=[access_middleware(self._token)])
         application.router.add_get('/', self._page)
         application.router.add_get('/socket', self._socket)
         application.router.add_get(r'/image/{pair:\d{1,9}}/{side:left|right}.png', self._image)
@@ -59,10 +59,10 @@ class PageServer:
         pair, side = int(request.match_info['pair']), request.match_info['side']
 
         def picture() -> bytes:
-            return png_bytes(getattr(self.answers.images(pair), side))
+            return encode_png(getattr(self.answers.images(pair), side))
 
         try:
-            body = await self._in_worker(picture)
+            body = await self._run_in_worker(picture)
         except (StereoLandmarkError, CameraFileError) as fault:
             raise web.HTTPNotFound(text=str(fault)) from fault
         return web.Response(body=body, content_type='image/png')
@@ -70,7 +70,7 @@ class PageServer:
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         socket = web.WebSocketResponse(max_msg_size=_MESSAGE_MAX, heartbeat=20.0, compress=False)
         await socket.prepare(request)
-        self._pages[socket] = self.answers.shown
+        self._pages[socket] = self.answers.display_state
         try:
             async for message in socket:
                 if message.type is WSMsgType.TEXT:
@@ -79,7 +79,7 @@ class PageServer:
             pass  # the page was closed before the response
         finally:
             del self._pages[socket]
-            await self._tell_changes()
+            await self._notify_pages()
         return socket
 
     async def _answer(self, socket: web.WebSocketResponse, text: str) -> None:
@@ -91,7 +91,9 @@ class PageServer:
             await socket.send_json({'error': 'request: must be a JSON object; reload the page'})
             return
         try:
-            answer, shown = await self._in_worker(lambda: (self.answers.answer(request), self.answers.shown))
+            answer, shown = await self._run_in_worker(
+                lambda: (self.answers.answer(request), self.answers.display_state)
+            )
         except Exception:  # noqa: BLE001 as in a node's callbacks
             # A failing request must not end a session with unsaved changes.
             _LOG.exception('internal error while handling a request')
@@ -103,21 +105,21 @@ class PageServer:
         # Other pages are not updated during a drag; the page requests the whole state at its end.
         if request.get('do') != 'edges':
             self._pages[socket] = shown
-            await self._tell_changes()
+            await self._notify_pages()
 
-    async def _tell_changes(self) -> None:
+    async def _notify_pages(self) -> None:
         """Notify the pages whose state is outdated.
 
         Responses may be sent out of order, so pages that received an older state since are notified, too.
         """
-        shown = self.answers.shown
+        shown = self.answers.display_state
         for page, known in list(self._pages.items()):
             if known != shown:
                 self._pages[page] = shown
                 with suppress(ConnectionResetError):
                     await page.send_json({'changed': True})
 
-    async def _in_worker(self, work: Any) -> Any:
+    async def _run_in_worker(self, work: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._worker, work)
 
     async def _close(self, _: web.Application) -> None:

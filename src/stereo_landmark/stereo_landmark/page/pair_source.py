@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_check import pair_fault
+from stereo_landmark.core.pair.epipolar_check import pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_rig import StereoRig
@@ -26,7 +26,7 @@ class PairSource(Protocol):
 
     @property
     def is_live(self) -> bool:
-        """Whether `take` adds pairs."""
+        """Whether `capture` adds pairs."""
 
     def images(self, number: int) -> StereoImages:
         """Return a pair.
@@ -35,7 +35,7 @@ class PairSource(Protocol):
             StereoLandmarkError: the number does not exist, or the pair is not rectified.
         """
 
-    def take(self) -> int:
+    def capture(self) -> int:
         """Capture a pair from the live cameras and return its number.
 
         Raises:
@@ -78,10 +78,10 @@ class RecordedPairs:
         if not 0 <= number < len(self.labels):
             raise StereoLandmarkError(f'there is no pair {number + 1}, there are {len(self.labels)}')
         if number not in self._ready:
-            self._ready[number] = self._rectified(self._read(number))
+            self._ready[number] = self._rectify(self._read(number))
         return self._ready[number]
 
-    def take(self) -> int:
+    def capture(self) -> int:
         """Raise an error: recorded pairs have no live camera.
 
         Raises:
@@ -89,7 +89,7 @@ class RecordedPairs:
         """
         raise StereoLandmarkError('pairs can be captured with --live only; select one of the recorded pairs')
 
-    def _rectified(self, pair: StereoImages) -> StereoImages:
+    def _rectify(self, pair: StereoImages) -> StereoImages:
         left, right = pair.left, pair.right
         if self._rectifiers:
             left, right = self._rectifiers[0].rectify(left), self._rectifiers[1].rectify(right)

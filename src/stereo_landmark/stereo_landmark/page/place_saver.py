@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
-from shirube_files import locked
+from shirube_files import exclusive_lock
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -22,16 +22,16 @@ class PlaceSaver:
 
     Args:
         folder: folder of the places.
-        mine: files that were loaded for editing and may be replaced.
+        own: files that were loaded for editing and may be replaced.
     """
 
-    def __init__(self, folder: Path, mine: Iterable[Path] = ()) -> None:
+    def __init__(self, folder: Path, own: Iterable[Path] = ()) -> None:
         self._folder = folder
-        self._mine = {path: _digest(path) for path in mine}
+        self._own = {path: _digest(path) for path in own}
 
-    def is_mine(self, name: str) -> bool:
+    def is_own(self, name: str) -> bool:
         """Return whether the place of this name was saved or loaded in this session."""
-        return place_path(self._folder, name) in self._mine
+        return place_path(self._folder, name) in self._own
 
     def save(self, place: TaughtPlace, images: StereoImages, *, replace: bool = False) -> Path:
         """Write a place and return its file.
@@ -48,17 +48,17 @@ class PlaceSaver:
         """
         path = place_path(self._folder, place.name)
         # Concurrent writers would leave images that belong to the other place.
-        with locked(self._folder):
+        with exclusive_lock(self._folder):
             if path.exists() and not replace:
-                self._check_mine(path)
+                self._check_own(path)
             save_place(self._folder, place, images, replace_damaged=replace)
-            self._mine[path] = _digest(path)
+            self._own[path] = _digest(path)
         return path
 
-    def _check_mine(self, path: Path) -> None:
-        if path not in self._mine:
+    def _check_own(self, path: Path) -> None:
+        if path not in self._own:
             raise PlaceExistsError(f'{path} exists; replace it, or choose another name')
-        if _digest(path) != self._mine[path]:
+        if _digest(path) != self._own[path]:
             raise PlaceExistsError(f'{path} was changed elsewhere; replace it, or choose another name')
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 Request = Mapping[str, Any]
@@ -22,7 +22,7 @@ def text(request: Request, name: str) -> str:
     """
     value = request.get(name)
     if not isinstance(value, str):
-        raise _refusal(name, 'a string')
+        raise _field_error(name, 'a string')
     return value
 
 
@@ -34,11 +34,11 @@ def number(request: Request, name: str) -> float:
     """
     value = request.get(name)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < NUMBER_MAX:
-        raise _refusal(name, 'a number')
+        raise _field_error(name, 'a number')
     return float(value)
 
 
-def whole(request: Request, name: str) -> int:
+def integer(request: Request, name: str) -> int:
     """Return an integer field.
 
     Raises:
@@ -46,7 +46,7 @@ def whole(request: Request, name: str) -> int:
     """
     value = request.get(name)
     if isinstance(value, bool) or not isinstance(value, int):
-        raise _refusal(name, 'an integer')
+        raise _field_error(name, 'an integer')
     return value
 
 
@@ -58,11 +58,11 @@ def flag(request: Request, name: str) -> bool:
     """
     value = request.get(name)
     if not isinstance(value, bool):
-        raise _refusal(name, 'true or false')
+        raise _field_error(name, 'true or false')
     return value
 
 
-def texts(request: Request, name: str) -> list[str]:
+def text_list(request: Request, name: str) -> list[str]:
     """Return a field with a list of strings.
 
     Raises:
@@ -70,7 +70,7 @@ def texts(request: Request, name: str) -> list[str]:
     """
     values = request.get(name)
     if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
-        raise _refusal(name, 'a list of strings')
+        raise _field_error(name, 'a list of strings')
     return values
 
 
@@ -80,23 +80,23 @@ def sides(request: Request) -> list[str]:
     Raises:
         StereoLandmarkError: it is missing, or contains values other than left and right.
     """
-    values = texts(request, 'sides')
+    values = text_list(request, 'sides')
     if not set(values) <= {'left', 'right'}:
-        raise _refusal('sides', 'left or right')
+        raise _field_error('sides', 'left or right')
     return values
 
 
-def kind(request: Request) -> Kind:
+def kind(request: Request) -> PrimitiveKind:
     """Return the kind of a primitive.
 
     Raises:
         StereoLandmarkError: it is missing or not a kind.
     """
     try:
-        return Kind(text(request, 'kind'))
+        return PrimitiveKind(text(request, 'kind'))
     except ValueError as fault:
-        raise _refusal('kind', ' or '.join(each.value for each in Kind)) from fault
+        raise _field_error('kind', ' or '.join(each.value for each in PrimitiveKind)) from fault
 
 
-def _refusal(name: str, wanted: str) -> StereoLandmarkError:
-    return StereoLandmarkError(f'request: {name} must be {wanted}; reload the page')
+def _field_error(name: str, expected: str) -> StereoLandmarkError:
+    return StereoLandmarkError(f'request: {name} must be {expected}; reload the page')

@@ -13,24 +13,24 @@ from shirube_settings import describe_settings
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of
-from stereo_landmark.core.procedure.sighting import TargetSighting
-from stereo_landmark.core.procedure.weak_geometry import sigmas_of
+from stereo_landmark.core.procedure.geometry_check import pose_sigmas
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind
+from stereo_landmark.core.procedure.target_detection import TargetDetection
 from stereo_landmark.core.segments.segments import Segments
-from stereo_landmark.core.teaching.found_primitives import FoundPrimitive
-from stereo_landmark.core.teaching.measured_draft import MeasuredPrimitive, MeasuredTarget
-from stereo_landmark.core.teaching.outline import outline_of
+from stereo_landmark.core.teaching.outline import primitive_outline
 from stereo_landmark.core.teaching.processing_values import processing_values
+from stereo_landmark.core.teaching.selectable_primitives import SelectablePrimitive
+from stereo_landmark.core.teaching.selection_hints import Hint
+from stereo_landmark.core.teaching.target_measurement import MeasuredPrimitive, MeasuredTarget
 from stereo_landmark.core.teaching.teaching_session import TargetReport, TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TargetDraft
-from stereo_landmark.core.teaching.weak_choices import Hint
 from stereo_landmark.page.pair_source import PairSource
 
 _UNIT = 16.0
 """Edge points are sent as integers in this fraction of a pixel [1/px]."""
 
 
-def greeting(source: PairSource) -> dict[str, Any]:
+def configuration(source: PairSource) -> dict[str, Any]:
     """Return the constant configuration: cameras, settings, kinds of primitives."""
     rig = source.rig
     settings = [
@@ -52,7 +52,7 @@ def greeting(source: PairSource) -> dict[str, Any]:
         'camera_xyz': list(rig.mount.xyz),
         'camera_rotation': rig.mount.rotation.tolist(),
         'settings': settings,
-        'kinds': [kind.value for kind in Kind],
+        'kinds': [kind.value for kind in PrimitiveKind],
         'is_live': source.is_live,
     }
 
@@ -71,8 +71,8 @@ def snapshot(session: TeachingSession, source: PairSource) -> dict[str, Any]:
         'processing': processing_values(state.processing),
         'segments': len(view.left.segments),
         'kinds': sorted(kind.value for kind in state.kinds),
-        'counts': {kind.value: len(view.left.kinds[kind].primitives) for kind in Kind},
-        'found': [_found(session, each) for each in session.found()],
+        'counts': {kind.value: len(view.left.kinds[kind].primitives) for kind in PrimitiveKind},
+        'found': [_found(session, each) for each in session.selectable()],
         'targets': [_target(draft, session.report(draft)) for draft in state.targets],
         'active': state.active,
     }
@@ -92,17 +92,17 @@ def edges(segments: Segments) -> dict[str, Any]:
 def hint_entries(hints: Iterable[Hint]) -> list[dict[str, str]]:
     """Return hints as JSON."""
     return [
-        {'weight': hint.weight.value, 'target': hint.target, 'about': hint.about, 'text': hint.text}
+        {'severity': hint.severity.value, 'target': hint.target, 'about': hint.about, 'text': hint.text}
         for hint in hints
     ]
 
 
-def answer_entry(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
+def test_result(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
     """Return the result of a test on another pair as JSON."""
     used = answer.displacement.names if isinstance(answer, LandmarkFix) else ()
-    sightings: list[dict[str, Any]] = []
-    for each in answer.sightings:
-        if isinstance(each, TargetSighting):
+    detections: list[dict[str, Any]] = []
+    for each in answer.detections:
+        if isinstance(each, TargetDetection):
             points = [
                 {
                     'name': name,
@@ -112,21 +112,21 @@ def answer_entry(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
                 }
                 for name, pixels in zip(each.points.names, each.points.pixels, strict=True)
             ]
-            sightings.append(
+            detections.append(
                 {
                     'target': each.target,
                     'found': list(each.found),
-                    'evidence': each.evidence,
+                    'log_likelihood_ratio': each.log_likelihood_ratio,
                     'points': points,
                 }
             )
         else:
             text = f'{each.reason.value} ({each.detail})'
-            sightings.append(
-                {'target': each.target, 'found': [], 'evidence': 0.0, 'points': [], 'text': text}
+            detections.append(
+                {'target': each.target, 'found': [], 'log_likelihood_ratio': 0.0, 'points': [], 'text': text}
             )
     if isinstance(answer, NoLandmarkFix):
-        return {'is_fix': False, 'text': f'{answer.reason}: {answer.detail}', 'sightings': sightings}
+        return {'is_fix': False, 'text': f'{answer.reason}: {answer.detail}', 'detections': detections}
     pose = answer.displacement.T_place_base
     return {
         'is_fix': True,
@@ -136,17 +136,17 @@ def answer_entry(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
         'height': answer.displacement.height,
         **_sigmas(answer.displacement),
         'residual': float(np.sqrt(np.mean(answer.displacement.residuals**2))),
-        'sightings': sightings,
+        'detections': detections,
     }
 
 
-def _found(session: TeachingSession, found: FoundPrimitive) -> dict[str, Any]:
+def _found(session: TeachingSession, found: SelectablePrimitive) -> dict[str, Any]:
     return {
         'kind': found.kind.value,
         'number': found.number,
         'outline': _lines(found.shape),
         'depth': found.depth,
-        'chosen': session.chosen_name(found),
+        'chosen': session.selected_name(found),
     }
 
 
@@ -167,7 +167,7 @@ def _primitive(shape: Primitive, measured: MeasuredPrimitive) -> dict[str, Any]:
     left, right = measured.pair if measured.pair is not None else (shape, None)
     return {
         'name': measured.name,
-        'kind': kind_of(shape).value,
+        'kind': primitive_kind(shape).value,
         'centre': _rounded(left.centre),
         'left': _lines(left),
         'right': [] if right is None else _lines(right),
@@ -180,7 +180,7 @@ def _points(draft: TargetDraft, measured: MeasuredTarget) -> list[dict[str, Any]
     return [
         {
             'name': name,
-            'used': name not in draft.left_out,
+            'used': name not in draft.excluded_points,
             'left': _rounded(pixels[:2]),
             'right': _rounded(pixels[2:]),
             'xyz': position.tolist(),
@@ -200,12 +200,12 @@ def _expected(fix: PlaceFix | NoPlaceFix) -> dict[str, Any]:
 
 
 def _sigmas(fix: PlaceFix) -> dict[str, float]:
-    position, yaw = sigmas_of(fix)
+    position, yaw = pose_sigmas(fix)
     return {'position_sigma': position, 'yaw_sigma': yaw}
 
 
 def _lines(primitive: Primitive) -> list[list[list[float]]]:
-    return [_rounded(line) for line in outline_of(primitive)]
+    return [_rounded(line) for line in primitive_outline(primitive)]
 
 
 def _rounded(pixels: NDArray[np.float64]) -> Any:

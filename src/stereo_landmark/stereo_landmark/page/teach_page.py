@@ -14,8 +14,8 @@ from pathlib import Path
 from shirube_geometry import CameraMount
 from shirube_settings import check_settings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.edits import name_place
-from stereo_landmark.core.teaching.state_of_place import state_of_place
+from stereo_landmark.core.teaching.edits import rename_place
+from stereo_landmark.core.teaching.place_state import state_from_place
 from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.files.place_file import load_place
 from stereo_landmark.node_settings import NodeSettings
@@ -23,16 +23,16 @@ from stereo_landmark.page.access import is_loopback, new_token
 from stereo_landmark.page.bag_pairs import bag_pairs
 from stereo_landmark.page.file_pairs import file_pairs
 from stereo_landmark.page.joined_pairs import JoinedPairs
-from stereo_landmark.page.page_answers import Keeping, PageAnswers
 from stereo_landmark.page.page_server import PageServer, serve
 from stereo_landmark.page.pair_source import PairSource, RecordedPairs
 from stereo_landmark.page.place_saver import PlaceSaver
-from stereo_landmark.page.reachable_name import reachable_name
+from stereo_landmark.page.reachable_host import reachable_host
+from stereo_landmark.page.request_handler import RequestHandler, SaveStatus
 from stereo_landmark.page.taught_pair import taught_pair
 
 PORT = 8765
 PORT_MAX = 65535
-DRAFTS = 'unsaved'
+DRAFT_FOLDER = 'unsaved'
 """Subfolder of the places for unsaved drafts, which the localizer does not read."""
 _NODE = NodeSettings()
 
@@ -50,28 +50,28 @@ def open_page(options: argparse.Namespace) -> None:
     _check_options(options)
     with _source(options) as source:
         token = '' if is_loopback(options.host) else new_token()
-        answers = _answers(source, options)
+        answers = _make_handler(source, options)
         answers.images(answers.session.state.pair)
 
-        def say(port: int) -> None:
-            host = reachable_name(options.host)
+        def print_address(port: int) -> None:
+            host = reachable_host(options.host)
             query = f'?token={token}' if token else ''
             print(f'Teaching page: http://{host}:{port}/{query} (stop with Ctrl-C)', flush=True)  # noqa: T201
 
         try:
-            serve(PageServer(answers, token), options.host, options.port, say)
+            serve(PageServer(answers, token), options.host, options.port, print_address)
         finally:
-            _keep_draft(answers, options)
+            _save_draft(answers, options)
 
 
 def _check_options(options: argparse.Namespace) -> None:
     """Check options early that would otherwise fail only when saving."""
-    name_place(TeachingState(), options.name)
+    rename_place(TeachingState(), options.name)
     if not all(map(math.isfinite, options.tilt)):
         raise StereoLandmarkError('--tilt: roll and pitch must be finite angles [rad]; correct them')
     folder = _folder(options)
-    there = next(each for each in (folder, *folder.absolute().parents) if each.exists())
-    if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
+    existing = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+    if not (existing.is_dir() and os.access(existing, os.W_OK | os.X_OK)):
         raise StereoLandmarkError(f'{folder}: is not writable; give another folder')
 
 
@@ -80,28 +80,28 @@ def _folder(options: argparse.Namespace) -> Path:
     if options.place is None:
         return Path(options.places)
     folder: Path = options.place.parent
-    return folder.parent if folder.name == DRAFTS else folder
+    return folder.parent if folder.name == DRAFT_FOLDER else folder
 
 
-def _keep_draft(answers: PageAnswers, options: argparse.Namespace) -> None:
+def _save_draft(answers: RequestHandler, options: argparse.Namespace) -> None:
     """Save unsaved changes as a draft and print its path."""
-    if answers.keeping is not Keeping.UNSAVED:
+    if answers.save_status is not SaveStatus.UNSAVED:
         return
     name = answers.session.state.name
     try:
-        path = answers.keep_draft(PlaceSaver(_folder(options) / DRAFTS))
+        path = answers.save_draft(PlaceSaver(_folder(options) / DRAFT_FOLDER))
     except (StereoLandmarkError, OSError) as fault:
         print(f'teach: {name} was not saved, and no draft could be written: {fault}', file=sys.stderr)  # noqa: T201
         return
     print(f'teach: {name} was not saved; continue from the draft with: teach --place {path}', file=sys.stderr)  # noqa: T201
 
 
-def _answers(source: PairSource, options: argparse.Namespace) -> PageAnswers:
+def _make_handler(source: PairSource, options: argparse.Namespace) -> RequestHandler:
     if options.place is None:
-        return PageAnswers(source, PlaceSaver(options.places), TeachingState(name=options.name))
+        return RequestHandler(source, PlaceSaver(options.places), TeachingState(name=options.name))
     folder = _folder(options)
     saver = PlaceSaver(folder, [options.place] if folder == options.place.parent else [])
-    return PageAnswers(source, saver, state_of_place(load_place(options.place)))
+    return RequestHandler(source, saver, state_from_place(load_place(options.place)))
 
 
 @contextmanager
@@ -116,16 +116,16 @@ def _source(options: argparse.Namespace) -> Iterator[PairSource]:
         with import_module('stereo_landmark.page.live_pairs').live_pairs(options, mount) as source:
             yield source
         return
-    yield _with_test_bags(_recorded(options, mount), options)
+    yield _append_test_bags(_load_recorded(options, mount), options)
 
 
-def _recorded(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
+def _load_recorded(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
     if options.place is not None:
         return taught_pair(options.place)
     return bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
 
 
-def _with_test_bags(source: RecordedPairs, options: argparse.Namespace) -> PairSource:
+def _append_test_bags(source: RecordedPairs, options: argparse.Namespace) -> PairSource:
     if not options.test_bag:
         return source
     drives = [argparse.Namespace(**{**vars(options), 'bag': path}) for path in options.test_bag]

@@ -30,11 +30,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         blooming = calibrate(options)
         save_blooming(options.out, blooming)
-    except (VlcBeaconError, CameraFileError) as fault:
-        print(f'calibrate: {fault}', file=sys.stderr)
+    except (VlcBeaconError, CameraFileError) as error:
+        print(f'calibrate: {error}', file=sys.stderr)
         return 1
-    except OSError as fault:
-        print(f'calibrate: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
+    except OSError as error:
+        print(f'calibrate: {error.filename}: {error.strerror}; choose a writable path', file=sys.stderr)
         return 1
     print(f'{"beta":<16}{blooming.beta:.3f} +- {blooming.beta_sigma:.3f} px')
     print(f'{"alpha":<16}{blooming.alpha:.2f} /px')
@@ -52,14 +52,14 @@ def calibrate(options: argparse.Namespace) -> BloomingCalibration:
     fits, depths = [], []
     for text in options.image:
         name, _, metres = text.rpartition('=')
-        depths.append(_depth(text, metres))
-        fits.append(_brightest_lamp(Path(name)))
+        depths.append(_parse_depth(text, metres))
+        fits.append(_fit_brightest_lamp(Path(name)))
         true_radius = options.lamp_radius * options.focal_length / depths[-1]
-        print(f'{name}: radius {fits[-1].half_radius:.2f} px, true radius {true_radius:.2f} px')
+        print(f'{name}: radius {fits[-1].half_maximum_radius:.2f} px, true radius {true_radius:.2f} px')
     return calibrate_blooming(fits, depths, options.lamp_radius, options.focal_length)
 
 
-def _depth(text: str, metres: str) -> float:
+def _parse_depth(text: str, metres: str) -> float:
     try:
         depth = float(metres)
     except ValueError:
@@ -69,7 +69,7 @@ def _depth(text: str, metres: str) -> float:
     return depth
 
 
-def _brightest_lamp(path: Path) -> BloomingFit:
+def _fit_brightest_lamp(path: Path) -> BloomingFit:
     pixels = load_image(path)
     image = pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), np.uint8)
     try:
@@ -77,8 +77,8 @@ def _brightest_lamp(path: Path) -> BloomingFit:
         if len(lamps) == 0:
             raise LampImageError('no lamp found; expose so that it is bright and round')
         return fit_blooming(image, lamps.centroids[0], float(lamps.radii[0]))
-    except LampImageError as fault:
-        raise VlcBeaconError(f'{path}: {fault}') from fault
+    except LampImageError as error:
+        raise VlcBeaconError(f'{path}: {error}') from error
 
 
 def make_parser() -> argparse.ArgumentParser:

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
-from light_waveform import csv_of_waveform
-from shirube_files import write_text, written_beside
+from light_waveform import waveform_to_csv
+from shirube_files import atomic_write, write_text
 from shirube_settings import SettingsError, check_settings, describe_settings
-from vlc_beacon.core.light_code.light_profile import LightProfile
+from vlc_beacon.core.light_code.code_profile import CodeProfile
 from vlc_beacon.core.transmitter.encoding_settings import TONE_NAME, EncodingSettings
-from vlc_beacon.core.transmitter.lamp_frame_bytes import bytes_of_frame
+from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_program import LampProgram, encode_packets
-from vlc_beacon.core.transmitter.spoken_packet import OPERATIONS, Speaker, packets_of_words
+from vlc_beacon.core.transmitter.message_encoder import OPERATIONS, EncoderContext, encode_messages
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.key_file import read_key
 from vlc_beacon.lamp_port import LampPort
@@ -46,28 +46,28 @@ def encode(options: argparse.Namespace) -> None:
     key = read_key(options.key_file) if options.key_file is not None else None
     # Counters from the clock need not be stored; see `files.counter_file`.
     counter = int(time.time()) if options.counter is None else options.counter
-    if settings.code == TONE_NAME and options.say != ['id']:
+    if settings.code == TONE_NAME and options.messages != ['id']:
         raise VlcBeaconError(
-            f'a tone carries the identity of the lamp only; leave out {" ".join(options.say)}'
+            f'a tone carries the identity of the lamp only; leave out {" ".join(options.messages)}'
         )
-    speaker = Speaker(options.beacon, key, counter, options.one_shot)
-    packets = packets_of_words(options.say, speaker)
+    context = EncoderContext(options.beacon, key, counter, options.one_shot)
+    packets = encode_messages(options.messages, context)
     program = encode_packets(packets, settings)
-    print(_report(program.profile, len(packets), program.waveform.period))
-    if any(word.partition(':')[0] in OPERATIONS for word in options.say):
+    print(_summary(program.profile, len(packets), program.waveform.period))
+    if any(message.partition(':')[0] in OPERATIONS for message in options.messages):
         print(f'{"counter":<16}{counter}')
     if options.csv is not None:
-        write_text(options.csv, csv_of_waveform(program.waveform))
+        write_text(options.csv, waveform_to_csv(program.waveform))
     if options.frame is not None or options.port is not None:
-        _deliver(program, options)
+        _write_frame(program, options)
 
 
-def _deliver(program: LampProgram, options: argparse.Namespace) -> None:
+def _write_frame(program: LampProgram, options: argparse.Namespace) -> None:
     """Write the frame to a file and send it to a lamp, as requested."""
-    frame = bytes_of_frame(program.frame)
+    frame = frame_to_bytes(program.frame)
     print(f'{"frame":<16}{len(frame)} bytes')
     if options.frame is not None:
-        with written_beside(options.frame) as file:
+        with atomic_write(options.frame) as file:
             file.write(frame)
     if options.port is not None:
         with LampPort(options.port) as port:
@@ -75,21 +75,19 @@ def _deliver(program: LampProgram, options: argparse.Namespace) -> None:
         print(f'{options.port}: playing' + (', stored in the EEPROM' if options.keep else ''))
 
 
-def _report(profile: LightProfile, packets: int, period: float) -> str:
-    says_only_its_name = math.isinf(profile.command_seconds)
+def _summary(profile: CodeProfile, packets: int, period: float) -> str:
+    is_tone = math.isinf(profile.command_seconds)
     plural = 's' if packets > 1 else ''
     rows = (
         ('code', profile.name),
         ('lamp', f'must cover at least {profile.rows_min} image rows'),
         (
             'period',
-            f'{1e3 * period:.4g} ms'
-            if says_only_its_name
-            else f'{period:.2f} s for {packets} packet{plural}',
+            f'{1e3 * period:.4g} ms' if is_tone else f'{period:.2f} s for {packets} packet{plural}',
         ),
         ('ID duration', f'{profile.id_seconds:.2f} s'),
     )
-    command = '' if says_only_its_name else f', command {profile.command_seconds:.2f} s'
+    command = '' if is_tone else f', command {profile.command_seconds:.2f} s'
     return '\n'.join(f'{name:<16}{text}' for name, text in rows) + command
 
 
@@ -100,7 +98,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add('beacon', type=int, help='ID of the lamp')
-    add('say', nargs='*', default=['id'], metavar='MESSAGE',
+    add('messages', nargs='*', default=['id'], metavar='MESSAGE',
         help='messages sent in turn (default: id): id, text:..., hex:..., stop, resume, slow:M_S, speed_up:M_S, '
         'turn:RAD (counterclockwise)')  # fmt: skip
     add(

@@ -20,14 +20,14 @@ from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import list_images, load_image
 from shirube_settings import SettingsError, check_settings
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.trust.trust_settings import TrustSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.pose_table import save_pose_table
 from vlc_beacon.located_image import LocatedImage
 from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.receiver_from_files import beacons_of, judge_of
+from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
 
 _NODE, _LIGHT = NodeSettings(), ReceiverSettings()
 
@@ -39,11 +39,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         images = locate(options)
         save_pose_table(options.out / 'poses.csv', images)
         fixes = save_fixes(options.out / 'poses.tum', images)
-    except (VlcBeaconError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
-        print(f'locate: {fault}', file=sys.stderr)
+    except (VlcBeaconError, CameraFileError, ShirubeBagsError, SettingsError) as error:
+        print(f'locate: {error}', file=sys.stderr)
         return 1
-    except OSError as fault:
-        print(f'locate: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
+    except OSError as error:
+        print(f'locate: {error.filename}: {error.strerror}; choose a writable path', file=sys.stderr)
         return 1
     print(f'{fixes} of {len(images)} images have a pose; see {options.out / "poses.csv"}')
     for failure, number in Counter(image.failure for image in images if image.failure).most_common():
@@ -80,15 +80,17 @@ def create_receiver(options: argparse.Namespace) -> BeaconReceiver:
         row_time=options.row_time,
         exposure_time=options.exposure_time,
         lamp_frame_rate=options.lamp_frame_rate,
-        slot_bytes=options.slot_bytes,
+        segment_bytes=options.segment_bytes,
         method=options.method,
         camera_height_known=options.camera_height_known,
         blooming=options.blooming,
     )
     check_settings(node)
     check_settings(light)
-    beacons = beacons_of(node)
-    return BeaconReceiver(beacons, node.mount, judge_of(node, TrustSettings(), beacons), light)
+    beacons = beacons_from_settings(node)
+    return BeaconReceiver(
+        beacons, node.mount, authorizer_from_settings(node, AuthorizationSettings(), beacons), light
+    )
 
 
 def locate_files(
@@ -186,9 +188,9 @@ def _add_camera_options(parser: argparse.ArgumentParser) -> None:
     add('--lamp-frame-rate', type=float, default=_LIGHT.lamp_frame_rate,
         help='frame rate the lamps were encoded for, rolling shutter only [1/s] (default: %(default)s)')  # fmt: skip
     add(
-        '--slot-bytes',
+        '--segment-bytes',
         type=int,
-        default=_LIGHT.slot_bytes,
+        default=_LIGHT.segment_bytes,
         help='bytes per Manchester segment (default: %(default)s)',
     )
     add('--blooming', type=float, default=_LIGHT.blooming,

@@ -21,8 +21,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     path = parser.parse_args(arguments).key_file
     try:
         make_key_file(path)
-    except VlcBeaconError as fault:
-        print(f'make_key: {fault}', file=sys.stderr)
+    except VlcBeaconError as error:
+        print(f'make_key: {error}', file=sys.stderr)
         return 1
     print(
         f'{path}: new key created; copy it to the robot and run there: renew_counters COUNTER_FILE --floor 0'

@@ -22,9 +22,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument('--floor', type=int, required=True, help='lowest accepted counter; 0 with a new key')
     options = parser.parse_args(arguments)
     try:
-        CounterFile(options.counter_file).renew(options.floor)
-    except VlcBeaconError as fault:
-        print(f'renew_counters: {fault}', file=sys.stderr)
+        CounterFile(options.counter_file).reset(options.floor)
+    except VlcBeaconError as error:
+        print(f'renew_counters: {error}', file=sys.stderr)
         return 1
     print(f'{options.counter_file}: reset to {options.floor}; restart the node, which reads it at startup')
     return 0

@@ -18,14 +18,14 @@ from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.settings import PoseSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
-from vlc_beacon.core.survey.lamp_watch import LampWatch
+from vlc_beacon.core.survey.bearing_collector import BearingCollector
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.beacons_file import RADIUS_RANGE, save_beacons
 from vlc_beacon.node_settings import NodeSettings
 from vlc_beacon.survey_drive import DriveTopics, drive_images, load_camera
 
 _NODE = NodeSettings()
-_IMU = '/imu'
+_IMU_TOPIC = '/imu'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -39,11 +39,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         save_beacons(
             options.out, [Beacon(beacon, lamp.xyz, options.lamp_radius) for beacon, lamp in found.items()]
         )
-    except (VlcBeaconError, ShirubeBagsError, MessageError, SettingsError) as fault:
-        print(f'survey: {fault}', file=sys.stderr)
+    except (VlcBeaconError, ShirubeBagsError, MessageError, SettingsError) as error:
+        print(f'survey: {error}', file=sys.stderr)
         return 1
-    except OSError as fault:
-        print(f'survey: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
+    except OSError as error:
+        print(f'survey: {error.filename}: {error.strerror}; choose a writable path', file=sys.stderr)
         return 1
     print(f'{len(found)} lamps; see {options.out}')
     return 0
@@ -62,29 +62,35 @@ def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurvey
             f'--lamp-radius is {options.lamp_radius:g} m, it must be from {low:g} to {high:g}; is it in metres?'
         )
     with BagReader(options.bag) as bag:
-        imu = options.imu_topic if options.imu_topic is not None else _IMU if _IMU in bag.topics else ''
-        topics = DriveTopics(options.image_topic, options.camera_info_topic, options.pose_topic, imu)
-        bag.select_topics([topics.image, topics.camera_info, topics.pose, *filter(None, [imu])])
+        imu_topic = (
+            options.imu_topic
+            if options.imu_topic is not None
+            else _IMU_TOPIC
+            if _IMU_TOPIC in bag.topics
+            else ''
+        )
+        topics = DriveTopics(options.image_topic, options.camera_info_topic, options.pose_topic, imu_topic)
+        bag.select_topics([topics.image, topics.camera_info, topics.pose, *filter(None, [imu_topic])])
         camera = load_camera(bag, topics.camera_info)
-        watch = LampWatch(camera, light)
+        collector = BearingCollector(camera, light)
         total = bag.topics[topics.image].message_count
         for image in tqdm(
             drive_images(bag, topics, mount, camera), total=total, unit='image', delay=1.0, disable=None
         ):
-            watch.add(image.stamp, image.pixels, image.position, image.rotation)
+            collector.add(image.stamp, image.pixels, image.position, image.rotation)
     results = {
-        beacon: survey_lamp(bearings, options.tilt_sigma) for beacon, bearings in watch.bearings().items()
+        beacon: survey_lamp(bearings, options.tilt_sigma) for beacon, bearings in collector.bearings().items()
     }
     for beacon, result in results.items():
-        print(f'beacon {beacon:<5} {_in_words(result)}')
+        print(f'beacon {beacon:<5} {_describe(result)}')
     return results
 
 
-def _in_words(result: SurveyedLamp | NotSurveyed) -> str:
+def _describe(result: SurveyedLamp | NotSurveyed) -> str:
     if isinstance(result, NotSurveyed):
         return result.reason
-    place = '  '.join(f'{x:.4f} +- {s:.4f}' for x, s in zip(result.xyz, result.sigma, strict=True))
-    return f'{place} m from {result.sightings} images'
+    position = '  '.join(f'{x:.4f} +- {s:.4f}' for x, s in zip(result.xyz, result.sigma, strict=True))
+    return f'{position} m from {result.observations} images'
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -109,7 +115,7 @@ def make_parser() -> argparse.ArgumentParser:
         help='pose of the base in the map (default: %(default)s)',
     )
     add('--imu-topic', metavar='TOPIC',
-        help=f'IMU whose orientation gives the tilt (default: {_IMU} if the bag has it)')  # fmt: skip
+        help=f'IMU whose orientation gives the tilt (default: {_IMU_TOPIC} if the bag has it)')  # fmt: skip
     light = ReceiverSettings()
     add('--shutter', choices=('global', 'rolling'), default=light.shutter, help='default: %(default)s')
     add('--row-time', type=float, default=light.row_time,

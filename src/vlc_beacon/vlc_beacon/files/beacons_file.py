@@ -19,13 +19,13 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 _REMEDY = 'give beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325}]'
 _NEEDED = ('id', 'xyz', 'radius')
 _FIELDS = (*_NEEDED, 'frequency')
-PLACE_MAX = 10000.0
+COORDINATE_MAX = 10000.0
 """Maximum coordinate [m]."""
 RADIUS_RANGE = (0.001, 1.0)
 """Range of lamp radii [m]."""
 FREQUENCY_RANGE = (50.0, 100000.0)
 """Range of tones [Hz]."""
-APART_MIN = 0.01
+SEPARATION_MIN = 0.01
 """Minimum distance between two lamps [m]; closer ones are duplicates."""
 
 
@@ -45,8 +45,8 @@ def load_beacons(path: Path) -> list[Beacon]:
     entries = content['beacons']
     if not isinstance(entries, list) or not entries:
         raise BeaconsFileError(f'{path}: beacons holds no lamps; {_REMEDY}')
-    beacons = [_beacon(path, k, entry) for k, entry in enumerate(entries, start=1)]
-    _check_together(path, beacons)
+    beacons = [_parse_beacon(path, k, entry) for k, entry in enumerate(entries, start=1)]
+    _check_duplicates(path, beacons)
     return beacons
 
 
@@ -72,8 +72,8 @@ _HUGE = 1e15
 def _read_yaml(path: Path) -> dict[str, Any]:
     try:
         return read_yaml(path, _BYTES_MAX)
-    except YamlFileError as fault:
-        raise BeaconsFileError(f'{fault}; {_REMEDY}') from fault
+    except YamlFileError as error:
+        raise BeaconsFileError(f'{error}; {_REMEDY}') from error
 
 
 def _check_fields(
@@ -89,7 +89,7 @@ def _check_fields(
             raise BeaconsFileError(f'{where}: {name} is missing; {_REMEDY}')
 
 
-def _beacon(path: Path, number: int, entry: object) -> Beacon:
+def _parse_beacon(path: Path, number: int, entry: object) -> Beacon:
     """Parse a beacon; ``number`` is its index in the list, from 1."""
     where = f'{path}: beacon number {number}'
     if not isinstance(entry, dict):
@@ -102,15 +102,15 @@ def _beacon(path: Path, number: int, entry: object) -> Beacon:
     xyz = entry['xyz']
     if not isinstance(xyz, list) or len(xyz) != 3:
         raise BeaconsFileError(f'{where}: xyz is {xyz!r}, it must be three numbers [x, y, z] in metres')
-    x, y, z = (_number(where, 'xyz', value, -PLACE_MAX, PLACE_MAX, 'm') for value in xyz)
-    radius = _number(where, 'radius', entry['radius'], *RADIUS_RANGE, 'm')
+    x, y, z = (_parse_number(where, 'xyz', value, -COORDINATE_MAX, COORDINATE_MAX, 'm') for value in xyz)
+    radius = _parse_number(where, 'radius', entry['radius'], *RADIUS_RANGE, 'm')
     frequency = entry.get('frequency')
     if frequency is not None:
-        frequency = _number(where, 'frequency', frequency, *FREQUENCY_RANGE, 'Hz')
+        frequency = _parse_number(where, 'frequency', frequency, *FREQUENCY_RANGE, 'Hz')
     return Beacon(id_, (x, y, z), radius, frequency)
 
 
-def _number(where: str, field: str, value: object, low: float, high: float, unit: str) -> float:
+def _parse_number(where: str, field: str, value: object, low: float, high: float, unit: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or str(value) == 'nan':
         raise BeaconsFileError(f'{where}: {field} is {value!r}, not a number; write it like 0.01')
     if not low <= value <= high:
@@ -121,16 +121,16 @@ def _number(where: str, field: str, value: object, low: float, high: float, unit
     return float(value)
 
 
-def _check_together(path: Path, beacons: list[Beacon]) -> None:
+def _check_duplicates(path: Path, beacons: list[Beacon]) -> None:
     counts = Counter(beacon.id for beacon in beacons)
-    twice = sorted(id_ for id_, count in counts.items() if count > 1)
-    if twice:
+    duplicates = sorted(id_ for id_, count in counts.items() if count > 1)
+    if duplicates:
         raise BeaconsFileError(
-            f'{path}: id {twice[0]} is used {counts[twice[0]]} times; give each lamp its own'
+            f'{path}: id {duplicates[0]} is used {counts[duplicates[0]]} times; give each lamp its own'
         )
     for k, beacon in enumerate(beacons):
         for other in beacons[:k]:
-            if math.dist(beacon.xyz, other.xyz) < APART_MIN:
+            if math.dist(beacon.xyz, other.xyz) < SEPARATION_MIN:
                 raise BeaconsFileError(
                     f'{path}: beacons {other.id} and {beacon.id} have the same xyz; correct one of them'
                 )

@@ -35,8 +35,8 @@ def load_blooming(path: Path) -> BloomingCalibration:
     """
     try:
         entries = read_yaml(path).get('blooming')
-    except YamlFileError as fault:
-        raise VlcBeaconError(f'{fault}; {_REMEDY}') from fault
+    except YamlFileError as error:
+        raise VlcBeaconError(f'{error}; {_REMEDY}') from error
     if not isinstance(entries, dict) or set(entries) != set(_NAMES):
         raise VlcBeaconError(f'{path}: blooming must have {", ".join(_NAMES)}; {_REMEDY}')
     for name, value in entries.items():

@@ -11,10 +11,10 @@ import json
 import os
 from pathlib import Path
 
-from shirube_files import written_beside
+from shirube_files import atomic_write
+from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.packet.command_packet import COUNTER_MAX
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX
-from vlc_beacon.core.trust.counters import Counters
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 FORMAT = 1
@@ -47,7 +47,7 @@ class CounterFile:
         except OSError as error:
             raise VlcBeaconError(f'counter file {self._path} cannot be read: {error.strerror}') from error
         try:
-            return _counters_of(json.loads(content))
+            return _parse_counters(json.loads(content))
         except (ValueError, RecursionError) as error:
             raise VlcBeaconError(f'counter file {self._path} is corrupted: {error}; {remedy}') from error
 
@@ -60,15 +60,15 @@ class CounterFile:
         fields = {'format': FORMAT, 'floor': counters.floor}
         kinds = {kind: {str(b): c for b, c in sorted(getattr(counters, kind).items())} for kind in _KINDS}
         try:
-            with written_beside(self._path) as file:
+            with atomic_write(self._path) as file:
                 file.write((json.dumps({**fields, **kinds}, indent=2) + '\n').encode())
                 file.flush()
                 os.fsync(file.fileno())
-            _sync_folder(self._path.parent)
+            _sync_directory(self._path.parent)
         except OSError as error:
             raise VlcBeaconError(f'counter file {self._path} cannot be written: {error.strerror}') from error
 
-    def renew(self, floor: int) -> None:
+    def reset(self, floor: int) -> None:
         """Reset the file, with commands below the floor rejected.
 
         Args:
@@ -82,7 +82,7 @@ class CounterFile:
         self.write(Counters(floor))
 
 
-def _sync_folder(folder: Path) -> None:
+def _sync_directory(folder: Path) -> None:
     """Sync the directory entry to disk."""
     handle = os.open(folder, os.O_RDONLY)
     try:
@@ -91,7 +91,7 @@ def _sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def _counters_of(fields: object) -> Counters:
+def _parse_counters(fields: object) -> Counters:
     """Parse the counters of the file.
 
     Raises:
@@ -99,19 +99,19 @@ def _counters_of(fields: object) -> Counters:
     """
     if not isinstance(fields, dict) or fields.get('format') != FORMAT:
         raise ValueError(f'its format is not {FORMAT}')
-    zone_rules, one_shots = (_by_beacon(fields.get(kind), kind) for kind in _KINDS)
-    return Counters(_counter(fields.get('floor'), 'floor'), zone_rules, one_shots)
+    zone_rules, one_shots = (_parse_counters_by_beacon(fields.get(kind), kind) for kind in _KINDS)
+    return Counters(_parse_counter(fields.get('floor'), 'floor'), zone_rules, one_shots)
 
 
-def _by_beacon(entries: object, kind: str) -> dict[int, int]:
+def _parse_counters_by_beacon(entries: object, kind: str) -> dict[int, int]:
     if not isinstance(entries, dict) or any(
         int(beacon) not in range(BEACON_ID_MAX + 1) for beacon in entries
     ):
         raise ValueError(f'{kind} is missing or has an invalid beacon ID')
-    return {int(beacon): _counter(counter, kind) for beacon, counter in entries.items()}
+    return {int(beacon): _parse_counter(counter, kind) for beacon, counter in entries.items()}
 
 
-def _counter(value: object, name: str) -> int:
+def _parse_counter(value: object, name: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= COUNTER_MAX:
         raise ValueError(f'{name} has the counter {value!r}')
     return value

@@ -7,10 +7,10 @@ import secrets
 import stat
 from pathlib import Path
 
-from vlc_beacon.core.trust.command_key import KEY_BYTES_MAX, KEY_BYTES_MIN, CommandKey
+from vlc_beacon.core.authorization.command_key import KEY_BYTES_MAX, KEY_BYTES_MIN, CommandKey
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
-_OTHERS = stat.S_IRWXG | stat.S_IRWXO
+_GROUP_AND_OTHERS = stat.S_IRWXG | stat.S_IRWXO
 _SIZE_MAX = 4096
 
 
@@ -32,11 +32,11 @@ def read_key(path: Path) -> CommandKey:
         raise VlcBeaconError(f'key file {path} cannot be read: {error.strerror}') from error
     if not stat.S_ISREG(status.st_mode):
         raise VlcBeaconError(f'key file {path} is not a regular file')
-    if status.st_mode & _OTHERS:
+    if status.st_mode & _GROUP_AND_OTHERS:
         raise VlcBeaconError(f'key file {path} is accessible to other users; run: chmod 600 {path}')
     if status.st_uid not in (os.geteuid(), 0):
         raise VlcBeaconError(f'key file {path} belongs to another user; run: chown {os.geteuid()} {path}')
-    return _key_of(content, path)
+    return _parse_key(content, path)
 
 
 def make_key_file(path: Path) -> None:
@@ -58,7 +58,7 @@ def make_key_file(path: Path) -> None:
         raise VlcBeaconError(f'key file {path} cannot be written: {error.strerror}') from error
 
 
-def _key_of(content: bytes, path: Path) -> CommandKey:
+def _parse_key(content: bytes, path: Path) -> CommandKey:
     remedy = f'it must hold {2 * KEY_BYTES_MIN} to {2 * KEY_BYTES_MAX} hexadecimal digits and nothing else'
     try:
         return CommandKey(bytes.fromhex(content.decode('ascii')))

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from shirube_bags.stamps import text_from_stamp
-from shirube_files import written_beside
-from vlc_beacon.core.receiver.beacon_receiver import Reception
+from shirube_files import atomic_write
+from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.located_image import LocatedImage
 
 _POSE = ('x', 'y', 'z', 'yaw', 'sigma_x', 'sigma_y', 'sigma_z', 'sigma_yaw')
-COLUMNS = ('image', 'stamp', *_POSE, 'lamps', 'beacons', 'used', 'doubts', 'reason', 'detail')
+COLUMNS = ('image', 'stamp', *_POSE, 'lamps', 'beacons', 'used', 'anomalies', 'reason', 'detail')
 
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
@@ -29,20 +29,20 @@ def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
     table.writerow(COLUMNS)
     for image in images:
         table.writerow([image.name, text_from_stamp(image.stamp_ns), *_fields(image)])
-    with written_beside(path) as file:
+    with atomic_write(path) as file:
         file.write(text.getvalue().encode())
 
 
 def _fields(image: LocatedImage) -> list[str]:
-    if not isinstance(image.result, Reception):
+    if not isinstance(image.result, ReceiverOutput):
         return [*[''] * (len(_POSE) + 4), image.failure, '']
     lamps, fix = image.result.lamps, image.fix
     names = ' '.join(str(name) for name in sorted(lamp.beacon for lamp in lamps if lamp.beacon is not None))
-    doubts = ' '.join(f'{doubt.id}:{doubt.kind.value}' for doubt in image.result.result.doubts)
+    anomalies = ' '.join(f'{anomaly.id}:{anomaly.kind.value}' for anomaly in image.result.result.anomalies)
     if fix is None:
         detail = getattr(image.result.result, 'detail', '')
-        return [*[''] * len(_POSE), str(len(lamps)), names, '', doubts, image.failure, detail]
+        return [*[''] * len(_POSE), str(len(lamps)), names, '', anomalies, image.failure, detail]
     pose, sigmas = fix.T_map_base, np.sqrt(np.diag(fix.covariance))
     numbers = (pose.x, pose.y, fix.height, pose.yaw, *sigmas.tolist())
     poses = [f'{number:.6f}' for number in numbers]
-    return [*poses, str(len(lamps)), names, str(int(fix.used.sum())), doubts, '', '']
+    return [*poses, str(len(lamps)), names, str(int(fix.used.sum())), anomalies, '', '']

@@ -16,8 +16,8 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
 
-_LEAST_DOTS = 12
-_LEAST_SPREAD = 0.4
+_MIN_DOTS = 12
+_MIN_COVERAGE = 0.4
 """Smallest fraction of the image's width and height covered by the matched dots."""
 _RESIDUAL_MAX = 1.5
 _SIGMA_TILT_MAX, _SIGMA_HEIGHT_MAX, _SIGMA_FOCAL_MAX = math.radians(0.3), 0.02, 0.03
@@ -52,7 +52,7 @@ def calibrate(
     dots: DetectedDots,
     mat: DotMap,
     camera: PinholeCamera,
-    supposed: CameraMount,
+    initial_mount: CameraMount,
     *,
     focal_length_known: bool = True,
     known_height: KnownHeight | None = None,
@@ -64,7 +64,7 @@ def calibrate(
         dots: detected dots of the image of the mat.
         mat: dot map of the mat, with diameters.
         camera: intrinsics; if the focal length is unknown, image size and approximate focal length.
-        supposed: initial mount; x, y and yaw are taken from it if the robot's pose is unknown.
+        initial_mount: initial mount; x, y and yaw are taken from it if the robot's pose is unknown.
         focal_length_known: whether the focal length is fixed to that of ``camera``.
         known_height: measured camera height, None if unknown.
         T_mat_base: pose of the robot on the mat, None if unknown.
@@ -74,11 +74,11 @@ def calibrate(
     """
     if not np.isfinite(mat.diameters).all():
         raise FloorLocalizerError('--mat: has dots without a diameter; give the map that print_mat wrote')
-    if len(dots) < _LEAST_DOTS:
+    if len(dots) < _MIN_DOTS:
         raise FloorLocalizerError(
-            f'the image shows {len(dots)} dots, at least {_LEAST_DOTS} are needed; show more of the mat'
+            f'the image shows {len(dots)} dots, at least {_MIN_DOTS} are needed; show more of the mat'
         )
-    matches = match_mat(dots, camera, mat, supposed)
+    matches = match_mat(dots, camera, mat, initial_mount)
     if matches is None:
         raise FloorLocalizerError(
             f'the {len(dots)} dots of the image do not match the mat; give the map with the seed printed on the page, '
@@ -87,24 +87,26 @@ def calibrate(
     fit = fit_mount(
         dots, mat, matches, camera, fit_focal_length=not focal_length_known, known_height=known_height
     )
-    return _checked(_calibration(fit, supposed, T_mat_base), dots)
+    return _check_accuracy(_calibration(fit, initial_mount, T_mat_base), dots)
 
 
-def _calibration(fit: MountFit, supposed: CameraMount, T_mat_base: PlanarPose | None) -> CameraCalibration:
+def _calibration(
+    fit: MountFit, initial_mount: CameraMount, T_mat_base: PlanarPose | None
+) -> CameraCalibration:
     x, y, height = (float(value) for value in fit.position)
     if T_mat_base is None:
-        turn = wrap_angle(_heading(fit.rotation) - _heading(supposed.rotation))
-        place = np.array(supposed.xyz[:2])
+        yaw_offset = wrap_angle(_heading(fit.rotation) - _heading(initial_mount.rotation))
+        position = np.array(initial_mount.xyz[:2])
     else:
-        turn, place = T_mat_base.yaw, T_mat_base.inverse().transform([[x, y]])[0]
-    rotation = Rotation.from_euler('z', -turn) * Rotation.from_matrix(fit.rotation)
+        yaw_offset, position = T_mat_base.yaw, T_mat_base.inverse().transform([[x, y]])[0]
+    rotation = Rotation.from_euler('z', -yaw_offset) * Rotation.from_matrix(fit.rotation)
     roll, pitch, yaw = (float(angle) for angle in rotation.as_euler('xyz'))
-    mount = CameraMount((float(place[0]), float(place[1]), height), (roll, pitch, yaw))
-    sigma_tilt, sigma_height, share_pixel, sigma_focal = _sigmas(fit.covariance, height)
+    mount = CameraMount((float(position[0]), float(position[1]), height), (roll, pitch, yaw))
+    sigma_tilt, sigma_height, relative_sigma_pixel, sigma_focal = _sigmas(fit.covariance, height)
     pixel = height / math.sqrt(fit.camera.fx * fit.camera.fy)
     tilt = math.acos(min(-float(fit.rotation[2, 2]), 1.0))
     return CameraCalibration(
-        mount, fit, tilt, sigma_tilt, sigma_height, pixel, share_pixel * pixel, sigma_focal
+        mount, fit, tilt, sigma_tilt, sigma_height, pixel, relative_sigma_pixel * pixel, sigma_focal
     )
 
 
@@ -120,8 +122,8 @@ def _sigmas(covariance: NDArray[np.float64], height: float) -> tuple[float, floa
         variance_height + variance_focal - 2.0 * covariance[5, 6] / height,
         variance_focal,
     )
-    tilt, tall, pixel, focal = (math.sqrt(max(variance, 0.0)) for variance in variances)
-    return tilt, tall, pixel, focal
+    tilt, height_sigma, pixel, focal = (math.sqrt(max(variance, 0.0)) for variance in variances)
+    return tilt, height_sigma, pixel, focal
 
 
 def _heading(rotation: NDArray[np.float64]) -> float:
@@ -129,14 +131,14 @@ def _heading(rotation: NDArray[np.float64]) -> float:
     return math.atan2(float(rotation[1, 1]), float(rotation[0, 1]))
 
 
-def _checked(found: CameraCalibration, dots: DetectedDots) -> CameraCalibration:
+def _check_accuracy(found: CameraCalibration, dots: DetectedDots) -> CameraCalibration:
     """Reject a calibration that is not accurate enough."""
     fit, camera = found.fit, found.fit.camera
-    spans = np.ptp(dots.pixels[fit.used], axis=0) / (camera.width, camera.height)
-    if fit.dots < _LEAST_DOTS or spans.min() < _LEAST_SPREAD:
+    coverage = np.ptp(dots.pixels[fit.inliers], axis=0) / (camera.width, camera.height)
+    if fit.dots < _MIN_DOTS or coverage.min() < _MIN_COVERAGE:
         raise FloorLocalizerError(
-            f'{fit.dots} dots match on {spans[0]:.0%} x {spans[1]:.0%} of the image, at least {_LEAST_DOTS} on '
-            f'{_LEAST_SPREAD:.0%} are needed; put the mat under the whole view, flat and in focus'
+            f'{fit.dots} dots match on {coverage[0]:.0%} x {coverage[1]:.0%} of the image, at least {_MIN_DOTS} on '
+            f'{_MIN_COVERAGE:.0%} are needed; put the mat under the whole view, flat and in focus'
         )
     if fit.residual > _RESIDUAL_MAX:
         raise FloorLocalizerError(

@@ -23,7 +23,7 @@ from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
 from shirube_geometry import PinholeCamera
 
-_SAME = 3.5
+_INLIER_GATE = 3.5
 _ROUNDS = 3
 
 
@@ -38,7 +38,7 @@ class MountFit:
         covariance: covariance of the small rotations about the mat's axes [rad], the position [m] and the logarithm of
             the focal length, shape (7, 7); the last is 0 if it was given.
         residual: rms reprojection error [px].
-        used: indices of the inlier dots of the image.
+        inliers: indices of the inlier dots of the image.
         dots: number of inliers.
     """
 
@@ -47,12 +47,12 @@ class MountFit:
     position: NDArray[np.float64]
     covariance: NDArray[np.float64]
     residual: float
-    used: NDArray[np.int64]
+    inliers: NDArray[np.int64]
 
     @property
     def dots(self) -> int:
         """Number of inliers."""
-        return len(self.used)
+        return len(self.inliers)
 
 
 @dataclass(frozen=True)
@@ -82,11 +82,11 @@ def fit_mount(
         fit_focal_length: whether the focal length is fitted.
         known_height: measured height of the optical centre, None if unknown.
     """
-    seen, printed = matches
-    state = _start(camera, dots.pixels[seen], mat.points[printed])
+    image_indices, mat_indices = matches
+    state = _initial_guess(camera, dots.pixels[image_indices], mat.points[mat_indices])
     for _ in range(_ROUNDS):
-        problem = _Problem(
-            camera, dots.pixels[seen], dots.sigmas[seen], mat.points[printed],
+        problem = _ReprojectionProblem(
+            camera, dots.pixels[image_indices], dots.sigmas[image_indices], mat.points[mat_indices],
             fit_focal_length, known_height, state[0],
         )  # fmt: skip
         fit = least_squares(
@@ -99,16 +99,16 @@ def fit_mount(
         state = problem.state(fit.x)
         errors = np.linalg.norm(problem.pixel_errors(fit.x), axis=1)
         spread = max(float(np.median(errors)), 0.02)
-        agreeing = errors < _SAME * spread * 1.5
-        if agreeing.all():
+        is_inlier = errors < _INLIER_GATE * spread * 1.5
+        if is_inlier.all():
             break
-        seen, printed = seen[agreeing], printed[agreeing]
+        image_indices, mat_indices = image_indices[is_inlier], mat_indices[is_inlier]
     rotation, position, log_focal = state
     residual = float(np.sqrt(np.mean(np.sum(problem.pixel_errors(fit.x) ** 2, axis=1))))
     covariance = _covariance(np.asarray(fit.jac), fit.fun, fit_focal_length)
     scale = math.exp(log_focal)
     fitted = replace(camera, fx=scale * camera.fx, fy=scale * camera.fy)
-    return MountFit(fitted, rotation, position, covariance, residual, seen)
+    return MountFit(fitted, rotation, position, covariance, residual, image_indices)
 
 
 def _covariance(
@@ -117,24 +117,24 @@ def _covariance(
     """Return the inverse normal matrix, scaled by the reduced chi-square if that is above 1."""
     unknowns = 7 if fit_focal_length else 6
     normal = jacobian[:, :unknowns].T @ jacobian[:, :unknowns]
-    freedom = max(len(residuals) - 7, 1)
-    excess = max(float(np.sum(residuals**2)) / freedom, 1.0)
+    degrees_of_freedom = max(len(residuals) - 7, 1)
+    variance_factor = max(float(np.sum(residuals**2)) / degrees_of_freedom, 1.0)
     covariance = np.zeros((7, 7))
     try:
-        covariance[:unknowns, :unknowns] = excess * np.linalg.inv(normal)
+        covariance[:unknowns, :unknowns] = variance_factor * np.linalg.inv(normal)
     except np.linalg.LinAlgError:
         covariance[:] = np.inf
     return covariance
 
 
-def _start(
+def _initial_guess(
     camera: PinholeCamera, pixels: NDArray[np.float64], points: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Return initial rotation and position from the homography of the dots, and 0 as the log focal length change."""
     rays = camera.rays_from_pixels(pixels)
-    middle = points.mean(axis=0)
+    centroid = points.mean(axis=0)
     rows = []
-    for (u, v, _), (x, y) in zip(rays, points - middle, strict=True):
+    for (u, v, _), (x, y) in zip(rays, points - centroid, strict=True):
         rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y, -u], [0, 0, 0, x, y, 1, -v * x, -v * y, -v]]
     columns = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
     columns *= np.sign(columns[2, 2]) / math.sqrt(
@@ -143,12 +143,12 @@ def _start(
     raw = np.column_stack([columns[:, 0], columns[:, 1], np.cross(columns[:, 0], columns[:, 1])])
     u, _, v = np.linalg.svd(raw)
     R_camera_mat = u @ v
-    position = -R_camera_mat.T @ columns[:, 2] + (*middle, 0.0)
+    position = -R_camera_mat.T @ columns[:, 2] + (*centroid, 0.0)
     return R_camera_mat.T, position, 0.0
 
 
 @dataclass(frozen=True)
-class _Problem:
+class _ReprojectionProblem:
     camera: PinholeCamera
     pixels: NDArray[np.float64]
     sigmas: NDArray[np.float64]

@@ -10,28 +10,28 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.constellation_key import (
-    LANES,
-    OTHERS,
-    base_coordinates,
+    INNER_DOTS,
+    KEY_SIZE,
+    baseline_coordinates,
     bucket_of_hash,
-    cut_into_steps,
-    hash_of_steps,
-    imbalance,
-    pack_parts,
+    hash_cell,
+    mean_x_offset,
+    pack_subcell,
+    quantize_coordinates,
     sort_by_x,
-    turn_around,
+    swap_ends,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
-from floor_localizer.core.constellation.index_entry import base_word, pack_entry, second_of_entry
+from floor_localizer.core.constellation.index_entry import pack_baseline, pack_entry, second_dot_of_entry
 from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
-from floor_localizer.core.constellation.lens import MOST_GROUPS, groups_of_four
+from floor_localizer.core.constellation.lune import MAX_QUADRUPLES, list_quadruples
 
 # Maximum number of dots in the lune of an indexed baseline.
-MOST_IN_LENS = 6
+INDEX_LUNE_DOTS_MAX = 6
 _NEIGHBOURS = 64
-_UNKNOWN, _GOOD, _BAD = 0, 1, 2
+_UNCHECKED, _RECOVERABLE, _UNRECOVERABLE = 0, 1, 2
 # Constellations per dot for which memory is allocated initially.
-_ROOM = 18
+_INITIAL_CAPACITY = 18
 
 
 class ConstellationIndex(NamedTuple):
@@ -50,7 +50,7 @@ class ConstellationIndex(NamedTuple):
     longest: float
 
 
-class Surroundings(NamedTuple):
+class Neighbourhood(NamedTuple):
     """A dot and its neighbours.
 
     Attributes:
@@ -67,10 +67,10 @@ class Surroundings(NamedTuple):
     x: NDArray[np.float64]
     y: NDArray[np.float64]
     squared: NDArray[np.float64]
-    near: NDArray[np.int64]
+    candidates: NDArray[np.int64]
 
 
-class _KeyRoom(NamedTuple):
+class _KeyBuffers(NamedTuple):
     """Buffers for the keys of one baseline.
 
     Attributes:
@@ -81,7 +81,7 @@ class _KeyRoom(NamedTuple):
 
     xy: NDArray[np.float64]
     steps: NDArray[np.int64]
-    verdicts: NDArray[np.int64]
+    recoverable: NDArray[np.int64]
 
 
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
@@ -100,7 +100,7 @@ def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
 
 @njit(cache=True)
 def list_constellations(
-    grid: DotGrid, begin: int, end: int, number_before: int, rules: IndexRules
+    grid: DotGrid, begin: int, end: int, index_offset: int, rules: IndexRules
 ) -> tuple[NDArray[np.uint32], NDArray[np.uint64]]:
     """List the constellations of a range of dots, each once: it belongs to the earlier end of its baseline.
 
@@ -114,35 +114,37 @@ def list_constellations(
     Returns:
         buckets, shape (M,), and entries, shape (M,), of the constellations.
     """
-    around = _room_around()
-    room = _KeyRoom(np.empty((OTHERS, 2)), np.empty(LANES, dtype=np.int64), np.empty(2, dtype=np.int64))
-    lens = np.empty(MOST_IN_LENS, dtype=np.int64)
-    groups = np.empty((MOST_GROUPS, OTHERS), dtype=np.int64)
-    buckets = np.empty(_ROOM * (end - begin) + MOST_GROUPS, dtype=np.uint32)
+    neighbourhood = _allocate_neighbourhood()
+    buffers = _KeyBuffers(
+        np.empty((INNER_DOTS, 2)), np.empty(KEY_SIZE, dtype=np.int64), np.empty(2, dtype=np.int64)
+    )
+    lune = np.empty(INDEX_LUNE_DOTS_MAX, dtype=np.int64)
+    quadruples = np.empty((MAX_QUADRUPLES, INNER_DOTS), dtype=np.int64)
+    buckets = np.empty(_INITIAL_CAPACITY * (end - begin) + MAX_QUADRUPLES, dtype=np.uint32)
     entries = np.empty(len(buckets), dtype=np.uint64)
     total = 0
     for first in range(begin, end):
-        count = _look_around(grid, first, rules.longest, around)
-        for second in range(OTHERS + 1, count):
-            if around.dots[second] <= first:
+        count = _find_neighbours(grid, first, rules.longest, neighbourhood)
+        for second in range(INNER_DOTS + 1, count):
+            if neighbourhood.dots[second] <= first:
                 continue
-            inside = _dots_in_lens(around, second, lens)
+            inside = _dots_in_lune(neighbourhood, second, lune)
             if inside == 0:
                 continue
-            length = math.sqrt(around.squared[second])
-            found = groups_of_four(around.points, lens[:inside], length, groups)
+            length = math.sqrt(neighbourhood.squared[second])
+            found = list_quadruples(neighbourhood.points, lune[:inside], length, quadruples)
             if total + found > len(buckets):
                 buckets = np.concatenate((buckets, np.empty_like(buckets)))
                 entries = np.concatenate((entries, np.empty_like(entries)))
-            stride = rules.stride if inside == MOST_IN_LENS else 1
+            stride = rules.stride if inside == INDEX_LUNE_DOTS_MAX else 1
             total = _add_entries(
                 grid,
-                around,
+                neighbourhood,
                 second,
-                groups[:found:stride],
-                number_before,
+                quadruples[:found:stride],
+                index_offset,
                 rules,
-                room,
+                buffers,
                 buckets,
                 entries,
                 total,
@@ -151,21 +153,21 @@ def list_constellations(
 
 
 @njit(cache=True)
-def _room_around() -> Surroundings:
-    dots, near = np.empty(_NEIGHBOURS, np.int64), np.empty(_NEIGHBOURS, np.int64)
+def _allocate_neighbourhood() -> Neighbourhood:
+    dots, candidates = np.empty(_NEIGHBOURS, np.int64), np.empty(_NEIGHBOURS, np.int64)
     x, y, squared = np.zeros(_NEIGHBOURS), np.zeros(_NEIGHBOURS), np.zeros(_NEIGHBOURS)
-    return Surroundings(dots, np.zeros((_NEIGHBOURS, 2)), x, y, squared, near)
+    return Neighbourhood(dots, np.zeros((_NEIGHBOURS, 2)), x, y, squared, candidates)
 
 
 @njit(cache=True)
 def _add_entries(
     grid: DotGrid,
-    around: Surroundings,
+    neighbourhood: Neighbourhood,
     second: int,
-    groups: NDArray[np.int64],
-    number_before: int,
+    quadruples: NDArray[np.int64],
+    index_offset: int,
     rules: IndexRules,
-    room: _KeyRoom,
+    buffers: _KeyBuffers,
     buckets: NDArray[np.uint32],
     entries: NDArray[np.uint64],
     total: int,
@@ -174,22 +176,24 @@ def _add_entries(
 
     A baseline is skipped where rounding makes its other end unrecoverable because another dot is too close.
     """
-    if len(groups) == 0:
+    if len(quadruples) == 0:
         return total
-    steps = room.steps
-    x, y = around.x[second], around.y[second]
-    ends = around.dots[0], around.dots[second]
-    words = base_word(x, y, rules.longest), base_word(-x, -y, rules.longest)
-    verdicts = room.verdicts
-    verdicts[:] = _UNKNOWN
-    for others in groups:
-        swapped = _cut_key(around.points, second, others, rules.step, room.xy, steps)
-        if verdicts[swapped] == _UNKNOWN:
-            other_end = second_of_entry(grid, words[swapped], ends[swapped], rules.longest)
-            verdicts[swapped] = _GOOD if other_end == ends[1 - swapped] else _BAD
-        if verdicts[swapped] == _GOOD:
-            buckets[total] = bucket_of_hash(hash_of_steps(steps), rules.buckets)
-            entries[total] = pack_entry(pack_parts(steps), words[swapped], ends[swapped] + number_before)
+    steps = buffers.steps
+    x, y = neighbourhood.x[second], neighbourhood.y[second]
+    ends = neighbourhood.dots[0], neighbourhood.dots[second]
+    packed_baselines = pack_baseline(x, y, rules.longest), pack_baseline(-x, -y, rules.longest)
+    recoverable = buffers.recoverable
+    recoverable[:] = _UNCHECKED
+    for inner_dots in quadruples:
+        swapped = _quantize_key(neighbourhood.points, second, inner_dots, rules.step, buffers.xy, steps)
+        if recoverable[swapped] == _UNCHECKED:
+            other_end = second_dot_of_entry(grid, packed_baselines[swapped], ends[swapped], rules.longest)
+            recoverable[swapped] = _RECOVERABLE if other_end == ends[1 - swapped] else _UNRECOVERABLE
+        if recoverable[swapped] == _RECOVERABLE:
+            buckets[total] = bucket_of_hash(hash_cell(steps), rules.buckets)
+            entries[total] = pack_entry(
+                pack_subcell(steps), packed_baselines[swapped], ends[swapped] + index_offset
+            )
             total += 1
     return total
 
@@ -224,14 +228,14 @@ def sort_into_buckets(
 
 
 @njit(cache=True)
-def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings) -> int:
+def _find_neighbours(grid: DotGrid, first: int, radius: float, neighbourhood: Neighbourhood) -> int:
     """Write a dot and its neighbours, nearest first, and return their number."""
     x, y = np.float64(grid.points[first, 0]), np.float64(grid.points[first, 1])
-    dots, xs, ys, squared = around.dots, around.x, around.y, around.squared
-    near = around.near[: dots_within(grid, x, y, widest, around.near)]
+    dots, xs, ys, squared = neighbourhood.dots, neighbourhood.x, neighbourhood.y, neighbourhood.squared
+    candidates = neighbourhood.candidates[: dots_within(grid, x, y, radius, neighbourhood.candidates)]
     dots[0] = first
     filled = 1
-    for dot in near:
+    for dot in candidates:
         if dot == first:
             continue
         dx, dy = np.float64(grid.points[dot, 0]) - x, np.float64(grid.points[dot, 1]) - y
@@ -242,38 +246,38 @@ def _look_around(grid: DotGrid, first: int, widest: float, around: Surroundings)
             k -= 1
         dots[k], squared[k], xs[k], ys[k] = dot, distance, dx, dy
         filled += 1
-    around.points[:, 0], around.points[:, 1] = xs, ys
+    neighbourhood.points[:, 0], neighbourhood.points[:, 1] = xs, ys
     return filled
 
 
 @njit(cache=True)
-def _dots_in_lens(around: Surroundings, second: int, lens: NDArray[np.int64]) -> int:
+def _dots_in_lune(neighbourhood: Neighbourhood, second: int, lune: NDArray[np.int64]) -> int:
     """Write the dots in the lune of the baseline from the centre dot to ``second`` and return their number.
 
     Returns 0 if the baseline is not indexed. As the dots are sorted by distance, only those before ``second`` are
     candidates. Most baselines have too many dots in their lune; counting first, without branches, is much faster.
     """
-    x, y, most = around.x[second], around.y[second], around.squared[second]
+    x, y, max_squared = neighbourhood.x[second], neighbourhood.y[second], neighbourhood.squared[second]
     inside = 0
     for k in range(1, second):
-        dx, dy = around.x[k] - x, around.y[k] - y
-        inside += dx * dx + dy * dy <= most
-    if inside < OTHERS or inside > MOST_IN_LENS:
+        dx, dy = neighbourhood.x[k] - x, neighbourhood.y[k] - y
+        inside += dx * dx + dy * dy <= max_squared
+    if inside < INNER_DOTS or inside > INDEX_LUNE_DOTS_MAX:
         return 0
     found = 0
     for k in range(1, second):
-        dx, dy = around.x[k] - x, around.y[k] - y
-        if dx * dx + dy * dy <= most:
-            lens[found] = k
+        dx, dy = neighbourhood.x[k] - x, neighbourhood.y[k] - y
+        if dx * dx + dy * dy <= max_squared:
+            lune[found] = k
             found += 1
     return inside
 
 
 @njit(cache=True)
-def _cut_key(
+def _quantize_key(
     points: NDArray[np.float64],
     second: int,
-    others: NDArray[np.int64],
+    inner_dots: NDArray[np.int64],
     step: float,
     xy: NDArray[np.float64],
     steps: NDArray[np.int64],
@@ -291,10 +295,10 @@ def _cut_key(
     Returns:
         1 if the ends were swapped, else 0.
     """
-    base_coordinates(points, np.int64(0), second, others, xy)
-    swapped = 1 if imbalance(xy) > 0.0 else 0
+    baseline_coordinates(points, np.int64(0), second, inner_dots, xy)
+    swapped = 1 if mean_x_offset(xy) > 0.0 else 0
     if swapped:
-        turn_around(xy)
+        swap_ends(xy)
     sort_by_x(xy)
-    cut_into_steps(xy, step, steps)
+    quantize_coordinates(xy, step, steps)
     return swapped

@@ -12,23 +12,23 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-OTHERS = 4
+INNER_DOTS = 4
 """Number of dots of a constellation other than the two ends of its baseline."""
 
-LANES = 2 * OTHERS
+KEY_SIZE = 2 * INNER_DOTS
 
 # In the lune, the points closer to both ends of the baseline than its length, x is in 0..1 and y in +-0.866; the rest
 # is margin for noise.
 X_LOWER, Y_LOWER = -0.1, -1.0
 LOWER = (X_LOWER, Y_LOWER)
 
-PARTS = 8
+STEPS_PER_CELL = 8
 """Quantization steps per cell along each coordinate."""
-PART_BITS = np.uint64(3)
-_PART_MASK = np.uint64(PARTS - 1)
-_FINEST, _COARSEST = 0.03, 0.3
+STEP_BITS = np.uint64(3)
+_STEP_MASK = np.uint64(STEPS_PER_CELL - 1)
+_CELL_SIDE_MIN, _CELL_SIDE_MAX = 0.03, 0.3
 
-LANE_HASHES = np.array(
+COORDINATE_HASHES = np.array(
     [
         0x9E3779B97F4A7C15,
         0xBF58476D1CE4E5B9,
@@ -45,8 +45,12 @@ LANE_HASHES = np.array(
 
 
 @njit(cache=True)
-def base_coordinates(
-    points: NDArray[np.float64], first: int, second: int, others: NDArray[np.int64], xy: NDArray[np.float64]
+def baseline_coordinates(
+    points: NDArray[np.float64],
+    first: int,
+    second: int,
+    inner_dots: NDArray[np.int64],
+    xy: NDArray[np.float64],
 ) -> None:
     """Write the coordinates of the inner dots in the frame of a baseline to ``xy``.
 
@@ -60,23 +64,23 @@ def base_coordinates(
     ex = points[second, 0] - points[first, 0]
     ey = points[second, 1] - points[first, 1]
     squared = ex * ex + ey * ey
-    for k in range(OTHERS):
-        dx = points[others[k], 0] - points[first, 0]
-        dy = points[others[k], 1] - points[first, 1]
+    for k in range(INNER_DOTS):
+        dx = points[inner_dots[k], 0] - points[first, 0]
+        dy = points[inner_dots[k], 1] - points[first, 1]
         xy[k, 0] = (dx * ex + dy * ey) / squared
         xy[k, 1] = (dy * ex - dx * ey) / squared
 
 
 @njit(cache=True)
-def imbalance(xy: NDArray[np.float64]) -> float:
+def mean_x_offset(xy: NDArray[np.float64]) -> float:
     """Return the offset of the inner dots' mean x from the middle of the baseline [baseline lengths]."""
-    return np.sum(xy[:, 0]) / OTHERS - 0.5
+    return np.sum(xy[:, 0]) / INNER_DOTS - 0.5
 
 
 @njit(cache=True)
-def turn_around(xy: NDArray[np.float64]) -> None:
+def swap_ends(xy: NDArray[np.float64]) -> None:
     """Swap the ends of the baseline in ``xy``, shape (4, 2), in place."""
-    for k in range(OTHERS):
+    for k in range(INNER_DOTS):
         xy[k, 0] = 1.0 - xy[k, 0]
         xy[k, 1] = -xy[k, 1]
 
@@ -84,7 +88,7 @@ def turn_around(xy: NDArray[np.float64]) -> None:
 @njit(cache=True)
 def sort_by_x(xy: NDArray[np.float64]) -> None:
     """Sort the inner dots, shape (4, 2), by x, in place."""
-    for k in range(1, OTHERS):
+    for k in range(1, INNER_DOTS):
         x, y = xy[k, 0], xy[k, 1]
         m = k
         while m > 0 and xy[m - 1, 0] > x:
@@ -93,7 +97,7 @@ def sort_by_x(xy: NDArray[np.float64]) -> None:
         xy[m, 0], xy[m, 1] = x, y
 
 
-def cell_step(keys: int, crowding: float) -> float:
+def cell_step(keys: int, keys_per_cell: float) -> float:
     """Return the quantization step, an eighth of a cell's side, for an index of a given size [baseline lengths].
 
     Fuller cells need fewer reads; emptier cells are so small that noise moves keys out of them.
@@ -105,55 +109,55 @@ def cell_step(keys: int, crowding: float) -> float:
         keys: number of keys.
         keys_per_cell: mean number of keys per cell.
     """
-    side = min(max((crowding / max(keys, 1)) ** (1.0 / LANES), _FINEST), _COARSEST)
-    return side / PARTS
+    side = min(max((keys_per_cell / max(keys, 1)) ** (1.0 / KEY_SIZE), _CELL_SIDE_MIN), _CELL_SIDE_MAX)
+    return side / STEPS_PER_CELL
 
 
 @njit(cache=True)
-def to_steps(value: float, lower: float, step: float) -> int:
+def quantize(value: float, lower: float, step: float) -> int:
     """Return the quantization step of a coordinate; values below the range are clipped to step 0."""
     return max(int((value - lower) / step), 0)
 
 
 @njit(cache=True)
-def from_steps(steps: int, lower: float, step: float) -> float:
+def dequantize(steps: int, lower: float, step: float) -> float:
     """Return the coordinate at the centre of a quantization step."""
     return lower + (steps + 0.5) * step
 
 
 @njit(cache=True)
-def cut_into_steps(xy: NDArray[np.float64], step: float, steps: NDArray[np.int64]) -> None:
+def quantize_coordinates(xy: NDArray[np.float64], step: float, steps: NDArray[np.int64]) -> None:
     """Write the quantized coordinates of the inner dots, shape (4, 2), to ``steps``, shape (8,): x y x y ..."""
-    for k in range(OTHERS):
-        steps[2 * k] = to_steps(xy[k, 0], X_LOWER, step)
-        steps[2 * k + 1] = to_steps(xy[k, 1], Y_LOWER, step)
+    for k in range(INNER_DOTS):
+        steps[2 * k] = quantize(xy[k, 0], X_LOWER, step)
+        steps[2 * k + 1] = quantize(xy[k, 1], Y_LOWER, step)
 
 
 @njit(cache=True)
-def hash_of_steps(steps: NDArray[np.int64]) -> np.uint64:
+def hash_cell(steps: NDArray[np.int64]) -> np.uint64:
     """Return the hash of the cell of a quantized key: the next cell along a coordinate is one addition away."""
-    mixed = np.uint64(0)
-    for k in range(LANES):
-        mixed += np.uint64(steps[k] // PARTS) * LANE_HASHES[k]
-    return mixed
+    cell_hash = np.uint64(0)
+    for k in range(KEY_SIZE):
+        cell_hash += np.uint64(steps[k] // STEPS_PER_CELL) * COORDINATE_HASHES[k]
+    return cell_hash
 
 
 @njit(cache=True)
-def bucket_of_hash(mixed: np.uint64, buckets: int) -> int:
+def bucket_of_hash(cell_hash: np.uint64, buckets: int) -> int:
     """Return the bucket, 0 .. buckets - 1 with buckets < 2**32, of a hash: its upper bits are well mixed."""
-    return int(((mixed >> np.uint64(32)) * np.uint64(buckets)) >> np.uint64(32))
+    return int(((cell_hash >> np.uint64(32)) * np.uint64(buckets)) >> np.uint64(32))
 
 
 @njit(cache=True)
-def pack_parts(steps: NDArray[np.int64]) -> np.uint64:
+def pack_subcell(steps: NDArray[np.int64]) -> np.uint64:
     """Return the subcell of a key: three bits per coordinate, the first coordinate uppermost."""
-    parts = np.uint64(0)
-    for k in range(LANES):
-        parts = (parts << PART_BITS) | np.uint64(steps[k] % PARTS)
-    return parts
+    subcell = np.uint64(0)
+    for k in range(KEY_SIZE):
+        subcell = (subcell << STEP_BITS) | np.uint64(steps[k] % STEPS_PER_CELL)
+    return subcell
 
 
 @njit(cache=True)
-def part_of_lane(parts: np.uint64, lane: int) -> int:
+def subcell_step(subcell: np.uint64, coordinate: int) -> int:
     """Return the step of a key within its cell, 0 .. 7, along a coordinate."""
-    return int((parts >> (PART_BITS * np.uint64(LANES - 1 - lane))) & _PART_MASK)
+    return int((subcell >> (STEP_BITS * np.uint64(KEY_SIZE - 1 - coordinate))) & _STEP_MASK)

@@ -16,23 +16,23 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.constellation_key import (
-    LANE_HASHES,
-    LANES,
+    COORDINATE_HASHES,
+    INNER_DOTS,
+    KEY_SIZE,
     LOWER,
-    OTHERS,
-    PARTS,
+    STEPS_PER_CELL,
     bucket_of_hash,
-    from_steps,
-    imbalance,
-    part_of_lane,
-    turn_around,
+    dequantize,
+    mean_x_offset,
+    subcell_step,
+    swap_ends,
 )
 
 # Gate: maximum error of a coordinate of a key [standard deviations].
-_LANE_GATE = 2.6
+_COORDINATE_GATE = 2.6
 # The logistic function with this slope approximates the normal distribution to 0.01.
-_SLOPE = 1.702
-_ROOM, _CELL_ROOM = 32, 1024
+_LOGISTIC_SLOPE = 1.702
+_CAPACITY, _CELL_CAPACITY = 32, 1024
 
 
 class Lookups(NamedTuple):
@@ -54,14 +54,14 @@ class Lookups(NamedTuple):
     xy: NDArray[np.float64]
     noise: NDArray[np.float64]
     cells: NDArray[np.int64]
-    fitting: NDArray[np.uint8]
+    compatible: NDArray[np.uint8]
     buckets: NDArray[np.int64]
     owners: NDArray[np.int64]
-    beyond: NDArray[np.int64]
+    neighbour_bits: NDArray[np.int64]
     counts: NDArray[np.int64]
 
 
-class Wanted(NamedTuple):
+class ProbabilityRange(NamedTuple):
     """Range of probability of the cells to open.
 
     Attributes:
@@ -69,22 +69,22 @@ class Wanted(NamedTuple):
         maximum: upper end, excluded.
     """
 
-    least: float
-    below: float
+    minimum: float
+    maximum: float
 
 
 @njit(cache=True)
-def no_lookups() -> Lookups:
+def allocate_lookups() -> Lookups:
     """Return an empty batch of lookups."""
     return Lookups(
-        np.empty((_ROOM, 2 + OTHERS), dtype=np.int64),
-        np.empty((_ROOM, OTHERS, 2)),
-        np.empty(_ROOM),
-        np.empty((_ROOM, LANES, 2), dtype=np.int64),
-        np.empty((_ROOM, LANES, 2), dtype=np.uint8),
-        np.empty(_CELL_ROOM, dtype=np.int64),
-        np.empty(_CELL_ROOM, dtype=np.int64),
-        np.empty(_CELL_ROOM, dtype=np.int64),
+        np.empty((_CAPACITY, 2 + INNER_DOTS), dtype=np.int64),
+        np.empty((_CAPACITY, INNER_DOTS, 2)),
+        np.empty(_CAPACITY),
+        np.empty((_CAPACITY, KEY_SIZE, 2), dtype=np.int64),
+        np.empty((_CAPACITY, KEY_SIZE, 2), dtype=np.uint8),
+        np.empty(_CELL_CAPACITY, dtype=np.int64),
+        np.empty(_CELL_CAPACITY, dtype=np.int64),
+        np.empty(_CELL_CAPACITY, dtype=np.int64),
         np.zeros(2, dtype=np.int64),
     )
 
@@ -92,7 +92,7 @@ def no_lookups() -> Lookups:
 @njit(cache=True)
 def is_full(lookups: Lookups) -> bool:
     """Return whether the batch may not hold the ten permutations of one more constellation."""
-    return lookups.counts[0] > _ROOM - 10 or lookups.counts[1] > _CELL_ROOM // 2
+    return lookups.counts[0] > _CAPACITY - 10 or lookups.counts[1] > _CELL_CAPACITY // 2
 
 
 @njit(cache=True)
@@ -102,7 +102,7 @@ def add_constellation(
     seeds: NDArray[np.int64],
     xy: NDArray[np.float64],
     noise: float,
-    wanted: Wanted,
+    probability_range: ProbabilityRange,
 ) -> None:
     """Add the cells of a constellation in a range of probability, with both orders of its ends and x-neighbours.
 
@@ -116,38 +116,40 @@ def add_constellation(
     """
     for side in range(2):
         if side == 1:
-            turn_around(xy)
+            swap_ends(xy)
         # Noise of the mean of four coordinates: a quarter of a dot's variance and that of half of each end.
-        likely = _logistic(-imbalance(xy) / (0.87 * noise))
-        if likely < wanted.least:
+        probability = _logistic(-mean_x_offset(xy) / (0.87 * noise))
+        if probability < probability_range.minimum:
             continue
-        one = lookups.counts[0]
-        lookups.seeds[one, 0], lookups.seeds[one, 1] = seeds[side], seeds[1 - side]
-        _sort(xy, lookups.xy[one], seeds[2:], lookups.seeds[one, 2:])
-        base, ordered = lookups.seeds[one].copy(), lookups.xy[one].copy()
-        _add_form(index, lookups, base, ordered, noise, likely, wanted)
-        for k in range(OTHERS - 1):
-            swapped = likely * _logistic(-(ordered[k + 1, 0] - ordered[k, 0]) / (1.41 * noise))
-            if swapped >= wanted.least:
-                _swap(base, ordered, k)
-                _add_form(index, lookups, base, ordered, noise, swapped, wanted)
-                _swap(base, ordered, k)
+        slot = lookups.counts[0]
+        lookups.seeds[slot, 0], lookups.seeds[slot, 1] = seeds[side], seeds[1 - side]
+        _sort_by_x(xy, lookups.xy[slot], seeds[2:], lookups.seeds[slot, 2:])
+        permuted_seeds, permuted_xy = lookups.seeds[slot].copy(), lookups.xy[slot].copy()
+        _add_permutation(index, lookups, permuted_seeds, permuted_xy, noise, probability, probability_range)
+        for k in range(INNER_DOTS - 1):
+            swapped = probability * _logistic(-(permuted_xy[k + 1, 0] - permuted_xy[k, 0]) / (1.41 * noise))
+            if swapped >= probability_range.minimum:
+                _swap(permuted_seeds, permuted_xy, k)
+                _add_permutation(
+                    index, lookups, permuted_seeds, permuted_xy, noise, swapped, probability_range
+                )
+                _swap(permuted_seeds, permuted_xy, k)
 
 
 @njit(cache=True)
 def _logistic(deviations: float) -> float:
-    return 1.0 / (1.0 + math.exp(-_SLOPE * deviations))
+    return 1.0 / (1.0 + math.exp(-_LOGISTIC_SLOPE * deviations))
 
 
 @njit(cache=True)
-def _sort(
+def _sort_by_x(
     xy: NDArray[np.float64],
     sorted_xy: NDArray[np.float64],
     dots: NDArray[np.int64],
     sorted_dots: NDArray[np.int64],
 ) -> None:
     """Write coordinates, shape (4, 2), and dots, shape (4,), sorted by x."""
-    for k in range(OTHERS):
+    for k in range(INNER_DOTS):
         m = k
         while m > 0 and sorted_xy[m - 1, 0] > xy[k, 0]:
             sorted_xy[m, 0], sorted_xy[m, 1] = sorted_xy[m - 1, 0], sorted_xy[m - 1, 1]
@@ -166,75 +168,77 @@ def _swap(seeds: NDArray[np.int64], xy: NDArray[np.float64], k: int) -> None:
 
 
 @njit(cache=True)
-def _add_form(
+def _add_permutation(
     index: ConstellationIndex,
     lookups: Lookups,
     seeds: NDArray[np.int64],
     xy: NDArray[np.float64],
     noise: float,
-    likely: float,
-    wanted: Wanted,
+    probability: float,
+    probability_range: ProbabilityRange,
 ) -> None:
     """Add the cells of a constellation for one permutation of its dots, which is right with some probability."""
-    odds = np.empty(LANES)
-    hashes = np.empty(LANES, dtype=np.uint64)
-    one = lookups.counts[0]
-    mixed = np.uint64(0)
-    for k in range(LANES):
-        home, away, odds[k] = _home(xy[k >> 1, k & 1], LOWER[k & 1], index.step, _spread(xy[k >> 1], noise))
-        lookups.cells[one, k, 0], lookups.cells[one, k, 1] = home, away
-        mixed += np.uint64(home) * LANE_HASHES[k]
-        hashes[k] = LANE_HASHES[k] if away > home else np.uint64(0) - LANE_HASHES[k]
-        likely /= 1.0 + odds[k]
-    if likely < wanted.least:
+    odds = np.empty(KEY_SIZE)
+    hashes = np.empty(KEY_SIZE, dtype=np.uint64)
+    slot = lookups.counts[0]
+    cell_hash = np.uint64(0)
+    for k in range(KEY_SIZE):
+        home, neighbour, odds[k] = _home_cell(
+            xy[k >> 1, k & 1], LOWER[k & 1], index.step, _coordinate_sigma(xy[k >> 1], noise)
+        )
+        lookups.cells[slot, k, 0], lookups.cells[slot, k, 1] = home, neighbour
+        cell_hash += np.uint64(home) * COORDINATE_HASHES[k]
+        hashes[k] = COORDINATE_HASHES[k] if neighbour > home else np.uint64(0) - COORDINATE_HASHES[k]
+        probability /= 1.0 + odds[k]
+    if probability < probability_range.minimum:
         return
     before = lookups.counts[1]
-    _add_cells(index, lookups, mixed, likely, odds, hashes, wanted)
+    _add_cells(index, lookups, cell_hash, probability, odds, hashes, probability_range)
     if lookups.counts[1] == before:
         return
-    lookups.counts[0] = one + 1
-    lookups.seeds[one, 0], lookups.seeds[one, 1], lookups.noise[one] = seeds[0], seeds[1], noise
-    for k in range(OTHERS):
-        lookups.seeds[one, 2 + k] = seeds[2 + k]
-        lookups.xy[one, k, 0], lookups.xy[one, k, 1] = xy[k, 0], xy[k, 1]
-    for k in range(LANES):
-        reach = _LANE_GATE * _spread(xy[k >> 1], noise)
+    lookups.counts[0] = slot + 1
+    lookups.seeds[slot, 0], lookups.seeds[slot, 1], lookups.noise[slot] = seeds[0], seeds[1], noise
+    for k in range(INNER_DOTS):
+        lookups.seeds[slot, 2 + k] = seeds[2 + k]
+        lookups.xy[slot, k, 0], lookups.xy[slot, k, 1] = xy[k, 0], xy[k, 1]
+    for k in range(KEY_SIZE):
+        tolerance = _COORDINATE_GATE * _coordinate_sigma(xy[k >> 1], noise)
         for side in range(2):
-            lookups.fitting[one, k, side] = _fitting_parts(
-                lookups.cells[one, k, side], xy[k >> 1, k & 1], reach, LOWER[k & 1], index.step
+            lookups.compatible[slot, k, side] = _compatible_steps(
+                lookups.cells[slot, k, side], xy[k >> 1, k & 1], tolerance, LOWER[k & 1], index.step
             )
 
 
 @njit(cache=True)
-def _spread(dot: NDArray[np.float64], noise: float) -> float:
+def _coordinate_sigma(dot: NDArray[np.float64], noise: float) -> float:
     """Return the standard deviation of a coordinate from the noise of the dot and of the baseline's ends."""
     x, y = dot[0], dot[1]
     return noise * math.sqrt(1.0 + x * x + (1.0 - x) * (1.0 - x) + 2.0 * y * y)
 
 
 @njit(cache=True)
-def _home(value: float, lower: float, step: float, spread: float) -> tuple[int, int, float]:
+def _home_cell(value: float, lower: float, step: float, sigma: float) -> tuple[int, int, float]:
     """Return the home cell of a coordinate, the nearest neighbour cell, and the odds that noise moved it from there."""
-    side = PARTS * step
+    side = STEPS_PER_CELL * step
     place = max((value - lower) / side, 0.0)
     home = int(place)
-    left = place - home
-    away = home + 1 if left > 0.5 else home - 1
-    return home, away, math.exp(-_SLOPE * min(left, 1.0 - left) * side / spread)
+    fraction = place - home
+    neighbour = home + 1 if fraction > 0.5 else home - 1
+    return home, neighbour, math.exp(-_LOGISTIC_SLOPE * min(fraction, 1.0 - fraction) * side / sigma)
 
 
 @njit(cache=True)
-def _fitting_parts(cell: int, value: float, reach: float, lower: float, step: float) -> int:
+def _compatible_steps(cell: int, value: float, tolerance: float, lower: float, step: float) -> int:
     """Return a bit mask of the steps of a cell that are within the tolerance of a coordinate."""
-    fitting = 0
-    for part in range(PARTS):
-        if abs(from_steps(cell * PARTS + part, lower, step) - value) <= reach + 0.5 * step:
-            fitting |= 1 << part
-    return fitting
+    compatible = 0
+    for substep in range(STEPS_PER_CELL):
+        if abs(dequantize(cell * STEPS_PER_CELL + substep, lower, step) - value) <= tolerance + 0.5 * step:
+            compatible |= 1 << substep
+    return compatible
 
 
 @njit(cache=True)
-def fits(lookups: Lookups, lookup: int, parts: np.uint64) -> bool:
+def is_compatible(lookups: Lookups, lookup: int, subcell: np.uint64) -> bool:
     """Return whether a key of an opened cell is within the gate along all coordinates.
 
     Args:
@@ -242,53 +246,57 @@ def fits(lookups: Lookups, lookup: int, parts: np.uint64) -> bool:
         lookup: index of the opened cell.
         subcell: subcell of the key, from `pack_subcell`.
     """
-    owner, beyond = lookups.owners[lookup], lookups.beyond[lookup]
-    for k in range(LANES):  # noqa: SIM110 - numba compiles no all() over a generator
-        if not (lookups.fitting[owner, k, (beyond >> k) & 1] >> part_of_lane(parts, k)) & 1:
+    owner, neighbour_bits = lookups.owners[lookup], lookups.neighbour_bits[lookup]
+    for k in range(KEY_SIZE):
+        if not (lookups.compatible[owner, k, (neighbour_bits >> k) & 1] >> subcell_step(subcell, k)) & 1:
             return False
     return True
 
 
 @njit(cache=True)
 def key_coordinates(
-    lookups: Lookups, lookup: int, parts: np.uint64, step: float, xy: NDArray[np.float64]
+    lookups: Lookups, lookup: int, subcell: np.uint64, step: float, xy: NDArray[np.float64]
 ) -> None:
     """Write the coordinates of a key of an opened cell to ``xy``, shape (4, 2); arguments as for `is_compatible`."""
-    owner, beyond = lookups.owners[lookup], lookups.beyond[lookup]
-    for k in range(LANES):
-        cell = lookups.cells[owner, k, (beyond >> k) & 1]
-        xy[k >> 1, k & 1] = from_steps(cell * PARTS + part_of_lane(parts, k), LOWER[k & 1], step)
+    owner, neighbour_bits = lookups.owners[lookup], lookups.neighbour_bits[lookup]
+    for k in range(KEY_SIZE):
+        cell = lookups.cells[owner, k, (neighbour_bits >> k) & 1]
+        xy[k >> 1, k & 1] = dequantize(cell * STEPS_PER_CELL + subcell_step(subcell, k), LOWER[k & 1], step)
 
 
 @njit(cache=True)
 def _add_cells(
     index: ConstellationIndex,
     lookups: Lookups,
-    mixed: np.uint64,
-    likely: float,
+    cell_hash: np.uint64,
+    probability: float,
     odds: NDArray[np.float64],
-    steps: NDArray[np.uint64],
-    wanted: Wanted,
+    hash_steps: NDArray[np.uint64],
+    probability_range: ProbabilityRange,
 ) -> None:
     """Add the home cell and its neighbours along any coordinates, if they are likely enough."""
-    hashes = np.empty(1 << LANES, dtype=np.uint64)
-    shares = np.empty(1 << LANES)
-    beyond = np.zeros(1 << LANES, dtype=np.int64)
-    hashes[0], shares[0] = mixed, likely
+    hashes = np.empty(1 << KEY_SIZE, dtype=np.uint64)
+    cell_probabilities = np.empty(1 << KEY_SIZE)
+    neighbour_bits = np.zeros(1 << KEY_SIZE, dtype=np.int64)
+    hashes[0], cell_probabilities[0] = cell_hash, probability
     count = 1
-    for k in range(LANES):
+    for k in range(KEY_SIZE):
         # At least half of the coordinates are far from a border.
-        if likely * odds[k] < wanted.least:
+        if probability * odds[k] < probability_range.minimum:
             continue
         for c in range(count):
-            share = shares[c] * odds[k]
-            if share >= wanted.least:
-                hashes[count], shares[count], beyond[count] = hashes[c] + steps[k], share, beyond[c] | 1 << k
+            cell_probability = cell_probabilities[c] * odds[k]
+            if cell_probability >= probability_range.minimum:
+                hashes[count], cell_probabilities[count], neighbour_bits[count] = (
+                    hashes[c] + hash_steps[k],
+                    cell_probability,
+                    neighbour_bits[c] | 1 << k,
+                )
                 count += 1
     for c in range(count):
-        one = lookups.counts[1]
-        if shares[c] < wanted.below and one < len(lookups.buckets):
-            lookups.buckets[one] = bucket_of_hash(hashes[c], len(index.starts) - 1)
-            lookups.owners[one] = lookups.counts[0]
-            lookups.beyond[one] = beyond[c]
+        slot = lookups.counts[1]
+        if cell_probabilities[c] < probability_range.maximum and slot < len(lookups.buckets):
+            lookups.buckets[slot] = bucket_of_hash(hashes[c], len(index.starts) - 1)
+            lookups.owners[slot] = lookups.counts[0]
+            lookups.neighbour_bits[slot] = neighbour_bits[c]
             lookups.counts[1] += 1

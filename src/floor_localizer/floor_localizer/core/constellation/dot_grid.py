@@ -39,7 +39,7 @@ class DotGrid(NamedTuple):
     rows: int
 
 
-class GridFrame(NamedTuple):
+class GridLayout(NamedTuple):
     """How the floor is divided into cells.
 
     Attributes:
@@ -57,9 +57,9 @@ class GridFrame(NamedTuple):
     rows: int
 
 
-def grid_frame(
+def grid_layout(
     lower: NDArray[np.float64], upper: NDArray[np.float64], dots: int, spacing: float
-) -> GridFrame:
+) -> GridLayout:
     """Return the layout of cells that hold about one dot each.
 
     Args:
@@ -71,14 +71,14 @@ def grid_frame(
     size = np.maximum(upper - lower, 1e-3)
     cell = max(spacing, math.sqrt(size[0] * size[1] / (_CELLS_PER_DOT * dots)))
     columns, rows = (int(n) + 1 for n in size // cell)
-    return GridFrame(float(lower[0]), float(lower[1]), cell, columns, rows)
+    return GridLayout(float(lower[0]), float(lower[1]), cell, columns, rows)
 
 
 def rows_and_columns(
-    frame: GridFrame, points: NDArray[np.float64]
+    layout: GridLayout, points: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return rows and columns, shape (N,) each, of the cells of points, shape (N, 2) [m]."""
-    column, row = ((points - (frame.x0, frame.y0)) / frame.cell).astype(np.int64).T
+    column, row = ((points - (layout.x0, layout.y0)) / layout.cell).astype(np.int64).T
     return row, column
 
 
@@ -91,15 +91,15 @@ def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int
     Returns:
         the grid, and its order of the dots, shape (N,): ``points[order]`` are the grid's points.
     """
-    kept = points.astype(np.float32)
-    points = kept.astype(np.float64)
-    frame = grid_frame(points.min(axis=0), points.max(axis=0), len(points), typical_spacing(points))
-    row, column = rows_and_columns(frame, points)
-    order, starts = sort_into_cells(row * frame.columns + column, frame.rows * frame.columns)
-    grid_points = kept[order]
+    rounded = points.astype(np.float32)
+    points = rounded.astype(np.float64)
+    layout = grid_layout(points.min(axis=0), points.max(axis=0), len(points), typical_spacing(points))
+    row, column = rows_and_columns(layout, points)
+    order, starts = sort_into_cells(row * layout.columns + column, layout.rows * layout.columns)
+    grid_points = rounded[order]
     for array in (grid_points, starts):
         array.flags.writeable = False
-    return DotGrid(grid_points, starts, *frame), order
+    return DotGrid(grid_points, starts, *layout), order
 
 
 def sort_into_cells(cells: NDArray[np.int64], number: int) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
@@ -119,16 +119,16 @@ def typical_spacing(points: NDArray[np.float64]) -> float:
         points: shape (N, 2), dots [m].
     """
     lower, upper = points.min(axis=0), points.max(axis=0)
-    return spacing_of(
-        lower, upper, len(points), lambda side: len(np.unique(squares_of(points, lower, upper, side)))
+    return spacing_from_counts(
+        lower, upper, len(points), lambda side: len(np.unique(square_indices(points, lower, upper, side)))
     )
 
 
-def spacing_of(
+def spacing_from_counts(
     lower: NDArray[np.float64],
     upper: NDArray[np.float64],
     dots: int,
-    occupied: Callable[[float], int],
+    count_occupied: Callable[[float], int],
 ) -> float:
     """Return the `typical_spacing` of dots from counts of occupied squares [m].
 
@@ -141,12 +141,12 @@ def spacing_of(
     size = np.maximum(upper - lower, 1e-3)
     coarse = max(math.sqrt(size[0] * size[1] / max(dots / 8.0, 1.0)), 1e-4)
     for _ in range(3):
-        spacing = math.sqrt(occupied(coarse) * coarse * coarse / dots)
+        spacing = math.sqrt(count_occupied(coarse) * coarse * coarse / dots)
         coarse = spacing * math.sqrt(8.0)
     return spacing
 
 
-def squares_of(
+def square_indices(
     points: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], side: float
 ) -> NDArray[np.int64]:
     """Return the indices of the squares of points, counted from the lower corner, shape (N,)."""
@@ -162,7 +162,7 @@ def pair_density(grid: DotGrid) -> float:
     """
     starts = grid.starts.astype(np.int64)
     counts = (starts[1:] - starts[:-1]).reshape(grid.rows, grid.columns)
-    return density_of_pairs(count_pairs(counts), len(grid.points), grid.cell)
+    return density_from_pairs(count_pairs(counts), len(grid.points), grid.cell)
 
 
 def count_pairs(counts: NDArray[np.int64]) -> int:
@@ -179,19 +179,19 @@ def count_pairs(counts: NDArray[np.int64]) -> int:
     return int(np.sum(blocks * (blocks - 1)))
 
 
-def density_of_pairs(pairs: int, dots: int, cell: float) -> float:
+def density_from_pairs(pairs: int, dots: int, cell: float) -> float:
     """Return the density of `pair_density` from the number of pairs in all blocks [1/m^2]."""
     return max(pairs / dots / (BLOCK_ROWS * cell) ** 2, 1.0 / cell**2)
 
 
 @njit(cache=True)
-def nearest_dot(grid: DotGrid, x: float, y: float, reach: float) -> tuple[int, float]:
+def nearest_dot(grid: DotGrid, x: float, y: float, radius: float) -> tuple[int, float]:
     """Return the index of the dot nearest to (x, y) within ``radius`` [m], or -1, and its squared distance [m^2]."""
-    first_column = max(int((x - reach - grid.x0) / grid.cell), 0)
-    last_column = min(int((x + reach - grid.x0) / grid.cell), grid.columns - 1)
-    first_row = max(int((y - reach - grid.y0) / grid.cell), 0)
-    last_row = min(int((y + reach - grid.y0) / grid.cell), grid.rows - 1)
-    best, best_squared = -1, reach * reach
+    first_column = max(int((x - radius - grid.x0) / grid.cell), 0)
+    last_column = min(int((x + radius - grid.x0) / grid.cell), grid.columns - 1)
+    first_row = max(int((y - radius - grid.y0) / grid.cell), 0)
+    last_row = min(int((y + radius - grid.y0) / grid.cell), grid.rows - 1)
+    best, best_squared = -1, radius * radius
     if last_column < first_column:
         return best, best_squared
     for row in range(first_row, last_row + 1):
@@ -207,15 +207,15 @@ def nearest_dot(grid: DotGrid, x: float, y: float, reach: float) -> tuple[int, f
 
 
 @njit(cache=True)
-def dots_within(grid: DotGrid, x: float, y: float, reach: float, found: NDArray[np.int64]) -> int:
+def dots_within(grid: DotGrid, x: float, y: float, radius: float, found: NDArray[np.int64]) -> int:
     """Write the indices of the dots within ``radius`` [m] of (x, y) to ``found`` and return their number.
 
     Dots beyond the size of ``found`` are left out.
     """
-    first_column = max(int((x - reach - grid.x0) / grid.cell), 0)
-    last_column = min(int((x + reach - grid.x0) / grid.cell), grid.columns - 1)
-    first_row = max(int((y - reach - grid.y0) / grid.cell), 0)
-    last_row = min(int((y + reach - grid.y0) / grid.cell), grid.rows - 1)
+    first_column = max(int((x - radius - grid.x0) / grid.cell), 0)
+    last_column = min(int((x + radius - grid.x0) / grid.cell), grid.columns - 1)
+    first_row = max(int((y - radius - grid.y0) / grid.cell), 0)
+    last_row = min(int((y + radius - grid.y0) / grid.cell), grid.rows - 1)
     count = 0
     if last_column < first_column:
         return count
@@ -225,7 +225,7 @@ def dots_within(grid: DotGrid, x: float, y: float, reach: float, found: NDArray[
         for i in range(start, end):
             dx = grid.points[i, 0] - x
             dy = grid.points[i, 1] - y
-            if dx * dx + dy * dy <= reach * reach and count < len(found):
+            if dx * dx + dy * dy <= radius * radius and count < len(found):
                 found[count] = i
                 count += 1
     return count

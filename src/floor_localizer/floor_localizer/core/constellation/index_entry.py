@@ -22,20 +22,20 @@ DOTS_MAX = 1 << DOT_BITS
 _DIRECTIONS, _LENGTHS = 128, 32
 _DIRECTION_SHIFT = np.uint64(DOT_BITS)
 _LENGTH_SHIFT = np.uint64(DOT_BITS + 7)
-_PARTS_SHIFT = np.uint64(DOT_BITS + 12)
+_SUBCELL_SHIFT = np.uint64(DOT_BITS + 12)
 _DOT_MASK = np.uint64(DOTS_MAX - 1)
 _DIRECTION_MASK = np.uint64(_DIRECTIONS - 1)
 _LENGTH_MASK = np.uint64(_LENGTHS - 1)
 # Step of the logarithm of the length; the shortest length is an eighth of the longest.
-_STEP = 3.0 * math.log(2.0) / _LENGTHS
-LENGTH_ROUNDING = 0.5 * _STEP
+_LOG_LENGTH_STEP = 3.0 * math.log(2.0) / _LENGTHS
+LENGTH_ROUNDING = 0.5 * _LOG_LENGTH_STEP
 """Maximum relative rounding error of a length."""
 # Search radius for the other end [baseline lengths]: the maximum rounding error and a margin.
-_REACH = 1.1 * math.hypot(LENGTH_ROUNDING, math.pi / _DIRECTIONS)
+_SEARCH_RADIUS = 1.1 * math.hypot(LENGTH_ROUNDING, math.pi / _DIRECTIONS)
 
 
 @njit(cache=True)
-def base_word(dx: float, dy: float, longest: float) -> np.uint64:
+def pack_baseline(dx: float, dy: float, longest: float) -> np.uint64:
     """Return the bits of an entry for the length and direction of a baseline.
 
     Args:
@@ -43,15 +43,15 @@ def base_word(dx: float, dy: float, longest: float) -> np.uint64:
         dy: the same along y [m].
         longest: maximum length of the index's baselines [m].
     """
-    turn = math.atan2(dy, dx) / (2.0 * math.pi)
-    direction = math.floor(turn * _DIRECTIONS + 0.5) % _DIRECTIONS
-    length = int(math.log(longest / math.sqrt(dx * dx + dy * dy)) / _STEP)
-    word = np.uint64(min(max(length, 0), _LENGTHS - 1)) << _LENGTH_SHIFT
-    return word | np.uint64(direction) << _DIRECTION_SHIFT
+    angle = math.atan2(dy, dx) / (2.0 * math.pi)
+    direction = math.floor(angle * _DIRECTIONS + 0.5) % _DIRECTIONS
+    length = int(math.log(longest / math.sqrt(dx * dx + dy * dy)) / _LOG_LENGTH_STEP)
+    packed = np.uint64(min(max(length, 0), _LENGTHS - 1)) << _LENGTH_SHIFT
+    return packed | np.uint64(direction) << _DIRECTION_SHIFT
 
 
 @njit(cache=True)
-def pack_entry(parts: np.uint64, base: np.uint64, first: int) -> np.uint64:
+def pack_entry(subcell: np.uint64, packed_baseline: np.uint64, first: int) -> np.uint64:
     """Return the entry of a constellation.
 
     Args:
@@ -59,17 +59,17 @@ def pack_entry(parts: np.uint64, base: np.uint64, first: int) -> np.uint64:
         packed_baseline: length and direction, from `pack_baseline`.
         first: index of the dot at (0, 0), less than `DOTS_MAX`.
     """
-    return parts << _PARTS_SHIFT | base | np.uint64(first)
+    return subcell << _SUBCELL_SHIFT | packed_baseline | np.uint64(first)
 
 
 @njit(cache=True)
-def parts_of_entry(entry: np.uint64) -> np.uint64:
+def subcell_of_entry(entry: np.uint64) -> np.uint64:
     """Return the subcell of the key, as `pack_subcell` does."""
-    return entry >> _PARTS_SHIFT
+    return entry >> _SUBCELL_SHIFT
 
 
 @njit(cache=True)
-def first_of_entry(entry: np.uint64) -> int:
+def first_dot_of_entry(entry: np.uint64) -> int:
     """Return the index of the dot at (0, 0)."""
     return int(entry & _DOT_MASK)
 
@@ -77,11 +77,11 @@ def first_of_entry(entry: np.uint64) -> int:
 @njit(cache=True)
 def length_of_entry(entry: np.uint64, longest: float) -> float:
     """Return the length of the baseline [m], with a relative error up to `LENGTH_ROUNDING`."""
-    return longest * math.exp(-(np.float64((entry >> _LENGTH_SHIFT) & _LENGTH_MASK) + 0.5) * _STEP)
+    return longest * math.exp(-(np.float64((entry >> _LENGTH_SHIFT) & _LENGTH_MASK) + 0.5) * _LOG_LENGTH_STEP)
 
 
 @njit(cache=True)
-def second_of_entry(grid: DotGrid, entry: np.uint64, first: int, longest: float) -> int:
+def second_dot_of_entry(grid: DotGrid, entry: np.uint64, first: int, longest: float) -> int:
     """Return the index of the dot at (1, 0), or -1 if there is none.
 
     Args:
@@ -92,7 +92,7 @@ def second_of_entry(grid: DotGrid, entry: np.uint64, first: int, longest: float)
     """
     length = length_of_entry(entry, longest)
     direction = np.float64((entry >> _DIRECTION_SHIFT) & _DIRECTION_MASK)
-    turn = direction * (2.0 * math.pi / _DIRECTIONS)
-    x = np.float64(grid.points[first, 0]) + length * math.cos(turn)
-    y = np.float64(grid.points[first, 1]) + length * math.sin(turn)
-    return nearest_dot(grid, x, y, _REACH * length)[0]
+    angle = direction * (2.0 * math.pi / _DIRECTIONS)
+    x = np.float64(grid.points[first, 0]) + length * math.cos(angle)
+    y = np.float64(grid.points[first, 1]) + length * math.sin(angle)
+    return nearest_dot(grid, x, y, _SEARCH_RADIUS * length)[0]

@@ -12,10 +12,10 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 LARGE_MAP = 5_000_000
 """Maps with more dots are indexed more sparsely, and are not searched by pairs of dots."""
 # Maximum length of a baseline [mean dot spacings].
-_WIDEST = 3.0
+_MAX_BASELINE = 3.0
 
 
-class _Thrift(NamedTuple):
+class _MemoryBudget(NamedTuple):
     """Memory budget of a map's index.
 
     Attributes:
@@ -28,12 +28,12 @@ class _Thrift(NamedTuple):
     stride: int
     keys_per_dot: float
     keys_per_bucket: float
-    crowding: float
+    keys_per_cell: float
 
 
-_SMALL = _Thrift(1, 15.3, 4.0, 0.5)
+_SMALL = _MemoryBudget(1, 15.3, 4.0, 0.5)
 # Bound by memory latency: fewer, fuller cells.
-_LARGE = _Thrift(4, 7.7, 8.0, 2.0)
+_LARGE = _MemoryBudget(4, 7.7, 8.0, 2.0)
 
 
 class IndexRules(NamedTuple):
@@ -66,7 +66,7 @@ def index_rules(dots: int, cell: float) -> IndexRules:
         raise FloorLocalizerError(
             f'{dots} dots are too many for one map, {DOTS_MAX} fit; split it into several'
         )
-    thrift = _LARGE if dots > LARGE_MAP else _SMALL
-    keys = int(thrift.keys_per_dot * dots)
-    buckets = max(math.ceil(keys / thrift.keys_per_bucket), 1)
-    return IndexRules(thrift.stride, buckets, cell_step(keys, thrift.crowding), _WIDEST * cell)
+    budget = _LARGE if dots > LARGE_MAP else _SMALL
+    keys = int(budget.keys_per_dot * dots)
+    buckets = max(math.ceil(keys / budget.keys_per_bucket), 1)
+    return IndexRules(budget.stride, buckets, cell_step(keys, budget.keys_per_cell), _MAX_BASELINE * cell)

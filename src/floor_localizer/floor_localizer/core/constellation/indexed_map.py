@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from floor_localizer.core.constellation.address_grid import AddressGrid, build_address_grid
 from floor_localizer.core.constellation.constellation_index import (
     ConstellationIndex,
     build_constellation_index,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, build_dot_grid, pair_density
 from floor_localizer.core.constellation.index_rules import LARGE_MAP
+from floor_localizer.core.constellation.occupancy_bitmap import OccupancyBitmap, build_occupancy_bitmap
 from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.sheets import Sheet
+from floor_localizer.core.levels import Level
 
 
 @dataclass(frozen=True)
@@ -31,22 +31,22 @@ class IndexedMap:
 
     grid: DotGrid
     index: ConstellationIndex
-    addresses: AddressGrid
+    addresses: OccupancyBitmap
     density: float
-    sheets: tuple[Sheet, ...] = ()
+    levels: tuple[Level, ...] = ()
 
 
 def index_map(dot_map: DotMap) -> IndexedMap:
     """Index a map for the search; the paper's 91 582 dots take about a second."""
     grid, _ = build_dot_grid(dot_map.points)
-    return IndexedMap(grid, build_constellation_index(grid), address_grid(grid), pair_density(grid))
+    return IndexedMap(grid, build_constellation_index(grid), build_map_occupancy(grid), pair_density(grid))
 
 
-def address_grid(grid: DotGrid) -> AddressGrid:
+def build_map_occupancy(grid: DotGrid) -> OccupancyBitmap:
     """Return the occupancy bitmap of a map; empty for a large map, which is not searched by pairs."""
     if len(grid.points) > LARGE_MAP:
-        addresses = AddressGrid(np.zeros((0, 0), dtype=np.uint8), grid.x0, grid.y0, grid.cell)
+        addresses = OccupancyBitmap(np.zeros((0, 0), dtype=np.uint8), grid.x0, grid.y0, grid.cell)
     else:
-        addresses = build_address_grid(grid)
+        addresses = build_occupancy_bitmap(grid)
     addresses.bits.flags.writeable = False  # as in a file, so that numba compiles the search only once
     return addresses

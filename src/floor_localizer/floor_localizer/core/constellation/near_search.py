@@ -8,28 +8,28 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.alignment import GATE, grow
+from floor_localizer.core.constellation.alignment import GATE, verify_hypothesis
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
-from floor_localizer.core.constellation.lens import distance
+from floor_localizer.core.constellation.lune import distance
 from floor_localizer.core.constellation.pair_search import choose_pairs
-from floor_localizer.core.constellation.search_state import Search, judge
+from floor_localizer.core.constellation.search_state import SearchState, score_hypothesis
 from floor_localizer.core.constellation.view_dots import ViewDots
 
 _SHORTEST, _LONGEST = 1.2, 5.0
-_MOST_AROUND = 20000
+_MAX_CANDIDATES = 20000
 # Above this yaw tolerance [rad] the second dot of a pair is searched in all directions.
-_ANY_TURN = 0.5
+_ANY_YAW = 0.5
 
 
 @njit(cache=True)
 def search_near(
     grid: DotGrid,
     view: ViewDots,
-    search: Search,
+    search: SearchState,
     expected: NDArray[np.float64],
     radius: float,
-    turn: float,
-    most_pairs: int,
+    yaw_tolerance: float,
+    max_pairs: int,
 ) -> bool:
     """Match pairs of the view to the map dots around their predicted positions, until a pose is accepted.
 
@@ -44,40 +44,63 @@ def search_near(
     """
     a = complex(math.cos(expected[2]), math.sin(expected[2]))
     b = complex(expected[0], expected[1])
-    around = np.empty(_MOST_AROUND, dtype=np.int64)
-    ends = np.empty(_MOST_AROUND, dtype=np.int64)
+    start_candidates = np.empty(_MAX_CANDIDATES, dtype=np.int64)
+    end_candidates = np.empty(_MAX_CANDIDATES, dtype=np.int64)
     seeds = np.empty(2, dtype=np.int64)
-    slack = GATE * view.sigma
-    for first, second in choose_pairs(view, _SHORTEST * grid.cell, _LONGEST * grid.cell)[:most_pairs]:
+    position_tolerance = GATE * view.sigma
+    for first, second in choose_pairs(view, _SHORTEST * grid.cell, _LONGEST * grid.cell)[:max_pairs]:
         seeds[0], seeds[1] = first, second
         length = distance(view.points, first, second)
-        stretch = view.scale_tolerance * length + math.sqrt(2.0) * slack
-        place = a * view.z[first] + b
-        swing = abs(view.z[first]) * (min(turn, 2.0) + view.scale_tolerance)
-        count = dots_within(grid, place.real, place.imag, radius + swing + slack, around)
-        arm = a * (view.z[second] - view.z[first])
-        for start in around[:count]:
+        length_tolerance = view.scale_tolerance * length + math.sqrt(2.0) * position_tolerance
+        position = a * view.z[first] + b
+        yaw_displacement = abs(view.z[first]) * (min(yaw_tolerance, 2.0) + view.scale_tolerance)
+        count = dots_within(
+            grid,
+            position.real,
+            position.imag,
+            radius + yaw_displacement + position_tolerance,
+            start_candidates,
+        )
+        expected_offset = a * (view.z[second] - view.z[first])
+        for start in start_candidates[:count]:
             x, y = np.float64(grid.points[start, 0]), np.float64(grid.points[start, 1])
-            if turn < _ANY_TURN:
-                found = dots_within(grid, x + arm.real, y + arm.imag, length * turn + stretch, ends)
+            if yaw_tolerance < _ANY_YAW:
+                found = dots_within(
+                    grid,
+                    x + expected_offset.real,
+                    y + expected_offset.imag,
+                    length * yaw_tolerance + length_tolerance,
+                    end_candidates,
+                )
             else:
-                found = dots_within(grid, x, y, length + stretch, ends)
-            for end in ends[:found]:
-                if abs(distance(grid.points, start, end) - length) > stretch:
+                found = dots_within(grid, x, y, length + length_tolerance, end_candidates)
+            for end in end_candidates[:found]:
+                if abs(distance(grid.points, start, end) - length) > length_tolerance:
                     continue
-                good, turned, shift = grow(grid, view, seeds, start, end)
-                near = good and _is_near(view, a, b, turned, shift, radius, turn)
-                if near and judge(grid, view, search, turned, shift):
+                is_supported, rotation, translation = verify_hypothesis(grid, view, seeds, start, end)
+                is_near = is_supported and _is_within_prior(
+                    view, a, b, rotation, translation, radius, yaw_tolerance
+                )
+                if is_near and score_hypothesis(grid, view, search, rotation, translation):
                     return True
     return False
 
 
 @njit(cache=True)
-def _is_near(
-    view: ViewDots, a: complex, b: complex, found_a: complex, found_b: complex, radius: float, turn: float
+def _is_within_prior(
+    view: ViewDots,
+    a: complex,
+    b: complex,
+    found_a: complex,
+    found_b: complex,
+    radius: float,
+    yaw_tolerance: float,
 ) -> bool:
     """Return whether a similarity is within the prior's tolerances, with a margin for its own error."""
-    off = found_a * np.conj(a)
+    rotation_error = found_a * np.conj(a)
     # A camera height error shifts the base by the same fraction of its distance from the view.
-    room = 1.5 * radius + 0.005 + view.scale_tolerance * abs(view.z[0])
-    return abs(found_b - b) <= room and abs(math.atan2(off.imag, off.real)) <= 1.5 * turn + 0.05
+    tolerance = 1.5 * radius + 0.005 + view.scale_tolerance * abs(view.z[0])
+    return (
+        abs(found_b - b) <= tolerance
+        and abs(math.atan2(rotation_error.imag, rotation_error.real)) <= 1.5 * yaw_tolerance + 0.05
+    )

@@ -9,14 +9,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 # Expected number of dots in the first search circle, as a multiple of the wanted number; fewer near the border.
-_MORE = 1.5
+_OVERSAMPLING = 1.5
 
 
 @njit(cache=True)
-def order_neighbours(points: NDArray[np.float64], most: int) -> NDArray[np.int64]:
+def sort_neighbours(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
     """Return the indices of up to ``limit`` neighbours of each dot, shape (n, 2), nearest first, shape (n, m)."""
     n = len(points)
-    m = max(min(n - 1, most), 0)
+    m = max(min(n - 1, limit), 0)
     nearest = np.empty((n, m), dtype=np.int64)
     if m == 0:
         return nearest
@@ -24,13 +24,13 @@ def order_neighbours(points: NDArray[np.float64], most: int) -> NDArray[np.int64
     order = np.argsort(points[:, 0])
     x, y = points[order, 0], points[order, 1]
     squared, near = np.empty(n), np.empty(n, dtype=np.int64)
-    circle = max(_area(points) * _MORE * m / (math.pi * n), 1e-12)
+    squared_radius = max(_area(points) * _OVERSAMPLING * m / (math.pi * n), 1e-12)
     for i in range(n):
-        within = circle
-        count = _sort_within(x, y, i, within, squared, near)
+        squared_limit = squared_radius
+        count = _sort_within(x, y, i, squared_limit, squared, near)
         while count < m:
-            within *= 3.0
-            count = _sort_within(x, y, i, within, squared, near)
+            squared_limit *= 3.0
+            count = _sort_within(x, y, i, squared_limit, squared, near)
         for k in range(m):
             nearest[order[i], k] = order[near[k]]
     return nearest
@@ -48,7 +48,7 @@ def _sort_within(
     x: NDArray[np.float64],
     y: NDArray[np.float64],
     i: int,
-    most: float,
+    limit: float,
     squared: NDArray[np.float64],
     near: NDArray[np.int64],
 ) -> int:
@@ -56,11 +56,11 @@ def _sort_within(
 
     The dots are sorted by x; ``squared`` is a buffer for their squared distances.
     """
-    reach = math.sqrt(most)
+    radius = math.sqrt(limit)
     count = 0
-    for j in range(np.searchsorted(x, x[i] - reach), np.searchsorted(x, x[i] + reach, 'right')):
+    for j in range(np.searchsorted(x, x[i] - radius), np.searchsorted(x, x[i] + radius, 'right')):
         squared[j] = (x[i] - x[j]) ** 2 + (y[i] - y[j]) ** 2
-        if j != i and squared[j] <= most:
+        if j != i and squared[j] <= limit:
             k = count
             while k > 0 and squared[near[k - 1]] > squared[j]:
                 near[k] = near[k - 1]

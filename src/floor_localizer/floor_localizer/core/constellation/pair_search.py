@@ -11,31 +11,31 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.address_grid import AddressGrid, is_occupied
-from floor_localizer.core.constellation.alignment import GATE, grow
+from floor_localizer.core.constellation.alignment import GATE, verify_hypothesis
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.lens import distance
-from floor_localizer.core.constellation.search_state import Search, is_accepted, judge
+from floor_localizer.core.constellation.lune import distance
+from floor_localizer.core.constellation.occupancy_bitmap import OccupancyBitmap, is_occupied
+from floor_localizer.core.constellation.search_state import SearchState, is_accepted, score_hypothesis
 from floor_localizer.core.constellation.view_dots import ViewDots
 
 # Length of pairs [mean dot spacings]: shorter pairs leave the yaw too uncertain, longer ones match too many map pairs.
 _SHORTEST, _LONGEST = 1.0, 2.0
 # Number of neighbours of a pair that are looked up, and number of misses that reject a hypothesis.
-_GLANCES, _MISSES = 6, 4
+_CHECKED_NEIGHBOURS, _MAX_MISSES = 6, 4
 
 
 @njit(cache=True)
 def search_pairs(
-    grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, most_pairs: int
+    grid: DotGrid, occupancy: OccupancyBitmap, view: ViewDots, search: SearchState, max_pairs: int
 ) -> bool:
     """Match up to ``max_pairs`` pairs of the view to the map until a pose is accepted; none without a bitmap."""
-    if addresses.bits.size == 0:
+    if occupancy.bits.size == 0:
         return False
     seeds = np.empty(2, dtype=np.int64)
     pairs = choose_pairs(view, _SHORTEST * grid.cell, _LONGEST * grid.cell)
-    for first, second in pairs[:most_pairs]:
+    for first, second in pairs[:max_pairs]:
         seeds[0], seeds[1] = first, second
-        _lay_on_map(grid, addresses, view, search, seeds)
+        _match_pair_to_map(grid, occupancy, view, search, seeds)
         if is_accepted(search, search.best):
             return True
     return False
@@ -44,14 +44,14 @@ def search_pairs(
 @njit(cache=True)
 def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.int64]:
     """List the pairs of dots with a length in a range [m], shape (p, 2), pairs of unused dots first."""
-    n, m = view.nearest.shape
+    n, m = view.neighbours.shape
     pairs = np.empty((n * m, 2), dtype=np.int64)
     uses = np.empty(n * m)
     used = np.zeros(n)
     count = 0
     for turn in range(m):
         for first in range(n):
-            second = view.nearest[first, turn]
+            second = view.neighbours[first, turn]
             length = distance(view.points, first, second)
             if first < second and shortest <= length <= longest:
                 pairs[count, 0], pairs[count, 1] = first, second
@@ -63,20 +63,23 @@ def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.
 
 
 @njit(cache=True)
-def _lay_on_map(
-    grid: DotGrid, addresses: AddressGrid, view: ViewDots, search: Search, seeds: NDArray[np.int64]
+def _match_pair_to_map(
+    grid: DotGrid, occupancy: OccupancyBitmap, view: ViewDots, search: SearchState, seeds: NDArray[np.int64]
 ) -> None:
     """Match one pair of the view to all map pairs of its length, without stopping early, to detect ambiguity."""
     length = distance(view.points, seeds[0], seeds[1])
-    slack = view.scale_tolerance * length + math.sqrt(2.0) * GATE * view.sigma
-    glances = _glances(view, seeds)
-    least, most = max(length - slack, 0.0) ** 2, (length + slack) ** 2
-    rings = int(math.sqrt(most) / grid.cell) + 1
+    length_tolerance = view.scale_tolerance * length + math.sqrt(2.0) * GATE * view.sigma
+    neighbour_offsets = _neighbour_offsets(view, seeds)
+    min_squared, max_squared = max(length - length_tolerance, 0.0) ** 2, (length + length_tolerance) ** 2
+    cell_radius = int(math.sqrt(max_squared) / grid.cell) + 1
     for row in range(grid.rows):
-        first_row, last_row = max(row - rings, 0), min(row + rings, grid.rows - 1)
+        first_row, last_row = max(row - cell_radius, 0), min(row + cell_radius, grid.rows - 1)
         for column in range(grid.columns):
             cell = row * grid.columns + column
-            first_column, last_column = max(column - rings, 0), min(column + rings, grid.columns - 1)
+            first_column, last_column = (
+                max(column - cell_radius, 0),
+                min(column + cell_radius, grid.columns - 1),
+            )
             for a in range(np.int64(grid.starts[cell]), np.int64(grid.starts[cell + 1])):
                 x, y = grid.points[a, 0], grid.points[a, 1]
                 for other_row in range(first_row, last_row + 1):
@@ -84,35 +87,40 @@ def _lay_on_map(
                     end = np.int64(grid.starts[other_row * grid.columns + last_column + 1])
                     for b in range(start, end):
                         dx, dy = grid.points[b, 0] - x, grid.points[b, 1] - y
-                        if not least <= dx * dx + dy * dy <= most:
+                        if not min_squared <= dx * dx + dy * dy <= max_squared:
                             continue
                         search.counts[1] += 1
-                        if not _looks_right(addresses, glances, x, y, dx, dy):
+                        if not _has_neighbours_on_map(occupancy, neighbour_offsets, x, y, dx, dy):
                             continue
-                        good, turn, shift = grow(grid, view, seeds, a, b)
-                        if good:
-                            judge(grid, view, search, turn, shift)
+                        is_supported, turn, shift = verify_hypothesis(grid, view, seeds, a, b)
+                        if is_supported:
+                            score_hypothesis(grid, view, search, turn, shift)
 
 
 @njit(cache=True)
-def _glances(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.complex128]:
+def _neighbour_offsets(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.complex128]:
     """Return the positions of the neighbours of a pair in the pair's frame: first dot at 0, second at 1."""
     zi, zj = view.z[seeds[0]], view.z[seeds[1]]
-    off = np.abs(view.z - 0.5 * (zi + zj))
-    off[seeds[0]] = off[seeds[1]] = math.inf
-    nearest = np.argsort(off)[: min(_GLANCES, len(off) - 2)]
-    return (view.z[nearest] - zi) / (zj - zi)
+    distances = np.abs(view.z - 0.5 * (zi + zj))
+    distances[seeds[0]] = distances[seeds[1]] = math.inf
+    neighbours = np.argsort(distances)[: min(_CHECKED_NEIGHBOURS, len(distances) - 2)]
+    return (view.z[neighbours] - zi) / (zj - zi)
 
 
 @njit(cache=True)
-def _looks_right(
-    addresses: AddressGrid, glances: NDArray[np.complex128], x: float, y: float, dx: float, dy: float
+def _has_neighbours_on_map(
+    occupancy: OccupancyBitmap,
+    neighbour_offsets: NDArray[np.complex128],
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
 ) -> bool:
     """Return whether enough neighbours of a pair are on the map when the pair is at (x, y) and (x+dx, y+dy)."""
     misses = 0
-    for g in glances:
-        if not is_occupied(addresses, x + g.real * dx - g.imag * dy, y + g.imag * dx + g.real * dy):
+    for g in neighbour_offsets:
+        if not is_occupied(occupancy, x + g.real * dx - g.imag * dy, y + g.imag * dx + g.real * dy):
             misses += 1
-            if misses >= _MISSES:
+            if misses >= _MAX_MISSES:
                 return False
     return True

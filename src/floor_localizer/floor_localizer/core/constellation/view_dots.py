@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.neighbours import order_neighbours
+from floor_localizer.core.constellation.neighbours import sort_neighbours
 
 # Number of neighbours per dot: enough for the longest baseline of a constellation and for the pair search.
-_NEIGHBOURS = 32
+_MAX_NEIGHBOURS = 32
 
 
 class ViewDots(NamedTuple):
@@ -28,21 +28,23 @@ class ViewDots(NamedTuple):
 
     points: NDArray[np.float64]
     z: NDArray[np.complex128]
-    nearest: NDArray[np.int64]
+    neighbours: NDArray[np.int64]
     sigma: float
-    bend: float
+    tilt_distortion: float
     scale_tolerance: float
     density: float
 
 
 def make_view(
-    points: NDArray[np.float64], sigma: float, bend: float, scale_tolerance: float, density: float
+    points: NDArray[np.float64], sigma: float, tilt_distortion: float, scale_tolerance: float, density: float
 ) -> ViewDots:
     """Return the view of dots on the floor at ``points``, shape (n, 2) [m]; other arguments as in `ViewDots`."""
     z = points[:, 0] + 1j * points[:, 1]
-    return ViewDots(points, z, order_neighbours(points, _NEIGHBOURS), sigma, bend, scale_tolerance, density)
+    return ViewDots(
+        points, z, sort_neighbours(points, _MAX_NEIGHBOURS), sigma, tilt_distortion, scale_tolerance, density
+    )
 
 
-def mirrored(view: ViewDots) -> ViewDots:
+def mirror_view(view: ViewDots) -> ViewDots:
     """Return the mirror image of a view, left and right swapped."""
     return view._replace(points=view.points * (1.0, -1.0), z=view.z.conj())

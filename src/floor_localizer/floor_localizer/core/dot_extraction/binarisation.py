@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_extraction.background import enlarged
+from floor_localizer.core.dot_extraction.background import upsample
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
 SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
@@ -16,12 +16,12 @@ SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
 # Side of the tiles in which the noise of the floor is estimated [diameters of the largest dot].
 _TILE = 1.6
 # Enough samples that neighbouring samples of a row are on the same area of floor, even between many chips.
-_SAMPLES_A_ROW = 20
-_ROWS_A_TILE = 10
+_SAMPLES_PER_ROW = 20
+_ROWS_PER_TILE = 10
 # Fraction of the differences, the lower ones, that belong to the floor and not to dots; and the mean square of that
 # fraction for normally distributed differences of variance 1.
-_FLOOR_SHARE = 0.8
-_MEAN_SQUARE_OF_FLOOR_SHARE = 0.438
+_FLOOR_FRACTION = 0.8
+_MEAN_SQUARE_OF_FLOOR_FRACTION = 0.438
 # Maximum contrast of the bare floor, which is about 0 but may be raised by noise or colour [standard deviations].
 _LARGEST_LEVEL = 2.5
 # Minimum contrast of a dot: a difference of 2 % from the floor is texture or dust, independent of the camera's noise.
@@ -45,15 +45,19 @@ def contrast_threshold(
     height, width = image.shape[:2]
     tile = _TILE * settings.largest_diameter(width, height)
     samples = np.ascontiguousarray(
-        image[:: max(1, int(tile / _ROWS_A_TILE)), :: max(1, int(tile / _SAMPLES_A_ROW))]
+        image[:: max(1, int(tile / _ROWS_PER_TILE)), :: max(1, int(tile / _SAMPLES_PER_ROW))]
     )
-    some = enlarged(background, samples.shape[1], samples.shape[0])
-    contrast = contrasts(samples, some, SIGNS[polarity])
+    sampled_background = upsample(background, samples.shape[1], samples.shape[0])
+    contrast = relative_contrast(samples, sampled_background, SIGNS[polarity])
     rows, columns = max(1, round(height / tile)), max(1, round(width / tile))
-    floor = _floor_thresholds(contrast, 1.0 / some.mean(axis=2), rows, columns, settings.noise_sigmas)
+    floor = _floor_thresholds(
+        contrast, 1.0 / sampled_background.mean(axis=2), rows, columns, settings.noise_sigmas
+    )
     np.maximum(floor, _SMALLEST_CONTRAST, out=floor)
-    of_dots = contrast[contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)]
-    typical = _typical_contrast(of_dots) if len(of_dots) else 0.0
+    dot_contrasts = contrast[
+        contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    ]
+    typical = _typical_contrast(dot_contrasts) if len(dot_contrasts) else 0.0
     return np.asarray(np.maximum(floor, settings.minimum_relative_contrast * typical), dtype=np.float32)
 
 
@@ -84,7 +88,9 @@ def binarise(
     sign = SIGNS[polarity]
     if sign == 0.0:
         fine = cv2.resize(threshold, (width, height), interpolation=cv2.INTER_LINEAR)
-        return np.asarray(contrasts(image, enlarged(background, width, height), sign) > fine, dtype=np.uint8)
+        return np.asarray(
+            relative_contrast(image, upsample(background, width, height), sign) > fine, dtype=np.uint8
+        )
     # Comparing grey levels is much faster than computing the contrast of each pixel.
     floor = background[..., 0]
     coarse = cv2.resize(threshold, floor.shape[::-1], interpolation=cv2.INTER_LINEAR)
@@ -108,8 +114,8 @@ def _floor_thresholds(
             tile = contrast[top:bottom, left:right]
             # Differences between neighbours are hardly affected by an edge or a giant chip.
             squares = (0.5 * (tile[:, 1:] - tile[:, :-1]) ** 2).ravel()
-            count = max(1, int(_FLOOR_SHARE * len(squares)))
-            variance = np.mean(np.partition(squares, count - 1)[:count]) / _MEAN_SQUARE_OF_FLOOR_SHARE
+            count = max(1, int(_FLOOR_FRACTION * len(squares)))
+            variance = np.mean(np.partition(squares, count - 1)[:count]) / _MEAN_SQUARE_OF_FLOOR_FRACTION
             variance += np.mean(rounding[top:bottom, left:right]) ** 2 / 12.0
             deviation = np.sqrt(variance)
             level = np.median(tile)
@@ -118,7 +124,9 @@ def _floor_thresholds(
 
 
 @njit(cache=True, error_model='numpy')
-def contrasts(image: NDArray[np.uint8], background: NDArray[np.float32], sign: float) -> NDArray[np.float32]:
+def relative_contrast(
+    image: NDArray[np.uint8], background: NDArray[np.float32], sign: float
+) -> NDArray[np.float32]:
     """Return the contrast of each pixel to the floor as a fraction of the floor's luminance, shape (h, w).
 
     Args:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.centroids import Blobs
-from floor_localizer.core.dot_extraction.noise_removal import excess_discords
+from floor_localizer.core.dot_extraction.noise_removal import excess_edge_asymmetry
 
 # Error without noise: ragged edges and unevenly coloured chips, for an edge as wide as the dot [px].
 _SHAPE_SIGMA = 0.006
@@ -37,14 +37,14 @@ def centroid_sigmas(
         split: shape (n,), whether each dot was split from a larger blob.
     """
     diameters = blobs.diameters
-    in_diameters = split * _SPLIT_SIGMA**2 + _seem_merged(blobs, elongations) * _MERGED_SIGMA**2
+    in_diameters = split * _SPLIT_SIGMA**2 + _are_probably_merged(blobs, elongations) * _MERGED_SIGMA**2
     in_diameters += (blobs.steps * np.minimum(_STEP_SIGMA, _STEP_GROWTH * blobs.steps)) ** 2
     noise = blobs.noises * np.maximum(1.0, _SOFT_NOISE * blobs.softness)
     shape = _SHAPE_SIGMA * np.minimum(_LARGEST_SOFTNESS, blobs.softness)
-    return np.sqrt(noise**2 + shape**2 + excess_discords(blobs) ** 2 + in_diameters * diameters**2)
+    return np.sqrt(noise**2 + shape**2 + excess_edge_asymmetry(blobs) ** 2 + in_diameters * diameters**2)
 
 
-def _seem_merged(blobs: Blobs, elongations: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _are_probably_merged(blobs: Blobs, elongations: NDArray[np.float64]) -> NDArray[np.bool_]:
     if len(blobs.areas) < _FEWEST_BLOBS:
         return np.zeros(len(blobs.areas), dtype=np.bool_)
     lower, upper = np.quantile(blobs.areas, [0.25, 0.75])

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from floor_localizer.core.dot_extraction.coverage import (
     Field,
     Image,
-    Places,
+    PixelIndices,
     Vector,
-    differences_along,
-    direction_of,
+    contrast_along,
+    contrast_direction,
     dot_level,
     floor_level,
 )
 from floor_localizer.core.dot_extraction.image_noise import noise_at
 from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
-from floor_localizer.core.dot_extraction.surroundings import REACH
+from floor_localizer.core.dot_extraction.surroundings import SURROUNDINGS_WIDTH
 
 # Pixels with less coverage are floor, with more are dot; pixels between are partly covered. This excludes noise and
 # texture of the floor and of the dot's inside, and keeps the edge, which defines the centroid.
@@ -31,15 +31,15 @@ _SATURATED = 250
 # Saturated pixels on a floor brighter than this are floor.
 _SATURATED_FLOOR = 225.0
 # Minimum number of ring pixels for an estimate of their noise.
-_FEWEST_OF_RING = 20
+_MIN_RING_PIXELS = 20
 # Weight of ring noise in excess of the pixel noise: it is correlated between neighbours and averages out less.
 _COMMON_NOISE_WEIGHT = 1.6
 
 # Fraction of photon noise in the variance of a camera's noise; the rest is read-out noise and compression.
-_PHOTONS = 0.7
+_PHOTON_NOISE_FRACTION = 0.7
 
 _COLUMNS = 12
-_U, _V, _AREA, _NOISE, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED, _SOFTNESS, _DISCORD = range(_COLUMNS)
+_U, _V, _AREA, _NOISE, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED, _SOFTNESS, _EDGE_ASYMMETRY = range(_COLUMNS)
 
 
 class Blobs(NamedTuple):
@@ -66,7 +66,7 @@ class Blobs(NamedTuple):
     steps: NDArray[np.float64]
     clipped: NDArray[np.float64]
     softness: NDArray[np.float64]
-    discords: NDArray[np.float64]
+    edge_asymmetries: NDArray[np.float64]
 
     @property
     def diameters(self) -> NDArray[np.float64]:
@@ -94,7 +94,7 @@ def measure_blobs(
         boxes: bounding boxes of the blobs before growing.
     """
     noise = noise_at(image, (boxes[:, :2] + boxes[:, 2:4] - 1) // 2)
-    table = _measure(image, background, mask, labels, boxes, noise, REACH)
+    table = _measure(image, background, mask, labels, boxes, noise, SURROUNDINGS_WIDTH)
     return Blobs(
         table[:, [_U, _V]],
         table[:, _NOISE],
@@ -104,7 +104,7 @@ def measure_blobs(
         table[:, _STEP],
         table[:, _CLIPPED],
         table[:, _SOFTNESS],
-        table[:, _DISCORD],
+        table[:, _EDGE_ASYMMETRY],
     )
 
 
@@ -120,90 +120,98 @@ def _measure(
             continue
         left, top, right, bottom = left - reach, top - reach, right + reach, bottom + reach
         left, top, right, bottom = max(0, left), max(0, top), min(width, right), min(height, bottom)
-        places, inside, ring = _places(labels[top:bottom, left:right], mask, i + 1, left, top)
-        direction = direction_of(image, background, places[:inside])
-        coverage = differences_along(image, background, places, direction)
-        on_ring = differences_along(image, background, ring, direction)
-        floor = floor_level(on_ring)
+        indices, inside, ring = _blob_pixels(labels[top:bottom, left:right], mask, i + 1, left, top)
+        direction = contrast_direction(image, background, indices[:inside])
+        coverage = contrast_along(image, background, indices, direction)
+        ring_contrast = contrast_along(image, background, ring, direction)
+        floor = floor_level(ring_contrast)
         contrast = dot_level(coverage[:inside]) - floor
         if contrast <= 0.0:
             continue
         row = table[i]
         row[_CONTRAST] = contrast
-        _centroid((coverage - floor) / contrast, places, row)
-        _shape(places[:inside], row)
+        _centroid((coverage - floor) / contrast, indices, row)
+        _shape(indices[:inside], row)
         light = background[(top + bottom) // 2, (left + right) // 2]
-        deviation = _deviation(on_ring - floor, noise[i] * np.sqrt(np.sum((direction / light) ** 2)))
+        deviation = _noise_sigma(ring_contrast - floor, noise[i] * np.sqrt(np.sum((direction / light) ** 2)))
         # Photon noise is proportional to the square root of the luminance, and the edge is half floor, half dot.
         brightness = 1.0 + 0.5 * contrast * np.mean(direction)
-        row[_NOISE] *= deviation / contrast * np.sqrt(1.0 - _PHOTONS + _PHOTONS * max(0.0, brightness))
-        row[_STEP] = _light_step(background, places[:inside], direction)
-        row[_CLIPPED] = _clipped(image, background, places)
+        row[_NOISE] *= (
+            deviation
+            / contrast
+            * np.sqrt(1.0 - _PHOTON_NOISE_FRACTION + _PHOTON_NOISE_FRACTION * max(0.0, brightness))
+        )
+        row[_STEP] = _luminance_step(background, indices[:inside], direction)
+        row[_CLIPPED] = _clipped_fraction(image, background, indices)
     return table
 
 
 @njit(cache=True, error_model='numpy')
-def _deviation(residuals: Vector, of_pixels: float) -> float:
+def _noise_sigma(residuals: Vector, pixel_noise: float) -> float:
     # Effective standard deviation of a pixel around a blob, for the propagation to the centroid.
-    if len(residuals) < _FEWEST_OF_RING:
-        return of_pixels
-    of_ring = np.sqrt(np.mean(residuals**2))
-    common = _COMMON_NOISE_WEIGHT**2 * max(0.0, of_ring**2 - of_pixels**2)
-    return np.sqrt(min(of_ring, of_pixels) ** 2 + common)
+    if len(residuals) < _MIN_RING_PIXELS:
+        return pixel_noise
+    ring_noise = np.sqrt(np.mean(residuals**2))
+    common = _COMMON_NOISE_WEIGHT**2 * max(0.0, ring_noise**2 - pixel_noise**2)
+    return np.sqrt(min(ring_noise, pixel_noise) ** 2 + common)
 
 
 @njit(cache=True, error_model='numpy')
-def _places(patch: Labels, mask: Image, label: int, left: int, top: int) -> tuple[Places, int, Places]:
+def _blob_pixels(
+    patch: Labels, mask: Image, label: int, left: int, top: int
+) -> tuple[PixelIndices, int, PixelIndices]:
     # Pixels (row, column) of a blob, followed by those of its soft edge; number of the former; pixels of its ring.
-    places, ring = np.empty((patch.size, 2), np.int64), np.empty((patch.size, 2), np.int64)
+    indices, ring = np.empty((patch.size, 2), np.int64), np.empty((patch.size, 2), np.int64)
     inside = count = ring_count = 0
     for v in range(patch.shape[0]):
         for u in range(patch.shape[1]):
             if patch[v, u] == label:
                 place = count
                 if mask[top + v, left + u]:
-                    places[count] = places[inside]
+                    indices[count] = indices[inside]
                     place = inside
                     inside += 1
-                places[place, 0], places[place, 1] = top + v, left + u
+                indices[place, 0], indices[place, 1] = top + v, left + u
                 count += 1
             elif patch[v, u] == -label:
                 ring[ring_count, 0], ring[ring_count, 1] = top + v, left + u
                 ring_count += 1
-    return places[:count], inside, ring[:ring_count]
+    return indices[:count], inside, ring[:ring_count]
 
 
 @njit(cache=True, error_model='numpy')
-def _centroid(coverage: Vector, places: Places, row: Vector) -> None:
-    u, v, area = _weighted_mean(coverage, places, _FLOOR_COVERAGE, _DOT_COVERAGE)
-    outer_u, outer_v, _ = _weighted_mean(coverage, places, _FLOOR_COVERAGE, _MIDDLE_COVERAGE)
-    inner_u, inner_v, _ = _weighted_mean(coverage, places, _MIDDLE_COVERAGE, _DOT_COVERAGE)
+def _centroid(coverage: Vector, indices: PixelIndices, row: Vector) -> None:
+    u, v, area = _weighted_mean(coverage, indices, _FLOOR_COVERAGE, _DOT_COVERAGE)
+    outer_u, outer_v, _ = _weighted_mean(coverage, indices, _FLOOR_COVERAGE, _MIDDLE_COVERAGE)
+    inner_u, inner_v, _ = _weighted_mean(coverage, indices, _MIDDLE_COVERAGE, _DOT_COVERAGE)
     row[_U], row[_V], row[_AREA] = u, v, area
-    row[_DISCORD] = np.hypot(outer_u - inner_u, outer_v - inner_v)
+    row[_EDGE_ASYMMETRY] = np.hypot(outer_u - inner_u, outer_v - inner_v)
     # Propagation of unit noise of the coverage; pixels clipped to floor or dot do not contribute.
     total, count = 0.0, 0
-    for k in range(len(places)):
+    for k in range(len(indices)):
         if _FLOOR_COVERAGE < coverage[k] < _DOT_COVERAGE:
-            total += 0.5 * ((places[k, 1] - u) ** 2 + (places[k, 0] - v) ** 2)
+            total += 0.5 * ((indices[k, 1] - u) ** 2 + (indices[k, 0] - v) ** 2)
             count += 1
     row[_NOISE] = np.sqrt(total) / (area * (_DOT_COVERAGE - _FLOOR_COVERAGE))
     row[_SOFTNESS] = count / area
 
 
 @njit(cache=True, error_model='numpy')
-def _weighted_mean(coverage: Vector, places: Places, low: float, high: float) -> tuple[float, float, float]:
+def _weighted_mean(
+    coverage: Vector, indices: PixelIndices, low: float, high: float
+) -> tuple[float, float, float]:
     # Centroid u, v and area, with coverages up to low as floor and from high on as dot.
     area = su = sv = 0.0
-    for k in range(len(places)):
+    for k in range(len(indices)):
         part = min(1.0, max(0.0, (coverage[k] - low) / (high - low)))
         area += part
-        su += part * places[k, 1]
-        sv += part * places[k, 0]
+        su += part * indices[k, 1]
+        sv += part * indices[k, 0]
     return su / area, sv / area, area
 
 
 @njit(cache=True, error_model='numpy')
-def _shape(inside: Places, row: Vector) -> None:
+def _shape(inside: PixelIndices, row: Vector) -> None:
     mu = mv = muu = muv = mvv = 0.0
     for k in range(len(inside)):
         x, y = inside[k, 1] - row[_U], inside[k, 0] - row[_V]
@@ -219,19 +227,19 @@ def _shape(inside: Places, row: Vector) -> None:
 
 
 @njit(cache=True, error_model='numpy')
-def _clipped(image: Image, background: Field, places: Places) -> float:
+def _clipped_fraction(image: Image, background: Field, indices: PixelIndices) -> float:
     clipped = 0
-    for k in range(len(places)):
-        v, u = places[k, 0], places[k, 1]
+    for k in range(len(indices)):
+        v, u = indices[k, 0], indices[k, 1]
         for c in range(image.shape[2]):
             if image[v, u, c] >= _SATURATED and background[v, u, c] < _SATURATED_FLOOR:
                 clipped += 1
                 break
-    return clipped / len(places)
+    return clipped / len(indices)
 
 
 @njit(cache=True, error_model='numpy')
-def _light_step(background: Field, inside: Places, direction: Vector) -> float:
+def _luminance_step(background: Field, inside: PixelIndices, direction: Vector) -> float:
     # Contrast between the brightest and the darkest floor under the blob.
     darkest, brightest = np.inf, 0.0
     for k in range(len(inside)):

@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 Image = NDArray[np.uint8]
 Field = NDArray[np.float32]
 Vector = NDArray[np.float64]
-Places = NDArray[np.int64]
+PixelIndices = NDArray[np.int64]
 
 # Level of the floor: mean of the ring's inliers, within this number of standard deviations of the median. Median and
 # deviation are from a sample; the deviation is the distance of the nearer sextile, as outliers are on one side.
-_FEW = 25
+_SAMPLE_SIZE = 25
 _INLIER_DEVIATIONS = 3.0
 # Level of the dot: mean of its upper quarter, because a small dot has few fully covered pixels.
 _BINS = 64
-_UPPER_SHARE = 0.25
+_UPPER_FRACTION = 0.25
 
 
 @njit(cache=True, error_model='numpy')
-def direction_of(image: Image, background: Field, places: Places) -> Vector:
+def contrast_direction(image: Image, background: Field, indices: PixelIndices) -> Vector:
     """Return the unit vector of the mean contrast of some pixels to the floor, over the channels.
 
     Args:
@@ -30,19 +30,19 @@ def direction_of(image: Image, background: Field, places: Places) -> Vector:
         indices: shape (n, 2), rows and columns of the pixels.
     """
     direction = np.zeros(image.shape[2])
-    for k in range(len(places)):
-        v, u = places[k, 0], places[k, 1]
+    for k in range(len(indices)):
+        v, u = indices[k, 0], indices[k, 1]
         for c in range(image.shape[2]):
             direction[c] += image[v, u, c] / background[v, u, c] - 1.0
     return direction / max(np.sqrt(np.sum(direction**2)), 1e-12)
 
 
 @njit(cache=True, error_model='numpy')
-def differences_along(image: Image, background: Field, places: Places, direction: Vector) -> Vector:
+def contrast_along(image: Image, background: Field, indices: PixelIndices, direction: Vector) -> Vector:
     """Return the contrasts of pixels to the floor along a direction, as fractions of the floor, shape (n,)."""
-    result = np.zeros(len(places))
-    for k in range(len(places)):
-        v, u = places[k, 0], places[k, 1]
+    result = np.zeros(len(indices))
+    for k in range(len(indices)):
+        v, u = indices[k, 0], indices[k, 1]
         for c in range(image.shape[2]):
             result[k] += direction[c] * (image[v, u, c] / background[v, u, c] - 1.0)
     return result
@@ -53,29 +53,29 @@ def floor_level(ring: Vector) -> float:
     """Return the mean of a ring's contrasts, shape (n,), without outliers; 0 without a ring."""
     if len(ring) == 0:
         return 0.0
-    few = _sorted_few(ring)
-    middle = few[len(few) // 2]
-    below, above = middle - few[len(few) // 6], few[(5 * len(few)) // 6] - middle
-    reach = _INLIER_DEVIATIONS * min(below, above)
+    sample = _sorted_sample(ring)
+    middle = sample[len(sample) // 2]
+    below, above = middle - sample[len(sample) // 6], sample[(5 * len(sample)) // 6] - middle
+    limit = _INLIER_DEVIATIONS * min(below, above)
     total, count = 0.0, 0
     for value in ring:
-        if abs(value - middle) <= reach:
+        if abs(value - middle) <= limit:
             total += value
             count += 1
     return total / count
 
 
 @njit(cache=True, error_model='numpy')
-def _sorted_few(values: Vector) -> Vector:
-    step = -(-len(values) // _FEW)
-    few = values[::step].copy()
-    for k in range(1, len(few)):
-        value, place = few[k], k
-        while place > 0 and few[place - 1] > value:
-            few[place] = few[place - 1]
+def _sorted_sample(values: Vector) -> Vector:
+    step = -(-len(values) // _SAMPLE_SIZE)
+    sample = values[::step].copy()
+    for k in range(1, len(sample)):
+        value, place = sample[k], k
+        while place > 0 and sample[place - 1] > value:
+            sample[place] = sample[place - 1]
             place -= 1
-        few[place] = value
-    return few
+        sample[place] = value
+    return sample
 
 
 @njit(cache=True, error_model='numpy')
@@ -89,13 +89,13 @@ def dot_level(inside: Vector) -> float:
         place = min(_BINS - 1, int(max(0.0, value) / top * _BINS))
         counts[place] += 1
         sums[place] += value
-    wanted = max(1.0, _UPPER_SHARE * len(inside))
+    wanted = max(1.0, _UPPER_FRACTION * len(inside))
     count, total = 0.0, 0.0
     for place in range(_BINS - 1, -1, -1):
         if counts[place] > 0:
-            part = min(1.0, (wanted - count) / counts[place])
-            count += part * counts[place]
-            total += part * sums[place]
+            fraction = min(1.0, (wanted - count) / counts[place])
+            count += fraction * counts[place]
+            total += fraction * sums[place]
         if count >= wanted:
             break
     return total / count

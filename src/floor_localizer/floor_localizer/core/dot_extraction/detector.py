@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction.background import enlarged, smooth_background
+from floor_localizer.core.dot_extraction.background import smooth_background, upsample
 from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_threshold
 from floor_localizer.core.dot_extraction.centroid_sigmas import centroid_sigmas
 from floor_localizer.core.dot_extraction.centroids import Blobs, measure_blobs
 from floor_localizer.core.dot_extraction.dot_image_error import DotImageError
 from floor_localizer.core.dot_extraction.labelling import label_blobs
-from floor_localizer.core.dot_extraction.noise_removal import are_dots, elongations_of, typical_diameter
+from floor_localizer.core.dot_extraction.noise_removal import are_dots, blob_elongations, typical_diameter
 from floor_localizer.core.dot_extraction.polarity import choose_polarity
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.dot_extraction.splitting import split_touching
@@ -23,10 +23,10 @@ from shirube_settings import SettingsError, check_settings
 SMALLEST_SIDE = 32
 """Minimum side of an image [px]."""
 
-SPECK = 0.5
+SPECK_AREA_FRACTION = 0.5
 """Minimum area of a blob, as a fraction of the smallest dot's area; smaller blobs are noise."""
 
-SMALLEST_PART = 0.55
+MIN_PART_DIAMETER = 0.55
 """Minimum diameter of a dot split from a blob, as a fraction of the typical dot's diameter; hairs are thinner."""
 
 
@@ -66,28 +66,28 @@ class DotDetector:
         check_image(image)
         height, width = image.shape[:2]
         smallest, largest = self.settings.minimum_diameter, self.settings.largest_diameter(width, height)
-        image, polarity = self._channels(image, largest)
+        image, polarity = self._select_channels(image, largest)
         smooth = cv2.GaussianBlur(image, (5, 5), 1.0).reshape(image.shape)
 
         background = smooth_background(smooth, polarity, largest)
         threshold = contrast_threshold(smooth, background, polarity, self.settings)
         mask = binarise(smooth, background, polarity, threshold)
-        background = enlarged(background, width, height)
-        labels, boxes = label_blobs(mask, SPECK * 0.25 * np.pi * smallest**2)
+        background = upsample(background, width, height)
+        labels, boxes = label_blobs(mask, SPECK_AREA_FRACTION * 0.25 * np.pi * smallest**2)
         typical = typical_diameter(boxes[:, 4].astype(np.float64), smallest, largest)
         boxes, split = split_touching(
-            labels, boxes, image, background, polarity, max(smallest, SMALLEST_PART * typical), largest
+            labels, boxes, image, background, polarity, max(smallest, MIN_PART_DIAMETER * typical), largest
         )
 
         grow_labels(labels, boxes)
         blobs = measure_blobs(image, background, mask, labels, boxes)
-        elongations = elongations_of(blobs)
+        elongations = blob_elongations(blobs)
         kept = are_dots(blobs, elongations, largest, self.settings)
         blobs = Blobs(*(column[kept] for column in blobs))
         sigmas = centroid_sigmas(blobs, elongations[kept], split[kept])
         return DetectedDots(blobs.pixels, blobs.diameters, sigmas)
 
-    def _channels(self, image: NDArray[np.uint8], largest: float) -> tuple[NDArray[np.uint8], str]:
+    def _select_channels(self, image: NDArray[np.uint8], largest: float) -> tuple[NDArray[np.uint8], str]:
         # The image as (h, w, 1) if brightness distinguishes the dots, else as (h, w, 3); and the polarity.
         polarity = self.settings.polarity
         planes = np.ascontiguousarray(image).reshape(*image.shape[:2], -1)

@@ -18,7 +18,7 @@ Boxes = NDArray[np.int32]
 Row i belongs to label i + 1.
 """
 
-_WORD = 8
+_PIXELS_PER_CHUNK = 8
 
 
 def label_blobs(mask: NDArray[np.uint8], smallest_area: float = 0.0) -> tuple[Labels, Boxes]:
@@ -32,39 +32,39 @@ def label_blobs(mask: NDArray[np.uint8], smallest_area: float = 0.0) -> tuple[La
     """
     height, width = mask.shape
     # Most of an image is floor, which is skipped in chunks of 8 pixels; each padded row ends with a zero.
-    padded = np.zeros((height, (width // _WORD + 1) * _WORD), np.uint8)
+    padded = np.zeros((height, (width // _PIXELS_PER_CHUNK + 1) * _PIXELS_PER_CHUNK), np.uint8)
     padded[:, :width] = mask
     runs = _runs(padded.reshape(-1), padded.view(np.uint64).reshape(-1), padded.shape[1])
-    owners, boxes = _blobs_of_runs(runs, smallest_area)
-    return _painted(runs, owners, height, width), boxes
+    run_labels, boxes = _merge_runs(runs, smallest_area)
+    return _paint_labels(runs, run_labels, height, width), boxes
 
 
 @njit(cache=True)
-def _runs(pixels: NDArray[np.uint8], words: NDArray[np.uint64], stride: int) -> NDArray[np.int32]:
+def _runs(pixels: NDArray[np.uint8], chunks: NDArray[np.uint64], stride: int) -> NDArray[np.int32]:
     # Runs of nonzero pixels: row, first and last (exclusive) column.
     runs = np.empty((1024, 3), np.int32)
     count, inside = 0, False
-    for word in range(len(words)):
-        if not inside and words[word] == 0:
+    for chunk in range(len(chunks)):
+        if not inside and chunks[chunk] == 0:
             continue
-        for place in range(word * _WORD, (word + 1) * _WORD):
-            if (pixels[place] != 0) == inside:
+        for pixel in range(chunk * _PIXELS_PER_CHUNK, (chunk + 1) * _PIXELS_PER_CHUNK):
+            if (pixels[pixel] != 0) == inside:
                 continue
             if inside:
-                runs[count, 2] = place % stride
+                runs[count, 2] = pixel % stride
                 count += 1
             else:
                 if count == len(runs):
                     runs = np.concatenate((runs, np.empty_like(runs)))
-                runs[count, 0], runs[count, 1] = place // stride, place % stride
+                runs[count, 0], runs[count, 1] = pixel // stride, pixel % stride
             inside = not inside
     return runs[:count]
 
 
 @njit(cache=True)
-def _blobs_of_runs(runs: NDArray[np.int32], smallest_area: float) -> tuple[NDArray[np.int32], Boxes]:
+def _merge_runs(runs: NDArray[np.int32], smallest_area: float) -> tuple[NDArray[np.int32], Boxes]:
     # Label of each run, 0 for specks, and the boxes.
-    parents = _united_with_the_row_above(runs)
+    parents = _connect_to_row_above(runs)
     numbers = np.full(len(runs), -1, np.int32)
     boxes = np.empty((len(runs), 5), np.int32)
     count = 0
@@ -82,14 +82,14 @@ def _blobs_of_runs(runs: NDArray[np.int32], smallest_area: float) -> tuple[NDArr
         box[4] += right - left
     large = boxes[:count, 4] >= smallest_area
     labels = np.cumsum(large).astype(np.int32) * large
-    owners = np.empty(len(runs), np.int32)
+    run_labels = np.empty(len(runs), np.int32)
     for k in range(len(runs)):
-        owners[k] = labels[numbers[parents[k]]]
-    return owners, boxes[:count][large]
+        run_labels[k] = labels[numbers[parents[k]]]
+    return run_labels, boxes[:count][large]
 
 
 @njit(cache=True)
-def _united_with_the_row_above(runs: NDArray[np.int32]) -> NDArray[np.int32]:
+def _connect_to_row_above(runs: NDArray[np.int32]) -> NDArray[np.int32]:
     # Union-find: each run's parent in a forest whose roots are the first runs of the blobs.
     parents = np.arange(len(runs), dtype=np.int32)
     above = 0
@@ -99,14 +99,14 @@ def _united_with_the_row_above(runs: NDArray[np.int32]) -> NDArray[np.int32]:
             above += 1
         other = above
         while runs[other, 0] == row - 1 and runs[other, 1] < right:
-            one, two = _root(parents, k), _root(parents, other)
+            one, two = _find_root(parents, k), _find_root(parents, other)
             parents[max(one, two)] = min(one, two)
             other += 1
     return parents
 
 
 @njit(cache=True)
-def _root(parents: NDArray[np.int32], node: int) -> int:
+def _find_root(parents: NDArray[np.int32], node: int) -> int:
     while parents[node] != node:
         parents[node] = parents[parents[node]]
         node = parents[node]
@@ -114,11 +114,11 @@ def _root(parents: NDArray[np.int32], node: int) -> int:
 
 
 @njit(cache=True)
-def _painted(runs: NDArray[np.int32], owners: NDArray[np.int32], height: int, width: int) -> Labels:
+def _paint_labels(runs: NDArray[np.int32], run_labels: NDArray[np.int32], height: int, width: int) -> Labels:
     labels = np.zeros((height, width), np.int32)
     for k in range(len(runs)):
-        if owners[k]:
-            labels[runs[k, 0], runs[k, 1] : runs[k, 2]] = owners[k]
+        if run_labels[k]:
+            labels[runs[k, 0], runs[k, 1] : runs[k, 2]] = run_labels[k]
     return labels
 
 

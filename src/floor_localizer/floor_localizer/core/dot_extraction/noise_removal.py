@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from floor_localizer.core.dot_extraction.centroids import Blobs
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 
-_LARGEST_CLIPPED_SHARE = 0.05
+_MAX_CLIPPED_FRACTION = 0.05
 # Minimum ratio of contrast to luminance step; the edge of a shadow has a ratio up to 1.
 _LEAST_CONTRAST_TO_STEP = 1.3
 # Maximum edge asymmetry of a dot, the offset between the weak and the strong part of its edge [diameters].
-_LARGEST_DISCORD = 0.25
+_MAX_EDGE_ASYMMETRY = 0.25
 # Edge asymmetry due to ragged outlines [diameters] and due to noise [standard deviations].
-_RAGGED_DISCORD = 0.04
-_DISCORD_NOISES = 3.0
+_RAGGED_EDGE_ASYMMETRY = 0.04
+_EDGE_ASYMMETRY_SIGMAS = 3.0
 # Minimum number of blobs for an estimate of motion blur.
 _FEWEST_BLOBS = 8
 
@@ -54,7 +54,7 @@ def are_dots(
 
     Args:
         blobs: the blobs, n of them.
-        elongations: shape (n,), from :func:`elongations_of`.
+        elongations: shape (n,), from :func:`blob_elongations`.
         largest: diameter of the largest dot [px].
         settings: settings of dot extraction.
 
@@ -62,22 +62,22 @@ def are_dots(
         array, shape (n,).
     """
     diameters = blobs.diameters
-    sized = (diameters >= settings.minimum_diameter) & (diameters <= largest) & (blobs.contrasts > 0.0)
+    accepted = (diameters >= settings.minimum_diameter) & (diameters <= largest) & (blobs.contrasts > 0.0)
     typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest, blobs.contrasts)
-    sized &= diameters >= settings.minimum_relative_diameter * typical
-    sized &= blobs.contrasts > _LEAST_CONTRAST_TO_STEP * blobs.steps
-    sized &= excess_discords(blobs) <= _LARGEST_DISCORD * diameters
-    sized &= elongations <= settings.maximum_elongation
-    return sized & ~_reflections(blobs.clipped, sized)
+    accepted &= diameters >= settings.minimum_relative_diameter * typical
+    accepted &= blobs.contrasts > _LEAST_CONTRAST_TO_STEP * blobs.steps
+    accepted &= excess_edge_asymmetry(blobs) <= _MAX_EDGE_ASYMMETRY * diameters
+    accepted &= elongations <= settings.maximum_elongation
+    return accepted & ~_reflections(blobs.clipped, accepted)
 
 
-def excess_discords(blobs: Blobs) -> NDArray[np.float64]:
+def excess_edge_asymmetry(blobs: Blobs) -> NDArray[np.float64]:
     """Return the edge asymmetries in excess of those from ragged outlines and noise, at least 0, shape (n,) [px]."""
-    explained = _RAGGED_DISCORD * blobs.diameters + _DISCORD_NOISES * blobs.noises
-    return np.asarray(np.maximum(0.0, blobs.discords - explained))
+    explained = _RAGGED_EDGE_ASYMMETRY * blobs.diameters + _EDGE_ASYMMETRY_SIGMAS * blobs.noises
+    return np.asarray(np.maximum(0.0, blobs.edge_asymmetries - explained))
 
 
-def elongations_of(blobs: Blobs) -> NDArray[np.float64]:
+def blob_elongations(blobs: Blobs) -> NDArray[np.float64]:
     """Return the ratios of the blobs' lengths to their widths, corrected for motion blur, shape (n,)."""
     # Motion blur elongates all dots equally: shapes are compared with the median shape, not with a disc.
     uu, uv, vv = blobs.covariances.T
@@ -94,6 +94,6 @@ def elongations_of(blobs: Blobs) -> NDArray[np.float64]:
 
 def _reflections(clipped: NDArray[np.float64], candidates: NDArray[np.bool_]) -> NDArray[np.bool_]:
     # If most dots are clipped, the image is overexposed; these are no reflections.
-    if not candidates.any() or np.median(clipped[candidates]) > _LARGEST_CLIPPED_SHARE:
+    if not candidates.any() or np.median(clipped[candidates]) > _MAX_CLIPPED_FRACTION:
         return np.zeros(len(clipped), dtype=np.bool_)
-    return clipped > _LARGEST_CLIPPED_SHARE
+    return clipped > _MAX_CLIPPED_FRACTION

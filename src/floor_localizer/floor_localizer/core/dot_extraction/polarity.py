@@ -21,7 +21,7 @@ _ROUNDING = 4.0
 _SMALLEST_CONTRAST = 0.05
 _NOISE_SIGMAS = 5.0
 _COARSE_SIZE = 90.0
-_SAMPLES_A_SIDE = 16
+_SAMPLES_PER_SIDE = 16
 # Scales of the Cauchy weights of a robust fit, from that of illumination changes down to that of chips [relative].
 _OUTLIER_SCALES = (0.4, 0.24, 0.14, 0.08, 0.05)
 # With a larger residual noise [relative] the view may contain an edge; then the local background is used if it yields
@@ -33,7 +33,7 @@ _EDGE = 0.25
 _LEAST_FILLING = 0.4
 
 
-class _Tally(NamedTuple):
+class _BlobCounts(NamedTuple):
     """Numbers of blobs of a dot's size that are darker, lighter, or different in colour or brightness; and the noise of
     the floor [relative].
     """
@@ -44,7 +44,7 @@ class _Tally(NamedTuple):
     noise: float
 
     @property
-    def leading(self) -> int:
+    def dominant(self) -> int:
         """Number of blobs of the more frequent kind."""
         return max(self.dark, self.light)
 
@@ -73,39 +73,39 @@ def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
     # The rim of a reflection is bright, too.
     saturated = (coarse.max(axis=2) >= _SATURATED).astype(np.uint8)
     usable = cv2.dilate(saturated, np.ones((3, 3), np.uint8)) == 0
-    tally = _tally(coarse, brightness, _floor_brightness(local), usable, largest_area)
-    if tally.noise > _UNEXPLAINED:
+    counts = _count_kinds(coarse, brightness, _floor_brightness(local), usable, largest_area)
+    if counts.noise > _UNEXPLAINED:
         # Along an edge a dot shifts the median, so that the floor next to it looks like a dot of the other kind.
         edge = cv2.morphologyEx(local, cv2.MORPH_GRADIENT, np.ones((window, window), np.uint8))
         usable &= edge < _EDGE * local
-        second = _tally(coarse, brightness, local.astype(np.float32), usable, largest_area)
-        if second.leading > _CLEARLY_MORE * tally.leading:
-            tally = second
-    if min(tally.dark, tally.light) > _SECOND_KIND * tally.leading:
+        second = _count_kinds(coarse, brightness, local.astype(np.float32), usable, largest_area)
+        if second.dominant > _CLEARLY_MORE * counts.dominant:
+            counts = second
+    if min(counts.dark, counts.light) > _SECOND_KIND * counts.dominant:
         return 'any'
-    if tally.coloured > _COLOUR_EXCESS * tally.leading:
+    if counts.coloured > _COLOUR_EXCESS * counts.dominant:
         return 'any'
-    return 'dark' if tally.dark >= tally.light else 'light'
+    return 'dark' if counts.dark >= counts.light else 'light'
 
 
-def _tally(
+def _count_kinds(
     coarse: NDArray[np.uint8],
     brightness: NDArray[np.float32],
     floor: NDArray[np.float32],
     usable: NDArray[np.bool_],
     largest_area: float,
-) -> _Tally:
+) -> _BlobCounts:
     relative = brightness / floor - 1.0
     noise = 1.4826 * float(np.median(np.abs(relative)))
     threshold = np.maximum(max(_SMALLEST_CONTRAST, _NOISE_SIGMAS * noise), _ROUNDING / floor)
-    dark = _count((relative < -threshold) & usable, largest_area)
-    light = _count((relative > threshold) & usable, largest_area)
+    dark = _count_blobs((relative < -threshold) & usable, largest_area)
+    light = _count_blobs((relative > threshold) & usable, largest_area)
     coloured = 0
     if coarse.shape[2] > 1:
-        usual = np.median(coarse[np.abs(relative) < threshold], axis=0)
-        tint = coarse / (usual / usual.mean()).astype(np.float32) / floor[..., None] - 1.0
-        coloured = _count((np.sqrt((tint**2).mean(axis=2)) > threshold) & usable, largest_area)
-    return _Tally(dark, light, coloured, noise)
+        floor_colour = np.median(coarse[np.abs(relative) < threshold], axis=0)
+        tint = coarse / (floor_colour / floor_colour.mean()).astype(np.float32) / floor[..., None] - 1.0
+        coloured = _count_blobs((np.sqrt((tint**2).mean(axis=2)) > threshold) & usable, largest_area)
+    return _BlobCounts(dark, light, coloured, noise)
 
 
 @njit(cache=True, error_model='numpy')
@@ -113,13 +113,13 @@ def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
     # Second-order polynomial of the logarithm, fitted to a sample of the pixels.
     height, width = brightness.shape
     v, u = np.linspace(-1.0, 1.0, height), np.linspace(-1.0, 1.0, width)
-    step = max(1, -(-max(height, width) // _SAMPLES_A_SIDE))
-    some = brightness[::step, ::step]
-    design, levels = np.ones((some.size, 5)), np.empty(some.size)
-    for row in range(some.shape[0]):
-        for column in range(some.shape[1]):
-            k = row * some.shape[1] + column
-            levels[k] = math.log(max(some[row, column], 1))
+    step = max(1, -(-max(height, width) // _SAMPLES_PER_SIDE))
+    sample = brightness[::step, ::step]
+    design, levels = np.ones((sample.size, 5)), np.empty(sample.size)
+    for row in range(sample.shape[0]):
+        for column in range(sample.shape[1]):
+            k = row * sample.shape[1] + column
+            levels[k] = math.log(max(sample[row, column], 1))
             design[k, 1], design[k, 2] = u[column * step], v[row * step]
             design[k, 3], design[k, 4] = design[k, 1] ** 2, design[k, 2] ** 2
     solution: NDArray[np.float64] = np.zeros(5)
@@ -133,7 +133,7 @@ def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
     return np.exp(down.reshape(-1, 1) + across).astype(np.float32)
 
 
-def _count(mask: NDArray[np.bool_], largest_area: float) -> int:
+def _count_blobs(mask: NDArray[np.bool_], largest_area: float) -> int:
     # Number of blobs of a dot's size that are completely in the image.
     height, width = mask.shape
     left, top, right, bottom, area = label_blobs(mask.astype(np.uint8))[1].T

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_extraction.binarisation import SIGNS, contrasts
-from floor_localizer.core.dot_extraction.distance_basins import distance_basins
+from floor_localizer.core.dot_extraction.binarisation import SIGNS, relative_contrast
+from floor_localizer.core.dot_extraction.distance_watershed import distance_watershed
 from floor_localizer.core.dot_extraction.labelling import DISCARDED, Boxes, Labels, bounding_boxes
 
 # Maximum ratio of a waist for a split; ragged outlines of single chips have larger ratios, convex chips no waist.
@@ -81,15 +81,15 @@ def _split(
         left, top, right, bottom, area = boxes[i]
         scale = min(4, max(1, round(_RASTER / area**0.5)))
         patch = labels[top:bottom, left:right]
-        contrast = contrasts(image[top:bottom, left:right], background[top:bottom, left:right], sign)
+        contrast = relative_contrast(image[top:bottom, left:right], background[top:bottom, left:right], sign)
         raster = _outline_raster(patch, i + 1, contrast, scale)
         smallest_radius = 0.5 * _THINNED * scale * smallest_diameter
-        basins, parts = distance_basins(raster, _HAIR, _LARGEST_WAIST, smallest_radius)
+        basins, parts = distance_watershed(raster, _HAIR, _LARGEST_WAIST, smallest_radius)
         count = len(boxes)
-        parted = _relabelled(patch, i + 1, basins, scale, count)
-        if parts > 1 or _number_of(DISCARDED, parted) > _SMALLEST_HAIR * area:
-            _copy(parted, patch)
-            found = bounding_boxes(parted, count + parts - 1)
+        relabelled = _relabel(patch, i + 1, basins, scale, count)
+        if parts > 1 or _count_label(DISCARDED, relabelled) > _SMALLEST_HAIR * area:
+            _copy(relabelled, patch)
+            found = bounding_boxes(relabelled, count + parts - 1)
             for k in range(len(found)):
                 found[k, 0] += left
                 found[k, 1] += top
@@ -104,7 +104,7 @@ def _split(
 
 
 @njit(cache=True, error_model='numpy')
-def _number_of(label: int, labels: Labels) -> int:
+def _count_label(label: int, labels: Labels) -> int:
     count = 0
     for v in range(labels.shape[0]):
         for u in range(labels.shape[1]):
@@ -177,12 +177,12 @@ def _outline_raster(
         y = (row + 0.5) / scale - 0.5
         for column in range(columns * scale):
             x = (column + 0.5) / scale - 0.5
-            raster[row + 1, column + 1] = _interpolated(contrast, y, x) > level
+            raster[row + 1, column + 1] = _interpolate(contrast, y, x) > level
     return raster
 
 
 @njit(cache=True, error_model='numpy')
-def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
+def _interpolate(values: NDArray[np.float32], y: float, x: float) -> float:
     y, x = min(max(y, 0.0), values.shape[0] - 1.0), min(max(x, 0.0), values.shape[1] - 1.0)
     v, u = int(y), int(x)
     lower, right = min(v + 1, values.shape[0] - 1), min(u + 1, values.shape[1] - 1)
@@ -192,7 +192,7 @@ def _interpolated(values: NDArray[np.float32], y: float, x: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _relabelled(
+def _relabel(
     labels: Labels, label: int, basins: NDArray[np.int32], scale: int, count: int
 ) -> NDArray[np.int32]:
     # The first part keeps the blob's label; the others get new labels. Pixels adjacent to a part are its soft edge and

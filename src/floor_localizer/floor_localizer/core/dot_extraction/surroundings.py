@@ -10,7 +10,7 @@ from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
 
 _MARGIN = 2
 _RING = 2
-REACH = _MARGIN + _RING
+SURROUNDINGS_WIDTH = _MARGIN + _RING
 """Width of the surroundings outside the bounding box of a blob [px]."""
 
 
@@ -32,10 +32,10 @@ def _grow(labels: Labels, boxes: Boxes) -> None:
     front = _outline(labels, boxes)
     # Alternating steps with 4 and 8 neighbours grow an octagon, an approximate disc.
     offsets = np.array([1, width, -1, -width, width + 1, width - 1, 1 - width, -width - 1])
-    for step in range(REACH):
+    for step in range(SURROUNDINGS_WIDTH):
         sign = 1 if step < _MARGIN else -1
         neighbours = 4 if step % 2 == 0 else 8
-        following = np.empty(neighbours * len(front), np.int64)
+        next_front = np.empty(neighbours * len(front), np.int64)
         count = 0
         for place in front:
             # Skip the image border, where a step could leave the image and nothing is measured.
@@ -45,9 +45,9 @@ def _grow(labels: Labels, boxes: Boxes) -> None:
             for k in range(neighbours):
                 if flat[place + offsets[k]] == 0:
                     flat[place + offsets[k]] = value
-                    following[count] = place + offsets[k]
+                    next_front[count] = place + offsets[k]
                     count += 1
-        front = following[:count]
+        front = next_front[:count]
 
 
 @njit(cache=True)

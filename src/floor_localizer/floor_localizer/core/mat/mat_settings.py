@@ -25,7 +25,7 @@ class MatSettings:
 
 
 @dataclass(frozen=True)
-class SheetSettings:
+class PageSettings:
     """The paper."""
 
     margin: float = setting(

@@ -14,9 +14,9 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.mat.mat_settings import MatSettings
 
 # Largest fraction of the area covered by discs of the minimum spacing; above it, redrawing hardly terminates.
-_FILLABLE = 0.4
+_MAX_FILL_FRACTION = 0.4
 # Resolution of map files, and of the settings that enter the seed.
-_MICROMETRES = 1e6
+_RESOLUTION = 1e6
 SEED_MAX = 2**32 - 1
 """A seed is an integer from 0 to this."""
 
@@ -41,7 +41,7 @@ class Mat:
         return DotMap(self.points, np.full(len(self.points), self.settings.diameter))
 
 
-def lay_mat(settings: MatSettings, seed: int, trial: int = 0) -> Mat:
+def generate_mat(settings: MatSettings, seed: int, trial: int = 0) -> Mat:
     """Generate the random dots of a mat.
 
     Args:
@@ -52,8 +52,8 @@ def lay_mat(settings: MatSettings, seed: int, trial: int = 0) -> Mat:
     Raises:
         FloorLocalizerError: the seed is out of range, dots would overlap, or the density is too high or too low.
     """
-    _check(settings, seed)
-    rng = np.random.default_rng([seed, trial, *_fingerprint(settings)])
+    _check_settings(settings, seed)
+    rng = np.random.default_rng([seed, trial, *_settings_seed(settings)])
     count = round(settings.density * settings.width * settings.height)
     # No dot crosses the border of the mat.
     lower = np.full(2, 0.5 * settings.diameter)
@@ -65,12 +65,12 @@ def lay_mat(settings: MatSettings, seed: int, trial: int = 0) -> Mat:
     return Mat(settings, seed, np.round(points, 6))
 
 
-def _fingerprint(settings: MatSettings) -> list[int]:
+def _settings_seed(settings: MatSettings) -> list[int]:
     numbers = (settings.width, settings.height, settings.diameter, settings.spacing)
-    return [*(round(_MICROMETRES * number) for number in numbers), round(1000.0 * settings.density)]
+    return [*(round(_RESOLUTION * number) for number in numbers), round(1000.0 * settings.density)]
 
 
-def _check(settings: MatSettings, seed: int) -> None:
+def _check_settings(settings: MatSettings, seed: int) -> None:
     if not 0 <= seed <= SEED_MAX:
         raise FloorLocalizerError(f'--seed: {seed} is out of range; give 0 to {SEED_MAX}')
     if settings.spacing <= settings.diameter:
@@ -78,9 +78,9 @@ def _check(settings: MatSettings, seed: int) -> None:
             f'--spacing: dots of {1e3 * settings.diameter:g} mm would touch at {1e3 * settings.spacing:g} mm; '
             'give more than the diameter'
         )
-    filled = settings.density * math.pi * (0.5 * settings.spacing) ** 2
-    if filled > _FILLABLE:
-        most = _FILLABLE / (math.pi * (0.5 * settings.spacing) ** 2)
+    fill_fraction = settings.density * math.pi * (0.5 * settings.spacing) ** 2
+    if fill_fraction > _MAX_FILL_FRACTION:
+        most = _MAX_FILL_FRACTION / (math.pi * (0.5 * settings.spacing) ** 2)
         raise FloorLocalizerError(
             f'--density: {settings.density:g} dots/m² do not fit at a spacing of '
             f'{1e3 * settings.spacing:g} mm; give at most {most:.0f}'

@@ -5,14 +5,14 @@ from __future__ import annotations
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.mat.mat_settings import MatSettings
-from floor_localizer.core.mat.random_mat import Mat, lay_mat
+from floor_localizer.core.mat.random_mat import Mat, generate_mat
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings, inspect_places, list_places
 
 _TRIALS = 5
 
 
-def lay_unique_mat(settings: MatSettings, seed: int, view: ViewSettings) -> tuple[Mat, list[Place]]:
+def generate_unique_mat(settings: MatSettings, seed: int, view: ViewSettings) -> tuple[Mat, list[Place]]:
     """Generate a mat whose views are all unique; return it with the inspected places.
 
     Args:
@@ -24,7 +24,7 @@ def lay_unique_mat(settings: MatSettings, seed: int, view: ViewSettings) -> tupl
         FloorLocalizerError: no such mat was found; the message names the option to change.
     """
     for trial in range(_TRIALS):
-        mat = lay_mat(settings, seed, trial)
+        mat = generate_mat(settings, seed, trial)
         floor = index_map(mat.dot_map)
         places = list(inspect_places(floor, list_places(floor.grid, view), view, LocalizerSettings()))
         bad = [place for place in places if place.kind is not PlaceKind.UNIQUE]

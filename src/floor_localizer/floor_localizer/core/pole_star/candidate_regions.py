@@ -33,7 +33,7 @@ def farthest_distances(image_points: NDArray[np.float64]) -> NDArray[np.float64]
 
 
 def nodes_in_squares(
-    centres: NDArray[np.float64], reaches: NDArray[np.float64], pitch: float
+    centres: NDArray[np.float64], radii: NDArray[np.float64], pitch: float
 ) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
     """Return which squares cover which nodes of the grid.
 
@@ -46,8 +46,8 @@ def nodes_in_squares(
         squares: shape (e,), index of a square.
         nodes: shape (e,), index of a node that the square covers.
     """
-    low = np.ceil((centres - reaches[:, None]) / pitch).astype(np.int64)
-    high = np.floor((centres + reaches[:, None]) / pitch).astype(np.int64)
+    low = np.ceil((centres - radii[:, None]) / pitch).astype(np.int64)
+    high = np.floor((centres + radii[:, None]) / pitch).astype(np.int64)
     squares, nodes = [], []
     origin = low.min(axis=0)
     columns = int(high[:, 0].max() - origin[0]) + 1
@@ -62,7 +62,7 @@ def nodes_in_squares(
 def candidate_regions(
     image_dots: NDArray[np.intp],
     candidate_points: NDArray[np.float64],
-    reaches: NDArray[np.float64],
+    radii: NDArray[np.float64],
     pitch: float,
     overlap_min: int,
 ) -> list[NDArray[np.intp]]:
@@ -78,7 +78,7 @@ def candidate_regions(
     Returns:
         ascending indices of the pairs of each region.
     """
-    squares, nodes = nodes_in_squares(candidate_points, reaches, pitch)
+    squares, nodes = nodes_in_squares(candidate_points, radii, pitch)
     order = np.lexsort((squares, nodes))
     next_node = np.flatnonzero(np.diff(nodes[order])) + 1
     regions = np.split(squares[order], next_node)

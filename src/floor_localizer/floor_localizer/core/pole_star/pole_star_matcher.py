@@ -19,8 +19,8 @@ from floor_localizer.core.pole_star.settings import PoleStarSettings
 from floor_localizer.core.pole_star.signature import (
     SignatureTable,
     build_signature_table,
-    most_voted,
-    surplus,
+    pearson_residuals,
+    top_candidates,
     vote,
 )
 from shirube_geometry import PlanarPose
@@ -73,22 +73,22 @@ class PoleStarMatcher:
         Args:
             image_points: shape (n, 2), all dots of the image, on the floor plane in the view's frame [m].
         """
-        least = self._settings.congruent_min
-        if len(image_points) < least:
-            return NoPose(f'{len(image_points)} dots, a pose needs {least}')
-        return self.decide(self.congruent_poses(image_points))
+        minimum = self._settings.congruent_min
+        if len(image_points) < minimum:
+            return NoPose(f'{len(image_points)} dots, a pose needs {minimum}')
+        return self.select_pose(self.congruent_poses(image_points))
 
-    def decide(self, poses: list[PoleStarPose]) -> PoleStarPose | NoPose:
+    def select_pose(self, poses: list[PoleStarPose]) -> PoleStarPose | NoPose:
         """Return the first pose if its match rate is high enough (the reference match rate of 3.3.5).
 
         Args:
             poses: result of ``congruent_poses``.
         """
-        least = self._settings.match_rate_min
+        minimum = self._settings.match_rate_min
         if not poses:
             return NoPose(f'no region has {self._settings.congruent_min} congruent dots')
-        if poses[0].match_rate < least:
-            return NoPose(f'best match rate {poses[0].match_rate:.3f} is below {least:.3f}')
+        if poses[0].match_rate < minimum:
+            return NoPose(f'best match rate {poses[0].match_rate:.3f} is below {minimum:.3f}')
         return poses[0]
 
     def congruent_poses(self, image_points: NDArray[np.float64]) -> list[PoleStarPose]:
@@ -98,11 +98,11 @@ class PoleStarMatcher:
             image_points: shape (n, 2), as in ``match``, at least two [m].
         """
         settings = self._settings
-        reaches = farthest_distances(image_points)
+        radii = farthest_distances(image_points)
 
         # 2.2: candidates of each image dot by the votes of its distances.
         votes = vote(self._table, image_points, settings.vote_tolerance)
-        candidates = most_voted(surplus(votes), self._candidates_per_dot(reaches))
+        candidates = top_candidates(pearson_residuals(votes), self._candidates_per_dot(radii))
         image_dots = np.repeat(np.arange(len(image_points)), candidates.shape[1])
         map_dots = candidates.ravel()
 
@@ -110,7 +110,7 @@ class PoleStarMatcher:
         regions = candidate_regions(
             image_dots,
             self._map_points[map_dots],
-            reaches[image_dots],
+            radii[image_dots],
             settings.grid_pitch,
             settings.overlap_min,
         )
@@ -123,14 +123,14 @@ class PoleStarMatcher:
                 poses.append(self._pose(image_points, pairs))
         return sorted(poses, key=lambda pose: pose.match_rate, reverse=True)
 
-    def _candidates_per_dot(self, reaches: NDArray[np.float64]) -> int:
+    def _candidates_per_dot(self, radii: NDArray[np.float64]) -> int:
         """Return the number of candidates per image dot for which a region holds ``pairs_per_region`` by chance.
 
         The paper does not specify how many dots have "the most votes". A random candidate is in a region with a
         probability equal to its square's fraction of the floor area.
         """
         floor_area = float(np.prod(np.ptp(self._map_points, axis=0)))
-        squares_area = float(np.sum((2.0 * reaches) ** 2))
+        squares_area = float(np.sum((2.0 * radii) ** 2))
         if squares_area == 0.0:
             return 1
         return max(1, round(self._settings.pairs_per_region * floor_area / squares_area))
@@ -144,8 +144,8 @@ class PoleStarMatcher:
         """Return the congruent pairs of a region, shape (k, 2): image dot, floor dot."""
         C_d = mutual_distances(image_points[image_dots], image_dots)
         F_d = mutual_distances(self._map_points[map_dots], image_dots)
-        kept = prune_to_congruent(agreement_matrix(C_d, F_d, self._settings.congruence_tolerance))
-        return np.column_stack([image_dots[kept], map_dots[kept]])
+        congruent = prune_to_congruent(agreement_matrix(C_d, F_d, self._settings.congruence_tolerance))
+        return np.column_stack([image_dots[congruent], map_dots[congruent]])
 
     def _pose(self, image_points: NDArray[np.float64], pairs: NDArray[np.intp]) -> PoleStarPose:
         T_map_view = fit_pose(image_points[pairs[:, 0]], self._map_points[pairs[:, 1]])

@@ -86,16 +86,16 @@ def vote(table: SignatureTable, image_points: NDArray[np.float64], tolerance: fl
     """
     quanta = (np.arange(len(table.counts)) + 0.5) * table.quantum
     entries = table.counts.sum(axis=1)
-    ballots = np.zeros((len(image_points), len(quanta)), dtype=np.float32)
+    vote_weights = np.zeros((len(image_points), len(quanta)), dtype=np.float32)
     for pole in range(len(image_points)):
         signature = pole_star_signature(image_points, pole, table.radius)
         agrees = np.abs(quanta - signature[:, None]) <= tolerance
-        share = 1.0 / np.maximum(agrees @ entries, 1.0)
-        ballots[pole] = share @ agrees
-    return ballots @ table.counts
+        weights = 1.0 / np.maximum(agrees @ entries, 1.0)
+        vote_weights[pole] = weights @ agrees
+    return vote_weights @ table.counts
 
 
-def surplus(votes: NDArray[np.float32]) -> NDArray[np.float32]:
+def pearson_residuals(votes: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the Pearson residuals of votes: the votes above average, over their expected standard deviation.
 
     Args:
@@ -111,7 +111,7 @@ def surplus(votes: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.divide(votes - average, np.sqrt(np.maximum(average, tiny)), dtype=np.float32)
 
 
-def most_voted(votes: NDArray[np.float32], count: int) -> NDArray[np.intp]:
+def top_candidates(votes: NDArray[np.float32], count: int) -> NDArray[np.intp]:
     """Return each image dot's candidates: the floor dots with the most votes.
 
     Args:

@@ -16,18 +16,23 @@ from floor_localizer.core.constellation.constellation_search import search_const
 from floor_localizer.core.constellation.dot_grid import build_dot_grid, pair_density
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.constellation.near_search import search_near
-from floor_localizer.core.constellation.search_state import LOOKS_SAME, Search, is_accepted, new_search
+from floor_localizer.core.constellation.search_state import (
+    AMBIGUITY_FRACTION,
+    SearchState,
+    is_accepted,
+    new_search,
+)
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view
 from floor_localizer.core.dot_map import DotMap
 from shirube_geometry import PlanarPose
 
-_LEAST_DOTS = 5
-_NEAR_PAIRS = 40
-_CELLS = 40_000
+_MIN_DOTS = 5
+_MAX_NEAR_PAIRS = 40
+_MAX_CELLS = 40_000
 # Two sets may overlap only in part, so few dots match; the test against chance decides.
-_SHARE = 0.02
+_MIN_MATCH_FRACTION = 0.02
 # Two dots within this many standard deviations match.
-_SAME_DOT = 4.0
+_MATCH_GATE = 4.0
 
 
 @dataclass(frozen=True)
@@ -37,41 +42,43 @@ class Tolerances:
     Attributes:
         sigma: standard deviation of the distance between matched dots along each axis [m].
         scale: largest relative difference in scale.
-        bend: largest shift of a dot, divided by its squared distance from the origin [1/m].
-        chance: largest expected number of equally good matches by chance.
+        tilt_distortion: largest shift of a dot, divided by its squared distance from the origin [1/m].
+        chance_alignments_max: largest expected number of equally good matches by chance.
     """
 
     sigma: float
     scale: float = 0.05
-    bend: float = 0.0
-    chance: float = 1e-4
+    tilt_distortion: float = 0.0
+    chance_alignments_max: float = 1e-4
 
 
 @dataclass(frozen=True)
-class Matched:
+class DotMatch:
     """Registration of a source set of dots to a target set.
 
     Attributes:
-        turn: complex rotation and scale; a source dot z maps to ``rotation * z + translation``.
-        shift: complex translation [m].
-        laid: indices of the matched dots in the source set, shape (k,).
-        under: indices of the matched dots in the target set, shape (k,).
-        log_chance: logarithm of the expected number of equally good matches by chance.
+        rotation: complex rotation and scale; a source dot z maps to ``rotation * z + translation``.
+        translation: complex translation [m].
+        source: indices of the matched dots in the source set, shape (k,).
+        target: indices of the matched dots in the target set, shape (k,).
+        log_chance_alignments: logarithm of the expected number of equally good matches by chance.
     """
 
-    turn: complex
-    shift: complex
-    laid: NDArray[np.int64]
-    under: NDArray[np.int64]
-    log_chance: float
+    rotation: complex
+    translation: complex
+    source: NDArray[np.int64]
+    target: NDArray[np.int64]
+    log_chance_alignments: float
 
     @property
     def pose(self) -> PlanarPose:
         """Pose of the source frame in the target frame, without the scale."""
-        return PlanarPose(self.shift.real, self.shift.imag, math.atan2(self.turn.imag, self.turn.real))
+        return PlanarPose(
+            self.translation.real, self.translation.imag, math.atan2(self.rotation.imag, self.rotation.real)
+        )
 
 
-class DotField:
+class DotMatcher:
     """Matches sets of dots against a target set."""
 
     def __init__(self, points: NDArray[np.float64]) -> None:
@@ -79,7 +86,7 @@ class DotField:
         self.points = points
         self.grid, _ = build_dot_grid(points)
         self.density = pair_density(self.grid)
-        self._floor: IndexedMap | None = None
+        self._index: IndexedMap | None = None
 
     def match_near(
         self,
@@ -87,8 +94,8 @@ class DotField:
         expected: PlanarPose,
         radius: float,
         yaw_tolerance: float,
-        by: Tolerances,
-    ) -> Matched | None:
+        tolerances: Tolerances,
+    ) -> DotMatch | None:
         """Match dots near an expected pose; return None if there is no match.
 
         Args:
@@ -96,44 +103,58 @@ class DotField:
             expected: expected pose of the source frame in the target frame.
             radius: search radius around the expected position [m].
             yaw_tolerance: largest difference from the expected yaw [rad].
-            by: tolerances of the match.
+            tolerances: tolerances of the match.
         """
-        if len(points) < _LEAST_DOTS or len(self.points) < _LEAST_DOTS:
+        if len(points) < _MIN_DOTS or len(self.points) < _MIN_DOTS:
             return None
-        view = make_view(_contiguous(points), by.sigma, by.bend, by.scale, self.density)
-        around = (
+        view = make_view(
+            _contiguous(points), tolerances.sigma, tolerances.tilt_distortion, tolerances.scale, self.density
+        )
+        expected_dots = (
             self.density
             * math.pi
             * (radius + 2.0 * self.grid.cell) ** 2
             * min(yaw_tolerance / math.pi + 0.1, 1.0)
         )
-        search = new_search(len(points), max(min(around, float(len(self.points))), 1.0), by.chance, _SHARE)
+        search = new_search(
+            len(points),
+            max(min(expected_dots, float(len(self.points))), 1.0),
+            tolerances.chance_alignments_max,
+            _MIN_MATCH_FRACTION,
+        )
         pose = np.array([expected.x, expected.y, expected.yaw])
-        found = search_near(self.grid, view, search, pose, radius, yaw_tolerance, _NEAR_PAIRS)
+        found = search_near(self.grid, view, search, pose, radius, yaw_tolerance, _MAX_NEAR_PAIRS)
         return self._matched(view, search) if found else None
 
-    def match_anywhere(self, points: NDArray[np.float64], by: Tolerances) -> Matched | None:
+    def match_anywhere(self, points: NDArray[np.float64], tolerances: Tolerances) -> DotMatch | None:
         """Match dots, shape (m, 2) [m], at any pose; return None if there is no match or it is ambiguous."""
-        if len(points) < _LEAST_DOTS or len(self.points) < _LEAST_DOTS:
+        if len(points) < _MIN_DOTS or len(self.points) < _MIN_DOTS:
             return None
-        if self._floor is None:
-            self._floor = index_map(DotMap(self.points, np.full(len(self.points), np.nan)))
-        view = make_view(_contiguous(points), by.sigma, by.bend, by.scale, self.density)
-        search = new_search(len(points), float(len(self.points)), by.chance, _SHARE)
-        if not search_constellations(self._floor.grid, self._floor.index, view, search, _CELLS):
+        if self._index is None:
+            self._index = index_map(DotMap(self.points, np.full(len(self.points), np.nan)))
+        view = make_view(
+            _contiguous(points), tolerances.sigma, tolerances.tilt_distortion, tolerances.scale, self.density
+        )
+        search = new_search(
+            len(points), float(len(self.points)), tolerances.chance_alignments_max, _MIN_MATCH_FRACTION
+        )
+        if not search_constellations(self._index.grid, self._index.index, view, search, _MAX_CELLS):
             return None
-        if is_accepted(search, search.rival) and search.rival[5] >= LOOKS_SAME * search.best[5]:
+        if (
+            is_accepted(search, search.runner_up)
+            and search.runner_up[5] >= AMBIGUITY_FRACTION * search.best[5]
+        ):
             return None
         return self._matched(view, search)
 
-    def _matched(self, view: ViewDots, search: Search) -> Matched:
+    def _matched(self, view: ViewDots, search: SearchState) -> DotMatch:
         """Return the best pose with its one-to-one matches."""
         best = search.best
         a, b = complex(best[1], best[2]), complex(best[3], best[4])
-        places = a * view.z + b
-        xy = np.column_stack([places.real, places.imag])
-        laid, under = nearest_pairs(self.points, xy, _SAME_DOT * view.sigma)
-        return Matched(a, b, laid, under, float(best[0]))
+        points = a * view.z + b
+        xy = np.column_stack([points.real, points.imag])
+        source, target = nearest_pairs(self.points, xy, _MATCH_GATE * view.sigma)
+        return DotMatch(a, b, source, target, float(best[0]))
 
 
 def _contiguous(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -142,19 +163,19 @@ def _contiguous(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def nearest_pairs(
-    dots: NDArray[np.float64], places: NDArray[np.float64], reach: float
+    dots: NDArray[np.float64], points: NDArray[np.float64], max_distance: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return one-to-one pairs of points and their nearest dots within a distance.
 
     Args:
         dots: positions of the dots, shape (n, 2) [m].
-        places: points to match, shape (m, 2) [m].
-        reach: largest distance of a pair [m].
+        points: points to match, shape (m, 2) [m].
+        max_distance: largest distance of a pair [m].
 
     Returns:
         indices of the matched points, ascending, and of their dots.
     """
-    found = cKDTree(dots).query(places, distance_upper_bound=reach)
+    found = cKDTree(dots).query(points, distance_upper_bound=max_distance)
     distance, nearest = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)
     near = np.flatnonzero(np.isfinite(distance))
     order = near[np.argsort(distance[near], kind='stable')]

@@ -7,19 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.independent_tasks import TaskRunner, run_numbered
+from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
+from floor_localizer.core.survey.dot_estimation import estimate_dots
 from floor_localizer.core.survey.dot_matching import nearest_pairs
-from floor_localizer.core.survey.old_dots import OldDots
-from floor_localizer.core.survey.placed_dots import place_dots
-from floor_localizer.core.survey.sighting_blocks import BLOCKS_A_TASK, SightingBlock, SightingBlocks
+from floor_localizer.core.survey.existing_dots import ExistingDots
+from floor_localizer.core.survey.observation_blocks import (
+    BLOCKS_PER_TASK,
+    ObservationBlock,
+    ObservationBlocks,
+)
 
 
 def fix_dots(
-    blocks: SightingBlocks,
+    blocks: ObservationBlocks,
     states: NDArray[np.float64],
     position: NDArray[np.float64],
-    old: OldDots,
-    reach: float,
+    existing_dots: ExistingDots,
+    max_distance: float,
     runner: TaskRunner,
 ) -> None:
     """Fix the dots that match dots of the existing map, one to one; the nearest dot wins.
@@ -28,52 +32,54 @@ def fix_dots(
         blocks: blocks without fixed dots; overwritten.
         states: states of all images, shape (k, 6).
         position: optical centre in the base frame, shape (3,) [m].
-        old: dots of the existing map.
-        reach: largest distance of a match [m].
+        existing_dots: dots of the existing map.
+        max_distance: largest distance of a match [m].
         runner: runs the tasks; they must see the blocks' array store.
     """
-    shelf = blocks.shelf
-    shelf.put('states', 0, states)
-    run_numbered(runner, _Pairing(blocks, position, old, reach), len(blocks), BLOCKS_A_TASK)
-    pairs = [shelf.get('pairs', number) for number in range(len(blocks))]
-    block = np.repeat(np.arange(len(blocks)), [len(which) for which, _ in pairs])
-    which, distance = (np.concatenate(column) for column in zip(*pairs, strict=True))
-    order = np.lexsort((block, distance, which))
-    _, first = np.unique(which[order], return_index=True)
-    is_nearest = np.zeros(len(which), dtype=np.bool_)
+    store = blocks.store
+    store.put('states', 0, states)
+    run_indexed(
+        runner, _PairTask(blocks, position, existing_dots, max_distance), len(blocks), BLOCKS_PER_TASK
+    )
+    pairs = [store.get('pairs', number) for number in range(len(blocks))]
+    block = np.repeat(np.arange(len(blocks)), [len(existing_indices) for existing_indices, _ in pairs])
+    existing_indices, distance = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    order = np.lexsort((block, distance, existing_indices))
+    _, first = np.unique(existing_indices[order], return_index=True)
+    is_nearest = np.zeros(len(existing_indices), dtype=np.bool_)
     is_nearest[order[first]] = True
     for number in range(len(blocks)):
-        shelf.put('nearest', number, is_nearest[block == number])
-    run_numbered(runner, _Fixing(blocks), len(blocks), BLOCKS_A_TASK)
+        store.put('nearest', number, is_nearest[block == number])
+    run_indexed(runner, _FixTask(blocks), len(blocks), BLOCKS_PER_TASK)
 
 
 @dataclass(frozen=True)
-class _Pairing:
+class _PairTask:
     """Stores the pairs of dots of a block and of the existing map: index in the map, and distance."""
 
-    blocks: SightingBlocks
+    blocks: ObservationBlocks
     position: NDArray[np.float64]
-    old: OldDots
-    reach: float
+    existing_dots: ExistingDots
+    max_distance: float
 
     def __call__(self, number: int) -> None:
-        shelf = self.blocks.shelf
-        dots, _ = place_dots(self.blocks[number], shelf.look_up('states'), self.position)
-        which, points = self.old.around(dots, self.reach)
-        dot_indices, near = nearest_pairs(points, dots, self.reach)
-        shelf.put('pairs', number, which[near], np.hypot(*(dots[dot_indices] - points[near]).T))
-        shelf.put('paired', number, dot_indices, points[near])
+        store = self.blocks.store
+        dots, _ = estimate_dots(self.blocks[number], store.memory_map('states'), self.position)
+        existing_indices, points = self.existing_dots.query(dots, self.max_distance)
+        dot_indices, near = nearest_pairs(points, dots, self.max_distance)
+        store.put('pairs', number, existing_indices[near], np.hypot(*(dots[dot_indices] - points[near]).T))
+        store.put('paired', number, dot_indices, points[near])
 
 
 @dataclass(frozen=True)
-class _Fixing:
+class _FixTask:
     """Fixes the dots of a block that are the nearest to their dot of the existing map among all blocks."""
 
-    blocks: SightingBlocks
+    blocks: ObservationBlocks
 
     def __call__(self, number: int) -> None:
-        shelf, block = self.blocks.shelf, self.blocks[number]
-        (is_nearest,), (dot_indices, points) = shelf.get('nearest', number), shelf.get('paired', number)
+        store, block = self.blocks.store, self.blocks[number]
+        (is_nearest,), (dot_indices, points) = store.get('nearest', number), store.get('paired', number)
         fixed = block.fixed_dots.copy()
         fixed[dot_indices[is_nearest]] = points[is_nearest]
-        self.blocks.put(number, SightingBlock(block.seen, fixed))
+        self.blocks.put(number, ObservationBlock(block.observations, fixed))

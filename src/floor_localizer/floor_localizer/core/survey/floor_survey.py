@@ -9,18 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.independent_tasks import OwnProcess, TaskRunner
+from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
 from floor_localizer.core.survey.adjustment_rounds import AdjustmentRounds
-from floor_localizer.core.survey.block_cutting import BlockCutter
-from floor_localizer.core.survey.linked_images import LinkedImages, link_images
-from floor_localizer.core.survey.old_dots import shelve_dots
-from floor_localizer.core.survey.piece import Piece
-from floor_localizer.core.survey.shelf import Shelf
-from floor_localizer.core.survey.sighting_blocks import SightingBlocks
+from floor_localizer.core.survey.array_store import ArrayStore
+from floor_localizer.core.survey.block_partition import BlockPartitioner
+from floor_localizer.core.survey.connected_images import ConnectedImages, connect_images
+from floor_localizer.core.survey.existing_dots import store_existing_dots
+from floor_localizer.core.survey.observation_blocks import ObservationBlocks
+from floor_localizer.core.survey.step_checkpoint import NoCheckpoint, StepCheckpoint
+from floor_localizer.core.survey.submap import Submap
 from floor_localizer.core.survey.survey_image import ImageSelection, SurveyImage, ViewOutline
-from floor_localizer.core.survey.survey_record import NoRecord, SurveyRecord
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from floor_localizer.core.survey.surveyed_dots import Residuals, gather_dots
+from floor_localizer.core.survey.surveyed_dots import Residuals, collect_dots
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class SurveyResult:
         states: x, y [m], yaw [rad], scale, roll, pitch [rad] of these images, shape (k, 6).
         blocks: the observations; their image numbers are indices into ``images``.
         residuals: residuals of the observations, block by block.
-        loops: number of loop closures.
-        dirt: number of spurious dots that were dropped.
-        left_out: indices of images that are not connected to the map.
+        loop_closures: number of loop closures.
+        spurious_count: number of spurious dots that were dropped.
+        unconnected: indices of images that are not connected to the map.
         existing_count: number of dots of the extended map.
     """
 
@@ -44,21 +44,21 @@ class SurveyResult:
     counts: NDArray[np.int64]
     images: NDArray[np.int64]
     states: NDArray[np.float64]
-    blocks: SightingBlocks
+    blocks: ObservationBlocks
     residuals: Residuals
-    loops: int
-    dirt: int
-    left_out: NDArray[np.int64]
+    loop_closures: int
+    spurious_count: int
+    unconnected: NDArray[np.int64]
     existing_count: int
 
 
 def survey_floor(
     images: Sequence[SurveyImage],
-    pieces: Iterable[Piece],
+    submaps: Iterable[Submap],
     outline: ViewOutline,
     position: NDArray[np.float64],
     settings: SurveySettings,
-    shelf: Shelf,
+    store: ArrayStore,
     existing: DotMap | None = None,
 ) -> SurveyResult:
     """Make a map in this process from submaps in order; other arguments as for `adjust_survey`.
@@ -66,45 +66,47 @@ def survey_floor(
     Raises:
         FloorLocalizerError: the images do not overlap.
     """
-    record = NoRecord()
-    linked = link_images(images, pieces, settings, shelf, existing, record)
-    return adjust_survey(images, linked, outline, position, settings, shelf, existing, OwnProcess(), record)
+    checkpoint = NoCheckpoint()
+    connected = connect_images(images, submaps, settings, store, existing, checkpoint)
+    return adjust_survey(
+        images, connected, outline, position, settings, store, existing, InProcessRunner(), checkpoint
+    )
 
 
 def adjust_survey(
     images: Sequence[SurveyImage],
-    linked: LinkedImages,
+    connected: ConnectedImages,
     outline: ViewOutline,
     position: NDArray[np.float64],
     settings: SurveySettings,
-    shelf: Shelf,
+    store: ArrayStore,
     existing: DotMap | None,
     runner: TaskRunner,
-    record: SurveyRecord,
+    checkpoint: StepCheckpoint,
     progress: Callable[[int], None] = lambda _: None,
 ) -> SurveyResult:
     """Make the map of connected images.
 
     Args:
         images: all images of the survey.
-        linked: the connected images and their initial states.
+        connected: the connected images and their initial states.
         outline: outline of a view.
         position: optical centre in the base frame, shape (3,) [m].
         settings: survey settings.
-        shelf: array store for what does not fit into memory; the result still reads from it.
+        store: array store for what does not fit into memory; the result still reads from it.
         existing: map to extend, None for a new one; its dots keep their position.
         runner: runs the tasks; they must see the array store. It does not change the map.
-        record: checkpoint of the adjustments; those found in it are not repeated.
+        checkpoint: checkpoint of the adjustments; those found in it are not repeated.
         progress: callback with the number of finished `adjustment_rounds.ADJUSTMENTS`.
     """
-    old = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
-    chosen = ImageSelection(images, linked.images)
-    cutter = BlockCutter(chosen, position, settings.dot_sigma, shelf, runner)
-    old_dots = shelve_dots(old.points, shelf)
-    rounds = AdjustmentRounds(cutter, old_dots, position, settings, runner, record, progress)
-    blocks, states = rounds.run(linked.states)
-    dots = gather_dots(blocks, states, position, outline, old, old_dots, runner)
+    existing_map = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
+    chosen = ImageSelection(images, connected.images)
+    partitioner = BlockPartitioner(chosen, position, settings.dot_sigma, store, runner)
+    existing_dots = store_existing_dots(existing_map.points, store)
+    rounds = AdjustmentRounds(partitioner, existing_dots, position, settings, runner, checkpoint, progress)
+    blocks, states = rounds.run(connected.states)
+    dots = collect_dots(blocks, states, position, outline, existing_map, existing_dots, runner)
     return SurveyResult(
-        dots.dot_map, dots.counts, linked.images, states, blocks, Residuals(blocks), linked.loops,
-        dots.dirt, np.setdiff1d(np.arange(len(images)), linked.images), dots.existing_count,
+        dots.dot_map, dots.counts, connected.images, states, blocks, Residuals(blocks), connected.loop_closures,
+        dots.spurious_count, np.setdiff1d(np.arange(len(images)), connected.images), dots.existing_count,
     )  # fmt: skip

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.survey.shelf import Shelf
+from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.tiles import Tile
 
-_TOGETHER = 32
+_GROUP_SIZE = 32
 """Number of consecutive images with a common bounding box, which is tested first."""
 
 
@@ -19,33 +19,33 @@ class ImageBoxes:
     """Bounding boxes of all images.
 
     Attributes:
-        shelf: array store of the boxes.
+        store: array store of the boxes.
     """
 
-    shelf: Shelf
+    store: ArrayStore
 
-    def meeting(self, tile: Tile) -> NDArray[np.int64]:
+    def overlapping_images(self, tile: Tile) -> NDArray[np.int64]:
         """Return the images whose boxes overlap a tile, ascending, shape (k,)."""
-        groups = np.flatnonzero(_meets(self.shelf.look_up('boxes_together'), tile))
-        boxes = self.shelf.look_up('boxes')
-        images = (_TOGETHER * groups[:, None] + np.arange(_TOGETHER)).ravel()
+        groups = np.flatnonzero(_overlaps(self.store.memory_map('group_boxes'), tile))
+        boxes = self.store.memory_map('boxes')
+        images = (_GROUP_SIZE * groups[:, None] + np.arange(_GROUP_SIZE)).ravel()
         images = images[images < len(boxes)]
-        return images[_meets(boxes[images], tile)]
+        return images[_overlaps(boxes[images], tile)]
 
 
-def shelve_boxes(boxes: NDArray[np.float64], shelf: Shelf) -> ImageBoxes:
+def store_boxes(boxes: NDArray[np.float64], store: ArrayStore) -> ImageBoxes:
     """Store boxes; they replace the previous ones.
 
     Args:
         boxes: lower left and upper right corner of the box of each image, shape (k, 2, 2) [m].
-        shelf: array store.
+        store: array store.
     """
-    first = np.arange(0, len(boxes), _TOGETHER)
-    together = [np.minimum.reduceat(boxes[:, 0], first), np.maximum.reduceat(boxes[:, 1], first)]
-    shelf.put('boxes', 0, boxes)
-    shelf.put('boxes_together', 0, np.stack(together, axis=1))
-    return ImageBoxes(shelf)
+    first = np.arange(0, len(boxes), _GROUP_SIZE)
+    group_boxes = [np.minimum.reduceat(boxes[:, 0], first), np.maximum.reduceat(boxes[:, 1], first)]
+    store.put('boxes', 0, boxes)
+    store.put('group_boxes', 0, np.stack(group_boxes, axis=1))
+    return ImageBoxes(store)
 
 
-def _meets(boxes: NDArray[np.float64], tile: Tile) -> NDArray[np.bool_]:
+def _overlaps(boxes: NDArray[np.float64], tile: Tile) -> NDArray[np.bool_]:
     return np.asarray(((boxes[:, 1] >= tile.lower) & (boxes[:, 0] < tile.upper)).all(axis=1))

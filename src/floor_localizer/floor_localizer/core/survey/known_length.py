@@ -12,9 +12,9 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.floor_survey import SurveyResult
 
 # Search radius around the given position of a dot [m].
-_REACH = 0.01
+_SEARCH_RADIUS = 0.01
 # Largest relative difference between the tape and the camera's calibration.
-_DISAGREEMENT = 0.1
+_MAX_SCALE_CHANGE = 0.1
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult
     Raises:
         FloorLocalizerError: no dot is at a given position, or the length is implausible.
     """
-    ends = np.array([_dot_at(result.dot_map, place) for place in (known.first, known.second)])
+    ends = np.array([_dot_at(result.dot_map, position) for position in (known.first, known.second)])
     mapped = float(np.hypot(*(ends[1] - ends[0])))
-    if mapped < 2.0 * _REACH or not abs(known.length / mapped - 1.0) < _DISAGREEMENT:
+    if mapped < 2.0 * _SEARCH_RADIUS or not abs(known.length / mapped - 1.0) < _MAX_SCALE_CHANGE:
         raise FloorLocalizerError(
             f'--known-length: is {known.length:g} m, but the dots are {mapped:.4f} m apart on the map; '
             'check which dots were measured, and camera_xyz'
@@ -54,12 +54,12 @@ def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult
     return replace(result, dot_map=dot_map, states=states, residuals=residuals), scale
 
 
-def _dot_at(dot_map: DotMap, place: NDArray[np.float64]) -> NDArray[np.float64]:
-    distances = np.hypot(*(dot_map.points - place).T)
+def _dot_at(dot_map: DotMap, position: NDArray[np.float64]) -> NDArray[np.float64]:
+    distances = np.hypot(*(dot_map.points - position).T)
     nearest = int(np.argmin(distances))
-    if distances[nearest] > _REACH:
+    if distances[nearest] > _SEARCH_RADIUS:
         raise FloorLocalizerError(
-            f'--known-length: ({place[0]:g}, {place[1]:g}) m has no dot within {1e3 * _REACH:.0f} mm; '
+            f'--known-length: ({position[0]:g}, {position[1]:g}) m has no dot within {1e3 * _SEARCH_RADIUS:.0f} mm; '
             'give the positions of two dots as they are in the map without --known-length'
         )
     return dot_map.points[nearest]

@@ -16,17 +16,17 @@ from scipy.spatial import cKDTree
 from floor_localizer.core.constellation.dot_grid import typical_spacing
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.dot_matching import DotField, Matched, Tolerances, nearest_pairs
-from floor_localizer.core.survey.piece import rigid_pose
+from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, Tolerances, nearest_pairs
+from floor_localizer.core.survey.submap import fit_rigid_pose
 from shirube_geometry import PlanarPose
 
 _PATCH_DOTS, _PATCHES = 60, 25
-_SIGMA, _SCALE, _CHANCE = 0.0003, 0.05, 1e-6
+_SIGMA, _SCALE, _CHANCE_ALIGNMENTS_MAX = 0.0003, 0.05, 1e-6
 _ROUNDS = 20
 # Largest distance of matched dots after registration, as a fraction of the dot spacing.
-_NEAR = 0.35
-_LEAST_MATCHED = 10
-_CROP = 1.0
+_MAX_DISTANCE_FRACTION = 0.35
+_MIN_MATCHED = 10
+_AREA_MARGIN = 1.0
 """A dot farther than this many spacings beyond the other map's dots is outside, not missing."""
 
 
@@ -69,75 +69,75 @@ def compare(first: DotMap, second: DotMap) -> MapComparison:
     Raises:
         FloorLocalizerError: the maps do not overlap.
     """
-    start = _start(DotField(first.points), second.points)
+    start = _initial_motion(DotMatcher(first.points), second.points)
     if start is None:
         raise FloorLocalizerError(
             'the maps do not overlap: no part of the second matches the first; compare maps of the same floor'
         )
-    reach = _NEAR * typical_spacing(first.points)
+    max_distance = _MAX_DISTANCE_FRACTION * typical_spacing(first.points)
     pose, scale = start, 1.0
-    laid, under, before = np.empty(0, np.int64), np.empty(0, np.int64), -1
+    source, target, before = np.empty(0, np.int64), np.empty(0, np.int64), -1
     for _ in range(_ROUNDS):
         # Pairs are matched with the scale applied; without it, a distant dot would be matched to its neighbour.
-        laid, under = nearest_pairs(first.points, pose.transform(second.points / scale), reach)
-        if len(laid) < _LEAST_MATCHED:
+        source, target = nearest_pairs(first.points, pose.transform(second.points / scale), max_distance)
+        if len(source) < _MIN_MATCHED:
             raise FloorLocalizerError('the maps have too few dots in common; compare maps of the same floor')
-        scale = _scale(second.points[laid], first.points[under])
-        pose = rigid_pose(second.points[laid] / scale, first.points[under])
-        if len(laid) == before:
+        scale = _scale(second.points[source], first.points[target])
+        pose = fit_rigid_pose(second.points[source] / scale, first.points[target])
+        if len(source) == before:
             break
-        before = len(laid)
-    pose = rigid_pose(second.points[laid], first.points[under])
-    placed = pose.transform(second.points)
-    missing, outside_first = _unmatched(first.points, under, placed)
-    extra, outside_second = _unmatched(placed, laid, first.points)
+        before = len(source)
+    pose = fit_rigid_pose(second.points[source], first.points[target])
+    transformed = pose.transform(second.points)
+    missing, outside_first = _unmatched(first.points, target, transformed)
+    extra, outside_second = _unmatched(transformed, source, first.points)
     return MapComparison(
-        pose, scale, np.column_stack([under, laid]), placed[laid] - first.points[under],
+        pose, scale, np.column_stack([target, source]), transformed[source] - first.points[target],
         missing, extra, outside_first + outside_second,
     )  # fmt: skip
 
 
-def _scale(laid: NDArray[np.float64], under: NDArray[np.float64]) -> float:
+def _scale(source: NDArray[np.float64], target: NDArray[np.float64]) -> float:
     """Return the scale of source dots, shape (k, 2), relative to their target dots, by the best similarity."""
-    z, m = laid @ (1.0, 1j), under @ (1.0, 1j)
+    z, m = source @ (1.0, 1j), target @ (1.0, 1j)
     z, m = z - z.mean(), m - m.mean()
     return float(abs(np.vdot(z, m)) / np.vdot(m, m).real)
 
 
-def _start(field: DotField, points: NDArray[np.float64]) -> PlanarPose | None:
+def _initial_motion(matcher: DotMatcher, points: NDArray[np.float64]) -> PlanarPose | None:
     """Return the motion of the patch with the most matched dots."""
     tree, best = cKDTree(points), None
-    by = Tolerances(_SIGMA, _SCALE, 0.0, _CHANCE)
+    tolerances = Tolerances(_SIGMA, _SCALE, 0.0, _CHANCE_ALIGNMENTS_MAX)
     seeds = np.linspace(0, len(points) - 1, min(_PATCHES, len(points))).astype(int)
     for seed in seeds:
         patch = points[tree.query(points[seed], k=min(_PATCH_DOTS, len(points)))[1]]
-        middle = patch.mean(axis=0)
-        found = field.match_anywhere(patch - middle, by)
+        centroid = patch.mean(axis=0)
+        found = matcher.match_anywhere(patch - centroid, tolerances)
         if found is not None:
-            pose = _about_origin(found, middle)
-            votes = len(nearest_pairs(field.points, pose.transform(points), 10.0 * _SIGMA)[0])
+            pose = _relative_to_origin(found, centroid)
+            votes = len(nearest_pairs(matcher.points, pose.transform(points), 10.0 * _SIGMA)[0])
             if best is None or votes > best[0]:
                 best = (votes, pose)
     return None if best is None else best[1]
 
 
-def _about_origin(found: Matched, middle: NDArray[np.float64]) -> PlanarPose:
-    turn = found.turn / abs(found.turn)
-    shift = found.shift - turn * complex(*middle)
-    return PlanarPose(shift.real, shift.imag, math.atan2(turn.imag, turn.real))
+def _relative_to_origin(found: DotMatch, centroid: NDArray[np.float64]) -> PlanarPose:
+    rotation = found.rotation / abs(found.rotation)
+    translation = found.translation - rotation * complex(*centroid)
+    return PlanarPose(translation.real, translation.imag, math.atan2(rotation.imag, rotation.real))
 
 
 def _unmatched(
     points: NDArray[np.float64], matched: NDArray[np.int64], others: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], int]:
     """Return the unmatched dots within the area of the others, and the number outside it."""
-    alone = np.setdiff1d(np.arange(len(points)), matched)
-    if len(alone) == 0:
-        return alone, 0
+    unmatched = np.setdiff1d(np.arange(len(points)), matched)
+    if len(unmatched) == 0:
+        return unmatched, 0
     spacing = typical_spacing(others)
     # Inside the area the six nearest dots surround a dot, so their centroid is near it.
     count = min(6, len(others))
-    _, nearest = cKDTree(others).query(points[alone], k=count)
-    off = np.hypot(*(others[nearest].mean(axis=1) - points[alone]).T)
-    inside = off < _CROP * spacing
-    return alone[inside], int((~inside).sum())
+    _, nearest = cKDTree(others).query(points[unmatched], k=count)
+    offset = np.hypot(*(others[nearest].mean(axis=1) - points[unmatched]).T)
+    inside = offset < _AREA_MARGIN * spacing
+    return unmatched[inside], int((~inside).sum())

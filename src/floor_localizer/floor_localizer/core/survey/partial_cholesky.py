@@ -15,7 +15,7 @@ from scipy.linalg.lapack import dtrtri
 _TILE = 60
 
 
-def eliminate_first(normal: NDArray[np.float64], gradient: NDArray[np.float64], count: int) -> None:
+def eliminate_leading(normal: NDArray[np.float64], gradient: NDArray[np.float64], count: int) -> None:
     """Eliminate the first unknowns, in place.
 
     Args:
@@ -27,35 +27,35 @@ def eliminate_first(normal: NDArray[np.float64], gradient: NDArray[np.float64], 
     """
     size = len(normal)
     for begin in range(0, count, _TILE):
-        own = slice(begin, min(begin + _TILE, count))
+        tile = slice(begin, min(begin + _TILE, count))
         # With the inverse of the diagonal tile, all remaining steps are matrix products.
-        normal[own, own], _ = dtrtri(cholesky(normal[own, own], check_finite=False))
-        inverse = normal[own, own].T.copy()
-        gradient[own] = inverse @ gradient[own]
-        behind = [slice(k, min(k + _TILE, size)) for k in range(own.stop, size, _TILE)]
-        for column in behind:
-            normal[own, column] = inverse @ normal[own, column]
-            gradient[column] -= gradient[own] @ normal[own, column]
-        for k, row in enumerate(behind):
-            left = normal[own, row].T.copy()
-            for column in behind[k:]:
-                normal[row, column] -= left @ normal[own, column]
+        normal[tile, tile], _ = dtrtri(cholesky(normal[tile, tile], check_finite=False))
+        inverse = normal[tile, tile].T.copy()
+        gradient[tile] = inverse @ gradient[tile]
+        trailing = [slice(k, min(k + _TILE, size)) for k in range(tile.stop, size, _TILE)]
+        for column in trailing:
+            normal[tile, column] = inverse @ normal[tile, column]
+            gradient[column] -= gradient[tile] @ normal[tile, column]
+        for k, row in enumerate(trailing):
+            panel = normal[tile, row].T.copy()
+            for column in trailing[k:]:
+                normal[row, column] -= panel @ normal[tile, column]
 
 
-def way_back(
+def back_substitute(
     upper: NDArray[np.float64], y: NDArray[np.float64], known: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the eliminated unknowns, shape (count,).
 
     Args:
-        upper: first rows of the matrix written by `eliminate_first`, shape (count, n).
+        upper: first rows of the matrix written by `eliminate_leading`, shape (count, n).
         y: first rows of the gradient written by it, shape (count,).
         known: the other unknowns, shape (n - count,).
     """
     count = len(y)
-    found = y - np.einsum('ij,j->i', upper[:, count:], known)
+    solution = y - np.einsum('ij,j->i', upper[:, count:], known)
     for begin in range(_TILE * ((count - 1) // _TILE), -1, -_TILE):
-        own = slice(begin, min(begin + _TILE, count))
-        found[own] = upper[own, own] @ found[own]
-        found[:begin] -= np.einsum('ij,j->i', upper[:begin, own], found[own])
-    return found
+        tile = slice(begin, min(begin + _TILE, count))
+        solution[tile] = upper[tile, tile] @ solution[tile]
+        solution[:begin] -= np.einsum('ij,j->i', upper[:begin, tile], solution[tile])
+    return solution

@@ -96,27 +96,27 @@ class ViewOutline:
         return float(np.sqrt(0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))))
 
     @property
-    def middle(self) -> NDArray[np.float64]:
+    def centre(self) -> NDArray[np.float64]:
         """Centre of the view, shape (2,) [m]."""
         return self.corners.mean(axis=0)
 
     @property
     def radius(self) -> float:
         """Distance of the farthest corner from the centre [m]."""
-        return float(np.hypot(*(self.corners - self.middle).T).max())
+        return float(np.hypot(*(self.corners - self.centre).T).max())
 
-    def middles(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def centres(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the centres of the views in the map frame, shape (k, 2) [m], of image states, shape (k, 6)."""
-        (x, y), cos, sin = self.middle, np.cos(states[:, 2]), np.sin(states[:, 2])
+        (x, y), cos, sin = self.centre, np.cos(states[:, 2]), np.sin(states[:, 2])
         return np.asarray(states[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y]))
 
     def contains(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
         """Return whether each point of the base frame, shape (n, 2), is in the view inside a margin [m]."""
         inside = np.ones(len(points), dtype=np.bool_)
-        middle = self.middle
+        centre = self.centre
         for start, end in zip(self.corners, np.roll(self.corners, -1, axis=0), strict=True):
             normal = np.array([start[1] - end[1], end[0] - start[0]]) / np.hypot(*(end - start))
-            if normal @ (middle - start) < 0.0:
+            if normal @ (centre - start) < 0.0:
                 normal = -normal
             inside &= (points - start) @ normal > margin
         return inside

@@ -11,10 +11,10 @@ from shirube_settings import setting
 class SurveySettings:
     """Accuracy of odometry, camera and floor, and how the survey is divided."""
 
-    odometry_radius: float = setting(
+    odometry_position_tolerance: float = setting(
         0.004, 'position error of odometry between two images', unit='m', minimum=0.0001, maximum=0.1
     )
-    odometry_turn: float = setting(
+    odometry_yaw_tolerance: float = setting(
         0.03, 'yaw error of odometry between two images', unit='rad', minimum=0.0001, maximum=0.5
     )
     odometry_error: float = setting(
@@ -23,7 +23,7 @@ class SurveySettings:
     image_step: float = setting(
         0.35, 'motion between two used images as a fraction of the view width', minimum=0.0, maximum=0.9
     )
-    piece_length: float = setting(4.0, 'length of a submap in view widths', minimum=2.0, maximum=20.0)
+    submap_length: float = setting(4.0, 'length of a submap in view widths', minimum=2.0, maximum=20.0)
     scale_sigma: float = setting(
         0.01, 'relative variation of the camera height, standard deviation', minimum=0.0001, maximum=0.05
     )
@@ -37,14 +37,14 @@ class SurveySettings:
         minimum=0.0,
         maximum=0.001,
     )
-    same_dot: float = setting(
+    merge_distance: float = setting(
         0.0006,
         'observations closer than this are merged into one dot',
         unit='m',
         minimum=0.0001,
         maximum=0.005,
     )
-    chance: float = setting(
+    chance_alignments_max: float = setting(
         1e-6,
         'largest expected number of equally good matches by chance, for a match to be accepted',
         minimum=1e-12,

@@ -24,23 +24,23 @@ class Tile:
         """Return whether each point, shape (n, 2), is in the tile."""
         return np.asarray(((points >= self.lower) & (points < self.upper)).all(axis=1))
 
-    def grown(self, by: float) -> Tile:
+    def expanded(self, margin: float) -> Tile:
         """Return the tile expanded by a margin [m]."""
-        return Tile(self.lower - by, self.upper + by)
+        return Tile(self.lower - margin, self.upper + margin)
 
 
-def cut_tiles(centres: NDArray[np.float64], most: int) -> list[Tile]:
-    """Bisect the plane (k-d tree) until no tile contains more than ``most`` centres, shape (n, 2) [m].
+def split_into_tiles(centres: NDArray[np.float64], capacity: int) -> list[Tile]:
+    """Bisect the plane (k-d tree) until no tile contains more than ``capacity`` centres, shape (n, 2) [m].
 
     The tiles cover the plane without gaps, in the order of the tree's leaves, so consecutive tiles are neighbours.
     """
     halvings = 0
-    while len(centres) > most << halvings:
+    while len(centres) > capacity << halvings:
         halvings += 1
-    return _halved(centres, Tile(np.full(2, -np.inf), np.full(2, np.inf)), halvings)
+    return _bisect(centres, Tile(np.full(2, -np.inf), np.full(2, np.inf)), halvings)
 
 
-def _halved(centres: NDArray[np.float64], tile: Tile, halvings: int) -> list[Tile]:
+def _bisect(centres: NDArray[np.float64], tile: Tile, halvings: int) -> list[Tile]:
     if halvings == 0 or len(centres) == 0:
         return [tile]
     axis = int(np.argmax(np.ptp(centres, axis=0)))
@@ -49,6 +49,6 @@ def _halved(centres: NDArray[np.float64], tile: Tile, halvings: int) -> list[Til
     upper, lower = tile.upper.copy(), tile.lower.copy()
     upper[axis] = lower[axis] = cut
     return [
-        *_halved(centres[is_below], Tile(tile.lower, upper), halvings - 1),
-        *_halved(centres[~is_below], Tile(lower, tile.upper), halvings - 1),
+        *_bisect(centres[is_below], Tile(tile.lower, upper), halvings - 1),
+        *_bisect(centres[~is_below], Tile(lower, tile.upper), halvings - 1),
     ]

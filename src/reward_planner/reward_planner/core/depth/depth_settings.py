@@ -45,7 +45,7 @@ class DepthSettings:
     )
 
 
-def refuse_unmatchable(settings: DepthSettings) -> None:
+def check_matcher_settings(settings: DepthSettings) -> None:
     """Check settings that OpenCV's matchers reject.
 
     Raises:

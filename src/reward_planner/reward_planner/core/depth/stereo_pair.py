@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.depth.depth_error import DepthError
 
-_SAME_WITHIN = 0.01  # [px]
+_TOLERANCE = 0.01  # [px]
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class StereoPair:
         """Sign of the baseline."""
         return 1 if self.baseline > 0.0 else -1
 
-    def mirrored(self) -> StereoPair:
+    def mirror(self) -> StereoPair:
         """Return the pair with the other camera on the opposite side."""
         return replace(self, baseline=-self.baseline)
 
@@ -56,27 +56,27 @@ def pair_from_projections(P_left: ArrayLike, P_other: ArrayLike) -> StereoPair:
     Raises:
         DepthError: the cameras are not rectified to each other, or have no baseline.
     """
-    left, other = _checked(P_left, 'left'), _checked(P_other, 'other')
-    shift = left[:2, 3] - other[:2, 3]
-    axis = int(abs(shift[1]) > abs(shift[0]))
-    if shift[axis] == 0.0:
+    left, other = _check_projection(P_left, 'left'), _check_projection(P_other, 'other')
+    offset_along_axes = left[:2, 3] - other[:2, 3]
+    axis = int(abs(offset_along_axes[1]) > abs(offset_along_axes[0]))
+    if offset_along_axes[axis] == 0.0:
         raise DepthError(
             'P[0, 3] and P[1, 3] of both cameras are equal, there is no baseline; calibrate the pair'
         )
-    if abs(shift[1 - axis]) > _SAME_WITHIN * abs(shift[axis]):
+    if abs(offset_along_axes[1 - axis]) > _TOLERANCE * abs(offset_along_axes[axis]):
         raise DepthError('the cameras are neither a horizontal nor a vertical pair; rectify them as pairs')
     across = abs(left[1 - axis, 2] - other[1 - axis, 2])
     focal = np.abs(np.diag(left)[:2] - np.diag(other)[:2]).max()
-    if max(across, focal) > _SAME_WITHIN:
+    if max(across, focal) > _TOLERANCE:
         raise DepthError(
             f'focal lengths differ by {focal:.3g} px and principal points across the baseline by {across:.3g} px; '
             'rectify the cameras as pairs'
         )
     f = float(left[axis, axis])
-    return StereoPair(axis, float(shift[axis]) / f, f, float(left[axis, 2] - other[axis, 2]))
+    return StereoPair(axis, float(offset_along_axes[axis]) / f, f, float(left[axis, 2] - other[axis, 2]))
 
 
-def _checked(P: ArrayLike, name: str) -> NDArray[np.float64]:
+def _check_projection(P: ArrayLike, name: str) -> NDArray[np.float64]:
     matrix = np.asarray(P, dtype=np.float64)
     if matrix.shape != (3, 4) or not np.isfinite(matrix).all() or matrix[0, 0] <= 0.0 or matrix[1, 1] <= 0.0:
         raise DepthError(

@@ -12,10 +12,10 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair
 
-NOWHERE, FIRST, SECOND, BOTH, CONTRADICTED = range(5)
+NO_DEPTH, FIRST, SECOND, BOTH, INCONSISTENT = range(5)
 """Source of a depth: the pairs that measured it; inconsistent pairs give no depth."""
 
-_TELLING_SHARE = 0.01  # least fraction of pixels that both pairs see for a consistency check
+_OVERLAP_MIN = 0.01  # least fraction of pixels that both pairs see for a consistency check
 
 
 @dataclass(frozen=True)
@@ -31,19 +31,19 @@ class DepthImage:
     source: NDArray[np.uint8]
 
     @property
-    def contradiction(self) -> float | None:
+    def inconsistent_fraction(self) -> float | None:
         """Fraction of the pixels seen by both pairs that are inconsistent; None if these are too few."""
-        agreed, contradicted = (np.count_nonzero(self.source == kind) for kind in (BOTH, CONTRADICTED))
-        if agreed + contradicted < _TELLING_SHARE * self.source.size:
+        agreed, inconsistent = (np.count_nonzero(self.source == kind) for kind in (BOTH, INCONSISTENT))
+        if agreed + inconsistent < _OVERLAP_MIN * self.source.size:
             return None
-        return contradicted / (agreed + contradicted)
+        return inconsistent / (agreed + inconsistent)
 
-    def agreed(self) -> DepthImage:
+    def only_consistent(self) -> DepthImage:
         """Return only the depths that both pairs confirm."""
-        alike = self.source == BOTH
-        depth = np.where(alike, self.depth, np.float32(np.nan))
+        is_consistent = self.source == BOTH
+        depth = np.where(is_consistent, self.depth, np.float32(np.nan))
         return DepthImage(
-            depth, np.where(alike | (self.source == CONTRADICTED), self.source, np.uint8(NOWHERE))
+            depth, np.where(is_consistent | (self.source == INCONSISTENT), self.source, np.uint8(NO_DEPTH))
         )
 
 
@@ -84,7 +84,7 @@ class TrinocularDepth:
         return DepthImage(*fuse_disparities(first, second, scales, self._settings.agreement, union))
 
 
-def depth_of_pair(disparity: NDArray[np.float32], pair: StereoPair) -> NDArray[np.float32]:
+def depth_from_disparity(disparity: NDArray[np.float32], pair: StereoPair) -> NDArray[np.float32]:
     """Return Z = b f / d (eq. 2) [m], same shape; NaN stays NaN."""
     return np.float32(pair.focal_baseline) / disparity
 
@@ -111,17 +111,17 @@ def fuse_disparities(
     """
     depth = np.full(first.shape, np.nan, dtype=np.float32)
     source = np.zeros(first.shape, dtype=np.uint8)
-    most = agreement / min(scales[0], scales[1])
+    tolerance = agreement / min(scales[0], scales[1])
     weight = scales[0] ** 2 + scales[1] ** 2
     for row, column in np.ndindex(first.shape):
         a, b = first[row, column], second[row, column]
         has_a, has_b = not np.isnan(a), not np.isnan(b)
         if has_a and has_b:
-            if abs(a / scales[0] - b / scales[1]) <= most:
+            if abs(a / scales[0] - b / scales[1]) <= tolerance:
                 depth[row, column] = weight / (a * scales[0] + b * scales[1])
                 source[row, column] = BOTH
             else:
-                source[row, column] = CONTRADICTED
+                source[row, column] = INCONSISTENT
         elif union and has_a:
             depth[row, column], source[row, column] = scales[0] / a, FIRST
         elif union and has_b:

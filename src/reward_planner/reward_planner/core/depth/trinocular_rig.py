@@ -10,7 +10,7 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.depth.trinocular_depth import DepthImage, TrinocularDepth
 
-_CONTRADICTION_MAX = 0.5  # consistent pairs differ in a few percent of the pixels
+_INCONSISTENT_FRACTION_MAX = 0.5  # consistent pairs differ in a few percent of the pixels
 
 
 class TrinocularRig:
@@ -37,11 +37,11 @@ class TrinocularRig:
             DepthError: cameras that are not rectified to each other, or settings that OpenCV does not support.
         """
         left, right, top = projections
-        beside, above = pair_from_projections(left, right), pair_from_projections(left, top)
+        horizontal, vertical = pair_from_projections(left, right), pair_from_projections(left, top)
         self.is_mirrored = False
         self._is_confirmed: bool | None = None  # by the latest frame with enough common pixels
-        self._as_told = TrinocularDepth(beside, above, settings)
-        self._mirrored = TrinocularDepth(beside, above.mirrored(), settings)
+        self._as_calibrated = TrinocularDepth(horizontal, vertical, settings)
+        self._mirrored = TrinocularDepth(horizontal, vertical.mirror(), settings)
 
     def compute(
         self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]
@@ -52,27 +52,29 @@ class TrinocularRig:
             DepthError: images of a wrong type or shape, or pairs that are inconsistent with either sign, now or in the
                 latest frame with enough common pixels.
         """
-        seen = self._pairs(self.is_mirrored).compute(left, right, top)
-        if _belong_together(seen):
+        depth = self._pairs(self.is_mirrored).compute(left, right, top)
+        if _is_consistent(depth):
             self._is_confirmed = True
-            return seen
-        if seen.contradiction is not None or self._is_confirmed is None:
-            other = self._pairs(not self.is_mirrored).compute(left, right, top)
-            if _belong_together(other):
+            return depth
+        if depth.inconsistent_fraction is not None or self._is_confirmed is None:
+            mirrored_depth = self._pairs(not self.is_mirrored).compute(left, right, top)
+            if _is_consistent(mirrored_depth):
                 self.is_mirrored, self._is_confirmed = not self.is_mirrored, True
-                return other
-        if seen.contradiction is not None:
+                return mirrored_depth
+        if depth.inconsistent_fraction is not None:
             self._is_confirmed = False
         if self._is_confirmed is False:
             raise DepthError(
                 'the depths of left-right and left-top are inconsistent; check that the topics are those of these '
                 'cameras, and calibrate them together'
             )
-        return seen.agreed()
+        return depth.only_consistent()
 
     def _pairs(self, is_mirrored: bool) -> TrinocularDepth:
-        return self._mirrored if is_mirrored else self._as_told
+        return self._mirrored if is_mirrored else self._as_calibrated
 
 
-def _belong_together(seen: DepthImage) -> bool:
-    return seen.contradiction is not None and seen.contradiction <= _CONTRADICTION_MAX
+def _is_consistent(depth: DepthImage) -> bool:
+    return (
+        depth.inconsistent_fraction is not None and depth.inconsistent_fraction <= _INCONSISTENT_FRACTION_MAX
+    )

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from reward_planner.core.driving.driving_error import DrivingError
 
 OPERATIONS = ('stop', 'resume', 'slow', 'speed_up', 'turn')
-_WITH_SPEED = ('slow', 'speed_up')
-_WITH_VALUE = (*_WITH_SPEED, 'turn')
-_LARGEST = 1000.0
+_SPEED_OPERATIONS = ('slow', 'speed_up')
+_VALUE_OPERATIONS = (*_SPEED_OPERATIONS, 'turn')
+_VALUE_MAX = 1000.0
 _TURN_MAX = math.tau + 1e-6
 
 
@@ -28,7 +28,7 @@ class LightCommand:
     value: float
 
 
-def read_light_command(text: str) -> LightCommand:
+def parse_light_command(text: str) -> LightCommand:
     """Parse a JSON command.
 
     Raises:
@@ -41,10 +41,10 @@ def read_light_command(text: str) -> LightCommand:
     operation = fields.get('op') if isinstance(fields, dict) else None
     if operation not in OPERATIONS:
         raise DrivingError(f'command has an unknown op; it must be one of {", ".join(OPERATIONS)}')
-    value = fields.get('value', None if operation in _WITH_VALUE else 0.0)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _LARGEST:
-        raise DrivingError(f'command has a value that is not a number of at most {_LARGEST:g}; send one')
-    if operation in _WITH_SPEED and value < 0.0:
+    value = fields.get('value', None if operation in _VALUE_OPERATIONS else 0.0)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _VALUE_MAX:
+        raise DrivingError(f'command has a value that is not a number of at most {_VALUE_MAX:g}; send one')
+    if operation in _SPEED_OPERATIONS and value < 0.0:
         raise DrivingError(f'command {operation} has a negative speed; send 0 or more')
     if operation == 'turn' and abs(value) > _TURN_MAX:
         raise DrivingError(f'command turn has an angle of {value:g} rad; send at most one full turn')

@@ -14,8 +14,8 @@ UNKNOWN = -1
 FREE = 0
 OCCUPIED = 100
 
-OCCUPIED_FROM = 65  # map_server's default occupied_thresh, 0.65 [%]
-FREE_BELOW = 25  # map_server's default free_thresh, 0.25 [%]
+OCCUPIED_THRESHOLD = 65  # map_server's default occupied_thresh, 0.65 [%]
+FREE_THRESHOLD = 25  # map_server's default free_thresh, 0.25 [%]
 
 
 @dataclass(frozen=True)
@@ -41,4 +41,4 @@ class OccupancyMap:
 
     def occupied(self) -> NDArray[np.bool_]:
         """Return the occupied cells, shape (rows, columns); unknown cells are not occupied."""
-        return self.occupancy >= OCCUPIED_FROM
+        return self.occupancy >= OCCUPIED_THRESHOLD

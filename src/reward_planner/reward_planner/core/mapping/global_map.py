@@ -14,7 +14,7 @@ from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_error import MappingError
 
 _BLOCK = 64
-_Part = tuple[slice, slice]
+_CellSlices = tuple[slice, slice]
 
 
 class GlobalMap:
@@ -34,7 +34,7 @@ class GlobalMap:
             cells_max: maximum number of cells.
         """
         self.resolution = resolution
-        self.refused = 0
+        self.rejected_cells = 0
         self.cells_max = cells_max
         self._blocks: dict[tuple[int, int], NDArray[np.int8]] = {}
         self._low = self._high = (0, 0)
@@ -56,14 +56,14 @@ class GlobalMap:
             raise MappingError(
                 f'occupancy has the shape {local.occupancy.shape}, its frame {local.frame.shape}; they must be equal'
             )
-        for place, block, part in self._parts(local.frame):
+        for index, block, part in self._overlapping_blocks(local.frame):
             observed = local.observed[part]
             if not observed.any():
                 continue
-            if place not in self._blocks and not self._add_block(place):
-                self.refused += int(observed.sum())
+            if index not in self._blocks and not self._add_block(index):
+                self.rejected_cells += int(observed.sum())
                 continue
-            self._blocks[place][block][observed] = local.occupancy[part][observed]
+            self._blocks[index][block][observed] = local.occupancy[part][observed]
 
     def frame(self) -> GridFrame | None:
         """Return the smallest rectangle of blocks around all known cells, None if there are none."""
@@ -96,16 +96,18 @@ class GlobalMap:
             MappingError: another resolution.
         """
         cells = np.full(frame.shape, UNKNOWN, dtype=np.int8)
-        for place, block, part in self._parts(frame):
-            if place in self._blocks:
-                cells[part] = self._blocks[place][block]
+        for index, block, part in self._overlapping_blocks(frame):
+            if index in self._blocks:
+                cells[part] = self._blocks[index][block]
         return cells
 
     def clear(self) -> None:
         """Clear the map."""
         self._blocks.clear()
 
-    def _parts(self, frame: GridFrame) -> Iterator[tuple[tuple[int, int], _Part, _Part]]:
+    def _overlapping_blocks(
+        self, frame: GridFrame
+    ) -> Iterator[tuple[tuple[int, int], _CellSlices, _CellSlices]]:
         """Yield the blocks that overlap a frame: block index, cells of the block, cells of the frame."""
         if not math.isclose(frame.resolution, self.resolution, rel_tol=1e-6):
             raise MappingError(
@@ -113,24 +115,24 @@ class GlobalMap:
                 'use the same resolution'
             )
         row, column = round(frame.origin_y / self.resolution), round(frame.origin_x / self.resolution)
-        for block_row, rows, frame_rows in _cuts(row, frame.rows):
-            for block_column, columns, frame_columns in _cuts(column, frame.columns):
+        for block_row, rows, frame_rows in _split_by_blocks(row, frame.rows):
+            for block_column, columns, frame_columns in _split_by_blocks(column, frame.columns):
                 yield (block_row, block_column), (rows, columns), (frame_rows, frame_columns)
 
-    def _add_block(self, place: tuple[int, int]) -> bool:
+    def _add_block(self, index: tuple[int, int]) -> bool:
         """Allocate a block of unknown cells; return False if the map is full."""
         if (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
             return False
-        low, high = place, (place[0] + 1, place[1] + 1)
+        low, high = index, (index[0] + 1, index[1] + 1)
         if self._blocks:
             low = (min(low[0], self._low[0]), min(low[1], self._low[1]))
             high = (max(high[0], self._high[0]), max(high[1], self._high[1]))
         self._low, self._high = low, high
-        self._blocks[place] = np.full((_BLOCK, _BLOCK), UNKNOWN, dtype=np.int8)
+        self._blocks[index] = np.full((_BLOCK, _BLOCK), UNKNOWN, dtype=np.int8)
         return True
 
 
-def _cuts(first: int, count: int) -> Iterator[tuple[int, slice, slice]]:
+def _split_by_blocks(first: int, count: int) -> Iterator[tuple[int, slice, slice]]:
     """Yield the blocks along one axis that overlap ``count`` cells from ``first``, with their cells."""
     for block in range(first // _BLOCK, (first + count - 1) // _BLOCK + 1):
         start, end = max(block * _BLOCK, first), min((block + 1) * _BLOCK, first + count)

@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.mapping.projection import project_around
-from reward_planner.core.voxels.count_points import PointTally
+from reward_planner.core.mapping.projection import project_voxels
+from reward_planner.core.voxels.count_points import PointCounts
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -35,13 +35,13 @@ class ObstacleMapper:
         Raises:
             VoxelError: the settings give no voxels.
         """
-        self._T_base_sensor = _matrix(mount.rotation, np.array(mount.xyz))
+        self._T_base_sensor = _matrix_from_parts(mount.rotation, np.array(mount.xyz))
         self.voxels = VoxelMap(voxels)
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
 
     def add(
         self, stamp: float, points: ArrayLike, T_map_base: PlanarPose, focal_length: float
-    ) -> tuple[LocalMap, PointTally]:
+    ) -> tuple[LocalMap, PointCounts]:
         """Add a frame; return the local map and the number of points by outcome.
 
         Args:
@@ -53,11 +53,11 @@ class ObstacleMapper:
         Raises:
             VoxelError: points of a wrong shape, or a pose or stamp that is not finite.
         """
-        view = SensorView(_matrix_of_pose(T_map_base) @ self._T_base_sensor, focal_length)
-        tally = self.voxels.add(stamp, points, view).tally
-        local = project_around(self.voxels, view, self.map)
+        view = SensorView(_matrix_from_pose(T_map_base) @ self._T_base_sensor, focal_length)
+        point_counts = self.voxels.add(stamp, points, view).point_counts
+        local = project_voxels(self.voxels, view, self.map)
         self.map.write(local)
-        return local, tally
+        return local, point_counts
 
     def clear(self) -> None:
         """Clear both maps."""
@@ -65,13 +65,15 @@ class ObstacleMapper:
         self.map.clear()
 
 
-def _matrix_of_pose(pose: PlanarPose) -> NDArray[np.float64]:
+def _matrix_from_pose(pose: PlanarPose) -> NDArray[np.float64]:
     cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
     rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return _matrix(rotation, np.array([pose.x, pose.y, 0.0]))
+    return _matrix_from_parts(rotation, np.array([pose.x, pose.y, 0.0]))
 
 
-def _matrix(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> NDArray[np.float64]:
+def _matrix_from_parts(
+    rotation: NDArray[np.float64], translation: NDArray[np.float64]
+) -> NDArray[np.float64]:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotation, translation
     return T

@@ -7,19 +7,19 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, OCCUPIED_FROM, UNKNOWN
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.voxels.frame_window import TILE
+from reward_planner.core.voxels.frame_window import TILE_SIZE
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
 from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.tile_store import NO_TILE
 from reward_planner.core.voxels.voxel_map import VoxelMap
-from reward_planner.core.voxels.voxel_settings import FREE_SHARE
+from reward_planner.core.voxels.voxel_settings import FREE_FRACTION
 
-_FREE_LAYERS = 0.5
+_FREE_LAYER_FRACTION = 0.5
 
 
-def project_around(voxels: VoxelMap, view: SensorView, known: GlobalMap) -> LocalMap:
+def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap) -> LocalMap:
     """Project the voxels within the window of a view to the floor.
 
     A cell is occupied if any voxel above it has the value of an obstacle. It is free if no voxel has a positive value
@@ -32,7 +32,7 @@ def project_around(voxels: VoxelMap, view: SensorView, known: GlobalMap) -> Loca
     settings = voxels.settings
     window, slots = voxels.slots_around(view)
     is_mean = settings.rule != 'log_odds'
-    least = settings.value_min if is_mean else settings.log_odds_occupied
+    value_min = settings.value_min if is_mean else settings.log_odds_occupied
     x, y, _ = window.corner
     frame = GridFrame(float(x), float(y), window.resolution, window.side, window.side)
     occupancy, observed = _project(
@@ -40,11 +40,11 @@ def project_around(voxels: VoxelMap, view: SensorView, known: GlobalMap) -> Loca
         voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
         slots,
         (
-            float(np.float32(least)),
-            float(np.float32(-FREE_SHARE * settings.log_odds_pass)),
+            float(np.float32(value_min)),
+            float(np.float32(-FREE_FRACTION * settings.log_odds_pass)),
         ),  # float32, as the values
-        known.occupancy_in(frame) >= OCCUPIED_FROM,
-        voxels.tiles.held,
+        global_map.occupancy_in(frame) >= OCCUPIED_THRESHOLD,
+        voxels.tiles.has_obstacle,
     )
     return LocalMap(frame, occupancy, observed)
 
@@ -55,8 +55,8 @@ def _project(
     frames: NDArray[np.float32],
     slots: NDArray[np.int64],
     limits: tuple[float, float],
-    known: NDArray[np.bool_],
-    held: NDArray[np.bool_],
+    was_occupied: NDArray[np.bool_],
+    has_obstacle: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
     """Return occupancy and observed cells of the window; rows along y.
 
@@ -68,28 +68,28 @@ def _project(
         was_occupied: cells that are occupied in the global map, shape (rows, columns).
         has_obstacle: columns whose obstacle rays may clear, shape (slots, TILE_SIZE, TILE_SIZE); updated in place.
     """
-    side = TILE * len(slots)
+    side = TILE_SIZE * len(slots)
     occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)
     observed = np.zeros((side, side), dtype=np.bool_)
     for i, j in np.ndindex(slots.shape):
         slot = slots[i, j]
         if slot == NO_TILE:
             continue
-        divisor = max(float(frames[slot]), 1.0)
-        for column in range(TILE):
-            for row in range(TILE):
-                highest, passed, gapless = np.float32(0.0), 0, 0
+        frame_count = max(float(frames[slot]), 1.0)
+        for column in range(TILE_SIZE):
+            for row in range(TILE_SIZE):
+                highest, free_layers, free_from_bottom = np.float32(0.0), 0, 0
                 for layer, value in enumerate(values[slot, column, row]):
                     highest = max(highest, value)
-                    passed += value <= limits[1]
-                    gapless += passed == layer + 1
-                cell = (j * TILE + row, i * TILE + column)
-                if highest >= limits[0] * divisor:
+                    free_layers += value <= limits[1]
+                    free_from_bottom += free_layers == layer + 1
+                cell = (j * TILE_SIZE + row, i * TILE_SIZE + column)
+                if highest >= limits[0] * frame_count:
                     occupancy[cell], observed[cell] = OCCUPIED, True
-                    held[slot, column, row] |= not known[cell]
+                    has_obstacle[slot, column, row] |= not was_occupied[cell]
                 elif highest <= 0.0:
-                    is_free = passed == gapless >= _FREE_LAYERS * values.shape[3]
+                    is_free = free_layers == free_from_bottom >= _FREE_LAYER_FRACTION * values.shape[3]
                     occupancy[cell] = FREE if is_free else UNKNOWN
-                    observed[cell] = is_free or held[slot, column, row]
-                    held[slot, column, row] = False
+                    observed[cell] = is_free or has_obstacle[slot, column, row]
+                    has_obstacle[slot, column, row] = False
     return occupancy, observed

@@ -19,7 +19,7 @@ def reward_route(
     start: tuple[int, int],
     goal: tuple[int, int],
     settings: RewardSettings,
-    earlier: NDArray[np.int64] | None = None,
+    visited_cells: NDArray[np.int64] | None = None,
     steps_max: int | None = None,
 ) -> Route | NoRoute:
     """Plan a route by the reward rule.
@@ -36,15 +36,15 @@ def reward_route(
     shortest = shortest_route(blocked, start, goal)
     if isinstance(shortest, NoRoute):
         return shortest
-    walk = RewardWalk(blocked.shape, start, goal, settings, earlier)
-    thoughts_max = _DETOUR_MAX * min(len(shortest.cells), steps_max or len(shortest.cells))
+    walk = RewardWalk(blocked.shape, start, goal, settings, visited_cells)
+    total_steps_max = _DETOUR_MAX * min(len(shortest.cells), steps_max or len(shortest.cells))
     cells, steps = [start], 0
     while not walk.is_at_goal and (steps_max is None or len(cells) <= steps_max):
         steps += 1
-        if steps > thoughts_max or not walk.advance(blocked):
+        if steps > total_steps_max or not walk.advance(blocked):
             return NoRoute(NoRouteReason.GAVE_UP)
         if steps_max is not None and walk.cell in cells:
             del cells[cells.index(walk.cell) :]
         cells.append(walk.cell)
-    way = np.array(cells, dtype=np.int64)
-    return Route(way, route_length(way))
+    path = np.array(cells, dtype=np.int64)
+    return Route(path, route_length(path))

@@ -30,6 +30,6 @@ class RewardTable:
         maximum=0.0,
     )
 
-    def numbers(self) -> NDArray[np.float64]:
+    def reward_values(self) -> NDArray[np.float64]:
         """Return the rows as an array for numba kernels, shape (5,)."""
         return np.array(astuple(self), dtype=np.float64)

@@ -33,22 +33,22 @@ class RewardWalk:
         start: tuple[int, int],
         goal: tuple[int, int],
         settings: RewardSettings,
-        earlier: NDArray[np.int64] | None = None,
+        visited_cells: NDArray[np.int64] | None = None,
     ) -> None:
         self._goal = goal
         self._settings = settings
-        self._numbers = settings.table.numbers()
+        self._reward_values = settings.table.reward_values()
         self._counted = settings.visits == 'counted'
         self._visits = np.zeros(shape, dtype=np.int32)
-        if earlier is not None:
-            np.add.at(self._visits, (earlier[:, 0], earlier[:, 1]), 1)
+        if visited_cells is not None:
+            np.add.at(self._visits, (visited_cells[:, 0], visited_cells[:, 1]), 1)
         self._visits[start] += 1
-        self._place = (*start, True)
+        self._state = (*start, True)
 
     @property
     def cell(self) -> tuple[int, int]:
         """Row and column of the robot's cell."""
-        return self._place[:2]
+        return self._state[:2]
 
     @property
     def is_at_goal(self) -> bool:
@@ -58,7 +58,7 @@ class RewardWalk:
     def explain(self, blocked: NDArray[np.bool_]) -> list[StepReward]:
         """Return the eight steps from the current cell by falling reward; ``blocked`` as for `advance`."""
         terms = np.empty((8, 5))
-        arguments = (self._place, self._goal, self._numbers, self._counted)
+        arguments = (self._state, self._goal, self._reward_values, self._counted)
         write_step_terms(blocked, self._visits, *arguments, terms)
         return explain_steps(terms)
 
@@ -68,12 +68,12 @@ class RewardWalk:
         Args:
             blocked: cells known to be occupied, shape (rows, columns).
         """
-        arguments = (self._place, self._goal, self._numbers, self._counted)
+        arguments = (self._state, self._goal, self._reward_values, self._counted)
         step = choose_step(blocked, self._visits, *arguments, self._settings.virtual_steps_max)
         if step < 0:
             return False
-        row, column, _ = self._place
+        row, column, _ = self._state
         went_straight = step == straight_step(row, column, self._goal)
-        self._place = (row + int(STEPS[step, 0]), column + int(STEPS[step, 1]), went_straight)
+        self._state = (row + int(STEPS[step, 0]), column + int(STEPS[step, 1]), went_straight)
         self._visits[self.cell] += 1
         return True

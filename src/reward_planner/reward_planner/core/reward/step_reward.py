@@ -75,9 +75,9 @@ def straight_step(row: int, column: int, goal: tuple[int, int]) -> int:
 def write_step_terms(
     blocked: NDArray[np.bool_],
     visits: NDArray[np.int32],
-    place: tuple[int, int, bool],
+    state: tuple[int, int, bool],
     goal: tuple[int, int],
-    numbers: NDArray[np.float64],
+    reward_values: NDArray[np.float64],
     counted: bool,
     terms: NDArray[np.float64],
 ) -> None:
@@ -92,19 +92,19 @@ def write_step_terms(
         counted: whether row 4 applies for each visit.
         terms: output, rewards of each step by row, shape (8, 5); a step past a blocked corner is a collision.
     """
-    row, column, went_straight = place
+    row, column, went_straight = state
     straight = straight_step(row, column, goal)
     terms[:] = 0.0
     for k in range(8):
         to_row, to_column = row + STEPS[k, 0], column + STEPS[k, 1]
         if not (0 <= to_row < blocked.shape[0] and 0 <= to_column < blocked.shape[1]):
-            terms[k, OUTSIDE] = numbers[OUTSIDE]
+            terms[k, OUTSIDE] = reward_values[OUTSIDE]
         elif blocked[to_row, to_column] or blocked[to_row, column] or blocked[row, to_column]:
-            terms[k, COLLISION] = numbers[COLLISION]
+            terms[k, COLLISION] = reward_values[COLLISION]
         else:
             distance = max(np.hypot(to_row - goal[0], to_column - goal[1]), _AT_GOAL)
-            terms[k, ADVANCE] = numbers[ADVANCE] / distance - distance
+            terms[k, ADVANCE] = reward_values[ADVANCE] / distance - distance
             times = visits[to_row, to_column]
-            terms[k, VISITED] = numbers[VISITED] * (times if counted else min(times, 1))
+            terms[k, VISITED] = reward_values[VISITED] * (times if counted else min(times, 1))
             if k != straight and not went_straight:
-                terms[k, DETOUR] = numbers[DETOUR]
+                terms[k, DETOUR] = reward_values[DETOUR]

@@ -30,12 +30,12 @@ def best_steps(terms: NDArray[np.float64]) -> tuple[int, int]:
 
 
 @njit(cache=True)
-def virtual_length(
+def virtual_path_length(
     blocked: NDArray[np.bool_],
     visits: NDArray[np.int32],
-    place: tuple[int, int, bool],
+    state: tuple[int, int, bool],
     goal: tuple[int, int],
-    numbers: NDArray[np.float64],
+    reward_values: NDArray[np.float64],
     counted: bool,
     first_step: int,
     steps_max: int,
@@ -48,21 +48,21 @@ def virtual_length(
     Returns:
         length of the path, -1 if it does not reach the goal.
     """
-    trail = np.empty((steps_max, 2), np.int32)
+    path = np.empty((steps_max, 2), np.int32)
     terms = np.empty((8, 5))
-    row, column, went_straight = place
+    row, column, went_straight = state
     step, length, count = first_step, 0, 0
     while step >= 0 and count < steps_max and not (row == goal[0] and column == goal[1]):
         went_straight = step == straight_step(row, column, goal)
         row, column = row + STEPS[step, 0], column + STEPS[step, 1]
         length += DIAGONAL if STEPS[step, 0] and STEPS[step, 1] else STRAIGHT
         visits[row, column] += 1
-        trail[count, 0], trail[count, 1] = row, column
+        path[count, 0], path[count, 1] = row, column
         count += 1
-        write_step_terms(blocked, visits, (row, column, went_straight), goal, numbers, counted, terms)
+        write_step_terms(blocked, visits, (row, column, went_straight), goal, reward_values, counted, terms)
         step = best_steps(terms)[0]
     for k in range(count):
-        visits[trail[k, 0], trail[k, 1]] -= 1
+        visits[path[k, 0], path[k, 1]] -= 1
     return length if row == goal[0] and column == goal[1] else -1
 
 
@@ -70,18 +70,20 @@ def virtual_length(
 def choose_step(
     blocked: NDArray[np.bool_],
     visits: NDArray[np.int32],
-    place: tuple[int, int, bool],
+    state: tuple[int, int, bool],
     goal: tuple[int, int],
-    numbers: NDArray[np.float64],
+    reward_values: NDArray[np.float64],
     counted: bool,
     steps_max: int,
 ) -> int:
-    """Return the number of the step to take, -1 for none; arguments as for `virtual_length`."""
+    """Return the number of the step to take, -1 for none; arguments as for `virtual_path_length`."""
     terms = np.empty((8, 5))
-    write_step_terms(blocked, visits, place, goal, numbers, counted, terms)
+    write_step_terms(blocked, visits, state, goal, reward_values, counted, terms)
     first, second = best_steps(terms)
-    if steps_max == 0 or second < 0 or first == straight_step(place[0], place[1], goal):
+    if steps_max == 0 or second < 0 or first == straight_step(state[0], state[1], goal):
         return first
-    of_first = virtual_length(blocked, visits, place, goal, numbers, counted, first, steps_max)
-    of_second = virtual_length(blocked, visits, place, goal, numbers, counted, second, steps_max)
-    return second if of_second >= 0 and (of_second < of_first or of_first < 0) else first
+    first_length = virtual_path_length(blocked, visits, state, goal, reward_values, counted, first, steps_max)
+    second_length = virtual_path_length(
+        blocked, visits, state, goal, reward_values, counted, second, steps_max
+    )
+    return second if second_length >= 0 and (second_length < first_length or first_length < 0) else first

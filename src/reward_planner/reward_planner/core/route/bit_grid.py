@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 MARGIN = 64  # bits before the first cell of a line: one 64-bit word of blocked cells
 
-_WORD = np.uint64(0xFFFFFFFFFFFFFFFF)
+_ALL_BLOCKED = np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 class BitGrid(NamedTuple):
@@ -29,13 +29,13 @@ def pack_grid(blocked: NDArray[np.bool_]) -> BitGrid:
     """Pack a grid of shape (rows, columns) into bits."""
     rows, columns = blocked.shape
     row_words, column_words = -(-columns // 64), -(-rows // 64)
-    lines = np.full((64 * column_words + 2, row_words + 2), _WORD)
+    lines = np.full((64 * column_words + 2, row_words + 2), _ALL_BLOCKED)
     packed = np.packbits(blocked, axis=1, bitorder='little')
     octets = lines[:, 1:-1].view(np.uint8)[1 : rows + 1]
     octets[:, : packed.shape[1]] = packed
     if columns % 8:
         octets[:, packed.shape[1] - 1] |= np.uint8(0xFF << columns % 8 & 0xFF)
-    across = np.full((64 * row_words + 2, column_words + 2), _WORD)
+    across = np.full((64 * row_words + 2, column_words + 2), _ALL_BLOCKED)
     _transpose(lines, across)
     return BitGrid(lines[: rows + 2], across[: columns + 2])
 

@@ -23,10 +23,12 @@ def is_blocked(grid: BitGrid, row: int, column: int) -> bool:
 
 
 @njit(cache=True)
-def jump_along_row(grid: BitGrid, row: int, column: int, turn: int, goal_row: int, goal_column: int) -> int:
+def jump_along_row(
+    grid: BitGrid, row: int, column: int, direction: int, goal_row: int, goal_column: int
+) -> int:
     """Return the column of the jump point in this row, towards higher (1) or lower columns (-1); -1 if none."""
     goal = goal_column + MARGIN if goal_row == row else 0
-    if turn > 0:
+    if direction > 0:
         place = scan_up(grid.rows, row + 1, column + MARGIN, goal)
     else:
         place = scan_down(grid.rows, row + 1, column + MARGIN, goal)
@@ -35,11 +37,11 @@ def jump_along_row(grid: BitGrid, row: int, column: int, turn: int, goal_row: in
 
 @njit(cache=True)
 def jump_along_column(
-    grid: BitGrid, row: int, column: int, turn: int, goal_row: int, goal_column: int
+    grid: BitGrid, row: int, column: int, direction: int, goal_row: int, goal_column: int
 ) -> int:
     """Return the row of the jump point in this column, towards higher (1) or lower rows (-1); -1 if none."""
     goal = goal_row + MARGIN if goal_column == column else 0
-    if turn > 0:
+    if direction > 0:
         place = scan_up(grid.columns, column + 1, row + MARGIN, goal)
     else:
         place = scan_down(grid.columns, column + 1, row + MARGIN, goal)
@@ -51,7 +53,7 @@ def jump_diagonally(
     grid: BitGrid,
     row: int,
     column: int,
-    turns: tuple[int, int],
+    directions: tuple[int, int],
     goal: tuple[int, int],
     found: NDArray[np.int32],
     count: int,
@@ -70,22 +72,22 @@ def jump_diagonally(
     Returns:
         new number of entries in found.
     """
-    row_turn, column_turn = turns
+    row_direction, column_direction = directions
     while not (
-        is_blocked(grid, row + row_turn, column)
-        or is_blocked(grid, row, column + column_turn)
-        or is_blocked(grid, row + row_turn, column + column_turn)
+        is_blocked(grid, row + row_direction, column)
+        or is_blocked(grid, row, column + column_direction)
+        or is_blocked(grid, row + row_direction, column + column_direction)
     ):
-        row += row_turn
-        column += column_turn
+        row += row_direction
+        column += column_direction
         if row == goal[0] and column == goal[1]:
             found[count, 0], found[count, 1] = row, column
             return count + 1
-        place = jump_along_row(grid, row, column, column_turn, goal[0], goal[1])
+        place = jump_along_row(grid, row, column, column_direction, goal[0], goal[1])
         if place >= 0:
             found[count, 0], found[count, 1] = row, place
             count += 1
-        place = jump_along_column(grid, row, column, row_turn, goal[0], goal[1])
+        place = jump_along_column(grid, row, column, row_direction, goal[0], goal[1])
         if place >= 0:
             found[count, 0], found[count, 1] = place, column
             count += 1

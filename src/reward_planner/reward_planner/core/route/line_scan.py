@@ -15,23 +15,23 @@ _ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
 _ONE = np.uint64(1)
 _LAST = np.uint64(63)
 _SIX = np.uint64(58)
-_SEQUENCE = np.uint64(0x03F79D71B4CB0A89)  # de Bruijn sequence: every run of six bits occurs once
+_DE_BRUIJN = np.uint64(0x03F79D71B4CB0A89)  # de Bruijn sequence: every run of six bits occurs once
 
 
-def _places() -> NDArray[np.int64]:
+def _bit_indices() -> NDArray[np.int64]:
     places = np.empty(64, dtype=np.int64)
     for bit in range(64):
-        places[(int(_SEQUENCE) << bit & int(_ALL)) >> 58] = bit
+        places[(int(_DE_BRUIJN) << bit & int(_ALL)) >> 58] = bit
     return places
 
 
-_PLACES = _places()
+_BIT_INDICES = _bit_indices()
 
 
 @njit(cache=True)
-def _place_of(bit: np.uint64) -> int:
+def _bit_index(bit: np.uint64) -> int:
     """Return the index of the only bit that is set."""
-    return _PLACES[(bit * _SEQUENCE) >> _SIX]
+    return _BIT_INDICES[(bit * _DE_BRUIJN) >> _SIX]
 
 
 @njit(cache=True)
@@ -59,7 +59,7 @@ def scan_up(lines: NDArray[np.uint64], line: int, begin: int, goal: int) -> int:
         word += 1
         mask = _ALL
     bit = stops & (~stops + _ONE)
-    place = (word << 6) + _place_of(bit)
+    place = (word << 6) + _bit_index(bit)
     if begin < goal < place:
         return goal
     return 0 if lines[line, word] & bit else place
@@ -79,15 +79,15 @@ def scan_down(lines: NDArray[np.uint64], line: int, begin: int, goal: int) -> in
             break
         word -= 1
         mask = _ALL
-    bit = _highest(stops)
-    place = (word << 6) + _place_of(bit)
+    bit = _highest_bit(stops)
+    place = (word << 6) + _bit_index(bit)
     if place < goal < begin:
         return goal
     return 0 if lines[line, word] & bit else place
 
 
 @njit(cache=True)
-def _highest(bits: np.uint64) -> np.uint64:
+def _highest_bit(bits: np.uint64) -> np.uint64:
     """Return a word with only the highest set bit."""
     bits |= bits >> np.uint64(1)
     bits |= bits >> np.uint64(2)

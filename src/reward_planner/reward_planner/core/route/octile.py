@@ -18,7 +18,7 @@ DIAGONAL = 665857
 
 
 @njit(cache=True)
-def octile_units(row_a: int, column_a: int, row_b: int, column_b: int) -> int:
+def octile_distance(row_a: int, column_a: int, row_b: int, column_b: int) -> int:
     """Return the octile distance between two cells [1/STRAIGHT cells]."""
     rows, columns = abs(row_a - row_b), abs(column_a - column_b)
     if rows < columns:

@@ -21,7 +21,7 @@ def push(keys: NDArray[np.int64], cells: NDArray[np.int32], size: int, key: int,
 
 
 @njit(cache=True)
-def drop_first(keys: NDArray[np.int64], cells: NDArray[np.int32], size: int) -> None:
+def pop_first(keys: NDArray[np.int64], cells: NDArray[np.int32], size: int) -> None:
     """Remove the entry with the least key, at index 0, from a heap of ``size`` entries."""
     last = size - 1
     key, cell = keys[last], cells[last]

@@ -17,5 +17,5 @@ def is_reachable(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple
         start: row and column of the start, free.
         goal: row and column of the goal, free.
     """
-    _, parts = cv2.connectedComponents((~blocked).view(np.uint8), connectivity=4)
-    return bool(parts[start] == parts[goal])
+    _, components = cv2.connectedComponents((~blocked).view(np.uint8), connectivity=4)
+    return bool(components[start] == components[goal])

@@ -27,7 +27,7 @@ class Route:
         """Return the centres of the cells in the map frame, shape (n, 2) [m]."""
         return frame.centre_of(self.cells)
 
-    def metres(self, frame: GridFrame) -> float:
+    def length_in_metres(self, frame: GridFrame) -> float:
         """Return the length on a grid of some resolution [m]."""
         return self.length * frame.resolution
 
@@ -50,7 +50,9 @@ class NoRoute:
     reason: NoRouteReason
 
 
-def refuse_ends(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]) -> NoRoute | None:
+def check_endpoints(
+    blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]
+) -> NoRoute | None:
     """Return why no route can start or end at these cells, or None.
 
     Args:

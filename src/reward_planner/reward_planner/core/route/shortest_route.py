@@ -7,9 +7,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.route.bit_grid import BitGrid, pack_grid
-from reward_planner.core.route.octile import STRAIGHT, octile_units, route_length
-from reward_planner.core.route.open_list import drop_first, push
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, refuse_ends
+from reward_planner.core.route.octile import STRAIGHT, octile_distance, route_length
+from reward_planner.core.route.open_list import pop_first, push
+from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, check_endpoints
 from reward_planner.core.route.successors import successors, successors_of_start
 
 _TIE_BITS = 20  # low bits of a key: distance to the goal [cells]; high bits: estimated length of the route
@@ -28,9 +28,9 @@ def shortest_route(
         start: row and column of the start.
         goal: row and column of the goal.
     """
-    refused = refuse_ends(blocked, start, goal)
-    if refused is not None:
-        return refused
+    failure = check_endpoints(blocked, start, goal)
+    if failure is not None:
+        return failure
     rows, columns = blocked.shape
     shift = columns.bit_length()
     # np.zeros allocates pages only when they are touched; most cells never are.
@@ -39,7 +39,7 @@ def shortest_route(
     # Search from the goal: it makes diagonal steps first, so the robot makes straight steps first.
     if not _search(pack_grid(blocked), shift, goal, start, lengths, parents):
         return NoRoute(NoRouteReason.UNREACHABLE)
-    cells = _cells_of(parents, shift, goal, start)[::-1]
+    cells = _expand_path(parents, shift, goal, start)[::-1]
     return Route(cells, route_length(cells))
 
 
@@ -71,12 +71,12 @@ def _search(
     keys[0], cells[0], size, lengths[first] = 0, first, 1, 1
     while size and cells[0] != last:
         key, cell = keys[0], cells[0]
-        drop_first(keys, cells, size)
+        pop_first(keys, cells, size)
         size -= 1
         row, column = cell >> shift, cell & ((1 << shift) - 1)
         if cell == first:
             count = successors_of_start(grid, row, column, goal, found)
-        elif (key >> _TIE_BITS) > lengths[cell] + octile_units(row, column, goal[0], goal[1]):
+        elif (key >> _TIE_BITS) > lengths[cell] + octile_distance(row, column, goal[0], goal[1]):
             continue  # outdated entry: a shorter path was found since
         else:
             parent = (parents[cell] >> shift, parents[cell] & ((1 << shift) - 1))
@@ -85,18 +85,18 @@ def _search(
             keys, cells = np.concatenate((keys, keys)), np.concatenate((cells, cells))
         for k in range(count):
             next_row, next_column = found[k]
-            length = lengths[cell] + octile_units(row, column, next_row, next_column)
+            length = lengths[cell] + octile_distance(row, column, next_row, next_column)
             next_cell = (next_row << shift) + next_column
             if lengths[next_cell] == 0 or length < lengths[next_cell]:
                 lengths[next_cell], parents[next_cell] = length, cell
-                ahead = octile_units(next_row, next_column, goal[0], goal[1])
-                push(keys, cells, size, ((length + ahead) << _TIE_BITS) + ahead // STRAIGHT, next_cell)
+                h = octile_distance(next_row, next_column, goal[0], goal[1])
+                push(keys, cells, size, ((length + h) << _TIE_BITS) + h // STRAIGHT, next_cell)
                 size += 1
     return size > 0
 
 
 @njit(cache=True)
-def _cells_of(
+def _expand_path(
     parents: NDArray[np.int32], shift: int, start: tuple[int, int], goal: tuple[int, int]
 ) -> NDArray[np.int64]:
     """Return all cells from start to goal, shape (n, 2); between jump points diagonal steps come first."""

@@ -16,21 +16,21 @@ from reward_planner.core.route.jump_points import (
 
 
 @njit(cache=True)
-def add_straight(
+def add_straight_jump_point(
     grid: BitGrid,
     row: int,
     column: int,
-    turns: tuple[int, int],
+    directions: tuple[int, int],
     goal: tuple[int, int],
     found: NDArray[np.int32],
     count: int,
 ) -> int:
     """Append the jump point straight ahead; arguments and result as for `jump_diagonally`, one direction is 0."""
-    if turns[0]:
-        place = jump_along_column(grid, row, column, turns[0], goal[0], goal[1])
+    if directions[0]:
+        place = jump_along_column(grid, row, column, directions[0], goal[0], goal[1])
         found[count, 0], found[count, 1] = place, column
     else:
-        place = jump_along_row(grid, row, column, turns[1], goal[0], goal[1])
+        place = jump_along_row(grid, row, column, directions[1], goal[0], goal[1])
         found[count, 0], found[count, 1] = row, place
     return count + 1 if place >= 0 else count
 
@@ -41,11 +41,11 @@ def successors_of_start(
 ) -> int:
     """Find the jump points in all eight directions; return their number."""
     count = 0
-    for turn in (-1, 1):
-        count = add_straight(grid, row, column, (turn, 0), goal, found, count)
-        count = add_straight(grid, row, column, (0, turn), goal, found, count)
-        count = jump_diagonally(grid, row, column, (turn, -1), goal, found, count)
-        count = jump_diagonally(grid, row, column, (turn, 1), goal, found, count)
+    for direction in (-1, 1):
+        count = add_straight_jump_point(grid, row, column, (direction, 0), goal, found, count)
+        count = add_straight_jump_point(grid, row, column, (0, direction), goal, found, count)
+        count = jump_diagonally(grid, row, column, (direction, -1), goal, found, count)
+        count = jump_diagonally(grid, row, column, (direction, 1), goal, found, count)
     return count
 
 
@@ -74,14 +74,14 @@ def successors(
     rows, columns = row - parent[0], column - parent[1]
     along_row = abs(columns) > abs(rows)
     ahead = (0, 1 if columns > 0 else -1) if along_row else (1 if rows > 0 else -1, 0)
-    count = add_straight(grid, row, column, ahead, goal, found, 0)
-    for turn in (-1, 1):
-        side = (turn, 0) if along_row else (0, turn)
+    count = add_straight_jump_point(grid, row, column, ahead, goal, found, 0)
+    for direction in (-1, 1):
+        side = (direction, 0) if along_row else (0, direction)
         # The adjacent wall ends here, so the cells behind it are reached through this cell only.
         if is_blocked(grid, row + side[0] - ahead[0], column + side[1] - ahead[1]) and not is_blocked(
             grid, row + side[0], column + side[1]
         ):
-            count = add_straight(grid, row, column, side, goal, found, count)
+            count = add_straight_jump_point(grid, row, column, side, goal, found, count)
             diagonal = (ahead[0] + side[0], ahead[1] + side[1])
             count = jump_diagonally(grid, row, column, diagonal, goal, found, count)
     return count

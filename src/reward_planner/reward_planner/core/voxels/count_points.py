@@ -9,11 +9,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_COVERED_SHARE = 0.8
+_OCCLUDED_FRACTION = 0.8
 """Fraction of near points above which a frame is occluded; a wall close ahead gives fewer."""
 
 
-class PointTally(NamedTuple):
+class PointCounts(NamedTuple):
     """Number of points of a frame by outcome.
 
     Attributes:
@@ -31,10 +31,10 @@ class PointTally(NamedTuple):
     too_low_or_high: int
 
     @property
-    def is_blind(self) -> bool:
+    def is_occluded(self) -> bool:
         """Whether nearly all points are too near: the sensor is covered."""
         finite = self.too_near + self.counted + self.too_far + self.too_low_or_high
-        return self.too_near >= _COVERED_SHARE * finite
+        return self.too_near >= _OCCLUDED_FRACTION * finite
 
 
 @njit(cache=True, fastmath={'contract'})
@@ -44,7 +44,7 @@ def count_points(
     ranges: tuple[float, float],
     counts: NDArray[np.int32],
     cells: NDArray[np.int32],
-) -> tuple[int, PointTally]:
+) -> tuple[int, PointCounts]:
     """Count points in voxels; return the number of voxels with points, and of points by outcome.
 
     Args:
@@ -58,17 +58,17 @@ def count_points(
     flat, top = counts.reshape(-1), float(counts.shape[2])
     (xx, xy, xz, x0), (yx, yy, yz, y0), (zx, zy, zz, z0) = _rows(T_window_sensor)
     near, far = ranges[0] ** 2, ranges[1] ** 2
-    filled = counted = bad = close = beyond = 0
+    filled = counted = invalid_count = near_count = far_count = 0
     for i in range(len(points)):
         x, y, z = float(points[i, 0]), float(points[i, 1]), float(points[i, 2])
         squared = x * x + y * y + z * z
         if not near <= squared <= far:
             if not math.isfinite(squared):
-                bad += 1
+                invalid_count += 1
             elif squared < near:
-                close += 1
+                near_count += 1
             else:
-                beyond += 1
+                far_count += 1
             continue
         height = zx * x + zy * y + zz * z + z0
         if not 0.0 <= height < top:
@@ -83,12 +83,12 @@ def count_points(
             filled += 1
         flat[cell] += 1
         counted += 1
-    outside = len(points) - counted - bad - close - beyond
-    return filled, PointTally(counted, bad, close, beyond, outside)
+    outside = len(points) - counted - invalid_count - near_count - far_count
+    return filled, PointCounts(counted, invalid_count, near_count, far_count, outside)
 
 
 @njit(cache=True)
-def count_open_ends(
+def count_ray_exits(
     points: NDArray[np.float32],
     T_window_sensor: NDArray[np.float64],
     ranges: tuple[float, float],
@@ -117,8 +117,8 @@ def count_open_ends(
         if not (near <= squared and math.isfinite(squared)):
             continue
         rise = zx * x + zy * y + zz * z
-        share = 1.0 if squared <= far else ranges[1] / math.sqrt(squared)
-        height = z0 + share * rise
+        fraction = 1.0 if squared <= far else ranges[1] / math.sqrt(squared)
+        height = z0 + fraction * rise
         is_inside = 0.0 <= height < top
         if (is_inside and squared <= far) or (not is_inside and rise == 0.0):
             continue
@@ -127,11 +127,11 @@ def count_open_ends(
         else:
             border = 0.0 if height < 0.0 else top
             to_border = (border - z0) / rise
-            if not 0.0 < to_border <= share:
+            if not 0.0 < to_border <= fraction:
                 continue
-            share, layer = to_border, 0 if height < 0.0 else layers - 1
-        column = int(share * (xx * x + xy * y + xz * z) + x0)
-        row = int(share * (yx * x + yy * y + yz * z) + y0)
+            fraction, layer = to_border, 0 if height < 0.0 else layers - 1
+        column = int(fraction * (xx * x + xy * y + xz * z) + x0)
+        row = int(fraction * (yx * x + yy * y + yz * z) + y0)
         cell = np.uint32((column * side + row) * layers + layer)
         if flat[cell] == 0:
             cells[filled] = cell

@@ -8,14 +8,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.voxels.count_points import PointTally, count_open_ends, count_points
-from reward_planner.core.voxels.frame_window import FrameWindow, place_of_cell, window_around, window_shape
-from reward_planner.core.voxels.free_rays import ENDED, mark_ends_passed, mark_passed
+from reward_planner.core.voxels.count_points import PointCounts, count_points, count_ray_exits
+from reward_planner.core.voxels.frame_window import FrameWindow, unravel_cell, window_around, window_shape
+from reward_planner.core.voxels.ray_traversal import HIT, mark_traversed, mark_traversed_exits
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
-_OPEN_END_POINTS = 2
+_EXIT_POINTS_MIN = 2
 """Least number of rays through the same exit voxel that clear voxels; a single one may be noise."""
 
 
@@ -36,11 +36,11 @@ class FrameVoxels:
     cells: NDArray[np.int32]
     counts: NDArray[np.int32]
     expected: NDArray[np.float64]
-    passed: NDArray[np.int32]
-    tally: PointTally
+    traversed: NDArray[np.int32]
+    point_counts: PointCounts
 
 
-class FrameCounter:
+class FrameVoxelizer:
     """Converts frames to voxels; owns the work space, whose size does not depend on the points."""
 
     def __init__(self, settings: VoxelSettings) -> None:
@@ -90,40 +90,40 @@ class FrameCounter:
     def _trace(self, cloud: NDArray[np.float32], view: SensorView, frame: FrameVoxels) -> FrameVoxels:
         """Return the frame with the voxels that rays traversed."""
         window = frame.window
-        hits = is_hit(frame, self._settings.hit_share_min)
+        hits = is_hit(frame, self._settings.hit_fraction_min)
         T = _window_from_sensor(view, window)
-        opened = count_open_ends(cloud, T, self._ranges, self._counts, self._cells)
-        open_cells = self._cells[:opened]
-        open_counts = take_counts(open_cells, self._counts)
-        fewest = _OPEN_END_POINTS if view.focal_length > 0.0 else 1
-        open_ends = open_cells[open_counts >= fewest]
+        exit_count = count_ray_exits(cloud, T, self._ranges, self._counts, self._cells)
+        exit_cells = self._cells[:exit_count]
+        exit_counts = pop_counts(exit_cells, self._counts)
+        points_min = _EXIT_POINTS_MIN if view.focal_length > 0.0 else 1
+        exits = exit_cells[exit_counts >= points_min]
         origin = (view.origin - window.corner) / window.resolution
         marks = self._marks.reshape(-1)
-        marks[frame.cells] = ENDED
-        count = mark_passed(frame.cells[hits], origin, self._marks, self._passed, 0)
-        count = mark_passed(open_ends, origin, self._marks, self._passed, count)
-        count = mark_ends_passed(open_ends, self._marks, self._passed, count)
-        passed = self._passed[:count].copy()
+        marks[frame.cells] = HIT
+        count = mark_traversed(frame.cells[hits], origin, self._marks, self._passed, 0)
+        count = mark_traversed(exits, origin, self._marks, self._passed, count)
+        count = mark_traversed_exits(exits, self._marks, self._passed, count)
+        traversed = self._passed[:count].copy()
         marks[frame.cells] = 0
-        marks[passed] = 0
-        return replace(frame, passed=passed)
+        marks[traversed] = 0
+        return replace(frame, traversed=traversed)
 
     def _count(self, cloud: NDArray[np.float32], view: SensorView, window: FrameWindow) -> FrameVoxels:
         T = _window_from_sensor(view, window)
-        filled, tally = count_points(cloud, T, self._ranges, self._counts, self._cells)
+        filled, point_counts = count_points(cloud, T, self._ranges, self._counts, self._cells)
         cells = self._cells[:filled].copy()
-        counts = take_counts(cells, self._counts)
+        counts = pop_counts(cells, self._counts)
         expected = expected_points(cells, window, T, view.focal_length)
-        return FrameVoxels(window, cells, counts, expected, np.empty(0, dtype=np.int32), tally)
+        return FrameVoxels(window, cells, counts, expected, np.empty(0, dtype=np.int32), point_counts)
 
 
-def is_hit(frame: FrameVoxels, share: float) -> NDArray[np.bool_]:
+def is_hit(frame: FrameVoxels, fraction: float) -> NDArray[np.bool_]:
     """Return which voxels have at least a fraction of their expected points, shape (k,)."""
-    return frame.counts >= np.maximum(share * frame.expected, 1.0)
+    return frame.counts >= np.maximum(fraction * frame.expected, 1.0)
 
 
 @njit(cache=True)
-def take_counts(cells: NDArray[np.int32], counts: NDArray[np.int32]) -> NDArray[np.int32]:
+def pop_counts(cells: NDArray[np.int32], counts: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the counts of cells, shape (k,), and reset them to 0."""
     flat = counts.reshape(-1)
     taken = np.empty(len(cells), dtype=np.int32)
@@ -149,7 +149,7 @@ def expected_points(
     start = T_window_sensor[:, 3]
     expected = np.empty(len(cells))
     for i, cell in enumerate(cells):
-        column, row, layer = place_of_cell(cell, window.side, window.layers)
+        column, row, layer = unravel_cell(cell, window.side, window.layers)
         depth = (
             axis[0] * (column + 0.5 - start[0])
             + axis[1] * (row + 0.5 - start[1])

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
-from reward_planner.core.voxels.voxel_settings import VoxelSettings, refuse_contradictions
+from reward_planner.core.voxels.voxel_settings import VoxelSettings, check_voxel_settings
 
-TILE = 16
+TILE_SIZE = 16
 """Side of a tile [voxels]."""
 
 
@@ -45,13 +45,13 @@ class FrameWindow(NamedTuple):
     @property
     def corner(self) -> NDArray[np.float64]:
         """Lowest corner in the map frame [m], shape (3,)."""
-        metres = TILE * self.resolution
+        metres = TILE_SIZE * self.resolution
         return np.array([self.tile_x * metres, self.tile_y * metres, self.bottom])
 
     @property
     def tiles(self) -> int:
         """Number of tiles along x and along y."""
-        return self.side // TILE
+        return self.side // TILE_SIZE
 
 
 def window_around(view: SensorView, settings: VoxelSettings) -> FrameWindow:
@@ -61,7 +61,7 @@ def window_around(view: SensorView, settings: VoxelSettings) -> FrameWindow:
         VoxelError: the view is too far from the map's origin for exact voxels.
     """
     s, reach = settings.resolution, settings.range_max
-    first = np.floor((view.origin[:2] - reach) / (TILE * s))
+    first = np.floor((view.origin[:2] - reach) / (TILE_SIZE * s))
     if np.abs(first).max() > 2**31:
         raise VoxelError('the sensor is too far from the origin of the map; check that its pose is in metres')
     side, layers = window_shape(settings)
@@ -74,28 +74,28 @@ def window_shape(settings: VoxelSettings) -> tuple[int, int]:
     Raises:
         VoxelError: contradictory settings, fewer tiles than one frame needs, or too many voxels.
     """
-    refuse_contradictions(settings)
-    tiles = math.ceil((2.0 * settings.range_max / settings.resolution + 2.0) / TILE) + 1
+    check_voxel_settings(settings)
+    tiles = math.ceil((2.0 * settings.range_max / settings.resolution + 2.0) / TILE_SIZE) + 1
     if settings.tiles_max < tiles**2:
         raise VoxelError(
             f'tiles_max is {settings.tiles_max}, one frame needs {tiles**2}; raise tiles_max or resolution'
         )
     layers = math.ceil((settings.height_max - settings.height_min) / settings.resolution - 1e-6)
-    if (TILE * tiles) ** 2 * layers > _VOXELS_MAX:
+    if (TILE_SIZE * tiles) ** 2 * layers > _VOXELS_MAX:
         raise VoxelError(
-            f'one frame covers {TILE * tiles} x {TILE * tiles} x {layers} voxels, more than {_VOXELS_MAX}; '
+            f'one frame covers {TILE_SIZE * tiles} x {TILE_SIZE * tiles} x {layers} voxels, more than {_VOXELS_MAX}; '
             'raise resolution or lower range_max'
         )
-    return TILE * tiles, layers
+    return TILE_SIZE * tiles, layers
 
 
 @njit(cache=True, inline='always')
-def place_of_cell(cell: int, side: int, layers: int) -> tuple[int, int, int]:
+def unravel_cell(cell: int, side: int, layers: int) -> tuple[int, int, int]:
     """Return column, row and layer of a flat index, as numpy.unravel_index for shape (side, side, layers).
 
     Multiplying by reciprocals is several times faster than integer division, and exact below 2^40.
     """
     column = int((cell + 0.5) * (1.0 / (side * layers)))
-    rest = cell - column * side * layers
-    row = int((rest + 0.5) * (1.0 / layers))
-    return column, row, rest - row * layers
+    remainder = cell - column * side * layers
+    row = int((remainder + 0.5) * (1.0 / layers))
+    return column, row, remainder - row * layers

@@ -10,7 +10,7 @@ _CELL = 0.05  # bin size of the direction histogram [tangent]
 _CELLS = 64  # bins to each side: up to 72 degrees off the axis
 
 
-def focal_length_of_cloud(points: NDArray[np.float32]) -> float:
+def equivalent_focal_length(points: NDArray[np.float32]) -> float:
     """Return the focal length of a depth camera with the same point density, see `SensorView` [px].
 
     It is the median over the directions with points, so outliers and empty directions have no effect. A sparse lidar

@@ -12,21 +12,21 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.voxels.frame_voxels import FrameCounter, FrameVoxels, is_hit
+from reward_planner.core.voxels.frame_voxels import FrameVoxelizer, FrameVoxels, is_hit
 from reward_planner.core.voxels.frame_window import FrameWindow, window_around, window_shape
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, RollingVoxelGrid
 from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.tile_store import NO_TILE, TileStore
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.core.voxels.voxel_values import (
     add_to_voxels,
     counts_over_expected,
     counts_over_maximum,
-    touched_tiles,
+    mark_touched_tiles,
 )
 
-_FORGET_STEPS = 32  # decay updates per half-life
-_TRACE = np.float32(1e-6)  # positive values do not decay below this: only rays clear a hit voxel
+_DECAY_STEPS = 32  # decay updates per half-life
+_RESIDUAL = np.float32(1e-6)  # positive values do not decay below this: only rays clear a hit voxel
 
 
 class VoxelMap:
@@ -44,11 +44,11 @@ class VoxelMap:
             VoxelError: the settings give no voxels, or too few tiles for one frame.
         """
         self.settings = settings
-        self._counter = FrameCounter(settings)
-        self.tiles = TileStore(window_shape(settings)[1], settings.tiles_max)
+        self._counter = FrameVoxelizer(settings)
+        self.tiles = RollingVoxelGrid(window_shape(settings)[1], settings.tiles_max)
 
     def add(self, stamp: float, points: ArrayLike, view: SensorView) -> FrameVoxels:
-        """Add a frame and return its voxels; an occluded frame (`PointTally.is_blind`) adds nothing.
+        """Add a frame and return its voxels; an occluded frame (`PointCounts.is_occluded`) adds nothing.
 
         Args:
             stamp: stamp of the frame [s]; values do not decay when the clock jumps back.
@@ -64,13 +64,13 @@ class VoxelMap:
             frame = self._counter.count_and_trace(points, view)
         else:
             frame = self._counter.count(points, view)
-        if frame.tally.is_blind:
+        if frame.point_counts.is_occluded:
             return frame
         slots = self._slots_for(frame, stamp)
         if self.settings.rule == 'log_odds':
             self._add_log_odds(frame, slots)
         else:
-            self._add_share(frame, slots)
+            self._add_values(frame, slots)
         return frame
 
     def slots_around(self, view: SensorView) -> tuple[FrameWindow, NDArray[np.int64]]:
@@ -85,39 +85,41 @@ class VoxelMap:
     def _slots_for(self, frame: FrameVoxels, stamp: float) -> NDArray[np.int64]:
         """Allocate tiles for all voxels of the frame, decay them, and return the slots of the window's tiles."""
         needed = np.zeros((frame.window.tiles, frame.window.tiles), dtype=np.bool_)
-        touched_tiles(frame.window, frame.cells, needed)
+        mark_touched_tiles(frame.window, frame.cells, needed)
         with_points = needed.copy()
-        touched_tiles(frame.window, frame.passed, needed)
+        mark_touched_tiles(frame.window, frame.traversed, needed)
         slots = self.tiles.slots_of(frame.window)
-        self._forget(slots[slots != NO_TILE], stamp)
-        self.tiles.add_missing(frame.window, slots, needed, stamp)
+        self._decay(slots[slots != NO_TILE], stamp)
+        self.tiles.allocate_missing(frame.window, slots, needed, stamp)
         self.tiles.frames[slots[with_points]] += 1.0
         return slots
 
-    def _forget(self, slots: NDArray[np.int64], stamp: float) -> None:
+    def _decay(self, slots: NDArray[np.int64], stamp: float) -> None:
         """Decay values by the time since the last decay of their tiles."""
         ages = stamp - self.tiles.stamps[slots]
         self.tiles.stamps[slots[ages < 0.0]] = stamp
-        due = slots[ages * _FORGET_STEPS >= self.settings.half_life]
-        if len(due) == 0:
+        slots_due = slots[ages * _DECAY_STEPS >= self.settings.half_life]
+        if len(slots_due) == 0:
             return
-        kept = np.exp2((self.tiles.stamps[due] - stamp) / self.settings.half_life).astype(np.float32)
-        values = self.tiles.values[due]
-        self.tiles.values[due] = np.maximum(values * kept[:, None, None, None], np.minimum(values, _TRACE))
-        self.tiles.frames[due] *= kept
-        self.tiles.stamps[due] = stamp
+        decay = np.exp2((self.tiles.stamps[slots_due] - stamp) / self.settings.half_life).astype(np.float32)
+        values = self.tiles.values[slots_due]
+        self.tiles.values[slots_due] = np.maximum(
+            values * decay[:, None, None, None], np.minimum(values, _RESIDUAL)
+        )
+        self.tiles.frames[slots_due] *= decay
+        self.tiles.stamps[slots_due] = stamp
 
-    def _add_share(self, frame: FrameVoxels, slots: NDArray[np.int64]) -> None:
+    def _add_values(self, frame: FrameVoxels, slots: NDArray[np.int64]) -> None:
         if self.settings.rule == 'count':
-            shares = counts_over_maximum(frame.counts)
+            frame_values = counts_over_maximum(frame.counts)
         else:
-            shares = counts_over_expected(frame.counts, frame.expected)
-        add_to_voxels(self.tiles.values, slots, frame.window, frame.cells, shares, (0.0, math.inf))
+            frame_values = counts_over_expected(frame.counts, frame.expected)
+        add_to_voxels(self.tiles.values, slots, frame.window, frame.cells, frame_values, (0.0, math.inf))
 
     def _add_log_odds(self, frame: FrameVoxels, slots: NDArray[np.int64]) -> None:
         settings = self.settings
-        hits = frame.cells[is_hit(frame, settings.hit_share_min)]
+        hits = frame.cells[is_hit(frame, settings.hit_fraction_min)]
         limits = (settings.log_odds_min, settings.log_odds_max)
-        for cells, amount in ((hits, settings.log_odds_hit), (frame.passed, -settings.log_odds_pass)):
+        for cells, amount in ((hits, settings.log_odds_hit), (frame.traversed, -settings.log_odds_pass)):
             amounts = np.array([amount], dtype=np.float32)
             add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)

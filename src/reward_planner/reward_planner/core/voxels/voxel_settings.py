@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from reward_planner.core.voxels.voxel_error import VoxelError
 from shirube_settings import setting
 
-FREE_SHARE = 0.5
+FREE_FRACTION = 0.5
 """A voxel is free below minus this fraction of log_odds_pass; higher values are decayed evidence."""
 
 
@@ -45,7 +45,7 @@ class VoxelSettings:
         minimum=0.001,
         maximum=1.0,
     )
-    hit_share_min: float = setting(
+    hit_fraction_min: float = setting(
         0.05,
         'a voxel is hit if it has at least this fraction of the points of a surface across it (log_odds)',
         minimum=0.0,
@@ -75,7 +75,7 @@ class VoxelSettings:
     )
 
 
-def refuse_contradictions(settings: VoxelSettings) -> None:
+def check_voxel_settings(settings: VoxelSettings) -> None:
     """Check that voxels can become occupied and free.
 
     A voxel that is always hit rises to log_odds_max, which must be the value of an obstacle; one that is only traversed
@@ -85,12 +85,17 @@ def refuse_contradictions(settings: VoxelSettings) -> None:
         VoxelError: two settings contradict each other; the message names them.
     """
     s = settings
-    taken = FREE_SHARE * s.log_odds_pass
+    free_threshold = FREE_FRACTION * s.log_odds_pass
     for low, high, what, is_wrong in (
         ('height_min', 'height_max', 'must be lower', s.height_min >= s.height_max),
         ('range_min', 'range_max', 'must be less', s.range_min >= s.range_max),
         ('log_odds_occupied', 'log_odds_max', 'may not be more', s.log_odds_occupied > s.log_odds_max),
-        ('log_odds_min', 'log_odds_pass', f'must be {-taken:g} or less', -s.log_odds_min < taken),
+        (
+            'log_odds_min',
+            'log_odds_pass',
+            f'must be {-free_threshold:g} or less',
+            -s.log_odds_min < free_threshold,
+        ),
     ):
         if is_wrong:
             raise VoxelError(

@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import TILE, FrameWindow, place_of_cell
+from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow, unravel_cell
 
-_NEARLY_MAXIMUM = 0.99
+_MAXIMUM_QUANTILE = 0.99
 
 
 def counts_over_maximum(counts: NDArray[np.int32]) -> NDArray[np.float32]:
@@ -22,8 +22,8 @@ def counts_over_maximum(counts: NDArray[np.int32]) -> NDArray[np.float32]:
     """
     if len(counts) == 0:
         return np.empty(0, dtype=np.float32)
-    nearly_all = min(int(_NEARLY_MAXIMUM * len(counts)), len(counts) - 1)
-    M = np.partition(counts, nearly_all)[nearly_all]
+    index = min(int(_MAXIMUM_QUANTILE * len(counts)), len(counts) - 1)
+    M = np.partition(counts, index)[index]
     return np.minimum(counts / M, 1.0).astype(np.float32)
 
 
@@ -38,7 +38,7 @@ def counts_over_expected(counts: NDArray[np.int32], expected: NDArray[np.float64
 
 
 @njit(cache=True)
-def touched_tiles(window: FrameWindow, cells: NDArray[np.int32], touched: NDArray[np.bool_]) -> None:
+def mark_touched_tiles(window: FrameWindow, cells: NDArray[np.int32], touched: NDArray[np.bool_]) -> None:
     """Mark the tiles of the window that contain cells.
 
     Args:
@@ -47,8 +47,8 @@ def touched_tiles(window: FrameWindow, cells: NDArray[np.int32], touched: NDArra
         touched: output, shape (tiles, tiles) along x and y; set to True.
     """
     for cell in cells:
-        column, row, _ = place_of_cell(cell, window.side, window.layers)
-        touched[column // TILE, row // TILE] = True
+        column, row, _ = unravel_cell(cell, window.side, window.layers)
+        touched[column // TILE_SIZE, row // TILE_SIZE] = True
 
 
 @njit(cache=True)
@@ -70,9 +70,9 @@ def add_to_voxels(
         amounts: amount for each cell, shape (k,), or (1,) for all.
         limits: lowest and highest value.
     """
-    same = len(amounts) == 1
+    is_uniform = len(amounts) == 1
     for i, cell in enumerate(cells):
-        column, row, layer = place_of_cell(cell, window.side, window.layers)
-        slot = slots[column // TILE, row // TILE]
-        value = values[slot, column % TILE, row % TILE, layer] + amounts[0 if same else i]
-        values[slot, column % TILE, row % TILE, layer] = min(max(value, limits[0]), limits[1])
+        column, row, layer = unravel_cell(cell, window.side, window.layers)
+        slot = slots[column // TILE_SIZE, row // TILE_SIZE]
+        value = values[slot, column % TILE_SIZE, row % TILE_SIZE, layer] + amounts[0 if is_uniform else i]
+        values[slot, column % TILE_SIZE, row % TILE_SIZE, layer] = min(max(value, limits[0]), limits[1])

@@ -18,13 +18,13 @@ def gaussian_gradient(
         image: grey image, shape (h, w).
         sigma: standard deviation of the Gaussian [px].
     """
-    reach = math.ceil(3.0 * sigma)
-    offsets = np.arange(-reach, reach + 1, dtype=np.float64)
-    smooth = np.exp(-0.5 * (offsets / sigma) ** 2)
-    smooth /= smooth.sum()
-    slope = offsets * smooth
-    slope /= np.sum(offsets * slope)  # a ramp of one grey level per pixel has gradient 1
+    radius = math.ceil(3.0 * sigma)
+    offsets = np.arange(-radius, radius + 1, dtype=np.float64)
+    gaussian = np.exp(-0.5 * (offsets / sigma) ** 2)
+    gaussian /= gaussian.sum()
+    derivative = offsets * gaussian
+    derivative /= np.sum(offsets * derivative)  # a ramp of one grey level per pixel has gradient 1
     border = cv2.BORDER_REPLICATE
-    gx = cv2.sepFilter2D(image, cv2.CV_32F, slope, smooth, borderType=border)
-    gy = cv2.sepFilter2D(image, cv2.CV_32F, smooth, slope, borderType=border)
+    gx = cv2.sepFilter2D(image, cv2.CV_32F, derivative, gaussian, borderType=border)
+    gy = cv2.sepFilter2D(image, cv2.CV_32F, gaussian, derivative, borderType=border)
     return gx, gy

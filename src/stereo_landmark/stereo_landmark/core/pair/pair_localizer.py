@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_check import pair_fault
+from stereo_landmark.core.pair.camera_check import check_cameras
+from stereo_landmark.core.pair.epipolar_check import pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier
-from stereo_landmark.core.pair.same_cameras import check_cameras
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-REMEMBERED = 10.0
+LAST_PLACE_TIMEOUT = 10.0
 """How long the last place is searched first [s]."""
 
 CHECK_INTERVAL = 2.0
@@ -40,10 +40,10 @@ class LocatedPair:
 
     stamp_ns: int
     left: NDArray[np.uint8]
-    answer: LandmarkFix | NoLandmarkFix
+    result: LandmarkFix | NoLandmarkFix
     tilt: tuple[float, float]
     rig: StereoRig
-    lacks_tilt: bool = False
+    is_tilt_missing: bool = False
 
 
 class PairLocalizer:
@@ -71,12 +71,12 @@ class PairLocalizer:
         self._rig = rig
         self._localizer = LandmarkLocalizer(places, settings)
         self._rectifiers = None if raw is None else (Rectifier(raw[0]), Rectifier(raw[1]))
-        self._latest: tuple[int, str] | None = None
-        self._faultless: int | None = None  # last stamp with a valid rectified pair [ns]
+        self._last_place: tuple[int, str] | None = None
+        self._last_valid_stamp: int | None = None  # last stamp with a valid rectified pair [ns]
 
-    def forget(self) -> None:
+    def drop_prior(self) -> None:
         """Drop the prior: search all places in the next pair."""
-        self._latest = None
+        self._last_place = None
 
     def locate(
         self,
@@ -98,24 +98,27 @@ class PairLocalizer:
         """
         if self._rectifiers is not None:
             left, right = self._rectifiers[0].rectify(left), self._rectifiers[1].rectify(right)
-        answer = self._localizer.locate(left, right, tilt, self._likely(stamp_ns))
-        if isinstance(answer, LandmarkFix):
-            self._latest = stamp_ns, answer.place.name
-            self._faultless = stamp_ns
+        result = self._localizer.locate(left, right, tilt, self._likely_places(stamp_ns))
+        if isinstance(result, LandmarkFix):
+            self._last_place = stamp_ns, result.place.name
+            self._last_valid_stamp = stamp_ns
         else:
-            self._check(stamp_ns, left, right)
-        return LocatedPair(stamp_ns, left, answer, tilt, self._rig)
+            self._check_cameras(stamp_ns, left, right)
+        return LocatedPair(stamp_ns, left, result, tilt, self._rig)
 
-    def _check(self, stamp_ns: int, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
+    def _check_cameras(self, stamp_ns: int, left: NDArray[np.uint8], right: NDArray[np.uint8]) -> None:
         """Raise the fault of the cameras, if any; checked at most once per interval, as the check is slow."""
-        if self._faultless is not None and abs(stamp_ns - self._faultless) <= CHECK_INTERVAL * 1e9:
+        if (
+            self._last_valid_stamp is not None
+            and abs(stamp_ns - self._last_valid_stamp) <= CHECK_INTERVAL * 1e9
+        ):
             return
         fault = pair_fault(left, right, self._rig)
         if fault is not None:
             raise StereoLandmarkError(fault.value)
-        self._faultless = stamp_ns
+        self._last_valid_stamp = stamp_ns
 
-    def _likely(self, stamp_ns: int) -> tuple[str, ...]:
-        if self._latest is None or abs(stamp_ns - self._latest[0]) > REMEMBERED * 1e9:
+    def _likely_places(self, stamp_ns: int) -> tuple[str, ...]:
+        if self._last_place is None or abs(stamp_ns - self._last_place[0]) > LAST_PLACE_TIMEOUT * 1e9:
             return ()
-        return (self._latest[1],)
+        return (self._last_place[1],)

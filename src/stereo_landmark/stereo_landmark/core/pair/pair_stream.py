@@ -9,12 +9,12 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, TiltTrail
+from shirube_geometry import CameraMount, TiltBuffer
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_localizer import LocatedPair, PairLocalizer
 from stereo_landmark.core.pair.settings import PairSettings
-from stereo_landmark.core.pair.stamp_pairing import StampPairing
+from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
 
@@ -26,7 +26,7 @@ class Side(IntEnum):
 
 
 @dataclass(frozen=True)
-class _TakenImage:
+class _QueuedImage:
     """An image in the queue of the synchronizer."""
 
     stamp_ns: int
@@ -55,8 +55,10 @@ class PairStream:
         self._mount = mount
         self._pairing = pairing
         self._settings = settings
-        self._waiting: StampPairing[_TakenImage] = StampPairing(pairing.tolerance_ns, pairing.queue_size)
-        self._tilt = TiltTrail()
+        self._synchronizer: StampSynchronizer[_QueuedImage] = StampSynchronizer(
+            pairing.tolerance_ns, pairing.queue_size
+        )
+        self._tilt = TiltBuffer()
         self._has_imu = False
         self._calibrations: tuple[CameraCalibration, CameraCalibration] | None = None
         self._localizer: PairLocalizer | None = None
@@ -87,21 +89,21 @@ class PairStream:
             StereoLandmarkError: the stamps do not match, the calibrations are not a stereo pair or not the cameras of
                 the places, or the images are not a rectified pair.
         """
-        pair = self._waiting.add(side, stamp_ns, _TakenImage(stamp_ns, pixels, calibration))
+        pair = self._synchronizer.add(side, stamp_ns, _QueuedImage(stamp_ns, pixels, calibration))
         if pair is None:
             return None
         left, right = pair
-        localizer = self.use_calibrations(left.calibration, right.calibration)
+        localizer = self.get_localizer(left.calibration, right.calibration)
         tilt = self._tilt.tilt_at(left.stamp_ns * 1e-9)
         located = localizer.locate(left.stamp_ns, left.pixels, right.pixels, tilt or (0.0, 0.0))
-        return replace(located, lacks_tilt=self._has_imu and tilt is None)
+        return replace(located, is_tilt_missing=self._has_imu and tilt is None)
 
-    def forget(self) -> None:
+    def drop_prior(self) -> None:
         """Drop the prior: search all places in the next pair."""
         if self._localizer is not None:
-            self._localizer.forget()
+            self._localizer.drop_prior()
 
-    def use_calibrations(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
+    def get_localizer(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
         """Return the localizer for these calibrations; it is created again when they change.
 
         Raises:

@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.patches.patch_fit import MOTIONS, fit_patch
-from stereo_landmark.core.patches.patch_template import PatchTemplate, motion_fields
-from stereo_landmark.core.patches.smoothing import NOISE, coefficients_of
+from stereo_landmark.core.patches.patch_fit import HOMOGRAPHY_DOF, fit_patch
+from stereo_landmark.core.patches.patch_template import PatchTemplate, homography_jacobian
+from stereo_landmark.core.patches.smoothing import NOISE_GAIN, spline_coefficients
 
-SLACK = 5
+SEARCH_MARGIN = 5
 """Margin of the image window around the predicted patch [px]."""
 MODEL_SIGMA = 0.004
 """Standard deviation of a point by model errors other than noise [px]."""
@@ -56,59 +56,61 @@ def align_patch(
     Returns:
         the aligned patch, None if the image does not show it there or a large part of it is occluded.
     """
-    low = np.maximum(np.floor(start.min(axis=0)).astype(int) - SLACK - 3, 0)
-    high = np.ceil(start.max(axis=0)).astype(int) + SLACK + 4
-    part = image[low[1] : high[1], low[0] : high[0]]
-    if min(part.shape) < 3 * SLACK:
+    low = np.maximum(np.floor(start.min(axis=0)).astype(int) - SEARCH_MARGIN - 3, 0)
+    high = np.ceil(start.max(axis=0)).astype(int) + SEARCH_MARGIN + 4
+    window = image[low[1] : high[1], low[0] : high[0]]
+    if min(window.shape) < 3 * SEARCH_MARGIN:
         return None
     homography = cv2.getPerspectiveTransform(
         template.corners.astype(np.float32), (start - low).astype(np.float32)
     )
     inverse = template.inverse.copy()
-    scale = float(template.half.max())
-    rest, gain, strain = fit_patch(
-        coefficients_of(part),
-        template.places,
-        template.columns,
-        template.softness,
+    scale = float(template.half_size.max())
+    residual_variance, gain, strain = fit_patch(
+        spline_coefficients(window),
+        template.coordinates,
+        template.jacobian,
+        template.soft_slope_ratio,
         scale,
         homography,
         inverse,
     )
-    if not rest >= 0.0 or strain * NOISE / template.correlation > STRAIN_MAX:
+    if not residual_variance >= 0.0 or strain * NOISE_GAIN / template.noise_factor > STRAIN_MAX:
         return None
-    return _measured(template, homography, low, inverse[:MOTIONS, :MOTIONS] / gain**2, rest)
+    return _aligned_patch(
+        template, homography, low, inverse[:HOMOGRAPHY_DOF, :HOMOGRAPHY_DOF] / gain**2, residual_variance
+    )
 
 
-def _measured(
+def _aligned_patch(
     template: PatchTemplate,
     homography: NDArray[np.float64],
     low: NDArray[np.int64],
     inverse: NDArray[np.float64],
-    rest: float,
+    residual_variance: float,
 ) -> AlignedPatch:
     """Return the points with their covariances; half of the noise is attributed to each image."""
-    pixels, jacobians = _projected(homography, template.points)
-    fields = motion_fields(template.points)
-    (_, (middle,)) = _projected(homography, np.zeros((1, 2)))
-    growth = abs(float(np.linalg.det(middle))) / float(np.prod(template.half))
-    noise = 0.5 * rest / NOISE * template.correlation
-    here = (jacobians @ fields).reshape(MOTIONS, MOTIONS)
-    taught = (template.half[:, None] * fields).reshape(MOTIONS, MOTIONS)
-    model = MODEL_SIGMA**2 * np.eye(MOTIONS)
+    pixels, jacobians = _project(homography, template.points)
+    fields = homography_jacobian(template.points)
+    (_, (middle,)) = _project(homography, np.zeros((1, 2)))
+    area_ratio = abs(float(np.linalg.det(middle))) / float(np.prod(template.half_size))
+    noise = 0.5 * residual_variance / NOISE_GAIN * template.noise_factor
+    image_jacobian = (jacobians @ fields).reshape(HOMOGRAPHY_DOF, HOMOGRAPHY_DOF)
+    taught_jacobian = (template.half_size[:, None] * fields).reshape(HOMOGRAPHY_DOF, HOMOGRAPHY_DOF)
+    model = MODEL_SIGMA**2 * np.eye(HOMOGRAPHY_DOF)
     return AlignedPatch(
         pixels + low,
-        noise / growth * here @ inverse @ here.T + model,
-        noise * taught @ inverse @ taught.T + model,
-        _projected(homography, template.corners)[0] + low,
+        noise / area_ratio * image_jacobian @ inverse @ image_jacobian.T + model,
+        noise * taught_jacobian @ inverse @ taught_jacobian.T + model,
+        _project(homography, template.corners)[0] + low,
     )
 
 
-def _projected(
-    homography: NDArray[np.float64], places: NDArray[np.float64]
+def _project(
+    homography: NDArray[np.float64], coordinates: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the projections of patch coordinates, shape (n, 2), and their Jacobians, shape (n, 2, 2)."""
-    projected = places @ homography[:, :2].T + homography[:, 2]
+    projected = coordinates @ homography[:, :2].T + homography[:, 2]
     pixels = projected[:, :2] / projected[:, 2:]
-    by_places = homography[None, :2, :2] - pixels[:, :, None] * homography[None, 2:, :2]
-    return pixels, by_places / projected[:, 2, None, None]
+    by_coordinates = homography[None, :2, :2] - pixels[:, :, None] * homography[None, 2:, :2]
+    return pixels, by_coordinates / projected[:, 2, None, None]

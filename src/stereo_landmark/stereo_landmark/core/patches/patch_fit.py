@@ -8,37 +8,37 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
-MOTIONS = 8
+HOMOGRAPHY_DOF = 8
 """Degrees of freedom of a homography."""
-ROUNDS = 6
-STEP_DONE = 0.01
+ITERATIONS_MAX = 6
+STEP_TOLERANCE = 0.01
 """Steps smaller than this have converged [px]."""
 STEP_MAX = 1.5
 """Largest step; a patch that moves farther at once is rejected [px]."""
-TUKEY = 4.7
-SCALE = 1.4826
-SCALE_SAMPLES = 7
+TUKEY_CONSTANT = 4.7
+MAD_TO_SIGMA = 1.4826
+SCALE_SUBSAMPLING = 7
 """The residual scale is the MAD of every seventh pixel."""
 SCALE_MIN = 0.05
 """Lower limit of the residual scale [grey levels]."""
-AGREEING_MIN = 0.7
+INLIER_FRACTION_MIN = 0.7
 """Minimum fraction of inlier pixels."""
-LIKENESS_MIN = 0.9
+EXPLAINED_FRACTION_MIN = 0.9
 """Minimum fraction of the inliers' variance that the taught patch must explain."""
-PARTS = 4
+STRAIN_CELLS = 4
 """Cells along each side of the patch for the strain test: few enough to have texture, many enough to show motion."""
-PART_PIXELS_MIN = 20
-GAINS = 0.2, 5.0
-GAIN, SOFT = MOTIONS, MOTIONS + 1
+CELL_PIXELS_MIN = 20
+GAIN_RANGE = 0.2, 5.0
+GAIN_COLUMN, SOFT_COLUMN = HOMOGRAPHY_DOF, HOMOGRAPHY_DOF + 1
 """Columns of the sharp and of the blurred patch: the fraction that the image has of each."""
 
 
 @njit(cache=True, error_model='numpy')
 def fit_patch(
     image: NDArray[np.float32],
-    places: NDArray[np.float64],
-    columns: NDArray[np.float64],
-    softness: float,
+    coordinates: NDArray[np.float64],
+    jacobian: NDArray[np.float64],
+    soft_slope_ratio: float,
     scale: float,
     homography: NDArray[np.float64],
     inverse: NDArray[np.float64],
@@ -59,53 +59,53 @@ def fit_patch(
         residual variance, -1 if the patch is not there; gain of the slopes; and strain: relative motion of the cells,
         in variances of the motion that independent pixel noise of this size causes.
     """
-    n = len(places)
-    values, weights, rests = np.empty(n), np.ones(n), np.empty(n)
-    solution, step, gain = np.zeros(columns.shape[1]), np.inf, 1.0
-    for k in range(ROUNDS):
-        if not _write_values(image, places, homography, values):
+    n = len(coordinates)
+    values, weights, residuals = np.empty(n), np.ones(n), np.empty(n)
+    solution, step, gain = np.zeros(jacobian.shape[1]), np.inf, 1.0
+    for k in range(ITERATIONS_MAX):
+        if not _sample_image(image, coordinates, homography, values):
             return -1.0, 0.0, 0.0
         # Moved details bias the alignment until the weights reject them.
         if k > 0:
-            _write_rests(columns, values, solution, rests)
-            _write_weights(rests, weights)
-            if not _invert_normal(columns, weights, inverse):
+            _write_residuals(jacobian, values, solution, residuals)
+            _write_weights(residuals, weights)
+            if not _invert_normal(jacobian, weights, inverse):
                 return -1.0, 0.0, 0.0
-        _write_solution(columns, values, weights, inverse, solution)
-        gain = solution[GAIN] + softness * solution[SOFT]
-        if not GAINS[0] < gain < GAINS[1]:
+        _write_solution(jacobian, values, weights, inverse, solution)
+        gain = solution[GAIN_COLUMN] + soft_slope_ratio * solution[SOFT_COLUMN]
+        if not GAIN_RANGE[0] < gain < GAIN_RANGE[1]:
             return -1.0, 0.0, 0.0
-        step = _move(homography, solution[:MOTIONS] / gain, scale)
+        step = _update_homography(homography, solution[:HOMOGRAPHY_DOF] / gain, scale)
         if step > STEP_MAX:
             return -1.0, 0.0, 0.0
-        if k > 0 and step < STEP_DONE:
+        if k > 0 and step < STEP_TOLERANCE:
             break
-    if step > 5.0 * STEP_DONE:
+    if step > 5.0 * STEP_TOLERANCE:
         return -1.0, 0.0, 0.0
-    _write_rests(columns, values, solution, rests)
-    left = _judged(values, weights, rests, len(solution))
-    return left, gain, _strain(places, columns, weights, rests) / left
+    _write_residuals(jacobian, values, solution, residuals)
+    residual_variance = _inlier_variance(values, weights, residuals, len(solution))
+    return residual_variance, gain, _strain(coordinates, jacobian, weights, residuals) / residual_variance
 
 
 @njit(cache=True, error_model='numpy')
-def _write_values(
+def _sample_image(
     image: NDArray[np.float32],
-    places: NDArray[np.float64],
+    coordinates: NDArray[np.float64],
     homography: NDArray[np.float64],
     values: NDArray[np.float64],
 ) -> bool:
     """Write the image values at the patch coordinates; False if one is outside the image."""
     height, width = image.shape
     h = homography
-    for n in range(len(places)):
-        s, t = places[n, 0], places[n, 1]
+    for n in range(len(coordinates)):
+        s, t = coordinates[n, 0], coordinates[n, 1]
         w = 1.0 / (h[2, 0] * s + h[2, 1] * t + h[2, 2])
         x = (h[0, 0] * s + h[0, 1] * t + h[0, 2]) * w
         y = (h[1, 0] * s + h[1, 1] * t + h[1, 2]) * w
         if not (1.0 <= x < width - 2.0 and 1.0 <= y < height - 2.0):
             return False
         i, j = int(x) - 1, int(y) - 1
-        across, down = _spline(np.float32(x - i - 1)), _spline(np.float32(y - j - 1))
+        across, down = _spline_weights(np.float32(x - i - 1)), _spline_weights(np.float32(y - j - 1))
         total = np.float32(0.0)
         for r in range(4):
             four = image[j + r, i : i + 4]
@@ -116,7 +116,7 @@ def _write_values(
 
 
 @njit(cache=True, error_model='numpy')
-def _spline(f: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+def _spline_weights(f: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Return the cubic B-spline weights of the four pixels around a fractional position."""
     sixth, half, g = np.float32(1.0 / 6.0), np.float32(0.5), np.float32(1.0) - f
     inner = np.float32(2.0 / 3.0)
@@ -129,43 +129,43 @@ def _spline(f: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float
 
 
 @njit(cache=True, error_model='numpy')
-def _write_rests(
-    columns: NDArray[np.float64],
+def _write_residuals(
+    jacobian: NDArray[np.float64],
     values: NDArray[np.float64],
     solution: NDArray[np.float64],
-    rests: NDArray[np.float64],
+    residuals: NDArray[np.float64],
 ) -> None:
     """Write the residuals after gain, offset and blur, without the motion."""
     for n in range(len(values)):
-        rests[n] = values[n]
-        for c in range(MOTIONS, columns.shape[1]):
-            rests[n] -= columns[n, c] * solution[c]
+        residuals[n] = values[n]
+        for c in range(HOMOGRAPHY_DOF, jacobian.shape[1]):
+            residuals[n] -= jacobian[n, c] * solution[c]
 
 
 @njit(cache=True, error_model='numpy')
-def _write_weights(rests: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
-    limit = TUKEY * max(SCALE * np.median(np.abs(rests[::SCALE_SAMPLES])), SCALE_MIN)
-    for n in range(len(rests)):
-        z = rests[n] / limit
+def _write_weights(residuals: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
+    limit = TUKEY_CONSTANT * max(MAD_TO_SIGMA * np.median(np.abs(residuals[::SCALE_SUBSAMPLING])), SCALE_MIN)
+    for n in range(len(residuals)):
+        z = residuals[n] / limit
         weights[n] = (1.0 - z * z) ** 2 if abs(z) < 1.0 else 0.0
 
 
 @njit(cache=True, error_model='numpy')
 def _invert_normal(
-    columns: NDArray[np.float64], weights: NDArray[np.float64], inverse: NDArray[np.float64]
+    jacobian: NDArray[np.float64], weights: NDArray[np.float64], inverse: NDArray[np.float64]
 ) -> bool:
     """Write the inverse of the weighted normal matrix; False if it is singular."""
-    count = columns.shape[1]
+    count = jacobian.shape[1]
     normal, row = np.zeros((count, count)), np.empty(count)
     for n in range(len(weights)):
         if weights[n] == 0.0:
             continue
         for c in range(count):
-            row[c] = columns[n, c]
+            row[c] = jacobian[n, c]
         for r in range(count):
-            weighed = weights[n] * row[r]
+            weighted = weights[n] * row[r]
             for c in range(r + 1):
-                normal[r, c] += weighed * row[c]
+                normal[r, c] += weighted * row[c]
     for r in range(count):
         for c in range(r):
             normal[c, r] = normal[r, c]
@@ -174,27 +174,27 @@ def _invert_normal(
 
 @njit(cache=True, error_model='numpy')
 def _write_solution(
-    columns: NDArray[np.float64],
+    jacobian: NDArray[np.float64],
     values: NDArray[np.float64],
     weights: NDArray[np.float64],
     inverse: NDArray[np.float64],
     solution: NDArray[np.float64],
 ) -> None:
     """Write the weighted least squares solution."""
-    count = columns.shape[1]
-    pull = np.zeros(count)
+    count = jacobian.shape[1]
+    rhs = np.zeros(count)
     for n in range(len(values)):
-        weighed = weights[n] * values[n]
+        weighted = weights[n] * values[n]
         for c in range(count):
-            pull[c] += weighed * columns[n, c]
+            rhs[c] += weighted * jacobian[n, c]
     for r in range(count):
         solution[r] = 0.0
         for c in range(count):
-            solution[r] += inverse[r, c] * pull[c]
+            solution[r] += inverse[r, c] * rhs[c]
 
 
 @njit(cache=True, error_model='numpy')
-def _move(homography: NDArray[np.float64], m: NDArray[np.float64], scale: float) -> float:
+def _update_homography(homography: NDArray[np.float64], m: NDArray[np.float64], scale: float) -> float:
     """Compose the homography with the inverse update; return the approximate largest motion of the patch [px]."""
     motion = np.array([[1.0 + m[1], m[2], m[0]], [m[4], 1.0 + m[5], m[3]], [-m[6], -m[7], 1.0]])
     moved = homography @ np.linalg.inv(motion)
@@ -203,54 +203,57 @@ def _move(homography: NDArray[np.float64], m: NDArray[np.float64], scale: float)
 
 
 @njit(cache=True, error_model='numpy')
-def _judged(
-    values: NDArray[np.float64], weights: NDArray[np.float64], rests: NDArray[np.float64], unknowns: int
+def _inlier_variance(
+    values: NDArray[np.float64], weights: NDArray[np.float64], residuals: NDArray[np.float64], unknowns: int
 ) -> float:
     """Return the residual variance of the inliers, -1 if they are too few or correlate too little with the patch."""
-    total, mean, squares, left, agreeing = 0.0, 0.0, 0.0, 0.0, 0
+    total, mean, squares, residual_variance, inlier_count = 0.0, 0.0, 0.0, 0.0, 0
     for n in range(len(values)):
         if weights[n] > 0.0:
             total += weights[n]
             mean += weights[n] * values[n]
-            agreeing += 1
+            inlier_count += 1
     mean /= max(total, 1e-9)
     for n in range(len(values)):
         if weights[n] > 0.0:
             squares += weights[n] * (values[n] - mean) ** 2
-            left += rests[n] ** 2
-    left /= max(agreeing - unknowns, 1)
-    if agreeing < AGREEING_MIN * len(values) or left > (1.0 - LIKENESS_MIN) * squares / total:
+            residual_variance += residuals[n] ** 2
+    residual_variance /= max(inlier_count - unknowns, 1)
+    if (
+        inlier_count < INLIER_FRACTION_MIN * len(values)
+        or residual_variance > (1.0 - EXPLAINED_FRACTION_MIN) * squares / total
+    ):
         return -1.0
-    return left
+    return residual_variance
 
 
 @njit(cache=True, error_model='numpy')
 def _strain(
-    places: NDArray[np.float64],
-    columns: NDArray[np.float64],
+    coordinates: NDArray[np.float64],
+    jacobian: NDArray[np.float64],
     weights: NDArray[np.float64],
-    rests: NDArray[np.float64],
+    residuals: NDArray[np.float64],
 ) -> float:
     """Return the part of the residual variance that separate motions of the cells would explain."""
-    sums, pixels = np.zeros((PARTS**2, 5)), np.zeros(PARTS**2, np.int64)
-    for n in range(len(rests)):
+    sums, pixels = np.zeros((STRAIN_CELLS**2, 5)), np.zeros(STRAIN_CELLS**2, np.int64)
+    for n in range(len(residuals)):
         if weights[n] > 0.0:
-            i = min(max(int(0.5 * PARTS * (places[n, 0] + 1.0)), 0), PARTS - 1)
-            j = min(max(int(0.5 * PARTS * (places[n, 1] + 1.0)), 0), PARTS - 1)
-            part, right, down = j * PARTS + i, weights[n] * columns[n, 0], weights[n] * columns[n, 3]
-            pixels[part] += 1
-            sums[part, 0] += right * rests[n]
-            sums[part, 1] += down * rests[n]
-            sums[part, 2] += right * right
-            sums[part, 3] += right * down
-            sums[part, 4] += down * down
+            i = min(max(int(0.5 * STRAIN_CELLS * (coordinates[n, 0] + 1.0)), 0), STRAIN_CELLS - 1)
+            j = min(max(int(0.5 * STRAIN_CELLS * (coordinates[n, 1] + 1.0)), 0), STRAIN_CELLS - 1)
+            cell, right, down = j * STRAIN_CELLS + i, weights[n] * jacobian[n, 0], weights[n] * jacobian[n, 3]
+            pixels[cell] += 1
+            sums[cell, 0] += right * residuals[n]
+            sums[cell, 1] += down * residuals[n]
+            sums[cell, 2] += right * right
+            sums[cell, 3] += right * down
+            sums[cell, 4] += down * down
     total, count = 0.0, 0
-    for part in range(PARTS**2):
-        if pixels[part] >= PART_PIXELS_MIN:
-            x, y, xx, xy, yy = sums[part]
+    for cell in range(STRAIN_CELLS**2):
+        if pixels[cell] >= CELL_PIXELS_MIN:
+            x, y, xx, xy, yy = sums[cell]
             # Aperture problem: parallel slopes say nothing about the motion along the edge.
             ridge = 1e-3 * (xx + yy)
             xx, yy = xx + ridge, yy + ridge
             total += (yy * x * x - 2.0 * xy * x * y + xx * y * y) / (xx * yy - xy * xy)
             count += 2
-    return total / max(count - MOTIONS, 1)
+    return total / max(count - HOMOGRAPHY_DOF, 1)

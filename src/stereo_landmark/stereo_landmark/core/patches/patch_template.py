@@ -8,17 +8,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.patches.patch_fit import MOTIONS
-from stereo_landmark.core.patches.smoothing import coefficients_of, derivatives_of, smoothed
+from stereo_landmark.core.patches.patch_fit import HOMOGRAPHY_DOF
+from stereo_landmark.core.patches.smoothing import smooth_images, spline_coefficients, spline_derivatives
 from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 MARGIN = 3.0
 """Margin around the outline that belongs to the patch [px]."""
-COLUMNS = MOTIONS + 7
+PARAMETERS = HOMOGRAPHY_DOF + 7
 """Parameters: homography, gain, blurred patch, offset, blur along both axes, gain slopes (vignetting)."""
 SOFT_SIGMA = 1.5
 """Blur of the soft patch; images from farther away or out of focus are modelled as a mixture with it [px]."""
-SLOPE_SHARE = 0.2
+SLOPE_FRACTION_MIN = 0.2
 """Smallest slope of a selected pixel, as a fraction of the patch's large slopes."""
 SLOPE_MIN = 3.0
 """Smallest slope of a selected pixel; slopes below this are noise [grey levels / px]."""
@@ -47,13 +47,13 @@ class PatchTemplate:
     """
 
     centre: NDArray[np.float64]
-    half: NDArray[np.float64]
+    half_size: NDArray[np.float64]
     corners: NDArray[np.float64]
-    places: NDArray[np.float64]
-    columns: NDArray[np.float64]
-    softness: float
+    coordinates: NDArray[np.float64]
+    jacobian: NDArray[np.float64]
+    soft_slope_ratio: float
     inverse: NDArray[np.float64]
-    correlation: float
+    noise_factor: float
 
     @property
     def points(self) -> NDArray[np.float64]:
@@ -63,13 +63,13 @@ class PatchTemplate:
     @property
     def pixels(self) -> NDArray[np.float64]:
         """The measured points in the taught image, shape (4, 2) [px]."""
-        return self.centre + self.half * self.points
+        return self.centre + self.half_size * self.points
 
 
-def motion_fields(places: NDArray[np.float64]) -> NDArray[np.float64]:
+def homography_jacobian(coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the derivatives of patch coordinates by the eight homography parameters, shape (n, 2, 8)."""
-    s, t = places.T
-    fields = np.zeros((len(places), 2, MOTIONS))
+    s, t = coordinates.T
+    fields = np.zeros((len(coordinates), 2, HOMOGRAPHY_DOF))
     fields[:, 0, :3] = fields[:, 1, 3:6] = np.column_stack([np.ones_like(s), s, t])
     fields[:, 0, 6:] = np.column_stack([s * s, s * t])
     fields[:, 1, 6:] = np.column_stack([s * t, t * t])
@@ -91,64 +91,71 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     if (low < 0).any() or (high > image.shape[::-1]).any():
         return None
     window = slice(low[1], high[1]), slice(low[0], high[0])
-    value, right, down, *bends = derivatives_of(coefficients_of(image[window]))
+    value, right, down, *bends = spline_derivatives(spline_coefficients(image[window]))
     softer = cv2.GaussianBlur(image.astype(np.float32), (0, 0), SOFT_SIGMA)[window]
-    soft_value, soft_right, soft_down, *_ = derivatives_of(coefficients_of(softer))
-    telling = _telling_pixels(np.hypot(right, down), corners - low)
-    if telling is None:
+    soft_value, soft_right, soft_down, *_ = spline_derivatives(spline_coefficients(softer))
+    selected = _select_pixels(np.hypot(right, down), corners - low)
+    if selected is None:
         return None
-    centre, half = corners.mean(axis=0), 0.5 * np.ptp(corners, axis=0)
-    rows, columns = np.nonzero(telling)
-    places = (np.column_stack([columns, rows]) + low - centre) / half
-    slopes = np.column_stack([right[telling], down[telling]]) * half
-    soft_slopes = np.column_stack([soft_right[telling], soft_down[telling]]) * half
-    seen = value[telling].astype(np.float64)
-    changes = np.column_stack(
+    centre, half_size = corners.mean(axis=0), 0.5 * np.ptp(corners, axis=0)
+    rows, columns = np.nonzero(selected)
+    coordinates = (np.column_stack([columns, rows]) + low - centre) / half_size
+    slopes = np.column_stack([right[selected], down[selected]]) * half_size
+    soft_slopes = np.column_stack([soft_right[selected], soft_down[selected]]) * half_size
+    values = value[selected].astype(np.float64)
+    jacobian = np.column_stack(
         [
-            np.einsum('nk,nkm->nm', slopes, motion_fields(places)),
+            np.einsum('nk,nkm->nm', slopes, homography_jacobian(coordinates)),
             *(
-                seen,
-                soft_value[telling],
-                np.ones_like(seen),
-                *(bend[telling] for bend in bends),
-                seen * places[:, 0],
-                seen * places[:, 1],
+                values,
+                soft_value[selected],
+                np.ones_like(values),
+                *(bend[selected] for bend in bends),
+                values * coordinates[:, 0],
+                values * coordinates[:, 1],
             ),
         ]
     )
-    inverse = np.empty((COLUMNS, COLUMNS))
-    if not invert_symmetric(changes.T @ changes, inverse):
+    inverse = np.empty((PARAMETERS, PARAMETERS))
+    if not invert_symmetric(jacobian.T @ jacobian, inverse):
         return None
-    correlation = _correlation(changes[:, :MOTIONS], telling)
-    softness = float(np.sum(soft_slopes * slopes) / np.sum(slopes**2))
+    noise_factor = _noise_factor(jacobian[:, :HOMOGRAPHY_DOF], selected)
+    soft_slope_ratio = float(np.sum(soft_slopes * slopes) / np.sum(slopes**2))
     return PatchTemplate(
-        centre, half, (corners - centre) / half, places, changes, softness, inverse, correlation
+        centre,
+        half_size,
+        (corners - centre) / half_size,
+        coordinates,
+        jacobian,
+        soft_slope_ratio,
+        inverse,
+        noise_factor,
     )
 
 
-def _telling_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+def _select_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -> NDArray[np.bool_] | None:
     """Return the mask of the pixels to compare, None if there are too few."""
     inside = np.zeros(slopes.shape, dtype=np.uint8)
     cv2.fillConvexPoly(inside, np.rint(corners).astype(np.int32), 1)
-    reach = round(2.0 * MARGIN) + 1
-    inside = cv2.dilate(inside, np.ones((reach, reach), dtype=np.uint8))
+    kernel_size = round(2.0 * MARGIN) + 1
+    inside = cv2.dilate(inside, np.ones((kernel_size, kernel_size), dtype=np.uint8))
     inside[:3], inside[-3:], inside[:, :3], inside[:, -3:] = 0, 0, 0, 0
     large = float(np.quantile(slopes[inside > 0], 0.98))
-    steep = inside * (slopes > max(SLOPE_SHARE * large, SLOPE_MIN))
+    steep = inside * (slopes > max(SLOPE_FRACTION_MIN * large, SLOPE_MIN))
     # Both sides of a slope are needed to estimate the gain.
-    telling = (cv2.dilate(steep, np.ones((3, 3), dtype=np.uint8)) * inside) > 0
-    if telling.sum() < PIXELS_MIN:
+    selected = (cv2.dilate(steep, np.ones((3, 3), dtype=np.uint8)) * inside) > 0
+    if selected.sum() < PIXELS_MIN:
         return None
-    if telling.sum() > PIXELS_MAX:
-        rows, columns = np.indices(telling.shape)
-        telling &= (rows + columns) % 2 == 0
-    if telling.sum() > PIXELS_MAX:
-        telling &= slopes >= np.partition(slopes[telling], -PIXELS_MAX)[-PIXELS_MAX]
-    return np.asarray(telling)
+    if selected.sum() > PIXELS_MAX:
+        rows, columns = np.indices(selected.shape)
+        selected &= (rows + columns) % 2 == 0
+    if selected.sum() > PIXELS_MAX:
+        selected &= slopes >= np.partition(slopes[selected], -PIXELS_MAX)[-PIXELS_MAX]
+    return np.asarray(selected)
 
 
-def _correlation(changes: NDArray[np.float64], telling: NDArray[np.bool_]) -> float:
+def _noise_factor(jacobian: NDArray[np.float64], selected: NDArray[np.bool_]) -> float:
     """Return the motion variance by pixel noise relative to that by independent noise of the smoothed pixels."""
-    picture = np.zeros((*telling.shape, changes.shape[1]))
-    picture[telling] = changes
-    return float(np.sum(smoothed(picture) ** 2) / np.sum(changes**2))
+    picture = np.zeros((*selected.shape, jacobian.shape[1]))
+    picture[selected] = jacobian
+    return float(np.sum(smooth_images(picture) ** 2) / np.sum(jacobian**2))

@@ -14,24 +14,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import level_camera
+from shirube_geometry import gravity_aligned_camera
 from stereo_landmark.core.patches.patch_alignment import AlignedPatch, align_patch
 from stereo_landmark.core.patches.patch_template import PatchTemplate, patch_template
 from stereo_landmark.core.place.reprojection_model import reproject
 from stereo_landmark.core.place.stereo_points import (
     SpatialPoints,
     StereoPoints,
-    measurable,
-    rows_agree,
+    add_calibration_noise,
+    is_in_same_row,
+    is_measurable,
     triangulate,
-    with_calibration_error,
 )
-from stereo_landmark.core.place.stereo_rig import MEASURED
+from stereo_landmark.core.place.stereo_rig import MEASUREMENT_SIZE
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
-Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
-CORNERS = 4
+ImagePair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+CORNER_COUNT = 4
 GATE_SIGMAS = 4.0
 OUTLINE_SIGMA = 0.03
 """Model error of outlines by uneven light and nearby edges, standard deviation [px]."""
@@ -64,7 +64,7 @@ class MeasuredPoints:
 
     seen: StereoPoints
     taught: SpatialPoints
-    compared: tuple[str, ...]
+    matched_patches: tuple[str, ...]
 
 
 class TaughtPatches:
@@ -77,9 +77,9 @@ class TaughtPatches:
 
     def __init__(self, place: TaughtPlace, pixel_sigma: float) -> None:
         self._place, self._pixel_sigma = place, pixel_sigma
-        self._patches = list(self._prepared())
+        self._patches = list(self._prepare_patches())
 
-    def measured(self, seen: StereoPoints, images: Pair) -> MeasuredPoints:
+    def measure(self, seen: StereoPoints, images: ImagePair) -> MeasuredPoints:
         """Measure points by their patches.
 
         Points without a patch, or whose patch cannot be aligned, remain unchanged.
@@ -90,27 +90,30 @@ class TaughtPatches:
         """
         coordinates = self._place.coordinates
         pixels, covariances = seen.pixels.copy(), seen.covariances.copy()
-        positions, spreads = coordinates.positions.copy(), coordinates.covariances.copy()
-        numbers = {name: k for k, name in enumerate(seen.names)}
-        taught_numbers = {name: k for k, name in enumerate(coordinates.names)}
-        compared = []
+        positions, position_covariances = coordinates.positions.copy(), coordinates.covariances.copy()
+        rows_by_name = {name: k for k, name in enumerate(seen.names)}
+        taught_rows_by_name = {name: k for k, name in enumerate(coordinates.names)}
+        matched_patches = []
         for patch in self._patches:
-            if patch.points.names[0] not in numbers:
+            if patch.points.names[0] not in rows_by_name:
                 continue
-            rows = [numbers[name] for name in patch.points.names]
-            found = _in_both(patch.template, seen.pixels[rows], seen.covariances[rows], images)
+            rows = [rows_by_name[name] for name in patch.points.names]
+            found = _align_in_both(patch.template, seen.pixels[rows], seen.covariances[rows], images)
             if found is not None:
                 pixels[rows], covariances[rows] = found
-                taught = [taught_numbers[name] for name in patch.points.names]
-                positions[taught], spreads[taught] = patch.points.positions, patch.points.covariances
-                compared.append(patch.primitive)
+                taught = [taught_rows_by_name[name] for name in patch.points.names]
+                positions[taught], position_covariances[taught] = (
+                    patch.points.positions,
+                    patch.points.covariances,
+                )
+                matched_patches.append(patch.primitive)
         return MeasuredPoints(
             StereoPoints(seen.names, pixels, covariances),
-            SpatialPoints(coordinates.names, positions, spreads),
-            tuple(compared),
+            SpatialPoints(coordinates.names, positions, position_covariances),
+            tuple(matched_patches),
         )
 
-    def _prepared(self) -> Iterator[TaughtPatch]:
+    def _prepare_patches(self) -> Iterator[TaughtPatch]:
         images = self._place.images
         if images is None:
             return
@@ -119,33 +122,35 @@ class TaughtPatches:
                 if isinstance(primitive.shape, Quadrilateral):
                     template = patch_template(images.left, primitive.shape.corners)
                     name = f'{target.name}/{primitive.name}'
-                    names = tuple(f'{name}/corner_{k}' for k in range(CORNERS))
-                    points = None if template is None else self._points(template, names, images.right)
+                    names = tuple(f'{name}/corner_{k}' for k in range(CORNER_COUNT))
+                    points = (
+                        None if template is None else self._triangulate_points(template, names, images.right)
+                    )
                     if template is not None and points is not None:
                         yield TaughtPatch(name, template, points)
 
-    def _points(
+    def _triangulate_points(
         self, template: PatchTemplate, names: tuple[str, ...], right: NDArray[np.uint8]
     ) -> SpatialPoints | None:
         """Triangulate the points of a patch; None if it cannot be aligned with the taught right image."""
         place, rig = self._place, self._place.rig
         tilt = (0.0, 0.0) if place.images is None else place.images.tilt
-        corners = place.coordinates.selected(names).positions
+        corners = place.coordinates.select(names).positions
         start = reproject(np.array([0.0, 0.0, 0.0, 0.0, *tilt]), corners, rig).pixels[:, 2:]
         found = align_patch(template, right, start)
         if found is None:
             return None
-        covariances = _blocks(found.taught_covariance, found.covariance)
+        covariances = _stereo_covariances(found.taught_covariance, found.covariance)
         seen = StereoPoints(names, np.hstack([template.pixels, found.points]), covariances)
-        if not (measurable(seen, rig) & rows_agree(seen, self._pixel_sigma)).all():
+        if not (is_measurable(seen, rig) & is_in_same_row(seen, self._pixel_sigma)).all():
             return None
-        camera = level_camera(rig.mount, *tilt)
-        noisy = with_calibration_error(seen, self._pixel_sigma)
-        return triangulate(noisy, rig).moved(camera.rotation, camera.position)
+        camera = gravity_aligned_camera(rig.mount, *tilt)
+        noisy = add_calibration_noise(seen, self._pixel_sigma)
+        return triangulate(noisy, rig).transform(camera.rotation, camera.position)
 
 
-def _in_both(
-    template: PatchTemplate, corners: NDArray[np.float64], covariances: NDArray[np.float64], images: Pair
+def _align_in_both(
+    template: PatchTemplate, corners: NDArray[np.float64], covariances: NDArray[np.float64], images: ImagePair
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Return the points of a patch in both images and their covariances, shapes (4, 4) and (4, 4, 4).
 
@@ -161,24 +166,26 @@ def _in_both(
     found = []
     for image, part in zip(images, (slice(0, 2), slice(2, 4)), strict=True):
         aligned = align_patch(template, image, corners[:, part])
-        if aligned is None or not _agrees(aligned, corners[:, part], covariances[:, part, part]):
+        if aligned is None or not _agrees_with_outline(aligned, corners[:, part], covariances[:, part, part]):
             return None
         found.append(aligned)
     left, right = found
-    return np.hstack([left.points, right.points]), _blocks(left.covariance, right.covariance)
+    return np.hstack([left.points, right.points]), _stereo_covariances(left.covariance, right.covariance)
 
 
-def _agrees(aligned: AlignedPatch, corners: NDArray[np.float64], covariances: NDArray[np.float64]) -> bool:
+def _agrees_with_outline(
+    aligned: AlignedPatch, corners: NDArray[np.float64], covariances: NDArray[np.float64]
+) -> bool:
     """Return whether a patch agrees with its outline within the uncertainty of both."""
     variances = 2.0 * np.diagonal(covariances, axis1=1, axis2=2) + OUTLINE_SIGMA**2
-    variances = variances + np.diag(aligned.covariance).reshape(CORNERS, 2)
+    variances = variances + np.diag(aligned.covariance).reshape(CORNER_COUNT, 2)
     return bool((np.abs(aligned.corners - corners) <= GATE_SIGMAS * np.sqrt(variances)).all())
 
 
-def _blocks(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def _stereo_covariances(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the stereo covariance of each of four points, shape (4, 4, 4), from two of shape (8, 8)."""
-    blocks = np.zeros((CORNERS, MEASURED, MEASURED))
-    for k in range(CORNERS):
+    blocks = np.zeros((CORNER_COUNT, MEASUREMENT_SIZE, MEASUREMENT_SIZE))
+    for k in range(CORNER_COUNT):
         own = slice(2 * k, 2 * k + 2)
         blocks[k, :2, :2], blocks[k, 2:, 2:] = left[own, own], right[own, own]
     return blocks

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shirube_geometry import PinholeCamera
 
 
-def ellipse_shift(
+def ellipse_centre_offset(
     centre: NDArray[np.float64], normal: NDArray[np.float64], radius: float, camera: PinholeCamera
 ) -> NDArray[np.float64]:
     """Return the ellipse centre minus the projected circle centre, shape (2,) [px].
@@ -26,11 +26,11 @@ def ellipse_shift(
         radius: circle radius [m].
         camera: pinhole camera without distortion.
     """
-    across = np.linalg.svd(normal[None, :])[2][1:]
+    plane_axes = np.linalg.svd(normal[None, :])[2][1:]
     K = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
-    homography = K @ np.column_stack([radius * across[0], radius * across[1], centre])
+    homography = K @ np.column_stack([radius * plane_axes[0], radius * plane_axes[1], centre])
     inverse = np.linalg.inv(homography)
     conic = inverse.T @ np.diag([1.0, 1.0, -1.0]) @ inverse
-    ellipse = -np.linalg.solve(conic[:2, :2], conic[:2, 2])
-    seen = K @ (centre / centre[2])
-    return np.asarray(ellipse - seen[:2])
+    ellipse_centre = -np.linalg.solve(conic[:2, :2], conic[:2, 2])
+    projection = K @ (centre / centre[2])
+    return np.asarray(ellipse_centre - projection[:2])

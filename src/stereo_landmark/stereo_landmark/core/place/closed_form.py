@@ -72,14 +72,14 @@ def closed_form(found: NDArray[np.float64], taught: NDArray[np.float64]) -> Disp
     """
     if len(found) < 2:
         return None
-    middle, taught_middle = found.mean(axis=0), taught.mean(axis=0)
-    here = (found - middle)[:, :2] @ np.array([1.0, 1.0j])
-    there = (taught - taught_middle)[:, :2] @ np.array([1.0, 1.0j])
+    mean, taught_mean = found.mean(axis=0), taught.mean(axis=0)
+    here = (found - mean)[:, :2] @ np.array([1.0, 1.0j])
+    there = (taught - taught_mean)[:, :2] @ np.array([1.0, 1.0j])
     if float(np.mean(np.abs(there) ** 2)) < SPREAD_MIN**2:
         return None
     turn = -cmath.phase(complex(np.sum(here * there.conj())))
-    shift = complex(middle[0], middle[1]) - cmath.rect(1.0, -turn) * complex(*taught_middle[:2])
-    return Displacement(shift.real, shift.imag, float(middle[2] - taught_middle[2]), turn)
+    shift = complex(mean[0], mean[1]) - cmath.rect(1.0, -turn) * complex(*taught_mean[:2])
+    return Displacement(shift.real, shift.imag, float(mean[2] - taught_mean[2]), turn)
 
 
 def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> NDArray[np.float64]:
@@ -93,26 +93,29 @@ def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> NDArr
         covariance of x, y, z [m] and yaw [rad] of the robot in the taught frame, shape (4, 4).
     """
     covariance = np.zeros((4, 4))
-    for points, of_found in ((found, True), (taught, False)):
+    for points, perturb_found in ((found, True), (taught, False)):
         for i in range(len(points)):
-            changes = [_change(found.positions, taught.positions, i, axis, of_found) for axis in range(3)]
-            jacobian = np.column_stack(changes)
+            columns = [
+                _jacobian_column(found.positions, taught.positions, i, axis, perturb_found)
+                for axis in range(3)
+            ]
+            jacobian = np.column_stack(columns)
             covariance += jacobian @ points.covariances[i] @ jacobian.T
     return covariance
 
 
-def _change(
-    found: NDArray[np.float64], taught: NDArray[np.float64], i: int, axis: int, of_found: bool
+def _jacobian_column(
+    found: NDArray[np.float64], taught: NDArray[np.float64], i: int, axis: int, perturb_found: bool
 ) -> NDArray[np.float64]:
     """Return the numerical derivatives of x, y, z and yaw by one coordinate of a point, shape (4,)."""
-    sides = []
+    states = []
     for step in (-_STEP, _STEP):
         here, there = found.copy(), taught.copy()
-        (here if of_found else there)[i, axis] += step
+        (here if perturb_found else there)[i, axis] += step
         displacement = closed_form(here, there)
         if displacement is None:
             return np.full(4, np.inf)
-        sides.append(displacement.state)
-    change = sides[1] - sides[0]
+        states.append(displacement.state)
+    change = states[1] - states[0]
     change[3] = wrap_angle(float(change[3]))
     return np.asarray(change / (2.0 * _STEP))

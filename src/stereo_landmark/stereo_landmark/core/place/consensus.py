@@ -17,27 +17,27 @@ from numpy.typing import NDArray
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 
 GATE_SIGMAS = 4.0
-ANGLE_ERROR = 0.002
+BEARING_ERROR = 0.002
 """Extra direction error of points besides their noise, because the pose from one pair is coarse [rad]."""
 PAIRS_MAX = 2000
 """Maximum number of tested pairs; more pairs are subsampled evenly."""
-WIDTH_MIN = 0.02
+PAIR_DISTANCE_MIN = 0.02
 """Minimum horizontal distance of a pair; nearer points do not determine the yaw [m]."""
 
 
-class Consensus(NamedTuple):
+class ConsensusSet(NamedTuple):
     """The inliers of the displacement hypothesis with the most support.
 
     Attributes:
-        agreeing: mask of the inliers, shape (n,).
-        votes: number of inliers, each weighted by how well it fits (MSAC score).
+        inliers: mask of the inliers, shape (n,).
+        support: number of inliers, each weighted by how well it fits (MSAC score).
     """
 
-    agreeing: NDArray[np.bool_]
-    votes: float
+    inliers: NDArray[np.bool_]
+    support: float
 
 
-def largest_consensus(found: SpatialPoints, taught: SpatialPoints, tilt_sigma: float) -> Consensus:
+def find_consensus_set(found: SpatialPoints, taught: SpatialPoints, tilt_sigma: float) -> ConsensusSet:
     """Return the consensus set of the displacement with the most support.
 
     Args:
@@ -49,38 +49,40 @@ def largest_consensus(found: SpatialPoints, taught: SpatialPoints, tilt_sigma: f
         consensus set, without inliers where no two points are far enough apart to determine the yaw.
     """
     ranges = np.linalg.norm(found.positions, axis=1)
-    spare = (max(ANGLE_ERROR, tilt_sigma) * ranges) ** 2
-    spread = found.covariances + spare[:, None, None] * np.eye(3)
+    margin_variances = (max(BEARING_ERROR, tilt_sigma) * ranges) ** 2
+    found_covariances = found.covariances + margin_variances[:, None, None] * np.eye(3)
     pairs = np.array(np.triu_indices(len(found), 1), dtype=np.int64).T
     pairs = np.ascontiguousarray(pairs[:: 1 + (len(pairs) - 1) // PAIRS_MAX])
-    votes = np.zeros((len(pairs), len(found)))
-    _vote(found.positions, taught.positions, spread, taught.covariances, pairs, votes)
+    support = np.zeros((len(pairs), len(found)))
+    _score_pairs(found.positions, taught.positions, found_covariances, taught.covariances, pairs, support)
     if not len(pairs):
-        return Consensus(np.zeros(len(found), dtype=np.bool_), 0.0)
-    best = int(np.argmax(votes.sum(axis=1)))
-    return Consensus(votes[best] > 0.0, float(votes[best].sum()))
+        return ConsensusSet(np.zeros(len(found), dtype=np.bool_), 0.0)
+    best = int(np.argmax(support.sum(axis=1)))
+    return ConsensusSet(support[best] > 0.0, float(support[best].sum()))
 
 
 @njit(cache=True, error_model='numpy')
-def _vote(
+def _score_pairs(
     found: NDArray[np.float64],
     taught: NDArray[np.float64],
-    spread: NDArray[np.float64],
-    taught_spread: NDArray[np.float64],
+    found_covariances: NDArray[np.float64],
+    taught_covariances: NDArray[np.float64],
     pairs: NDArray[np.int64],
-    votes: NDArray[np.float64],
+    support: NDArray[np.float64],
 ) -> None:
     """Write the score of each point under the hypothesis of each pair, shape (m, n), from 1 (exact) to 0 (outlier)."""
     # The trace bounds the variance along any direction: points beyond it are outliers without a full test.
-    farthest = np.empty(len(found))
+    distance_gates = np.empty(len(found))
     for k in range(len(found)):
-        farthest[k] = GATE_SIGMAS**2 * (np.trace(spread[k]) + np.trace(taught_spread[k]))
-    off, noise = np.empty(3), np.empty((3, 3))
+        distance_gates[k] = GATE_SIGMAS**2 * (
+            np.trace(found_covariances[k]) + np.trace(taught_covariances[k])
+        )
+    residual, noise = np.empty(3), np.empty((3, 3))
     for p in range(len(pairs)):
         i, j = pairs[p]
         hx, hy = found[j, 0] - found[i, 0], found[j, 1] - found[i, 1]
         tx, ty = taught[j, 0] - taught[i, 0], taught[j, 1] - taught[i, 1]
-        if np.hypot(hx, hy) < WIDTH_MIN or np.hypot(tx, ty) < WIDTH_MIN:
+        if np.hypot(hx, hy) < PAIR_DISTANCE_MIN or np.hypot(tx, ty) < PAIR_DISTANCE_MIN:
             continue
         turn = np.arctan2(hy, hx) - np.arctan2(ty, tx)
         cos, sin = np.cos(turn), np.sin(turn)
@@ -88,31 +90,31 @@ def _vote(
         nx, ny, nz = 0.5 * (taught[i] + taught[j])
         for k in range(len(found)):
             dx, dy = taught[k, 0] - nx, taught[k, 1] - ny
-            off[0] = found[k, 0] - mx - cos * dx + sin * dy
-            off[1] = found[k, 1] - my - sin * dx - cos * dy
-            off[2] = found[k, 2] - mz - taught[k, 2] + nz
-            if off[0] ** 2 + off[1] ** 2 + off[2] ** 2 < farthest[k]:
-                _write_turned(taught_spread[k], cos, sin, noise)
-                noise += spread[k]
-                votes[p, k] = max(0.0, 1.0 - _square_in_sigmas(off, noise) / GATE_SIGMAS**2)
+            residual[0] = found[k, 0] - mx - cos * dx + sin * dy
+            residual[1] = found[k, 1] - my - sin * dx - cos * dy
+            residual[2] = found[k, 2] - mz - taught[k, 2] + nz
+            if residual[0] ** 2 + residual[1] ** 2 + residual[2] ** 2 < distance_gates[k]:
+                _rotate_covariance(taught_covariances[k], cos, sin, noise)
+                noise += found_covariances[k]
+                support[p, k] = max(0.0, 1.0 - _squared_mahalanobis(residual, noise) / GATE_SIGMAS**2)
 
 
 @njit(cache=True, error_model='numpy')
-def _write_turned(
-    covariance: NDArray[np.float64], cos: float, sin: float, turned: NDArray[np.float64]
+def _rotate_covariance(
+    covariance: NDArray[np.float64], cos: float, sin: float, rotated: NDArray[np.float64]
 ) -> None:
     """Write a covariance, shape (3, 3), rotated about z."""
     xx, xy, yy = covariance[0, 0], covariance[0, 1], covariance[1, 1]
-    turned[0, 0] = cos * cos * xx - 2.0 * cos * sin * xy + sin * sin * yy
-    turned[1, 1] = sin * sin * xx + 2.0 * cos * sin * xy + cos * cos * yy
-    turned[0, 1] = turned[1, 0] = cos * sin * (xx - yy) + (cos * cos - sin * sin) * xy
-    turned[0, 2] = turned[2, 0] = cos * covariance[0, 2] - sin * covariance[1, 2]
-    turned[1, 2] = turned[2, 1] = sin * covariance[0, 2] + cos * covariance[1, 2]
-    turned[2, 2] = covariance[2, 2]
+    rotated[0, 0] = cos * cos * xx - 2.0 * cos * sin * xy + sin * sin * yy
+    rotated[1, 1] = sin * sin * xx + 2.0 * cos * sin * xy + cos * cos * yy
+    rotated[0, 1] = rotated[1, 0] = cos * sin * (xx - yy) + (cos * cos - sin * sin) * xy
+    rotated[0, 2] = rotated[2, 0] = cos * covariance[0, 2] - sin * covariance[1, 2]
+    rotated[1, 2] = rotated[2, 1] = sin * covariance[0, 2] + cos * covariance[1, 2]
+    rotated[2, 2] = covariance[2, 2]
 
 
 @njit(cache=True, error_model='numpy')
-def _square_in_sigmas(off: NDArray[np.float64], noise: NDArray[np.float64]) -> float:
+def _squared_mahalanobis(residual: NDArray[np.float64], noise: NDArray[np.float64]) -> float:
     """Return the squared Mahalanobis distance of a residual, shape (3,), with covariance, shape (3, 3)."""
     total, determinant = 0.0, 0.0
     for r in range(3):
@@ -120,6 +122,6 @@ def _square_in_sigmas(off: NDArray[np.float64], noise: NDArray[np.float64]) -> f
         for c in range(3):
             d, e = (c + 1) % 3, (c + 2) % 3
             minor = noise[a, d] * noise[b, e] - noise[a, e] * noise[b, d]
-            total += off[r] * minor * off[c]
+            total += residual[r] * minor * residual[c]
             determinant += noise[r, c] * minor / 3.0
     return total / determinant

@@ -36,7 +36,7 @@ class NoPlaceFixReason(Enum):
     """Why there is no displacement."""
 
     TOO_FEW_POINTS = 'too few points'
-    ROWS_APART = 'left and right show the points in different rows; calibrate the cameras as a pair'
+    ROW_MISMATCH = 'left and right show the points in different rows; calibrate the cameras as a pair'
     INCONSISTENT = 'the distances between the points are not the taught ones'
     POOR_GEOMETRY = 'the points do not determine the displacement'
     UNCERTAIN = 'the displacement is too uncertain'

@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_geometry import wrap_angle
-from stereo_landmark.core.place.reprojection_model import PITCH, ROLL, STATES, reproject
+from stereo_landmark.core.place.reprojection_model import PITCH, ROLL, STATE_SIZE, reproject
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
-from stereo_landmark.core.place.stereo_rig import MEASURED, StereoRig
+from stereo_landmark.core.place.stereo_rig import MEASUREMENT_SIZE, StereoRig
 
-STEPS_MAX = 20
-STEP_DONE = 1e-7
+ITERATIONS_MAX = 20
+STEP_TOLERANCE = 1e-7
 """Convergence: the iteration stops when the step is smaller than this [m, rad]."""
-HUBER = 3.0
+HUBER_THRESHOLD = 3.0
 """Threshold of the Huber loss [standard deviations]; four normal residuals have a norm of at most 3.1 in 95 %."""
 DETERMINANT_MIN = 1e-12
 """Minimum determinant of the information matrix, normalized to a unit diagonal, for an observable state."""
@@ -34,17 +34,17 @@ class ReprojectionFit:
         state: estimated state, shape (6,), see `reprojection_model`.
         covariance: state covariance, shape (6, 6), zero for fixed states.
         residuals: reprojection residuals, shape (n, 4) [px].
-        distances: Mahalanobis distances of the residuals, shape (n,); infinite behind the cameras.
+        mahalanobis_distances: Mahalanobis distances of the residuals, shape (n,); infinite behind the cameras.
     """
 
     state: NDArray[np.float64]
     covariance: NDArray[np.float64]
     residuals: NDArray[np.float64]
-    distances: NDArray[np.float64]
+    mahalanobis_distances: NDArray[np.float64]
 
 
 def fit_reprojection(
-    seen: StereoPoints,
+    observed: StereoPoints,
     taught: SpatialPoints,
     rig: StereoRig,
     start: NDArray[np.float64],
@@ -53,7 +53,7 @@ def fit_reprojection(
     """Fit the state by iteratively reweighted Gauss-Newton steps.
 
     Args:
-        seen: n measured points.
+        observed: n measured points.
         taught: the same points in the same order, in the place's frame.
         rig: stereo cameras.
         start: initial state, shape (6,); its roll and pitch are the prior.
@@ -62,36 +62,40 @@ def fit_reprojection(
     Returns:
         estimated state, or None where the points do not determine it.
     """
-    free = np.arange(STATES) if settings.tilt_sigma > 0.0 else np.arange(ROLL)
-    prior = np.zeros((STATES, STATES))
+    free = np.arange(STATE_SIZE) if settings.tilt_sigma > 0.0 else np.arange(ROLL)
+    prior = np.zeros((STATE_SIZE, STATE_SIZE))
     if settings.tilt_sigma > 0.0:
         prior[[ROLL, PITCH], [ROLL, PITCH]] = settings.tilt_sigma**-2
-    noise = seen.covariances + settings.pixel_sigma**2 * np.eye(MEASURED)
+    noise = observed.covariances + settings.pixel_sigma**2 * np.eye(MEASUREMENT_SIZE)
     state = start.copy()
-    for _ in range(STEPS_MAX):
-        residuals, jacobian, distances = _whitened(seen, taught, rig, state, noise)
-        weights = np.where(np.isfinite(distances), np.minimum(1.0, HUBER / np.maximum(distances, 1e-9)), 0.0)
-        weighed = jacobian * weights[:, None, None]
-        information = np.einsum('nij,nik->jk', weighed, jacobian) + prior
-        gradient = np.einsum('nij,ni->j', weighed, residuals) + prior @ (start - state)
-        inverse = _inverse(information[np.ix_(free, free)])
+    for _ in range(ITERATIONS_MAX):
+        residuals, jacobian, mahalanobis_distances = _whiten(observed, taught, rig, state, noise)
+        weights = np.where(
+            np.isfinite(mahalanobis_distances),
+            np.minimum(1.0, HUBER_THRESHOLD / np.maximum(mahalanobis_distances, 1e-9)),
+            0.0,
+        )
+        weighted = jacobian * weights[:, None, None]
+        information = np.einsum('nij,nik->jk', weighted, jacobian) + prior
+        gradient = np.einsum('nij,ni->j', weighted, residuals) + prior @ (start - state)
+        inverse = _invert(information[np.ix_(free, free)])
         if inverse is None:
             return None
-        step = np.zeros(STATES)
+        step = np.zeros(STATE_SIZE)
         step[free] = inverse @ gradient[free]
         state = state + step
-        if np.abs(step).max() < STEP_DONE:
+        if np.abs(step).max() < STEP_TOLERANCE:
             break
     state[3] = wrap_angle(float(state[3]))
-    covariance = np.zeros((STATES, STATES))
+    covariance = np.zeros((STATE_SIZE, STATE_SIZE))
     covariance[np.ix_(free, free)] = inverse
     view = reproject(state, taught.positions, rig)
-    _, _, distances = _whitened(seen, taught, rig, state, noise)
-    return ReprojectionFit(state, covariance, seen.pixels - view.pixels, distances)
+    _, _, mahalanobis_distances = _whiten(observed, taught, rig, state, noise)
+    return ReprojectionFit(state, covariance, observed.pixels - view.pixels, mahalanobis_distances)
 
 
-def _whitened(
-    seen: StereoPoints,
+def _whiten(
+    observed: StereoPoints,
     taught: SpatialPoints,
     rig: StereoRig,
     state: NDArray[np.float64],
@@ -99,14 +103,16 @@ def _whitened(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return whitened residuals (n, 4), whitened Jacobians (n, 4, 6) and Mahalanobis distances (n,)."""
     view = reproject(state, taught.positions, rig)
-    spread = noise + view.by_point @ taught.covariances @ view.by_point.transpose(0, 2, 1)
-    roots = np.linalg.inv(np.linalg.cholesky(spread))
-    residuals = (roots @ (seen.pixels - view.pixels)[:, :, None])[:, :, 0]
-    distances = np.where(view.in_front, np.linalg.norm(residuals, axis=1), np.inf)
-    return residuals, roots @ view.by_state, distances
+    total_covariances = noise + view.point_jacobian @ taught.covariances @ view.point_jacobian.transpose(
+        0, 2, 1
+    )
+    sqrt_information = np.linalg.inv(np.linalg.cholesky(total_covariances))
+    residuals = (sqrt_information @ (observed.pixels - view.pixels)[:, :, None])[:, :, 0]
+    mahalanobis_distances = np.where(view.in_front, np.linalg.norm(residuals, axis=1), np.inf)
+    return residuals, sqrt_information @ view.state_jacobian, mahalanobis_distances
 
 
-def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
+def _invert(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Return the inverse of a symmetric matrix, None where it is singular."""
     diagonal = np.diag(information)
     if not np.isfinite(information).all() or not (diagonal > 0.0).all():

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from shirube_geometry import matrix_from_rpy
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
-STATES = 6
+STATE_SIZE = 6
 ROLL, PITCH = 4, 5
 DEPTH_MIN = 0.05
 """Nearer points are not visible [m]."""
@@ -27,14 +27,14 @@ class Reprojection:
 
     Attributes:
         pixels: predicted u, v left and u, v right, shape (n, 4) [px].
-        by_state: Jacobians of the pixels by the state, shape (n, 4, 6).
-        by_point: Jacobians of the pixels by the taught points, shape (n, 4, 3) [px/m].
+        state_jacobian: Jacobians of the pixels by the state, shape (n, 4, 6).
+        point_jacobian: Jacobians of the pixels by the taught points, shape (n, 4, 3) [px/m].
         in_front: mask of the points in front of the cameras, shape (n,).
     """
 
     pixels: NDArray[np.float64]
-    by_state: NDArray[np.float64]
-    by_point: NDArray[np.float64]
+    state_jacobian: NDArray[np.float64]
+    point_jacobian: NDArray[np.float64]
     in_front: NDArray[np.bool_]
 
 
@@ -53,17 +53,17 @@ def reproject(state: NDArray[np.float64], taught: NDArray[np.float64], rig: Ster
     optical = (base - np.array(rig.mount.xyz)) @ rig.mount.rotation
     in_front = optical[:, 2] > DEPTH_MIN
     safe = np.where(in_front[:, None], optical, [0.0, 0.0, 1.0])
-    by_optical = rig.jacobians(safe)
+    pixel_jacobian = rig.jacobians(safe)
     R_optical_base = rig.mount.rotation.T
-    changes = np.zeros((len(taught), 3, STATES))
-    changes[:, :, :3] = -R_place_base.T
+    base_jacobian = np.zeros((len(taught), 3, STATE_SIZE))
+    base_jacobian[:, :, :3] = -R_place_base.T
     level = (taught - state[:3]) @ R_place_level
-    changes[:, :, 3] = np.column_stack([level[:, 1], -level[:, 0], np.zeros(len(level))]) @ R_level_base
-    changes[:, :, ROLL] = np.cross(base, [1.0, 0.0, 0.0])
-    changes[:, :, PITCH] = np.cross(base, [0.0, math.cos(state[ROLL]), -math.sin(state[ROLL])])
+    base_jacobian[:, :, 3] = np.column_stack([level[:, 1], -level[:, 0], np.zeros(len(level))]) @ R_level_base
+    base_jacobian[:, :, ROLL] = np.cross(base, [1.0, 0.0, 0.0])
+    base_jacobian[:, :, PITCH] = np.cross(base, [0.0, math.cos(state[ROLL]), -math.sin(state[ROLL])])
     return Reprojection(
-        rig.projections(safe),
-        by_optical @ R_optical_base @ changes,
-        by_optical @ (R_place_base @ rig.mount.rotation).T,
+        rig.project(safe),
+        pixel_jacobian @ R_optical_base @ base_jacobian,
+        pixel_jacobian @ (R_place_base @ rig.mount.rotation).T,
         in_front,
     )

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_rig import MEASURED, StereoRig
+from stereo_landmark.core.place.stereo_rig import MEASUREMENT_SIZE, StereoRig
 
 DISPARITY_MIN = 0.5
 """Minimum disparity; a point below it is too far away, or a wrong match [px]."""
-ROW_SIGMAS = 5.0
-STEPS = 3
+ROW_GATE_SIGMAS = 5.0
+ITERATIONS = 3
 
 
 @dataclass(frozen=True)
@@ -56,32 +56,34 @@ class SpatialPoints:
     def __len__(self) -> int:
         return len(self.names)
 
-    def selected(self, names: tuple[str, ...]) -> SpatialPoints:
+    def select(self, names: tuple[str, ...]) -> SpatialPoints:
         """Return the points with these names, in their order; all must exist."""
         index = [self.names.index(name) for name in names]
         return SpatialPoints(names, self.positions[index], self.covariances[index])
 
-    def moved(self, rotation: NDArray[np.float64], shift: NDArray[np.float64]) -> SpatialPoints:
+    def transform(self, rotation: NDArray[np.float64], shift: NDArray[np.float64]) -> SpatialPoints:
         """Transform the points into another frame: rotation, shape (3, 3), then translation, shape (3,) [m]."""
         positions = self.positions @ rotation.T + shift
         return SpatialPoints(self.names, positions, rotation @ self.covariances @ rotation.T)
 
 
-def joined(parts: Sequence[StereoPoints]) -> StereoPoints:
+def concatenate(groups: Sequence[StereoPoints]) -> StereoPoints:
     """Concatenate sets of points."""
     return StereoPoints(
-        tuple(name for part in parts for name in part.names),
-        np.concatenate([np.empty((0, MEASURED)), *(part.pixels for part in parts)]),
-        np.concatenate([np.empty((0, MEASURED, MEASURED)), *(part.covariances for part in parts)]),
+        tuple(name for group in groups for name in group.names),
+        np.concatenate([np.empty((0, MEASUREMENT_SIZE)), *(group.pixels for group in groups)]),
+        np.concatenate(
+            [np.empty((0, MEASUREMENT_SIZE, MEASUREMENT_SIZE)), *(group.covariances for group in groups)]
+        ),
     )
 
 
-def measurable(points: StereoPoints, rig: StereoRig) -> NDArray[np.bool_]:
+def is_measurable(points: StereoPoints, rig: StereoRig) -> NDArray[np.bool_]:
     """Return the mask of points with enough disparity to be triangulated, shape (n,)."""
     return _disparities(points.pixels, rig) >= DISPARITY_MIN
 
 
-def rows_agree(points: StereoPoints, pixel_sigma: float) -> NDArray[np.bool_]:
+def is_in_same_row(points: StereoPoints, pixel_sigma: float) -> NDArray[np.bool_]:
     """Return the mask of points that satisfy the epipolar constraint (same row in both images), shape (n,).
 
     Args:
@@ -89,16 +91,18 @@ def rows_agree(points: StereoPoints, pixel_sigma: float) -> NDArray[np.bool_]:
         pixel_sigma: calibration error along each axis of each image [px].
     """
     variances = points.covariances[:, 1, 1] + points.covariances[:, 3, 3] - 2.0 * points.covariances[:, 1, 3]
-    apart = np.abs(points.pixels[:, 1] - points.pixels[:, 3])
-    return np.asarray(apart <= ROW_SIGMAS * np.sqrt(variances + 2.0 * pixel_sigma**2))
+    row_difference = np.abs(points.pixels[:, 1] - points.pixels[:, 3])
+    return np.asarray(row_difference <= ROW_GATE_SIGMAS * np.sqrt(variances + 2.0 * pixel_sigma**2))
 
 
-def with_calibration_error(points: StereoPoints, pixel_sigma: float) -> StereoPoints:
+def add_calibration_noise(points: StereoPoints, pixel_sigma: float) -> StereoPoints:
     """Return points with the calibration error [px] added to their covariances.
 
     Without it the depths of near points would be too certain, and the fit would rotate about the target.
     """
-    return StereoPoints(points.names, points.pixels, points.covariances + pixel_sigma**2 * np.eye(MEASURED))
+    return StereoPoints(
+        points.names, points.pixels, points.covariances + pixel_sigma**2 * np.eye(MEASUREMENT_SIZE)
+    )
 
 
 def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:
@@ -114,10 +118,10 @@ def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:
     y = (0.5 * (pixels[:, 1] + pixels[:, 3]) - left.cy) / left.fy * z
     positions = np.column_stack([x, y, z])
     weights = np.linalg.inv(points.covariances)
-    for _ in range(STEPS):
+    for _ in range(ITERATIONS):
         jacobians = rig.jacobians(positions)
         information = jacobians.transpose(0, 2, 1) @ weights @ jacobians
-        gradients = jacobians.transpose(0, 2, 1) @ weights @ (pixels - rig.projections(positions))[:, :, None]
+        gradients = jacobians.transpose(0, 2, 1) @ weights @ (pixels - rig.project(positions))[:, :, None]
         positions = positions + np.linalg.solve(information, gradients)[:, :, 0]
     return SpatialPoints(points.names, positions, np.asarray(np.linalg.inv(information)))
 

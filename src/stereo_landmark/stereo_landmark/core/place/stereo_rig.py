@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shirube_geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-MEASURED = 4
+MEASUREMENT_SIZE = 4
 """Number of measured coordinates of a point: u, v in the left and u, v in the right image."""
 
 
@@ -41,14 +41,14 @@ class StereoRig:
                 "the right camera's projection_matrix holds -fx * baseline at [0, 3]: are left and right swapped?"
             )
         for name in ('fx', 'fy', 'cy', 'width', 'height'):
-            mine, other = getattr(self.left, name), getattr(self.right, name)
-            if not math.isclose(mine, other, rel_tol=1e-6):
+            left_value, right_value = getattr(self.left, name), getattr(self.right, name)
+            if not math.isclose(left_value, right_value, rel_tol=1e-6):
                 raise StereoLandmarkError(
-                    f'{name} is {mine:g} in the left and {other:g} in the right camera; '
+                    f'{name} is {left_value:g} in the left and {right_value:g} in the right camera; '
                     'rectified cameras share it: calibrate them as a pair'
                 )
 
-    def projections(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Project points, shape (n, 4): u, v left and u, v right [px].
 
         Args:
@@ -61,7 +61,7 @@ class StereoRig:
         return np.column_stack([u_left, v, u_right, v])
 
     def jacobians(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the derivatives of `projections` by the points, shape (n, 4, 3) [px/m]."""
+        """Return the derivatives of `project` by the points, shape (n, 4, 3) [px/m]."""
         x, y, z = points.T
         zero = np.zeros_like(z)
         along_v = [zero, self.left.fy / z, -self.left.fy * y / z**2]

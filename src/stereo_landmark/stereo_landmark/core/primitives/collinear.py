@@ -25,42 +25,42 @@ def join_collinear(
         members of all groups, concatenated; start of each group, shape (m + 1,).
     """
     n = len(ends)
-    after = _continuations(ends, gap_max, offset_max)
-    has_forerunner = np.zeros(n, np.bool_)
+    successors = _find_successors(ends, gap_max, offset_max)
+    has_predecessor = np.zeros(n, np.bool_)
     for i in range(n):
-        if after[i] >= 0:
-            has_forerunner[after[i]] = True
+        if successors[i] >= 0:
+            has_predecessor[successors[i]] = True
     members, starts = np.empty(3 * n, np.int64), np.zeros(2 * n + 1, np.int64)
     count, filled = 0, 0
     for first in range(n):
-        if has_forerunner[first] or after[first] < 0:
+        if has_predecessor[first] or successors[first] < 0:
             continue
         length, i = 1, first
-        while after[i] >= 0:
-            members[filled], members[filled + 1] = i, after[i]
+        while successors[i] >= 0:
+            members[filled], members[filled + 1] = i, successors[i]
             filled, count, length = filled + 2, count + 1, length + 1
             starts[count] = filled
-            i = after[i]
+            i = successors[i]
         if length > 2:
             i = first
             while i >= 0:
                 members[filled] = i
-                filled, i = filled + 1, after[i]
+                filled, i = filled + 1, successors[i]
             count += 1
             starts[count] = filled
     return members[:filled].copy(), starts[: count + 1].copy()
 
 
 @njit(cache=True, error_model='numpy')
-def _continuations(ends: NDArray[np.float64], gap_max: float, offset_max: float) -> NDArray[np.int64]:
+def _find_successors(ends: NDArray[np.float64], gap_max: float, offset_max: float) -> NDArray[np.int64]:
     """Return the successor of each segment, -1 for none; successors are mutual nearest neighbours."""
     n = len(ends)
     steps = ends[:, 1] - ends[:, 0]
     angles = np.arctan2(steps[:, 1], steps[:, 0])
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     order = np.argsort(angles)
-    after, before = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
-    least_after, least_before = np.full(n, np.inf), np.full(n, np.inf)
+    successors, predecessors = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+    successor_gaps, predecessor_gaps = np.full(n, np.inf), np.full(n, np.inf)
     for a in range(n):
         i = order[a]
         for b in range(1, n):
@@ -73,14 +73,14 @@ def _continuations(ends: NDArray[np.float64], gap_max: float, offset_max: float)
                 gap = _gap(ends, steps, lengths, first, second, offset_max, longest)
                 if gap == np.inf:
                     continue
-                if gap < least_after[first]:
-                    least_after[first], after[first] = gap, second
-                if gap < least_before[second]:
-                    least_before[second], before[second] = gap, first
+                if gap < successor_gaps[first]:
+                    successor_gaps[first], successors[first] = gap, second
+                if gap < predecessor_gaps[second]:
+                    predecessor_gaps[second], predecessors[second] = gap, first
     for i in range(n):
-        if after[i] >= 0 and before[after[i]] != i:
-            after[i] = -1
-    return after
+        if successors[i] >= 0 and predecessors[successors[i]] != i:
+            successors[i] = -1
+    return successors
 
 
 @njit(cache=True, error_model='numpy')

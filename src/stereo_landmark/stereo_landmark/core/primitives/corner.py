@@ -10,14 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_settings import setting
+from stereo_landmark.core.primitives.angle_wrapping import wrap_differences
 from stereo_landmark.core.primitives.corner_links import link_corners
-from stereo_landmark.core.primitives.crossing import crossing_covariance, crossing_of
-from stereo_landmark.core.primitives.found_shapes import FoundShapes
 from stereo_landmark.core.primitives.image_point import ImagePoint
+from stereo_landmark.core.primitives.lazy_shapes import LazyShapes
+from stereo_landmark.core.primitives.line_intersection import (
+    intersect_with_covariance,
+    intersection_covariance,
+)
 from stereo_landmark.core.primitives.line_refinement import refine_lines
+from stereo_landmark.core.primitives.line_segments import LineSegments
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.primitives.sides import Sides
-from stereo_landmark.core.primitives.turning import folded_all
 
 # The intersection of arms with a smaller angle is ill-conditioned.
 _SINE_MIN = 0.1
@@ -72,7 +75,9 @@ def corner_difference(found: Corner, taught: Corner, tolerance: CornerTolerance)
 
     The arm lengths do not count, as occlusion changes them.
     """
-    return float(corner_differences(corner_numbers([found]), corner_numbers([taught]), tolerance)[0, 0])
+    return float(
+        corner_differences(corner_shape_vectors([found]), corner_shape_vectors([taught]), tolerance)[0, 0]
+    )
 
 
 def corner_differences(
@@ -81,24 +86,24 @@ def corner_differences(
     """Return the difference of each corner from each taught one, shape (k, n).
 
     Args:
-        found: parameters of the detected corners, shape (n, 3), see :func:`corner_numbers`.
+        found: parameters of the detected corners, shape (n, 3), see :func:`corner_shape_vectors`.
         taught: parameters of the taught corners, shape (k, 3).
         tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     angles = np.abs(mine[0] - theirs[0]) / tolerance.angle
-    bisectors = np.abs(folded_all(mine[1] - theirs[1], 2.0 * math.pi)) / tolerance.bisector
+    bisectors = np.abs(wrap_differences(mine[1] - theirs[1], 2.0 * math.pi)) / tolerance.bisector
     return np.where(mine[2] == theirs[2], np.maximum(angles, bisectors), math.inf)
 
 
-def corner_numbers(corners: Sequence[Corner]) -> NDArray[np.float64]:
+def corner_shape_vectors(corners: Sequence[Corner]) -> NDArray[np.float64]:
     """Return the shape parameters, shape (n, 3): angle and bisector [rad] and polarity."""
-    if isinstance(corners, FoundShapes):
-        return corners.numbers
+    if isinstance(corners, LazyShapes):
+        return corners.shape_vectors
     return np.array([(each.angle, each.bisector, each.polarity) for each in corners]).reshape(-1, 3)
 
 
-def detect_corners(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Corner]:
+def detect_corners(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Corner]:
     """Detect the corners of intersecting line segments.
 
     Args:
@@ -109,13 +114,13 @@ def detect_corners(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Cor
         corners without duplicates, by falling arm length.
     """
     gap = settings.corner_gap_max
-    links = link_corners(sides.ends, gap, gap, settings.corner_angle_min)
-    i, e = links.sides, links.ends
-    inner, outer = sides.ends[i, 1 - e], sides.ends[i, e]
+    links = link_corners(lines.ends, gap, gap, settings.corner_angle_min)
+    i, e = links.lines, links.ends
+    inner, outer = lines.ends[i, 1 - e], lines.ends[i, e]
     arms = inner - outer
     lengths = np.hypot(arms[..., 0], arms[..., 1])
     arms = arms / lengths[..., None]
-    as_linked, middles = arms.copy(), 0.5 * (inner + outer)
+    linked_arms, middles = arms.copy(), 0.5 * (inner + outer)
     # The angle is counted from the first arm to the second one; swap the arms if it is negative.
     swapped = arms[:, 0, 0] * arms[:, 1, 1] - arms[:, 0, 1] * arms[:, 1, 0] < 0.0
     for array in (arms, lengths, e):
@@ -127,18 +132,18 @@ def detect_corners(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Cor
     # The inside is to the right of the first arm seen from the vertex: bright if the segment starts there.
     bright = np.column_stack([e[:, 0] == 0, e[:, 1] == 1])
     polarities = np.where(bright[:, 0] == bright[:, 1], np.where(bright[:, 0], 1, -1), 0)
-    kept = _distinct(links.vertices, bisectors, lengths.min(axis=1))
+    kept = _suppress_duplicates(links.vertices, bisectors, lengths.min(axis=1))
     numbers = np.column_stack([angles, bisectors, polarities])[kept]
 
     def make(number: int) -> Corner:
         k = kept[number]
-        covariance = crossing_covariance(
-            links.vertices[k, None], middles[k, None], as_linked[k, None], sides.variances[i[k]][None]
+        covariance = intersection_covariance(
+            links.vertices[k, None], middles[k, None], linked_arms[k, None], lines.variances[i[k]][None]
         )
         angle, bisector, polarity = numbers[number].tolist()
         return Corner(links.vertices[k], angle, bisector, lengths[k], int(polarity), covariance[0])
 
-    return FoundShapes(links.vertices[kept], numbers, make)
+    return LazyShapes(links.vertices[kept], numbers, make)
 
 
 def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
@@ -151,28 +156,33 @@ def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
     Returns:
         refined corner, None if the image does not show two straight edges there.
     """
-    tips = corner.vertex + corner.arms * corner.arm_lengths[:, None]
-    arms = refine_lines(image, np.stack([np.tile(corner.vertex, (2, 1)), tips], axis=1))
-    if arms is None or abs(_sine(arms[0].direction, arms[1].direction)) < _SINE_MIN:
+    arm_ends = corner.vertex + corner.arms * corner.arm_lengths[:, None]
+    arms = refine_lines(image, np.stack([np.tile(corner.vertex, (2, 1)), arm_ends], axis=1))
+    if arms is None or abs(_cross(arms[0].direction, arms[1].direction)) < _SINE_MIN:
         return None
     first, second = arms
-    vertex, covariance = crossing_of(first, second)
+    vertex, covariance = intersect_with_covariance(first, second)
     middle = first.direction + second.direction
     return Corner(
         vertex,
         math.acos(min(max(float(first.direction @ second.direction), -1.0), 1.0)),
         math.atan2(middle[1], middle[0]),
-        np.array([(tip - vertex) @ arm.direction for tip, arm in zip(tips, (first, second), strict=True)]),
+        np.array(
+            [
+                (arm_end - vertex) @ arm.direction
+                for arm_end, arm in zip(arm_ends, (first, second), strict=True)
+            ]
+        ),
         corner.polarity,
         covariance,
     )
 
 
-def _sine(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+def _cross(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
     return float(one[0] * other[1] - one[1] * other[0])
 
 
-def _distinct(
+def _suppress_duplicates(
     vertices: NDArray[np.float64], bisectors: NDArray[np.float64], lengths: NDArray[np.float64]
 ) -> NDArray[np.int64]:
     """Return one corner per cell of position and direction, the one with the longest arms, by falling arm length."""

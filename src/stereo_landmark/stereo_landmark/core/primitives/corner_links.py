@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 # Largest overshoot of a segment beyond the vertex, as a fraction of its length.
-_PART = 0.5
+_OVERSHOOT_FRACTION = 0.5
 
 
 class CornerLinks(NamedTuple):
@@ -23,7 +23,7 @@ class CornerLinks(NamedTuple):
         turns: turning angles when leaving along the first segment and entering the second, shape (n,) [rad].
     """
 
-    sides: NDArray[np.int64]
+    lines: NDArray[np.int64]
     ends: NDArray[np.int64]
     vertices: NDArray[np.float64]
     gaps: NDArray[np.float64]
@@ -37,10 +37,10 @@ def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
         links: pairs of end points.
         count: number of links to keep per end.
     """
-    nodes = 2 * links.sides + links.ends
+    nodes = 2 * links.lines + links.ends
     kept = _are_nearest(nodes, np.abs(links.gaps).sum(axis=1), count)
-    sides, ends, vertices = links.sides[kept], links.ends[kept], links.vertices[kept]
-    return CornerLinks(sides, ends, vertices, links.gaps[kept], links.turns[kept])
+    lines, ends, vertices = links.lines[kept], links.ends[kept], links.vertices[kept]
+    return CornerLinks(lines, ends, vertices, links.gaps[kept], links.turns[kept])
 
 
 @njit(cache=True, error_model='numpy')
@@ -61,18 +61,18 @@ def _are_nearest(nodes: NDArray[np.int64], gaps: NDArray[np.float64], count: int
         filled[:] = 0
         for m in range(len(gaps)):
             node = nodes[m, side]
-            place = filled[node]
-            if place == count and not gaps[m] < gaps[best[node, count - 1]]:
+            slot = filled[node]
+            if slot == count and not gaps[m] < gaps[best[node, count - 1]]:
                 continue
-            filled[node] = min(place + 1, count)
-            place = filled[node] - 1
-            while place > 0 and gaps[best[node, place - 1]] > gaps[m]:
-                best[node, place] = best[node, place - 1]
-                place -= 1
-            best[node, place] = m
+            filled[node] = min(slot + 1, count)
+            slot = filled[node] - 1
+            while slot > 0 and gaps[best[node, slot - 1]] > gaps[m]:
+                best[node, slot] = best[node, slot - 1]
+                slot -= 1
+            best[node, slot] = m
         for node in range(len(filled)):
-            for place in range(filled[node]):
-                kept[best[node, place]] = True
+            for slot in range(filled[node]):
+                kept[best[node, slot]] = True
     return kept
 
 
@@ -89,37 +89,42 @@ def link_corners(
         angle_min: smallest angle between both lines [rad].
     """
     n = len(ends)
-    order, places, outward, lengths = _by_column(ends)
-    members, starts, strips = _by_strip(places[:, 1], gap_max)
+    order, positions, outward, lengths = _sort_by_x(ends)
+    members, starts, strips = _sort_by_strip(positions[:, 1], gap_max)
     numbers = np.empty(2 * n, np.int64)
     numbers[members] = np.arange(2 * n)
-    sides, lengths = order[members] >> 1, lengths[members]
-    tips = _Tips(
-        *(places[members, 0], places[members, 1], outward[members, 0], outward[members, 1]),
-        reaches=np.minimum(gap_max, np.maximum(lengths, overshoot_max)),
-        overshoots=np.minimum(overshoot_max, _PART * lengths),
+    lines, lengths = order[members] >> 1, lengths[members]
+    end_points = _EndPoints(
+        *(positions[members, 0], positions[members, 1], outward[members, 0], outward[members, 1]),
+        gap_limits=np.minimum(gap_max, np.maximum(lengths, overshoot_max)),
+        overshoot_limits=np.minimum(overshoot_max, _OVERSHOOT_FRACTION * lengths),
     )
     # Sliding window per strip: first end point right of the present one, and first one out of range.
-    nexts, lasts = starts[:-1].copy(), starts[:-1].copy()
-    meets = np.empty(2 * n, np.bool_)
+    window_begins, window_ends = starts[:-1].copy(), starts[:-1].copy()
+    is_intersecting = np.empty(2 * n, np.bool_)
     pairs, gaps = np.empty((16 * n + 16, 2), np.int64), np.empty((16 * n + 16, 2))
     count = 0
     for a in range(2 * n):
-        nexts[strips[a]] += 1
+        window_begins[strips[a]] += 1
         i, begin = numbers[a], count
         # Gap limits are at most the height of a strip.
-        for strip in range(max(strips[a] - 2, 0), min(strips[a] + 3, len(nexts))):
-            while lasts[strip] < starts[strip + 1] and tips.xs[lasts[strip]] - tips.xs[i] <= 2.0 * gap_max:
-                lasts[strip] += 1
-            _mark_meeting(tips, i, nexts[strip], lasts[strip], np.sin(angle_min), meets)
-            for m in range(nexts[strip], lasts[strip]):
-                if meets[m] and sides[m] != sides[i] and count < len(pairs):
-                    _insert(pairs, gaps, begin, count, (a, members[m]), _gaps_between(tips, i, m))
+        for strip in range(max(strips[a] - 2, 0), min(strips[a] + 3, len(window_begins))):
+            while (
+                window_ends[strip] < starts[strip + 1]
+                and end_points.xs[window_ends[strip]] - end_points.xs[i] <= 2.0 * gap_max
+            ):
+                window_ends[strip] += 1
+            _mark_intersecting(
+                end_points, i, window_begins[strip], window_ends[strip], np.sin(angle_min), is_intersecting
+            )
+            for m in range(window_begins[strip], window_ends[strip]):
+                if is_intersecting[m] and lines[m] != lines[i] and count < len(pairs):
+                    _insert(pairs, gaps, begin, count, (a, members[m]), _gaps_between(end_points, i, m))
                     count += 1
-    return _described(pairs[:count], gaps[:count], order, places, outward)
+    return _make_links(pairs[:count], gaps[:count], order, positions, outward)
 
 
-class _Tips(NamedTuple):
+class _EndPoints(NamedTuple):
     """End points of line segments, sorted by strip, then from left to right; each array has shape (n,).
 
     Attributes:
@@ -135,45 +140,60 @@ class _Tips(NamedTuple):
     ys: NDArray[np.float64]
     outward_xs: NDArray[np.float64]
     outward_ys: NDArray[np.float64]
-    reaches: NDArray[np.float64]
-    overshoots: NDArray[np.float64]
+    gap_limits: NDArray[np.float64]
+    overshoot_limits: NDArray[np.float64]
 
 
 @njit(cache=True, error_model='numpy')
-def _mark_meeting(
-    tips: _Tips, i: int, begin: int, end: int, sine_min: float, meets: NDArray[np.bool_]
+def _mark_intersecting(
+    end_points: _EndPoints, i: int, begin: int, end: int, sine_min: float, is_intersecting: NDArray[np.bool_]
 ) -> None:
     """Write which end points of a range form a corner with end point i."""
-    x, y, u, v = tips.xs[i], tips.ys[i], tips.outward_xs[i], tips.outward_ys[i]
-    reach, overshoot = tips.reaches[i], tips.overshoots[i]
+    x, y, u, v = end_points.xs[i], end_points.ys[i], end_points.outward_xs[i], end_points.outward_ys[i]
+    gap_limit, overshoot_limit = end_points.gap_limits[i], end_points.overshoot_limits[i]
     xs, ys, us, vs = (
-        tips.xs[begin:end],
-        tips.ys[begin:end],
-        tips.outward_xs[begin:end],
-        tips.outward_ys[begin:end],
+        end_points.xs[begin:end],
+        end_points.ys[begin:end],
+        end_points.outward_xs[begin:end],
+        end_points.outward_ys[begin:end],
     )
-    reaches, overshoots, marks = tips.reaches[begin:end], tips.overshoots[begin:end], meets[begin:end]
+    gap_limits, overshoot_limits, marks = (
+        end_points.gap_limits[begin:end],
+        end_points.overshoot_limits[begin:end],
+        is_intersecting[begin:end],
+    )
     for m in range(len(marks)):
         # No branches and divisions, so that the compiler can vectorize the loop.
         dx, dy, cross = xs[m] - x, ys[m] - y, u * vs[m] - v * us[m]
         sine, sign = abs(cross), 1.0 if cross >= 0.0 else -1.0
-        mine, other = sign * (dx * vs[m] - dy * us[m]), sign * (dx * v - dy * u)
-        near = (abs(dx) <= reach + reaches[m]) & (abs(dy) <= reach + reaches[m]) & (sine >= sine_min)
-        is_mine = (mine >= -overshoot * sine) & (mine <= reach * sine)
-        marks[m] = near & is_mine & (other >= -overshoots[m] * sine) & (other <= reaches[m] * sine)
+        gap, other_gap = sign * (dx * vs[m] - dy * us[m]), sign * (dx * v - dy * u)
+        near = (
+            (abs(dx) <= gap_limit + gap_limits[m])
+            & (abs(dy) <= gap_limit + gap_limits[m])
+            & (sine >= sine_min)
+        )
+        is_mine = (gap >= -overshoot_limit * sine) & (gap <= gap_limit * sine)
+        marks[m] = (
+            near & is_mine & (other_gap >= -overshoot_limits[m] * sine) & (other_gap <= gap_limits[m] * sine)
+        )
 
 
 @njit(cache=True, error_model='numpy')
-def _gaps_between(tips: _Tips, i: int, m: int) -> tuple[float, float]:
+def _gaps_between(end_points: _EndPoints, i: int, m: int) -> tuple[float, float]:
     """Return the distances of two end points from the intersection of their lines [px]."""
-    dx, dy = tips.xs[m] - tips.xs[i], tips.ys[m] - tips.ys[i]
-    u, v, other_u, other_v = tips.outward_xs[i], tips.outward_ys[i], tips.outward_xs[m], tips.outward_ys[m]
+    dx, dy = end_points.xs[m] - end_points.xs[i], end_points.ys[m] - end_points.ys[i]
+    u, v, other_u, other_v = (
+        end_points.outward_xs[i],
+        end_points.outward_ys[i],
+        end_points.outward_xs[m],
+        end_points.outward_ys[m],
+    )
     cross = u * other_v - v * other_u
     return (dx * other_v - dy * other_u) / cross, (dx * v - dy * u) / cross
 
 
 @njit(cache=True, error_model='numpy')
-def _by_column(
+def _sort_by_x(
     ends: NDArray[np.float64],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return all end points from left to right: node number, position [px], outward unit vector, line length [px]."""
@@ -191,7 +211,7 @@ def _by_column(
 
 
 @njit(cache=True, error_model='numpy')
-def _by_strip(
+def _sort_by_strip(
     rows: NDArray[np.float64], height: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Return indices sorted by strip (stable), the start of each strip, and the strip of each row, shape (n,).
@@ -228,31 +248,31 @@ def _insert(
     between: tuple[float, float],
 ) -> None:
     """Insert a pair among those with the same first end, by rising number of the second end."""
-    place = end
-    while place > begin and pairs[place - 1, 1] > pair[1]:
-        pairs[place], gaps[place] = pairs[place - 1], gaps[place - 1]
-        place -= 1
-    pairs[place, 0], pairs[place, 1] = pair
-    gaps[place, 0], gaps[place, 1] = between
+    slot = end
+    while slot > begin and pairs[slot - 1, 1] > pair[1]:
+        pairs[slot], gaps[slot] = pairs[slot - 1], gaps[slot - 1]
+        slot -= 1
+    pairs[slot, 0], pairs[slot, 1] = pair
+    gaps[slot, 0], gaps[slot, 1] = between
 
 
 @njit(cache=True, error_model='numpy')
-def _described(
+def _make_links(
     pairs: NDArray[np.int64],
     gaps: NDArray[np.float64],
     order: NDArray[np.int64],
-    places: NDArray[np.float64],
+    positions: NDArray[np.float64],
     outward: NDArray[np.float64],
 ) -> CornerLinks:
     n = len(pairs)
-    sides, which = np.empty((n, 2), np.int64), np.empty((n, 2), np.int64)
+    lines, end_numbers = np.empty((n, 2), np.int64), np.empty((n, 2), np.int64)
     vertices, turns = np.empty((n, 2)), np.empty(n)
     for k in range(n):
         a, b = pairs[k]
         for c in range(2):
-            sides[k, c], which[k, c] = order[pairs[k, c]] // 2, order[pairs[k, c]] % 2
-            vertices[k, c] = places[a, c] + gaps[k, 0] * outward[a, c]
+            lines[k, c], end_numbers[k, c] = order[pairs[k, c]] // 2, order[pairs[k, c]] % 2
+            vertices[k, c] = positions[a, c] + gaps[k, 0] * outward[a, c]
         # Leave along the first segment, enter the second one against its outward direction.
         cross = outward[a, 0] * outward[b, 1] - outward[a, 1] * outward[b, 0]
         turns[k] = np.arctan2(-cross, -(outward[a, 0] * outward[b, 0] + outward[a, 1] * outward[b, 1]))
-    return CornerLinks(sides, which, vertices, gaps.copy(), turns)
+    return CornerLinks(lines, end_numbers, vertices, gaps.copy(), turns)

@@ -82,7 +82,7 @@ def direction_bin(nx: float, ny: float) -> int:
 
 
 @njit(cache=True, error_model='numpy')
-def look_up(profile: NDArray[np.float64], distance: float, response: NDArray[np.float64]) -> None:
+def interpolate_response(curve: NDArray[np.float64], distance: float, response: NDArray[np.float64]) -> None:
     """Write the response, its slope and its derivative by the blur at a distance, by linear interpolation.
 
     Args:
@@ -90,8 +90,8 @@ def look_up(profile: NDArray[np.float64], distance: float, response: NDArray[np.
         distance: distance from the edge, within the table [px].
         response: output, shape (3,).
     """
-    place = (distance + REACH) / _STEP
-    k = min(max(int(place), 0), len(profile) - 2)
-    part = place - k
+    position = (distance + REACH) / _STEP
+    k = min(max(int(position), 0), len(curve) - 2)
+    fraction = position - k
     for c in range(3):
-        response[c] = profile[k, c] + part * (profile[k + 1, c] - profile[k, c])
+        response[c] = curve[k, c] + fraction * (curve[k + 1, c] - curve[k, c])

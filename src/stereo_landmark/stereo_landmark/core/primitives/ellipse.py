@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_settings import setting
+from stereo_landmark.core.primitives.angle_wrapping import wrap_difference, wrap_differences
 from stereo_landmark.core.primitives.arcs import find_arcs
-from stereo_landmark.core.primitives.ellipse_geometry import normal_motions
+from stereo_landmark.core.primitives.ellipse_geometry import normal_jacobian
 from stereo_landmark.core.primitives.ellipse_refinement import refine_outline
 from stereo_landmark.core.primitives.ellipse_search import EllipseLimits, search_ellipses
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.primitives.turning import folded, folded_all
 from stereo_landmark.core.segments.segments import Segments
 
 # Prior of the tilt, which a circle does not determine [rad].
 TILT_SIGMA = 1.0
 # Neighbouring edge points have correlated noise [points]; lower limit of the noise of one point [px].
-_CORRELATED = 3.0
+_NOISE_CORRELATION = 3.0
 _SIGMA_MIN = 0.05
 
 
@@ -76,7 +76,9 @@ class EllipseTolerance:
 
 def ellipse_difference(found: Ellipse, taught: Ellipse, tolerance: EllipseTolerance) -> float:
     """Return the difference from the taught ellipse: 0 equal, 1 at the tolerance, infinite for other polarity."""
-    return float(ellipse_differences(ellipse_numbers([found]), ellipse_numbers([taught]), tolerance)[0, 0])
+    return float(
+        ellipse_differences(ellipse_shape_vectors([found]), ellipse_shape_vectors([taught]), tolerance)[0, 0]
+    )
 
 
 def ellipse_differences(
@@ -85,18 +87,18 @@ def ellipse_differences(
     """Return the difference of each ellipse from each taught one, shape (k, n).
 
     Args:
-        found: parameters of the detected ellipses, shape (n, 4), see :func:`ellipse_numbers`.
+        found: parameters of the detected ellipses, shape (n, 4), see :func:`ellipse_shape_vectors`.
         taught: parameters of the taught ellipses, shape (k, 4).
         tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     axes = np.abs(np.log(mine[:2] / theirs[:2])).max(axis=0) / math.log1p(tolerance.axes)
     roundness = mine[1] / mine[0] * theirs[1] / theirs[0]
-    tilts = np.abs(folded_all(mine[2] - theirs[2], math.pi)) / tolerance.tilt
+    tilts = np.abs(wrap_differences(mine[2] - theirs[2], math.pi)) / tolerance.tilt
     return np.where(mine[3] == theirs[3], np.maximum(axes, (1.0 - roundness) * tilts), math.inf)
 
 
-def ellipse_numbers(ellipses: Sequence[Ellipse]) -> NDArray[np.float64]:
+def ellipse_shape_vectors(ellipses: Sequence[Ellipse]) -> NDArray[np.float64]:
     """Return the shape parameters, shape (n, 4): semi-axes [px], tilt [rad] and polarity."""
     return np.array([(*each.semi_axes, each.tilt, each.polarity) for each in ellipses]).reshape(-1, 4)
 
@@ -111,7 +113,7 @@ def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ell
     Returns:
         ellipses without duplicates, by falling length of the visible outline.
     """
-    spans, shapes = find_arcs(segments.points, segments.bends, segments.bend_starts)
+    spans, shapes = find_arcs(segments.points, segments.vertex_indices, segments.vertex_starts)
     limits = EllipseLimits(
         settings.ellipse_axis_min,
         settings.ellipse_axis_max,
@@ -120,7 +122,7 @@ def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ell
     )
     rows = search_ellipses(segments.points, segments.gradients, segments.index, spans, shapes, limits)
     rows = rows[np.argsort(-rows[:, 6] * rows[:, 2:4].sum(axis=1), kind='stable')]
-    return [_ellipse(rows[k]) for k in _distinct(rows)]
+    return [_make_ellipse(rows[k]) for k in _suppress_duplicates(rows)]
 
 
 def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None:
@@ -143,30 +145,31 @@ def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None
         order = [0, 1, 3, 2, 4]
         parameters, covariance = parameters[order], covariance[np.ix_(order, order)]
         parameters[4] += 0.5 * math.pi
-    tilt = 0.5 * math.pi - folded(0.5 * math.pi - float(parameters[4]), math.pi)
+    tilt = 0.5 * math.pi - wrap_difference(0.5 * math.pi - float(parameters[4]), math.pi)
     return Ellipse(
-        *(parameters[:2], parameters[2:4], tilt, ellipse.polarity, refined.agreeing), covariance=covariance
+        *(parameters[:2], parameters[2:4], tilt, ellipse.polarity, refined.inlier_fraction),
+        covariance=covariance,
     )
 
 
-def _distinct(rows: NDArray[np.float64]) -> list[int]:
+def _suppress_duplicates(rows: NDArray[np.float64]) -> list[int]:
     """Return the indices of the ellipses to keep, the first of each group of duplicates."""
     kept: list[int] = []
     for k, row in enumerate(rows):
-        if not any(np.abs(row[:4] - rows[other, :4]).max() < _SAME for other in kept):
+        if not any(np.abs(row[:4] - rows[other, :4]).max() < _DUPLICATE_DISTANCE for other in kept):
             kept.append(k)
     return kept
 
 
 # Ellipses whose centre and axes differ by less are duplicates [px].
-_SAME = 2.0
+_DUPLICATE_DISTANCE = 2.0
 
 
-def _ellipse(row: NDArray[np.float64]) -> Ellipse:
+def _make_ellipse(row: NDArray[np.float64]) -> Ellipse:
     parameters = np.ascontiguousarray(row[:5])
     step = max(1.0, 2.0 * math.pi * row[2] / 64.0)
-    jacobian = normal_motions(parameters, 64)
-    variance = max(row[7], _SIGMA_MIN) ** 2 * _CORRELATED / (step * row[6])
+    jacobian = normal_jacobian(parameters, 64)
+    variance = max(row[7], _SIGMA_MIN) ** 2 * _NOISE_CORRELATION / (step * row[6])
     information = jacobian.T @ jacobian / variance + np.diag([0.0, 0.0, 0.0, 0.0, TILT_SIGMA**-2])
     return Ellipse(
         *(parameters[:2], parameters[2:4], float(parameters[4]), int(row[5]), float(row[6])),

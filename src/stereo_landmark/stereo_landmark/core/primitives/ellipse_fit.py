@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 # Smallest determinant of the scatter matrix of scaled points; below it they are collinear.
-_ON_A_LINE = 1e-9
+_COLLINEAR_TOLERANCE = 1e-9
 
 
 @njit(cache=True, error_model='numpy')
@@ -29,7 +29,7 @@ def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) ->
     sums = _moments(points, mx, my, scale)
     xx, xy, yy = sums[2, 0], sums[1, 1], sums[0, 2]
     determinant = xx * yy - xy * xy
-    if determinant < _ON_A_LINE * n * n:
+    if determinant < _COLLINEAR_TOLERANCE * n * n:
         return False
     # Linear coefficients (d, e, f) as a function of the quadratic coefficients (a, b, c), column by column.
     to_linear, reduced, quadratic, linear = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.zeros(3)
@@ -45,7 +45,7 @@ def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) ->
             total = sums[4 - k - c, k + c] + sums[3 - k, k] * to_linear[0, c]
             total += sums[2 - k, 1 + k] * to_linear[1, c] + sums[2 - k, k] * to_linear[2, c]
             reduced[r, c] = factor * total
-    if not _elliptic_vector(reduced, quadratic):
+    if not _ellipse_eigenvector(reduced, quadratic):
         return False
     for r in range(3):
         for c in range(3):
@@ -74,7 +74,7 @@ def _moments(points: NDArray[np.float64], mx: float, my: float, scale: float) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _elliptic_vector(m: NDArray[np.float64], vector: NDArray[np.float64]) -> bool:
+def _ellipse_eigenvector(m: NDArray[np.float64], vector: NDArray[np.float64]) -> bool:
     """Write the eigenvector a, b, c of a 3 x 3 matrix with real eigenvalues for which 4 a c > b²."""
     third = (m[0, 0] + m[1, 1] + m[2, 2]) / 3.0
     a, b, c = m[0, 0] - third, m[1, 1] - third, m[2, 2] - third

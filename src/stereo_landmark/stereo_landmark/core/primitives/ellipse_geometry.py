@@ -32,7 +32,7 @@ def ellipse_point(parameters: NDArray[np.float64], t: float) -> tuple[float, flo
 
 
 @njit(cache=True, error_model='numpy')
-def normal_motion(parameters: NDArray[np.float64], t: float, row: NDArray[np.float64]) -> None:
+def normal_jacobian_row(parameters: NDArray[np.float64], t: float, row: NDArray[np.float64]) -> None:
     """Write the derivatives of the outline's position along its normal by the parameters, shape (5,)."""
     a, b = parameters[2], parameters[3]
     _, _, nx, ny, speed = ellipse_point(parameters, t)
@@ -44,11 +44,11 @@ def normal_motion(parameters: NDArray[np.float64], t: float, row: NDArray[np.flo
 
 
 @njit(cache=True, error_model='numpy')
-def normal_motions(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Return the rows of `normal_motion` at ``count`` evenly spaced curve parameters, shape (count, 5)."""
+def normal_jacobian(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Return the rows of `normal_jacobian_row` at ``count`` evenly spaced curve parameters, shape (count, 5)."""
     rows = np.empty((count, 5))
     for k in range(count):
-        normal_motion(parameters, 2.0 * np.pi * k / count, rows[k])
+        normal_jacobian_row(parameters, 2.0 * np.pi * k / count, rows[k])
     return rows
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.primitives.edge_profiles import BandPixels, fit_edge_profiles
 from stereo_landmark.core.primitives.edge_response import (
     BLURS,
     PIXEL_VARIANCE,
@@ -15,27 +16,26 @@ from stereo_landmark.core.primitives.edge_response import (
     nearest_blur,
     response_table,
 )
-from stereo_landmark.core.primitives.edge_sections import BandPixels, measure_sections
 from stereo_landmark.core.primitives.ellipse_geometry import (
     ellipse_point,
     foot_point,
-    normal_motion,
+    normal_jacobian_row,
     perimeter,
 )
 from stereo_landmark.core.primitives.line_refinement import (
-    FIRST_BLUR,
-    ROUNDS,
-    SMALL_STEP,
+    INITIAL_BLUR,
+    ITERATIONS_MAX,
+    STEP_TOLERANCE,
     band_core,
     band_width,
     next_blur,
 )
 from stereo_landmark.core.primitives.robust_step import robust_step
 
-_SECTION = 6.0
-_SECTIONS_MIN = 16
+_PROFILE_LENGTH = 6.0
+_PROFILES_MIN = 16
 # Largest band half-width, as a fraction of the shorter semi-axis.
-_PART_OF_AXIS = 0.6
+_BAND_AXIS_FRACTION = 0.6
 # Prior information on the tilt, which a circle does not determine [1 / rad²].
 _TILT_INFORMATION = 1.0
 
@@ -45,7 +45,7 @@ class RefinedEllipse(NamedTuple):
 
     parameters: NDArray[np.float64]
     covariance: NDArray[np.float64]
-    agreeing: float
+    inlier_fraction: float
 
 
 def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) -> RefinedEllipse | None:
@@ -58,30 +58,30 @@ def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) ->
     Returns:
         refined ellipse, None if the image does not show it there.
     """
-    found, refined = _measure(image, parameters, response_table())
+    found, refined = _refine(image, parameters, response_table())
     return refined if found else None
 
 
 @njit(cache=True, error_model='numpy')
-def _measure(
+def _refine(
     image: NDArray[np.uint8], parameters: NDArray[np.float64], table: NDArray[np.float64]
 ) -> tuple[bool, RefinedEllipse]:
     """Iterate the refinement; return whether it succeeded, and the ellipse."""
     refined = RefinedEllipse(parameters.copy(), np.eye(5), 0.0)
     prior = np.array([0.0, 0.0, 0.0, 0.0, _TILT_INFORMATION])
-    number = nearest_blur(FIRST_BLUR)
-    for _ in range(ROUNDS):
-        now, blur = refined.parameters, BLURS[number]
-        count = max(_SECTIONS_MIN, int(np.rint(perimeter(now[2], now[3]) / _SECTION)))
-        width = min(band_width(blur), _PART_OF_AXIS * now[3])
-        pixels, jacobian = _outline_band(image, now, width, count, blur**2 + PIXEL_VARIANCE)
-        found = measure_sections(pixels, table[number], count, min(band_core(blur), width), False)
+    blur_index = nearest_blur(INITIAL_BLUR)
+    for _ in range(ITERATIONS_MAX):
+        current, blur = refined.parameters, BLURS[blur_index]
+        count = max(_PROFILES_MIN, int(np.rint(perimeter(current[2], current[3]) / _PROFILE_LENGTH)))
+        width = min(band_width(blur), _BAND_AXIS_FRACTION * current[3])
+        pixels, jacobian = _outline_band(image, current, width, count, blur**2 + PIXEL_VARIANCE)
+        found = fit_edge_profiles(pixels, table[blur_index], count, min(band_core(blur), width), False)
         fit = robust_step(jacobian, found.offsets, found.sigmas, prior)
-        refined = RefinedEllipse(now + fit.step, fit.covariance, fit.agreeing)
+        refined = RefinedEllipse(current + fit.step, fit.covariance, fit.inlier_fraction)
         if not fit.found or np.min(refined.parameters[2:4]) < 1.0:
             return False, refined
-        before, number = number, nearest_blur(next_blur(blur, found.blur_step))
-        if np.max(np.abs(fit.step[:4])) < SMALL_STEP and number == before:
+        previous, blur_index = blur_index, nearest_blur(next_blur(blur, found.blur_step))
+        if np.max(np.abs(fit.step[:4])) < STEP_TOLERANCE and blur_index == previous:
             break
     return True, refined
 
@@ -93,48 +93,48 @@ def _outline_band(
     """Return the pixels in a band along the outline, and the Jacobian of the profile offsets, shape (count, 5)."""
     height, columns = image.shape
     cx, cy, a, b, tilt = parameters
-    bounds = _section_bounds(parameters, count)
+    bounds = _profile_bounds(parameters, count)
     jacobian = np.empty((count, 5))
     for k in range(count):
-        normal_motion(parameters, 0.5 * (bounds[k] + bounds[k + 1]), jacobian[k])
-    room = int(perimeter(a, b) * 2.0 * width * 1.3) + 64
-    sections, directions = np.empty(room, np.int32), np.empty(room, np.int32)
-    distances, values = np.empty(room), np.empty(room)
+        normal_jacobian_row(parameters, 0.5 * (bounds[k] + bounds[k + 1]), jacobian[k])
+    capacity = int(perimeter(a, b) * 2.0 * width * 1.3) + 64
+    profiles, directions = np.empty(capacity, np.int32), np.empty(capacity, np.int32)
+    distances, values = np.empty(capacity), np.empty(capacity)
     cos_r, sin_r = np.cos(tilt), np.sin(tilt)
-    reach_x = np.hypot(a * cos_r, b * sin_r) + width
-    reach_y = np.hypot(a * sin_r, b * cos_r) + width
+    extent_x = np.hypot(a * cos_r, b * sin_r) + width
+    extent_y = np.hypot(a * sin_r, b * cos_r) + width
     n = 0
-    for y in range(max(0, int(cy - reach_y)), min(height, int(cy + reach_y) + 2)):
-        for x in range(max(0, int(cx - reach_x)), min(columns, int(cx + reach_x) + 2)):
+    for y in range(max(0, int(cy - extent_y)), min(height, int(cy + extent_y) + 2)):
+        for x in range(max(0, int(cx - extent_x)), min(columns, int(cx + extent_x) + 2)):
             u, v = cos_r * (x - cx) + sin_r * (y - cy), cos_r * (y - cy) - sin_r * (x - cx)
-            if not _is_near(u, v, a, b, width):
+            if not _is_in_band(u, v, a, b, width):
                 continue
             cos_t, sin_t, speed = foot_point(a, b, u, v)
             nu, nv = b * cos_t / speed, a * sin_t / speed
             distance = (u - a * cos_t) * nu + (v - b * sin_t) * nv
-            if abs(distance) > width or n == room:
+            if abs(distance) > width or n == capacity:
                 continue
             t = np.arctan2(sin_t, cos_t)
-            sections[n] = min(np.searchsorted(bounds, t % (2.0 * np.pi), side='right') - 1, count - 1)
+            profiles[n] = min(np.searchsorted(bounds, t % (2.0 * np.pi), side='right') - 1, count - 1)
             # Blur shifts the half-level point of a curved edge towards its concave side.
             distances[n] = distance + 0.5 * variance * a * b / speed**3
             directions[n] = direction_bin(cos_r * nu - sin_r * nv, sin_r * nu + cos_r * nv)
             values[n] = image[y, x]
             n += 1
     return BandPixels(
-        sections[:n], distances[:n], directions[:n], values[:n], np.ones(n), np.zeros(n)
+        profiles[:n], distances[:n], directions[:n], values[:n], np.ones(n), np.zeros(n)
     ), jacobian
 
 
 @njit(cache=True, error_model='numpy')
-def _is_near(u: float, v: float, a: float, b: float, width: float) -> bool:
+def _is_in_band(u: float, v: float, a: float, b: float, width: float) -> bool:
     outer = (u / (a + width)) ** 2 + (v / (b + width)) ** 2
     inner = (u / (a - width)) ** 2 + (v / (b - width)) ** 2
     return outer <= 1.0 and inner >= 1.0
 
 
 @njit(cache=True, error_model='numpy')
-def _section_bounds(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def _profile_bounds(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
     """Return the curve parameters between profiles of equal arc length, shape (count + 1,), from 0 to 2 pi [rad]."""
     fine = 8 * count
     lengths = np.zeros(fine + 1)

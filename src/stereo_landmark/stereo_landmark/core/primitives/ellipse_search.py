@@ -12,12 +12,12 @@ from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse
 from stereo_landmark.core.primitives.ellipse_geometry import perimeter
 
 # Smallest turn of an arc that proposes an ellipse alone [rad]; number of points per arc in the fit.
-_TURN_ALONE = 1.6
-_SAMPLES = 24
+_SINGLE_ARC_TURN_MIN = 1.6
+_ARC_SAMPLES = 24
 # Largest distance of an inlier edge from the outline in each iteration [px].
-_BANDS = (3.0, 2.0, 1.5)
+_BAND_WIDTHS = (3.0, 2.0, 1.5)
 # Required fraction of the final visible fraction in each iteration; smallest cosine between gradient and normal.
-_PARTS = (0.7, 0.8, 0.9)
+_SEEN_RATIOS = (0.7, 0.8, 0.9)
 _COSINE_MIN = 0.9
 # Largest ratio of the radii of two arcs of an ellipse, and largest distance between them in radii.
 _RADII_RATIO_MAX = 6.0
@@ -26,10 +26,10 @@ _DISTANCE_MAX = 2.5
 _ARCS_MAX = 250
 # Sampling step along the outline [px], and number of samples of the coarse check.
 _STEP = 1.5
-_GLANCES = 64
+_COARSE_SAMPLES = 64
 # An arc is explained by an ellipse if this fraction of its sampled points is an inlier; number of sampled points.
-_LOOKED_AT = 12
-_EXPLAINED = 0.6
+_EXPLAINED_SAMPLES = 12
+_EXPLAINED_FRACTION = 0.6
 # Largest rms distance of the inlier edges from the outline [px].
 _SCATTER_MAX = 0.7
 
@@ -69,76 +69,82 @@ def search_ellipses(
     explained = np.zeros(k, np.bool_)
     found = np.empty((k + 1, 8))
     count = 0
-    samples = np.empty((2 * _SAMPLES, 2))
-    trial = np.empty(8)
-    marks, partners = _outline_marks(points, spans, shapes, k), np.empty(k, np.bool_)
+    samples = np.empty((2 * _ARC_SAMPLES, 2))
+    hypothesis = np.empty(8)
+    features, is_compatible = _arc_features(points, spans, shapes, k), np.empty(k, np.bool_)
     for i in range(k):
-        _mark_partners(marks, shapes[i, 0], i, partners)
+        _mark_compatible_arcs(features, shapes[i, 0], i, is_compatible)
         # Hypotheses from each arc alone, then from its pairs with the following arcs.
         for j in range(i, k):
             if explained[i]:
                 break
-            if explained[j] or not partners[j]:
+            if explained[j] or not is_compatible[j]:
                 continue
-            size = _take_samples(points, spans[i], samples, np.int64(0))
+            size = _sample_arc(points, spans[i], samples, np.int64(0))
             if j > i:
-                size = _take_samples(points, spans[j], samples, size)
-            if not fit_ellipse(samples[:size], trial[:5]) or not _is_wanted(trial, limits):
+                size = _sample_arc(points, spans[j], samples, size)
+            if not fit_ellipse(samples[:size], hypothesis[:5]) or not _is_within_limits(hypothesis, limits):
                 continue
-            trial[5] = 1.0 if shapes[i, 0] > 0.0 else -1.0
-            if _verify(points, gradients, index, trial, limits):
-                for m in range(len(trial)):
-                    found[count, m] = trial[m]
+            hypothesis[5] = 1.0 if shapes[i, 0] > 0.0 else -1.0
+            if _verify(points, gradients, index, hypothesis, limits):
+                for m in range(len(hypothesis)):
+                    found[count, m] = hypothesis[m]
                 count += 1
                 for a in range(k):
-                    explained[a] |= _explains(points, spans[a], trial)
+                    explained[a] |= _explains(points, spans[a], hypothesis)
     return found[:count].copy()
 
 
 @njit(cache=True, error_model='numpy')
-def _outline_marks(
+def _arc_features(
     points: NDArray[np.float64], spans: NDArray[np.int64], shapes: NDArray[np.float64], k: int
 ) -> NDArray[np.float64]:
     """Return start, middle, end, direction of the concave side, radius and turn of each arc, shape (10, k)."""
-    marks = np.empty((10, k))
+    features = np.empty((10, k))
     for i in range(k):
         first, last = spans[i]
         for m in range(3):
-            marks[2 * m, i], marks[2 * m + 1, i] = points[first + (last - first) * m // 2]
+            features[2 * m, i], features[2 * m + 1, i] = points[first + (last - first) * m // 2]
         # An arc that turns to the right is concave on its right side.
         side = 1.0 if shapes[i, 0] > 0.0 else -1.0
-        marks[6, i] = -side * (marks[5, i] - marks[1, i])
-        marks[7, i] = side * (marks[4, i] - marks[0, i])
-        marks[8, i], marks[9, i] = shapes[i, 1] / abs(shapes[i, 0]), shapes[i, 0]
-    return marks
+        features[6, i] = -side * (features[5, i] - features[1, i])
+        features[7, i] = side * (features[4, i] - features[0, i])
+        features[8, i], features[9, i] = shapes[i, 1] / abs(shapes[i, 0]), shapes[i, 0]
+    return features
 
 
 @njit(cache=True, error_model='numpy')
-def _mark_partners(marks: NDArray[np.float64], turn: float, i: int, partners: NDArray[np.bool_]) -> None:
+def _mark_compatible_arcs(
+    features: NDArray[np.float64], turn: float, i: int, is_compatible: NDArray[np.bool_]
+) -> None:
     """Write which arcs can be on the same ellipse as arc i: same sense, each on the concave side of the other.
 
     Entry i: whether arc i is curved enough to propose an ellipse alone.
     """
-    radii, turns = marks[8], marks[9]
-    for j in range(len(partners)):
+    radii, turns = features[8], features[9]
+    for j in range(len(is_compatible)):
         # No branches, so that the compiler can vectorize the loop.
         radius = max(radii[j], radii[i])
-        is_alike = (turns[j] * turn > 0.0) & (radius <= _RADII_RATIO_MAX * min(radii[j], radii[i]))
-        reach = (_DISTANCE_MAX * radius) ** 2
+        compatible = (turns[j] * turn > 0.0) & (radius <= _RADII_RATIO_MAX * min(radii[j], radii[i]))
+        squared_limit = (_DISTANCE_MAX * radius) ** 2
         for m in range(3):
-            dx, dy = marks[2 * m, j] - marks[2, i], marks[2 * m + 1, j] - marks[3, i]
-            is_alike &= (dx * marks[6, i] + dy * marks[7, i] >= 0.0) & (dx * dx + dy * dy <= reach)
-            dx, dy = marks[2 * m, i] - marks[2, j], marks[2 * m + 1, i] - marks[3, j]
-            is_alike &= (dx * marks[6, j] + dy * marks[7, j] >= 0.0) & (dx * dx + dy * dy <= reach)
-        partners[j] = is_alike
-    partners[i] = abs(turn) > _TURN_ALONE
+            dx, dy = features[2 * m, j] - features[2, i], features[2 * m + 1, j] - features[3, i]
+            compatible &= (dx * features[6, i] + dy * features[7, i] >= 0.0) & (
+                dx * dx + dy * dy <= squared_limit
+            )
+            dx, dy = features[2 * m, i] - features[2, j], features[2 * m + 1, i] - features[3, j]
+            compatible &= (dx * features[6, j] + dy * features[7, j] >= 0.0) & (
+                dx * dx + dy * dy <= squared_limit
+            )
+        is_compatible[j] = compatible
+    is_compatible[i] = abs(turn) > _SINGLE_ARC_TURN_MIN
 
 
 @njit(cache=True, error_model='numpy')
-def _take_samples(
+def _sample_arc(
     points: NDArray[np.float64], span: NDArray[np.int64], samples: NDArray[np.float64], size: int
 ) -> int:
-    count = min(_SAMPLES, span[1] - span[0] + 1)
+    count = min(_ARC_SAMPLES, span[1] - span[0] + 1)
     for s in range(count):
         k = span[0] + (span[1] - span[0]) * s // (count - 1)
         samples[size + s, 0], samples[size + s, 1] = points[k, 0], points[k, 1]
@@ -146,7 +152,7 @@ def _take_samples(
 
 
 @njit(cache=True, error_model='numpy')
-def _is_wanted(ellipse: NDArray[np.float64], limits: EllipseLimits) -> bool:
+def _is_within_limits(ellipse: NDArray[np.float64], limits: EllipseLimits) -> bool:
     a, b = ellipse[2], ellipse[3]
     return b >= limits.axis_min and a <= limits.axis_max and b >= limits.flatness_min * a
 
@@ -161,23 +167,26 @@ def _verify(
 ) -> bool:
     """Verify a hypothesis: fit it iteratively to the edges along it; write the visible fraction and rms distance."""
     # Most hypotheses are wrong; a few samples of the outline suffice to reject them.
-    glance = max(_STEP, perimeter(ellipse[2], ellipse[3]) / _GLANCES)
-    if edges_along(points, gradients, index, ellipse, _BANDS[0], glance)[1] < _PARTS[0] * limits.seen_min:
+    coarse_step = max(_STEP, perimeter(ellipse[2], ellipse[3]) / _COARSE_SAMPLES)
+    if (
+        edges_near_outline(points, gradients, index, ellipse, _BAND_WIDTHS[0], coarse_step)[1]
+        < _SEEN_RATIOS[0] * limits.seen_min
+    ):
         return False
-    for k in range(len(_BANDS)):
-        near, seen, scatter = edges_along(points, gradients, index, ellipse, _BANDS[k], _STEP)
-        if seen < _PARTS[k] * limits.seen_min or len(near) < 8:
+    for k in range(len(_BAND_WIDTHS)):
+        inliers, seen, scatter = edges_near_outline(points, gradients, index, ellipse, _BAND_WIDTHS[k], _STEP)
+        if seen < _SEEN_RATIOS[k] * limits.seen_min or len(inliers) < 8:
             return False
         ellipse[6], ellipse[7] = seen, scatter
-        if not fit_ellipse(points[near], ellipse[:5]) or not _is_wanted(ellipse, limits):
+        if not fit_ellipse(points[inliers], ellipse[:5]) or not _is_within_limits(ellipse, limits):
             return False
-    _, seen, scatter = edges_along(points, gradients, index, ellipse, _BANDS[-1], _STEP)
+    _, seen, scatter = edges_near_outline(points, gradients, index, ellipse, _BAND_WIDTHS[-1], _STEP)
     ellipse[6], ellipse[7] = seen, scatter
     return seen >= limits.seen_min and scatter <= _SCATTER_MAX
 
 
 @njit(cache=True, error_model='numpy')
-def edges_along(
+def edges_near_outline(
     points: NDArray[np.float64],
     gradients: NDArray[np.float64],
     index: NDArray[np.int32],
@@ -196,12 +205,12 @@ def edges_along(
         step: sampling step along the outline [px].
     """
     steps = max(8, int(perimeter(ellipse[2], ellipse[3]) / step))
-    near = np.empty(4 * steps + 64, np.int32)
-    count, seen, looked, squares, t = 0, 0, 0, 0.0, 0.0
+    inliers = np.empty(4 * steps + 64, np.int32)
+    count, seen, sample_count, squares, t = 0, 0, 0, 0.0, 0.0
     cos_t, sin_t = 1.0, 0.0
     cx, cy, a, b, tilt = ellipse[:5]
     cos_r, sin_r = np.cos(tilt), np.sin(tilt)
-    while t < 2.0 * np.pi and count < len(near):
+    while t < 2.0 * np.pi and count < len(inliers):
         speed = np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
         x, y = cx + cos_r * a * cos_t - sin_r * b * sin_t, cy + sin_r * a * cos_t + cos_r * b * sin_t
         nx, ny = (
@@ -214,15 +223,15 @@ def edges_along(
         cos = 1.0 - squared * (1.0 / 2.0 - squared * (1.0 / 24.0 - squared / 720.0))
         sin = turn * (1.0 - squared * (1.0 / 6.0 - squared * (1.0 / 120.0 - squared / 5040.0)))
         cos_t, sin_t, t = cos * cos_t - sin * sin_t, cos * sin_t + sin * cos_t, t + turn
-        looked += 1
+        sample_count += 1
         j, distance = _nearest_edge(points, gradients, index, x, y, nx, ny, ellipse[5], band)
         if j >= 0:
             seen += 1
             squares += distance * distance
-            if count == 0 or near[count - 1] != j:
-                near[count] = j
+            if count == 0 or inliers[count - 1] != j:
+                inliers[count] = j
                 count += 1
-    return near[:count], seen / max(looked, 1), np.sqrt(squares / max(seen, 1))
+    return inliers[:count], seen / max(sample_count, 1), np.sqrt(squares / max(seen, 1))
 
 
 @njit(cache=True, error_model='numpy')
@@ -257,12 +266,12 @@ def _nearest_edge(
 def _explains(points: NDArray[np.float64], span: NDArray[np.int64], ellipse: NDArray[np.float64]) -> bool:
     """Return whether most points of an arc are on the ellipse."""
     cos_r, sin_r = np.cos(ellipse[4]), np.sin(ellipse[4])
-    near, total = 0, 0
-    for i in range(span[0], span[1] + 1, max(1, (span[1] - span[0]) // _LOOKED_AT)):
+    inliers, total = 0, 0
+    for i in range(span[0], span[1] + 1, max(1, (span[1] - span[0]) // _EXPLAINED_SAMPLES)):
         dx, dy = points[i, 0] - ellipse[0], points[i, 1] - ellipse[1]
         u, v = (cos_r * dx + sin_r * dy) / ellipse[2], (-sin_r * dx + cos_r * dy) / ellipse[3]
         level = np.sqrt(u * u + v * v)
         slope = np.sqrt((u / ellipse[2]) ** 2 + (v / ellipse[3]) ** 2) / max(level, 1e-9)
-        near += abs(level - 1.0) < _BANDS[-1] * slope
+        inliers += abs(level - 1.0) < _BAND_WIDTHS[-1] * slope
         total += 1
-    return near >= _EXPLAINED * total
+    return inliers >= _EXPLAINED_FRACTION * total

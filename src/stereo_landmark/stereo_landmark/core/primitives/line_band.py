@@ -6,19 +6,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.edge_response import direction_bin, look_up
-from stereo_landmark.core.primitives.edge_sections import BandPixels
+from stereo_landmark.core.primitives.edge_profiles import BandPixels
+from stereo_landmark.core.primitives.edge_response import direction_bin, interpolate_response
 
 
 @njit(cache=True, error_model='numpy')
-def cut_by(
+def apply_adjacent_edge(
     other: NDArray[np.float64],
     middle: tuple[float, float],
     direction: tuple[float, float],
-    profiles: NDArray[np.float64],
+    curves: NDArray[np.float64],
     variance: float,
     pixels: BandPixels,
-    alongs: NDArray[np.float64],
+    positions: NDArray[np.float64],
 ) -> None:
     """Model the effect of an adjacent edge on the pixels near a corner.
 
@@ -36,16 +36,16 @@ def cut_by(
     """
     dx, dy = direction
     correlation = dx * other[1] - dy * other[0]
-    begin = other[0] * middle[0] + other[1] * middle[1] - other[2]
-    forth, aside = other[0] * dx + other[1] * dy, other[1] * dx - other[0] * dy
-    profile, response = profiles[direction_bin(other[0], other[1])], np.empty(3)
-    sure = 4.0 * np.sqrt(variance)
-    for p in range(len(alongs)):
-        depth = begin + alongs[p] * forth + pixels.distances[p] * aside
-        if depth < sure:
-            look_up(profile, max(depth, -sure), response)
-            pixels.covers[p] *= response[0]
-            pixels.skews[p] += correlation * variance * response[1]
+    start_depth = other[0] * middle[0] + other[1] * middle[1] - other[2]
+    slope_along, slope_across = other[0] * dx + other[1] * dy, other[1] * dx - other[0] * dy
+    curve, response = curves[direction_bin(other[0], other[1])], np.empty(3)
+    cutoff = 4.0 * np.sqrt(variance)
+    for p in range(len(positions)):
+        depth = start_depth + positions[p] * slope_along + pixels.distances[p] * slope_across
+        if depth < cutoff:
+            interpolate_response(curve, max(depth, -cutoff), response)
+            pixels.visibility[p] *= response[0]
+            pixels.corner_terms[p] += correlation * variance * response[1]
 
 
 @njit(cache=True, error_model='numpy')
@@ -60,34 +60,34 @@ def line_band(
     """Return the pixels in a band along the middle part of a line, and their positions along it [px]."""
     height, columns = image.shape
     dx, dy = direction
-    room = int((span + 3.0) * (2.0 * width + 3.0) * 1.5) + 16
-    sections, distances, values = np.empty(room, np.int32), np.empty(room), np.empty(room)
-    alongs = np.empty(room)
-    reach_x = 0.5 * span * abs(dx) + width * abs(dy)
-    reach_y = 0.5 * span * abs(dy) + width * abs(dx)
+    capacity = int((span + 3.0) * (2.0 * width + 3.0) * 1.5) + 16
+    profiles, distances, values = np.empty(capacity, np.int32), np.empty(capacity), np.empty(capacity)
+    positions = np.empty(capacity)
+    extent_x = 0.5 * span * abs(dx) + width * abs(dy)
+    extent_y = 0.5 * span * abs(dy) + width * abs(dx)
     n = 0
-    for y in range(max(0, int(middle[1] - reach_y)), min(height, int(middle[1] + reach_y) + 2)):
-        low, high = _row_reach(y - middle[1], dx, dy, span, width, reach_x)
+    for y in range(max(0, int(middle[1] - extent_y)), min(height, int(middle[1] + extent_y) + 2)):
+        low, high = _row_interval(y - middle[1], dx, dy, span, width, extent_x)
         for x in range(max(0, int(middle[0] + low)), min(columns, int(middle[0] + high) + 2)):
             ex, ey = x - middle[0], y - middle[1]
             along, across = dx * ex + dy * ey, dx * ey - dy * ex
-            if abs(across) > width or abs(along) >= 0.5 * span or n == room:
+            if abs(across) > width or abs(along) >= 0.5 * span or n == capacity:
                 continue
-            sections[n] = int((along / span + 0.5) * count)
-            distances[n], values[n], alongs[n] = across, image[y, x], along
+            profiles[n] = int((along / span + 0.5) * count)
+            distances[n], values[n], positions[n] = across, image[y, x], along
             n += 1
     directions = np.full(n, direction_bin(-dy, dx), np.int32)
-    return BandPixels(sections[:n], distances[:n], directions, values[:n], np.ones(n), np.zeros(n)), alongs[
-        :n
-    ]
+    return BandPixels(
+        profiles[:n], distances[:n], directions, values[:n], np.ones(n), np.zeros(n)
+    ), positions[:n]
 
 
 @njit(cache=True, error_model='numpy')
-def _row_reach(
-    ey: float, dx: float, dy: float, span: float, width: float, reach_x: float
+def _row_interval(
+    ey: float, dx: float, dy: float, span: float, width: float, extent_x: float
 ) -> tuple[float, float]:
     """Return the interval of x, from the middle, in which an image row crosses the band [px]."""
-    low, high = -reach_x, reach_x
+    low, high = -extent_x, extent_x
     if abs(dy) > 0.05:
         ends = (dx * ey - width) / dy, (dx * ey + width) / dy
         low, high = max(low, min(ends)), min(high, max(ends))

@@ -9,27 +9,27 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.primitives.edge_profiles import fit_edge_profiles
 from stereo_landmark.core.primitives.edge_response import (
     BLURS,
     PIXEL_VARIANCE,
     nearest_blur,
     response_table,
 )
-from stereo_landmark.core.primitives.edge_sections import measure_sections
-from stereo_landmark.core.primitives.line_band import cut_by, line_band
+from stereo_landmark.core.primitives.line_band import apply_adjacent_edge, line_band
 from stereo_landmark.core.primitives.robust_step import robust_step
 
-ROUNDS = 5
+ITERATIONS_MAX = 5
 """Largest number of refinement iterations of an outline."""
 
-SMALL_STEP = 0.02
+STEP_TOLERANCE = 0.02
 """Refinement has converged when an iteration moves the outline by less [px]."""
 
-FIRST_BLUR = 0.7
+INITIAL_BLUR = 0.7
 """Initial value of the blur [px]."""
 
-_SECTION = 6.0
-_SECTIONS_MIN = 6
+_PROFILE_LENGTH = 6.0
+_PROFILES_MIN = 6
 # Shortest span to measure, without the margins at both ends [px].
 _SPAN_MIN = 5.0
 _BLUR_STEP_MAX = 0.5
@@ -53,10 +53,10 @@ class RefinedLine:
     direction: NDArray[np.float64]
     variances: NDArray[np.float64]
     blur: float
-    agreeing: float
+    inlier_fraction: float
 
 
-class _Measured(NamedTuple):
+class _RefinedLines(NamedTuple):
     """Arrays of the same values for several lines, and whether each refinement succeeded."""
 
     found: NDArray[np.bool_]
@@ -64,7 +64,7 @@ class _Measured(NamedTuple):
     directions: NDArray[np.float64]
     variances: NDArray[np.float64]
     blurs: NDArray[np.float64]
-    agreeing: NDArray[np.float64]
+    inlier_fraction: NDArray[np.float64]
 
 
 def refine_line(
@@ -85,7 +85,7 @@ def refine_line(
 
 
 def refine_lines(
-    image: NDArray[np.uint8], ends: NDArray[np.float64], is_ring: bool = False
+    image: NDArray[np.uint8], ends: NDArray[np.float64], is_closed: bool = False
 ) -> list[RefinedLine] | None:
     """Refine several edges as `refine_line` does; None if the image does not show all of them.
 
@@ -95,11 +95,11 @@ def refine_lines(
         is_closed: whether the edges form a closed polygon with the inside on the right; then they are measured jointly
             up to the corners.
     """
-    measured = _measure(image, ends, response_table(), is_ring)
+    measured = _refine(image, ends, response_table(), is_closed)
     if not measured.found.all():
         return None
     columns = measured.middles, measured.directions, measured.variances
-    numbers = measured.blurs.tolist(), measured.agreeing.tolist()
+    numbers = measured.blurs.tolist(), measured.inlier_fraction.tolist()
     return [RefinedLine(*line) for line in zip(*columns, *numbers, strict=True)]
 
 
@@ -123,34 +123,36 @@ def next_blur(blur: float, step: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _measure(
-    image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64], is_ring: bool
-) -> _Measured:
+def _refine(
+    image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64], is_closed: bool
+) -> _RefinedLines:
     """Iterate the refinement of lines with end points of shape (n, 2, 2)."""
     n = len(ends)
-    lines = _Measured(
+    lines = _RefinedLines(
         np.zeros(n, np.bool_), np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.empty(n)
     )
-    now, numbers = ends.copy(), np.full(n, nearest_blur(FIRST_BLUR))
-    is_done, others = np.zeros(n, np.bool_), np.empty((2, 3))
-    for _ in range(ROUNDS):
+    current, numbers = ends.copy(), np.full(n, nearest_blur(INITIAL_BLUR))
+    is_converged, adjacent_edges = np.zeros(n, np.bool_), np.empty((2, 3))
+    for _ in range(ITERATIONS_MAX):
         for k in range(n):
-            if is_done[k]:
+            if is_converged[k]:
                 continue
-            if is_ring:
-                _write_line(now[k - 1], others[0])
-                _write_line(now[(k + 1) % n], others[1])
-            before = numbers[k]
-            numbers[k], moved = _measure_again(image, now[k], before, table, others[: 2 * is_ring], k, lines)
+            if is_closed:
+                _write_line_equation(current[k - 1], adjacent_edges[0])
+                _write_line_equation(current[(k + 1) % n], adjacent_edges[1])
+            previous = numbers[k]
+            numbers[k], moved = _refine_once(
+                image, current[k], previous, table, adjacent_edges[: 2 * is_closed], k, lines
+            )
             lines.found[k] = numbers[k] >= 0
             if not lines.found[k]:
                 return lines
-            is_done[k] = moved < SMALL_STEP and numbers[k] == before
+            is_converged[k] = moved < STEP_TOLERANCE and numbers[k] == previous
     return lines
 
 
 @njit(cache=True, error_model='numpy')
-def _write_line(ends: NDArray[np.float64], line: NDArray[np.float64]) -> None:
+def _write_line_equation(ends: NDArray[np.float64], line: NDArray[np.float64]) -> None:
     """Write the right normal of a line and its offset along the normal, shape (3,)."""
     dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
@@ -159,51 +161,53 @@ def _write_line(ends: NDArray[np.float64], line: NDArray[np.float64]) -> None:
 
 
 @njit(cache=True, error_model='numpy')
-def _measure_again(
+def _refine_once(
     image: NDArray[np.uint8],
     line: NDArray[np.float64],
-    number: int,
+    blur_index: int,
     table: NDArray[np.float64],
-    others: NDArray[np.float64],
+    adjacent_edges: NDArray[np.float64],
     k: int,
-    lines: _Measured,
+    lines: _RefinedLines,
 ) -> tuple[int, float]:
     """Refine a line, shape (2, 2), by one iteration and write the results of line k.
 
     Returns:
         table index of the next blur, -1 if there is no line, and the size of the step [px].
     """
-    blur = BLURS[number]
+    blur = BLURS[blur_index]
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
-    span = length if len(others) else length - 2.0 * min(band_core(blur), 0.3 * length)
+    span = length if len(adjacent_edges) else length - 2.0 * min(band_core(blur), 0.3 * length)
     if not span >= _SPAN_MIN:
         return -1, 0.0
     dx, dy = dx / length, dy / length
     x, y = 0.5 * (line[0, 0] + line[1, 0]), 0.5 * (line[0, 1] + line[1, 1])
-    count = max(_SECTIONS_MIN, int(np.rint(span / _SECTION)))
-    pixels, alongs = line_band(image, (x, y), (dx, dy), span, band_width(blur), count)
-    for other in others:
-        cut_by(other, (x, y), (dx, dy), table[number], blur**2 + PIXEL_VARIANCE, pixels, alongs)
-    found = measure_sections(pixels, table[number], count, band_core(blur), True)
+    count = max(_PROFILES_MIN, int(np.rint(span / _PROFILE_LENGTH)))
+    pixels, positions = line_band(image, (x, y), (dx, dy), span, band_width(blur), count)
+    for adjacent_edge in adjacent_edges:
+        apply_adjacent_edge(
+            adjacent_edge, (x, y), (dx, dy), table[blur_index], blur**2 + PIXEL_VARIANCE, pixels, positions
+        )
+    found = fit_edge_profiles(pixels, table[blur_index], count, band_core(blur), True)
     jacobian = np.ones((count, 2))
-    for section in range(count):
-        jacobian[section, 1] = ((section + 0.5) / count - 0.5) * span
+    for profile in range(count):
+        jacobian[profile, 1] = ((profile + 0.5) / count - 0.5) * span
     fit = robust_step(jacobian, found.offsets, found.sigmas, np.zeros(2))
     if not fit.found:
         return -1, 0.0
-    shift, lean = fit.step[0], 0.5 * length * fit.step[1]
-    for e, move in ((0, shift - lean), (1, shift + lean)):
+    shift, rotation_shift = fit.step[0], 0.5 * length * fit.step[1]
+    for e, move in ((0, shift - rotation_shift), (1, shift + rotation_shift)):
         line[e, 0] -= move * dy
         line[e, 1] += move * dx
-    lines.blurs[k], lines.agreeing[k] = next_blur(blur, found.blur_step), fit.agreeing
-    _write_independent(line, fit.covariance, k, lines)
-    return nearest_blur(lines.blurs[k]), max(abs(shift), abs(lean))
+    lines.blurs[k], lines.inlier_fraction[k] = next_blur(blur, found.blur_step), fit.inlier_fraction
+    _write_decorrelated(line, fit.covariance, k, lines)
+    return nearest_blur(lines.blurs[k]), max(abs(shift), abs(rotation_shift))
 
 
 @njit(cache=True, error_model='numpy')
-def _write_independent(
-    line: NDArray[np.float64], covariance: NDArray[np.float64], k: int, lines: _Measured
+def _write_decorrelated(
+    line: NDArray[np.float64], covariance: NDArray[np.float64], k: int, lines: _RefinedLines
 ) -> None:
     # The fit correlates offset and direction at the midpoint; find the point where they are independent.
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]

@@ -11,11 +11,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from shirube_settings import setting
+from stereo_landmark.core.primitives.angle_wrapping import wrap_difference, wrap_differences
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_lines
+from stereo_landmark.core.primitives.line_segments import LineSegments
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.primitives.sides import Sides
-from stereo_landmark.core.primitives.turning import folded, folded_all
 
 # Standard deviation of the ends of a segment along it [px].
 _END_SIGMA = 1.0
@@ -77,7 +77,7 @@ def parallel_lines_difference(
     found: ParallelLines, taught: ParallelLines, tolerance: ParallelLinesTolerance
 ) -> float:
     """Return the difference from the taught pair: 0 equal, 1 at the tolerance, infinite for other polarity."""
-    numbers = parallel_lines_numbers([found]), parallel_lines_numbers([taught])
+    numbers = parallel_lines_shape_vectors([found]), parallel_lines_shape_vectors([taught])
     return float(parallel_lines_differences(*numbers, tolerance)[0, 0])
 
 
@@ -87,23 +87,23 @@ def parallel_lines_differences(
     """Return the difference of each pair from each taught one, shape (k, n).
 
     Args:
-        found: parameters of the detected pairs, shape (n, 4), see :func:`parallel_lines_numbers`.
+        found: parameters of the detected pairs, shape (n, 4), see :func:`parallel_lines_shape_vectors`.
         taught: parameters of the taught pairs, shape (k, 4).
         tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     widths = np.abs(np.log(mine[0] / theirs[0])) / math.log1p(tolerance.width)
     lengths = np.abs(np.log(mine[1] / theirs[1])) / math.log1p(tolerance.length)
-    tilts = np.abs(folded_all(mine[2] - theirs[2], math.pi)) / tolerance.tilt
+    tilts = np.abs(wrap_differences(mine[2] - theirs[2], math.pi)) / tolerance.tilt
     return np.where(mine[3] == theirs[3], np.maximum(np.maximum(widths, lengths), tilts), math.inf)
 
 
-def parallel_lines_numbers(pairs: Sequence[ParallelLines]) -> NDArray[np.float64]:
+def parallel_lines_shape_vectors(pairs: Sequence[ParallelLines]) -> NDArray[np.float64]:
     """Return the shape parameters, shape (n, 4): width and length [px], tilt [rad] and polarity."""
     return np.array([(each.width, each.length, each.tilt, each.polarity) for each in pairs]).reshape(-1, 4)
 
 
-def detect_parallel_lines(sides: Sides, settings: PrimitiveSettings) -> list[ParallelLines]:
+def detect_parallel_lines(lines: LineSegments, settings: PrimitiveSettings) -> list[ParallelLines]:
     """Detect pairs of parallel, overlapping line segments.
 
     Args:
@@ -113,8 +113,8 @@ def detect_parallel_lines(sides: Sides, settings: PrimitiveSettings) -> list[Par
     Returns:
         the pairs, by falling length.
     """
-    rows = _pairs(
-        *(sides.ends, sides.variances, settings.parallel_length_min, settings.parallel_angle_max),
+    rows = _find_pairs(
+        *(lines.ends, lines.variances, settings.parallel_length_min, settings.parallel_angle_max),
         *(settings.parallel_width_max, settings.parallel_overlap_min),
     )
     cells = np.column_stack([np.rint(rows[:, 3:5] / 3.0), np.rint(rows[:, 0] / 2.0), rows[:, 5]])
@@ -148,7 +148,7 @@ def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> Par
     both = first.direction + second.direction
     direction = both / np.hypot(*both)
     normal = np.array([-direction[1], direction[0]])
-    rows = [_at_middle(line, found.centre, direction, normal) for line in (first, second)]
+    rows = [_offset_at_centre(line, found.centre, direction, normal) for line in (first, second)]
     offsets = np.array([row[0] for row in rows])
     variances = np.array([row[1] for row in rows])
     tilt = math.atan2(direction[1], direction[0])
@@ -159,13 +159,13 @@ def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> Par
     return replace(
         found,
         width=float(abs(offsets[1] - offsets[0])),
-        tilt=math.pi / 2 - folded(math.pi / 2 - tilt, math.pi),
+        tilt=math.pi / 2 - wrap_difference(math.pi / 2 - tilt, math.pi),
         centre=found.centre + offsets.mean() * normal,
         covariance=covariance,
     )
 
 
-def _at_middle(
+def _offset_at_centre(
     line: RefinedLine,
     centre: NDArray[np.float64],
     direction: NDArray[np.float64],
@@ -178,7 +178,7 @@ def _at_middle(
 
 
 @njit(cache=True, error_model='numpy')
-def _pairs(
+def _find_pairs(
     ends: NDArray[np.float64],
     variances: NDArray[np.float64],
     length_min: float,

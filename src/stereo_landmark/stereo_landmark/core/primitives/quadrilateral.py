@@ -10,24 +10,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_settings import setting
+from stereo_landmark.core.primitives.angle_wrapping import wrap_difference
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
-from stereo_landmark.core.primitives.crossing import crossing_covariance, joint_covariance, meeting_point
-from stereo_landmark.core.primitives.found_shapes import FoundShapes
 from stereo_landmark.core.primitives.image_point import ImagePoint
+from stereo_landmark.core.primitives.lazy_shapes import LazyShapes
+from stereo_landmark.core.primitives.line_intersection import (
+    intersect_lines,
+    intersection_covariance,
+    joint_corner_covariance,
+)
 from stereo_landmark.core.primitives.line_refinement import refine_lines
-from stereo_landmark.core.primitives.quadrilateral_comparison import best_turn, corner_differences
-from stereo_landmark.core.primitives.quadrilateral_search import corner_graph, distinct_outlines, find_rings
+from stereo_landmark.core.primitives.line_segments import LineSegments
+from stereo_landmark.core.primitives.quadrilateral_comparison import best_corner_rotation, compare_corners
+from stereo_landmark.core.primitives.quadrilateral_search import (
+    corner_graph,
+    find_cycles,
+    suppress_duplicates,
+)
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.primitives.sides import Sides
-from stereo_landmark.core.primitives.turning import folded
 
 # Outlines whose corners differ by less are duplicates [px].
-_SAME = 4.0
+_DUPLICATE_DISTANCE = 4.0
 # With more links than this, as small tiles cause them, only the nearest links of each end are kept.
-_LINKS_MANY = 12000
-_LINKS_NEAREST = 4
+_LINKS_MAX = 12000
+_LINKS_PER_END = 4
 # Largest motion of a corner by refinement; a larger one belongs to another corner [px].
-_MOVED_MAX = 6.0
+_SHIFT_MAX = 6.0
 
 
 @dataclass(frozen=True)
@@ -59,35 +67,38 @@ class Quadrilateral:
     @property
     def tilt(self) -> float:
         """The paper's a: common direction of the two more parallel sides, in (-pi/2, pi/2] [rad]."""
-        first, second = self._parallel_pair
+        first, second = self._parallel_sides
         both = first - second
-        return math.pi / 2 - folded(math.pi / 2 - math.atan2(both[1], both[0]), math.pi)
+        return math.pi / 2 - wrap_difference(math.pi / 2 - math.atan2(both[1], both[0]), math.pi)
 
     @property
     def length(self) -> float:
         """The paper's l: mean length of the two more parallel sides [px]."""
-        return float(np.mean([np.hypot(*side) for side in self._parallel_pair]))
+        return float(np.mean([np.hypot(*side) for side in self._parallel_sides]))
 
     @property
     def height(self) -> float:
         """The paper's h: distance between the midpoints of the two more parallel sides, across them [px]."""
         across = np.array([-math.sin(self.tilt), math.cos(self.tilt)])
         offsets = self.corner_vectors @ across
-        first = self._first_of_pair
+        first = self._first_parallel_side
         return float(
             abs(offsets[[first, (first + 1) % 4]].mean() - offsets[[first - 2, (first + 3) % 4]].mean())
         )
 
     @property
-    def _first_of_pair(self) -> int:
+    def _first_parallel_side(self) -> int:
         steps = np.roll(self.corners, -1, axis=0) - self.corners
         angles = np.arctan2(steps[:, 1], steps[:, 0])
-        return int(abs(folded(angles[0] - angles[2], math.pi)) > abs(folded(angles[1] - angles[3], math.pi)))
+        return int(
+            abs(wrap_difference(angles[0] - angles[2], math.pi))
+            > abs(wrap_difference(angles[1] - angles[3], math.pi))
+        )
 
     @property
-    def _parallel_pair(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _parallel_sides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         steps = np.roll(self.corners, -1, axis=0) - self.corners
-        return steps[self._first_of_pair], steps[self._first_of_pair + 2]
+        return steps[self._first_parallel_side], steps[self._first_parallel_side + 2]
 
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name: corners and centre."""
@@ -98,7 +109,7 @@ class Quadrilateral:
         points['centre'] = ImagePoint(self.centre, blocks.sum(axis=(0, 2)) / 16.0)
         return points
 
-    def turned(self, steps: int) -> Quadrilateral:
+    def rotate_corners(self, steps: int) -> Quadrilateral:
         """Return the same quadrilateral with its corners rotated by a number of steps."""
         order = np.roll(np.arange(4), -steps)
         coordinates = (2 * order[:, None] + np.arange(2)).ravel()
@@ -124,7 +135,7 @@ def quadrilateral_difference(
     found: Quadrilateral, taught: Quadrilateral, tolerance: QuadrilateralTolerance
 ) -> float:
     """Return the difference from the taught quadrilateral: 0 equal, 1 at the tolerance, infinite for other polarity."""
-    numbers = quadrilateral_numbers([found]), quadrilateral_numbers([taught])
+    numbers = quadrilateral_shape_vectors([found]), quadrilateral_shape_vectors([taught])
     return float(quadrilateral_differences(*numbers, tolerance)[0, 0])
 
 
@@ -134,33 +145,33 @@ def quadrilateral_differences(
     """Return the difference of each quadrilateral from each taught one, for any first corner, shape (k, n).
 
     Args:
-        found: parameters of the detected quadrilaterals, shape (n, 9), see :func:`quadrilateral_numbers`.
+        found: parameters of the detected quadrilaterals, shape (n, 9), see :func:`quadrilateral_shape_vectors`.
         taught: parameters of the taught quadrilaterals, shape (k, 9).
         tolerance: tolerances, at which the difference is 1.
     """
-    return np.asarray(corner_differences(found, taught, math.log1p(tolerance.size), tolerance.shape))
+    return np.asarray(compare_corners(found, taught, math.log1p(tolerance.size), tolerance.shape))
 
 
-def quadrilateral_numbers(quadrilaterals: Sequence[Quadrilateral]) -> NDArray[np.float64]:
+def quadrilateral_shape_vectors(quadrilaterals: Sequence[Quadrilateral]) -> NDArray[np.float64]:
     """Return the shape parameters, shape (n, 9): corner vectors [px] and polarity."""
-    if isinstance(quadrilaterals, FoundShapes):
-        return quadrilaterals.numbers
+    if isinstance(quadrilaterals, LazyShapes):
+        return quadrilaterals.shape_vectors
     corners = np.array([each.corners for each in quadrilaterals]).reshape(-1, 4, 2)
-    return _numbers(corners, np.array([each.polarity for each in quadrilaterals]))
+    return _shape_vectors(corners, np.array([each.polarity for each in quadrilaterals]))
 
 
-def _numbers(corners: NDArray[np.float64], polarities: NDArray[np.int64]) -> NDArray[np.float64]:
+def _shape_vectors(corners: NDArray[np.float64], polarities: NDArray[np.int64]) -> NDArray[np.float64]:
     vectors = (corners - corners.mean(axis=1, keepdims=True)).reshape(-1, 8)
     return np.column_stack([vectors, polarities])
 
 
-def ordered_as(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
+def match_corner_order(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
     """Return a detected quadrilateral with its corners in the order of the taught one."""
-    (mine,), (theirs,) = quadrilateral_numbers([found]), quadrilateral_numbers([taught])
-    return found.turned(best_turn(mine, theirs))
+    (mine,), (theirs,) = quadrilateral_shape_vectors([found]), quadrilateral_shape_vectors([taught])
+    return found.rotate_corners(best_corner_rotation(mine, theirs))
 
 
-def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> FoundShapes[Quadrilateral]:
+def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Quadrilateral]:
     """Detect closed cycles of four line segments; corners may be occluded, sides may have gaps.
 
     Args:
@@ -171,22 +182,22 @@ def detect_quadrilaterals(sides: Sides, settings: PrimitiveSettings) -> FoundSha
         quadrilaterals without duplicates, by falling visible fraction.
     """
     links = link_corners(
-        sides.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min
+        lines.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min
     )
-    if len(links.gaps) > _LINKS_MANY:
-        links = nearest_links(links, _LINKS_NEAREST)
-    graph = corner_graph(links, sides.ends, sides.covered, settings.side_seen_min, settings.outline_seen_min)
-    rings, corners, seen = find_rings(graph)
-    corners, rings = _from_upper_left(corners, rings)
-    kept = distinct_outlines(corners.reshape(-1, 8), np.argsort(-seen, kind='stable'), _SAME)
-    corners, rings, seen = corners[kept], rings[kept], seen[kept]
-    polarities = np.where(np.sum(rings % 2 == 0, axis=1) >= 2, 1, -1)
+    if len(links.gaps) > _LINKS_MAX:
+        links = nearest_links(links, _LINKS_PER_END)
+    graph = corner_graph(links, lines.ends, lines.support, settings.side_seen_min, settings.outline_seen_min)
+    cycles, corners, seen = find_cycles(graph)
+    corners, cycles = _start_at_upper_left(corners, cycles)
+    kept = suppress_duplicates(corners.reshape(-1, 8), np.argsort(-seen, kind='stable'), _DUPLICATE_DISTANCE)
+    corners, cycles, seen = corners[kept], cycles[kept], seen[kept]
+    polarities = np.where(np.sum(cycles % 2 == 0, axis=1) >= 2, 1, -1)
 
     def make(k: int) -> Quadrilateral:
-        covariance = _covariance(sides, rings[k] // 2, corners[k])
+        covariance = _covariance(lines, cycles[k] // 2, corners[k])
         return Quadrilateral(corners[k], int(polarities[k]), float(seen[k]), covariance)
 
-    return FoundShapes(corners.mean(axis=1), _numbers(corners, polarities), make)
+    return LazyShapes(corners.mean(axis=1), _shape_vectors(corners, polarities), make)
 
 
 def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
@@ -203,30 +214,34 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
     lines = refine_lines(image, np.stack([found.corners, np.roll(found.corners, -1, axis=0)], axis=1), True)
     if lines is None:
         return None
-    corners = np.array([meeting_point(lines[k - 1], lines[k]) for k in range(4)])
-    if np.abs(corners - found.corners).max() > _MOVED_MAX:
+    corners = np.array([intersect_lines(lines[k - 1], lines[k]) for k in range(4)])
+    if np.abs(corners - found.corners).max() > _SHIFT_MAX:
         return None
-    agreeing = float(np.mean([line.agreeing for line in lines]))
-    return replace(found, corners=corners, seen=agreeing, covariance=joint_covariance(lines, corners))
+    inlier_fraction = float(np.mean([line.inlier_fraction for line in lines]))
+    return replace(
+        found, corners=corners, seen=inlier_fraction, covariance=joint_corner_covariance(lines, corners)
+    )
 
 
-def _from_upper_left(
-    corners: NDArray[np.float64], rings: NDArray[np.int64]
+def _start_at_upper_left(
+    corners: NDArray[np.float64], cycles: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return corners and cycles rotated so that the upper left corner is the first."""
     vectors = corners - corners.mean(axis=1, keepdims=True)
     first = np.argmin(vectors.sum(axis=2) / np.linalg.norm(vectors, axis=2), axis=1)
     order = (first[:, None] + np.arange(4)) % 4
-    return np.take_along_axis(corners, order[..., None], axis=1), np.take_along_axis(rings, order, axis=1)
+    return np.take_along_axis(corners, order[..., None], axis=1), np.take_along_axis(cycles, order, axis=1)
 
 
-def _covariance(sides: Sides, ring: NDArray[np.int64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _covariance(
+    lines: LineSegments, cycle: NDArray[np.int64], corners: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the covariance of the corners of one cycle of line segments, shape (8, 8) [px²]."""
-    pairs = np.stack([np.roll(ring, 1), ring], axis=1)
-    ends = sides.ends[pairs]
+    pairs = np.stack([np.roll(cycle, 1), cycle], axis=1)
+    ends = lines.ends[pairs]
     directions = ends[:, :, 1] - ends[:, :, 0]
     directions /= np.linalg.norm(directions, axis=2, keepdims=True)
-    blocks = crossing_covariance(corners, ends.mean(axis=2), directions, sides.variances[pairs])
+    blocks = intersection_covariance(corners, ends.mean(axis=2), directions, lines.variances[pairs])
     covariance = np.zeros((4, 2, 4, 2))
     corner = np.arange(4)
     covariance[corner, :, corner, :] = blocks

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 
 @njit(cache=True, error_model='numpy')
-def corner_differences(
+def compare_corners(
     found: NDArray[np.float64], taught: NDArray[np.float64], size_tolerance: float, shape_tolerance: float
 ) -> NDArray[np.float64]:
     """Return the differences of detected quadrilaterals from taught ones, shape (k, n); 1 is at the tolerance.
@@ -22,9 +22,9 @@ def corner_differences(
     differences = np.full((len(taught), len(found)), np.inf)
     sizes = np.empty(len(found))
     for i in range(len(found)):
-        sizes[i] = vector_length(found[i])
+        sizes[i] = corner_norm(found[i])
     for k in range(len(taught)):
-        size = vector_length(taught[k])
+        size = corner_norm(taught[k])
         for i in range(len(found)):
             if found[i, 8] != taught[k, 8]:
                 continue
@@ -34,14 +34,14 @@ def corner_differences(
             if by_size > 1.0:
                 differences[k, i] = by_size
                 continue
-            turn = best_turn(found[i], taught[k])
-            shift = _largest_shift(found[i], taught[k], turn, scale)
+            rotation = best_corner_rotation(found[i], taught[k])
+            shift = _largest_corner_distance(found[i], taught[k], rotation, scale)
             differences[k, i] = max(by_size, shift / (0.5 * size * shape_tolerance))
     return differences
 
 
 @njit(cache=True, error_model='numpy')
-def best_turn(found: NDArray[np.float64], taught: NDArray[np.float64]) -> int:
+def best_corner_rotation(found: NDArray[np.float64], taught: NDArray[np.float64]) -> int:
     """Return which corner of a detected quadrilateral matches the first corner of a taught one.
 
     Args:
@@ -49,18 +49,18 @@ def best_turn(found: NDArray[np.float64], taught: NDArray[np.float64]) -> int:
         taught: parameters of the taught quadrilateral, shape (9,).
     """
     best, most = 0, -np.inf
-    for turn in range(4):
+    for rotation in range(4):
         # The norms are fixed, so the distance is smallest where the dot product is largest.
         product = 0.0
         for c in range(8):
-            product += found[(c + 2 * turn) % 8] * taught[c]
+            product += found[(c + 2 * rotation) % 8] * taught[c]
         if product > most:
-            best, most = turn, product
+            best, most = rotation, product
     return best
 
 
 @njit(cache=True, error_model='numpy')
-def ordered_pairs(
+def order_corner_pairs(
     left: NDArray[np.float64], right: NDArray[np.float64], taught: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the corner vectors in both images in the order of a taught quadrilateral, shape (n, 4, 4) [px].
@@ -72,17 +72,17 @@ def ordered_pairs(
     """
     vectors = np.empty((len(left), 4, 4))
     for i in range(len(left)):
-        turn = best_turn(left[i], taught)
-        other = (turn + best_turn(right[i], left[i])) % 4
+        rotation = best_corner_rotation(left[i], taught)
+        other = (rotation + best_corner_rotation(right[i], left[i])) % 4
         for c in range(4):
             for axis in range(2):
-                vectors[i, c, axis] = left[i, (2 * (c + turn) + axis) % 8]
+                vectors[i, c, axis] = left[i, (2 * (c + rotation) + axis) % 8]
                 vectors[i, c, 2 + axis] = right[i, (2 * (c + other) + axis) % 8]
     return vectors
 
 
 @njit(cache=True, error_model='numpy')
-def vector_length(vectors: NDArray[np.float64]) -> float:
+def corner_norm(vectors: NDArray[np.float64]) -> float:
     """Return the Frobenius norm of the corner vectors of a quadrilateral, shape (9,) [px]."""
     total = 0.0
     for c in range(8):
@@ -91,10 +91,12 @@ def vector_length(vectors: NDArray[np.float64]) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _largest_shift(found: NDArray[np.float64], taught: NDArray[np.float64], turn: int, scale: float) -> float:
+def _largest_corner_distance(
+    found: NDArray[np.float64], taught: NDArray[np.float64], rotation: int, scale: float
+) -> float:
     largest = 0.0
     for c in range(4):
-        f = (2 * c + 2 * turn) % 8
+        f = (2 * c + 2 * rotation) % 8
         dx, dy = found[f] / scale - taught[2 * c], found[f + 1] / scale - taught[2 * c + 1]
         largest = max(largest, np.sqrt(dx * dx + dy * dy))
     return largest

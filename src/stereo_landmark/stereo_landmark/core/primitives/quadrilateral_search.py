@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stereo_landmark.core.primitives.corner_links import CornerLinks
 
 # One of four sides may have reversed polarity, e.g. a panel in front of a background that is dark on one side.
-_ODD_SIDES_MAX = 1
+_REVERSED_SIDES_MAX = 1
 
 
 class CornerGraph(NamedTuple):
@@ -32,19 +32,19 @@ class CornerGraph(NamedTuple):
     """
 
     starts: NDArray[np.int64]
-    first: NDArray[np.int64]
-    second: NDArray[np.int64]
+    from_ends: NDArray[np.int64]
+    to_ends: NDArray[np.int64]
     vertices: NDArray[np.float64]
-    left_at: NDArray[np.float64]
-    entered_at: NDArray[np.float64]
-    coming: NDArray[np.int64]
-    coming_starts: NDArray[np.int64]
-    covered: NDArray[np.float64]
+    exit_positions: NDArray[np.float64]
+    entry_positions: NDArray[np.float64]
+    incoming: NDArray[np.int64]
+    incoming_starts: NDArray[np.int64]
+    support: NDArray[np.float64]
     side_seen_min: float
     outline_seen_min: float
 
 
-class Rings(NamedTuple):
+class Cycles(NamedTuple):
     """Closed cycles of four line segments, clockwise in the image.
 
     Attributes:
@@ -53,7 +53,7 @@ class Rings(NamedTuple):
         seen: visible fraction of the outline, shape (k,).
     """
 
-    entered: NDArray[np.int64]
+    entry_ends: NDArray[np.int64]
     corners: NDArray[np.float64]
     seen: NDArray[np.float64]
 
@@ -61,7 +61,7 @@ class Rings(NamedTuple):
 def corner_graph(
     links: CornerLinks,
     ends: NDArray[np.float64],
-    covered: NDArray[np.float64],
+    support: NDArray[np.float64],
     side_seen_min: float,
     outline_seen_min: float,
 ) -> CornerGraph:
@@ -74,35 +74,52 @@ def corner_graph(
         side_seen_min: smallest visible fraction of each side.
         outline_seen_min: smallest visible fraction of the whole outline.
     """
-    nodes = 2 * links.sides + links.ends
-    right = links.turns > 0.0
+    nodes = 2 * links.lines + links.ends
+    is_right = links.turns > 0.0
     # In the opposite direction a left turn is a right turn.
-    first = np.where(right, nodes[:, 0], nodes[:, 1])
-    second = np.where(right, nodes[:, 1], nodes[:, 0])
-    order = np.argsort(first, kind='stable')
-    first, second, vertices = first[order], second[order], links.vertices[order]
-    coming = np.argsort(second, kind='stable')
-    numbers = np.arange(2 * len(covered) + 1)
-    starts, coming_starts = (
-        np.searchsorted(sorted_ends, numbers).astype(np.int64) for sorted_ends in (first, second[coming])
+    from_ends = np.where(is_right, nodes[:, 0], nodes[:, 1])
+    to_ends = np.where(is_right, nodes[:, 1], nodes[:, 0])
+    order = np.argsort(from_ends, kind='stable')
+    from_ends, to_ends, vertices = from_ends[order], to_ends[order], links.vertices[order]
+    incoming = np.argsort(to_ends, kind='stable')
+    numbers = np.arange(2 * len(support) + 1)
+    starts, incoming_starts = (
+        np.searchsorted(sorted_ends, numbers).astype(np.int64)
+        for sorted_ends in (from_ends, to_ends[incoming])
     )
     # The segment that is left was entered at its other end.
-    left_at, entered_at = _along(ends, first ^ 1, vertices), _along(ends, second, vertices)
+    exit_positions, entry_positions = (
+        _positions_along(ends, from_ends ^ 1, vertices),
+        _positions_along(ends, to_ends, vertices),
+    )
     return CornerGraph(
-        *(starts, first, second, vertices, left_at, entered_at, coming, coming_starts, covered),
+        *(
+            starts,
+            from_ends,
+            to_ends,
+            vertices,
+            exit_positions,
+            entry_positions,
+            incoming,
+            incoming_starts,
+            support,
+        ),
         side_seen_min=side_seen_min,
         outline_seen_min=outline_seen_min,
     )
 
 
 @njit(cache=True, error_model='numpy')
-def _along(
-    ends: NDArray[np.float64], entered: NDArray[np.int64], vertices: NDArray[np.float64]
+def _positions_along(
+    ends: NDArray[np.float64], entry_ends: NDArray[np.int64], vertices: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the positions of vertices along segments from the ends where these are entered, shape (m,) [px]."""
-    along = np.empty(len(entered))
-    for m in range(len(entered)):
-        begin, end = ends[entered[m] >> 1, entered[m] & 1], ends[entered[m] >> 1, 1 - (entered[m] & 1)]
+    along = np.empty(len(entry_ends))
+    for m in range(len(entry_ends)):
+        begin, end = (
+            ends[entry_ends[m] >> 1, entry_ends[m] & 1],
+            ends[entry_ends[m] >> 1, 1 - (entry_ends[m] & 1)],
+        )
         dx, dy = end[0] - begin[0], end[1] - begin[1]
         product = dx * (vertices[m, 0] - begin[0]) + dy * (vertices[m, 1] - begin[1])
         along[m] = product / np.sqrt(dx * dx + dy * dy)
@@ -110,86 +127,92 @@ def _along(
 
 
 @njit(cache=True, error_model='numpy')
-def find_rings(graph: CornerGraph) -> Rings:
+def find_cycles(graph: CornerGraph) -> Cycles:
     """Return the cycles of four line segments with sufficient visible fractions, each once."""
-    starts, second = graph.starts, graph.second
-    room = 8 * len(graph.covered) + 16
-    rings = Rings(np.empty((room, 4), np.int64), np.empty((room, 4, 2)), np.empty(room))
-    closing = np.full(2 * len(graph.covered), -1)
-    count = np.int64(0)  # typed: numba compiles _close_rings once more for a bare number
-    for node in range(2 * len(graph.covered)):
+    starts, to_ends = graph.starts, graph.to_ends
+    capacity = 8 * len(graph.support) + 16
+    cycles = Cycles(np.empty((capacity, 4), np.int64), np.empty((capacity, 4, 2)), np.empty(capacity))
+    closing_links = np.full(2 * len(graph.support), -1)
+    count = np.int64(0)  # typed: numba compiles _close_cycles once more for a bare number
+    for node in range(2 * len(graph.support)):
         # Each cycle starts at its segment with the lowest index.
-        if not _mark_closing(graph, node, closing):
+        if not _mark_closing_links(graph, node, closing_links):
             continue
         for a in range(starts[node ^ 1], starts[(node ^ 1) + 1]):
-            if second[a] >> 1 <= node >> 1:
+            if to_ends[a] >> 1 <= node >> 1:
                 continue
-            for b in range(starts[second[a] ^ 1], starts[(second[a] ^ 1) + 1]):
-                if second[b] >> 1 > node >> 1 and _length(graph, a, b) > 0.0:
-                    count = _close_rings(graph, node, a, b, closing, rings, count)
-        for c in range(graph.coming_starts[node], graph.coming_starts[node + 1]):
-            closing[graph.first[graph.coming[c]] ^ 1] = -1
-    return Rings(rings.entered[:count].copy(), rings.corners[:count].copy(), rings.seen[:count].copy())
+            for b in range(starts[to_ends[a] ^ 1], starts[(to_ends[a] ^ 1) + 1]):
+                if to_ends[b] >> 1 > node >> 1 and _side_length(graph, a, b) > 0.0:
+                    count = _close_cycles(graph, node, a, b, closing_links, cycles, count)
+        for c in range(graph.incoming_starts[node], graph.incoming_starts[node + 1]):
+            closing_links[graph.from_ends[graph.incoming[c]] ^ 1] = -1
+    return Cycles(cycles.entry_ends[:count].copy(), cycles.corners[:count].copy(), cycles.seen[:count].copy())
 
 
 @njit(cache=True, error_model='numpy')
-def _mark_closing(graph: CornerGraph, node: int, closing: NDArray[np.int64]) -> bool:
+def _mark_closing_links(graph: CornerGraph, node: int, closing_links: NDArray[np.int64]) -> bool:
     """Write the link to a node by the end where its segment was entered; return whether there is any."""
     is_any = False
-    for c in range(graph.coming_starts[node], graph.coming_starts[node + 1]):
-        link = graph.coming[c]
-        closing[graph.first[link] ^ 1] = link
-        is_any |= graph.first[link] >> 1 > node >> 1
+    for c in range(graph.incoming_starts[node], graph.incoming_starts[node + 1]):
+        link = graph.incoming[c]
+        closing_links[graph.from_ends[link] ^ 1] = link
+        is_any |= graph.from_ends[link] >> 1 > node >> 1
     return is_any
 
 
 @njit(cache=True, error_model='numpy')
-def _close_rings(
-    graph: CornerGraph, node: int, a: int, b: int, closing: NDArray[np.int64], rings: Rings, count: int
+def _close_cycles(
+    graph: CornerGraph,
+    node: int,
+    a: int,
+    b: int,
+    closing_links: NDArray[np.int64],
+    cycles: Cycles,
+    count: int,
 ) -> int:
     """Add the cycles that start with a node and two links; return the new count."""
-    second = graph.second
-    for c in range(graph.starts[second[b] ^ 1], graph.starts[(second[b] ^ 1) + 1]):
-        last = second[c]
-        d = closing[last]
-        if d < 0 or last >> 1 <= node >> 1 or last >> 1 == second[a] >> 1 or count == len(rings.seen):
+    to_ends = graph.to_ends
+    for c in range(graph.starts[to_ends[b] ^ 1], graph.starts[(to_ends[b] ^ 1) + 1]):
+        last = to_ends[c]
+        d = closing_links[last]
+        if d < 0 or last >> 1 <= node >> 1 or last >> 1 == to_ends[a] >> 1 or count == len(cycles.seen):
             continue
         # Segments entered at their first end have the bright side on the right.
-        forward = 4 - (node & 1) - (second[a] & 1) - (second[b] & 1) - (last & 1)
-        seen = _seen_part(graph, a, b, c, d)
-        if min(forward, 4 - forward) > _ODD_SIDES_MAX or seen < graph.outline_seen_min:
+        forward = 4 - (node & 1) - (to_ends[a] & 1) - (to_ends[b] & 1) - (last & 1)
+        seen = _seen_fraction(graph, a, b, c, d)
+        if min(forward, 4 - forward) > _REVERSED_SIDES_MAX or seen < graph.outline_seen_min:
             continue
         for k, link in enumerate((d, a, b, c)):
-            rings.entered[count, k], rings.corners[count, k] = second[link], graph.vertices[link]
-        rings.seen[count] = seen
+            cycles.entry_ends[count, k], cycles.corners[count, k] = to_ends[link], graph.vertices[link]
+        cycles.seen[count] = seen
         count += 1
     return count
 
 
 @njit(cache=True, error_model='numpy')
-def _length(graph: CornerGraph, before: int, after: int) -> float:
+def _side_length(graph: CornerGraph, before: int, after: int) -> float:
     """Return the length of a side between two links [px], 0 if too little of it is visible."""
-    length = graph.left_at[after] - graph.entered_at[before]
+    length = graph.exit_positions[after] - graph.entry_positions[before]
     return (
-        max(length, 0.0) if graph.covered[graph.second[before] >> 1] >= graph.side_seen_min * length else 0.0
+        max(length, 0.0) if graph.support[graph.to_ends[before] >> 1] >= graph.side_seen_min * length else 0.0
     )
 
 
 @njit(cache=True, error_model='numpy')
-def _seen_part(graph: CornerGraph, a: int, b: int, c: int, d: int) -> float:
+def _seen_fraction(graph: CornerGraph, a: int, b: int, c: int, d: int) -> float:
     """Return the visible fraction of the outline of four links, 0 if a side is not visible enough."""
     outline, found = 0.0, 0.0
     for before, after in ((d, a), (a, b), (b, c), (c, d)):
-        length = _length(graph, before, after)
+        length = _side_length(graph, before, after)
         if length <= 0.0:
             return 0.0
         outline += length
-        found += min(length, graph.covered[graph.second[before] >> 1])
+        found += min(length, graph.support[graph.to_ends[before] >> 1])
     return found / outline
 
 
 @njit(cache=True, error_model='numpy')
-def distinct_outlines(
+def suppress_duplicates(
     outlines: NDArray[np.float64], order: NDArray[np.int64], distance: float
 ) -> NDArray[np.int64]:
     """Return the indices of the outlines to keep, in the given order, the first of each group of duplicates.

@@ -14,9 +14,9 @@ from stereo_landmark.core.symmetric_matrix import invert_symmetric
 _TUKEY = 4.7
 # Variance increase by Tukey's weights for normally distributed offsets.
 _TUKEY_LOSS = 1.05
-_ROUNDS = 5
+_ITERATIONS = 5
 # Initial iterations minimise the sum of absolute deviations, which one-sided outliers bias less.
-_ROUNDS_L1 = 4
+_L1_ITERATIONS = 4
 _MAD_TO_SIGMA = 1.4826
 
 
@@ -33,7 +33,7 @@ class RobustStep(NamedTuple):
     found: bool
     step: NDArray[np.float64]
     covariance: NDArray[np.float64]
-    agreeing: float
+    inlier_fraction: float
 
 
 @njit(cache=True, error_model='numpy')
@@ -54,30 +54,30 @@ def robust_step(
     measured = np.flatnonzero(np.isfinite(sigmas))
     unknowns = jacobian.shape[1]
     step, inverse = np.zeros(unknowns), np.eye(unknowns)
-    weights, left = np.ones(len(measured)), np.zeros(len(measured))
-    for turn in range(_ROUNDS_L1 + _ROUNDS):
+    weights, residuals = np.ones(len(measured)), np.zeros(len(measured))
+    for iteration in range(_L1_ITERATIONS + _ITERATIONS):
         if np.sum(weights > 0.0) < unknowns + 1:
             return RobustStep(False, step, inverse, 0.0)
         if not _solve(jacobian, offsets, sigmas, measured, weights, prior, step, inverse):
             return RobustStep(False, step, inverse, 0.0)
         for m in range(len(measured)):
-            left[m] = offsets[measured[m]]
+            residuals[m] = offsets[measured[m]]
             for c in range(unknowns):
-                left[m] -= jacobian[measured[m], c] * step[c]
-            left[m] = abs(left[m]) / sigmas[measured[m]]
-        if turn < _ROUNDS_L1:
-            weights = 1.0 / np.maximum(left, 1.0)
+                residuals[m] -= jacobian[measured[m], c] * step[c]
+            residuals[m] = abs(residuals[m]) / sigmas[measured[m]]
+        if iteration < _L1_ITERATIONS:
+            weights = 1.0 / np.maximum(residuals, 1.0)
             continue
-        scale = max(1.0, _MAD_TO_SIGMA * np.median(left))
-        weights = np.maximum(0.0, 1.0 - (left / (_TUKEY * scale)) ** 2) ** 2
-    kept = weights > 0.0
-    spare = np.sum(kept) - unknowns
-    if spare < 1 or not _solve(
-        jacobian, offsets, sigmas, measured, kept.astype(np.float64), prior, step.copy(), inverse
+        scale = max(1.0, _MAD_TO_SIGMA * np.median(residuals))
+        weights = np.maximum(0.0, 1.0 - (residuals / (_TUKEY * scale)) ** 2) ** 2
+    inliers = weights > 0.0
+    degrees_of_freedom = np.sum(inliers) - unknowns
+    if degrees_of_freedom < 1 or not _solve(
+        jacobian, offsets, sigmas, measured, inliers.astype(np.float64), prior, step.copy(), inverse
     ):
         return RobustStep(False, step, inverse, 0.0)
-    scatter = max(1.0, np.sum(left[kept] ** 2) / spare)
-    return RobustStep(True, step, inverse * (scatter * _TUKEY_LOSS), np.sum(kept) / len(sigmas))
+    scatter = max(1.0, np.sum(residuals[inliers] ** 2) / degrees_of_freedom)
+    return RobustStep(True, step, inverse * (scatter * _TUKEY_LOSS), np.sum(inliers) / len(sigmas))
 
 
 @njit(cache=True, error_model='numpy')
@@ -93,12 +93,12 @@ def _solve(
 ) -> bool:
     """Write the weighted least squares step and the inverse of its normal matrix; False if that is singular."""
     unknowns = len(prior)
-    information, pull = np.diag(prior), np.zeros(unknowns)
+    information, rhs = np.diag(prior), np.zeros(unknowns)
     for m in range(len(measured)):
         row = jacobian[measured[m]]
         weight = weights[m] / sigmas[measured[m]] ** 2
         for r in range(unknowns):
-            pull[r] += weight * row[r] * offsets[measured[m]]
+            rhs[r] += weight * row[r] * offsets[measured[m]]
             for c in range(unknowns):
                 information[r, c] += weight * row[r] * row[c]
     if not invert_symmetric(information, inverse):
@@ -106,5 +106,5 @@ def _solve(
     for r in range(unknowns):
         step[r] = 0.0
         for c in range(unknowns):
-            step[r] += inverse[r, c] * pull[c]
+            step[r] += inverse[r, c] * rhs[c]
     return True

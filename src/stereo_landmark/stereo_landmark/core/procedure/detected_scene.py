@@ -14,13 +14,13 @@ from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.primitives.corner import detect_corners
 from stereo_landmark.core.primitives.ellipse import detect_ellipses
+from stereo_landmark.core.primitives.line_segments import fit_line_segments
 from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines
 from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
 from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.primitives.sides import find_sides
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, Tolerances
-from stereo_landmark.core.procedure.shape_numbers import centres_of, descriptors_of, numbers_of
-from stereo_landmark.core.segments.segments import Segments, follow_segments
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, Tolerances
+from stereo_landmark.core.procedure.shape_vectors import primitive_centres, shape_descriptors, shape_vectors
+from stereo_landmark.core.segments.segments import Segments, trace_segments
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class ImageProcessing:
 
 
 @dataclass(frozen=True)
-class DetectedKind:
+class DetectedPrimitives:
     """All primitives of one kind in an image.
 
     Attributes:
@@ -41,26 +41,26 @@ class DetectedKind:
         primitives: n primitives.
     """
 
-    kind: Kind
+    kind: PrimitiveKind
     primitives: Sequence[Primitive]
 
     @cached_property
     def centres(self) -> NDArray[np.float64]:
         """Centres of the primitives, shape (n, 2) [px]."""
-        return centres_of(self.kind, self.primitives)
+        return primitive_centres(self.kind, self.primitives)
 
     @cached_property
-    def numbers(self) -> NDArray[np.float64]:
-        """Shape vectors of the primitives, shape (n, d), see `numbers_of`."""
-        return numbers_of(self.kind, self.primitives)
+    def shape_vectors(self) -> NDArray[np.float64]:
+        """Shape vectors of the primitives, shape (n, d), see `shape_vectors`."""
+        return shape_vectors(self.kind, self.primitives)
 
     @cached_property
     def descriptors(self) -> NDArray[np.float64]:
         """Shape descriptors of the primitives, shape (n, DESCRIPTOR_SIZE)."""
-        return descriptors_of(self.kind, self.numbers)
+        return shape_descriptors(self.kind, self.shape_vectors)
 
     @cached_property
-    def tree(self) -> cKDTree:
+    def kd_tree(self) -> cKDTree:
         """KD-tree of the centres, for radius searches."""
         return cKDTree(self.centres)
 
@@ -77,11 +77,13 @@ class DetectedScene:
 
     image: NDArray[np.uint8]
     segments: Segments
-    kinds: dict[Kind, DetectedKind]
+    kinds: dict[PrimitiveKind, DetectedPrimitives]
 
 
 def detect_scene(
-    image: NDArray[np.uint8], processing: ImageProcessing, kinds: Iterable[Kind] = tuple(Kind)
+    image: NDArray[np.uint8],
+    processing: ImageProcessing,
+    kinds: Iterable[PrimitiveKind] = tuple(PrimitiveKind),
 ) -> DetectedScene:
     """Detect the primitives of an image.
 
@@ -94,19 +96,19 @@ def detect_scene(
         StereoLandmarkError: the image has the wrong type or shape, or is too small.
     """
     wanted = set(kinds)
-    segments = follow_segments(extract_edges(image, processing.edges), processing.edges)
-    found: dict[Kind, DetectedKind] = {}
-    if Kind.ELLIPSE in wanted:
-        found[Kind.ELLIPSE] = DetectedKind(
-            Kind.ELLIPSE, tuple(detect_ellipses(segments, processing.primitives))
+    segments = trace_segments(extract_edges(image, processing.edges), processing.edges)
+    found: dict[PrimitiveKind, DetectedPrimitives] = {}
+    if PrimitiveKind.ELLIPSE in wanted:
+        found[PrimitiveKind.ELLIPSE] = DetectedPrimitives(
+            PrimitiveKind.ELLIPSE, tuple(detect_ellipses(segments, processing.primitives))
         )
-    if wanted - {Kind.ELLIPSE}:
-        sides = find_sides(segments, processing.primitives)
+    if wanted - {PrimitiveKind.ELLIPSE}:
+        sides = fit_line_segments(segments, processing.primitives)
         for kind, detect in (
-            (Kind.QUADRILATERAL, detect_quadrilaterals),
-            (Kind.PARALLEL_LINES, detect_parallel_lines),
-            (Kind.CORNER, detect_corners),
+            (PrimitiveKind.QUADRILATERAL, detect_quadrilaterals),
+            (PrimitiveKind.PARALLEL_LINES, detect_parallel_lines),
+            (PrimitiveKind.CORNER, detect_corners),
         ):
             if kind in wanted:
-                found[kind] = DetectedKind(kind, detect(sides, processing.primitives))
+                found[kind] = DetectedPrimitives(kind, detect(sides, processing.primitives))
     return DetectedScene(image, segments, found)

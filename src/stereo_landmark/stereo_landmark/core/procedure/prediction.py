@@ -12,7 +12,7 @@ DEPTH_MIN = 0.2
 """Nearer points are not visible [m]."""
 
 
-def expected_pixels(
+def predict_pixels(
     states: NDArray[np.float64], positions: NDArray[np.float64], view: StereoView
 ) -> NDArray[np.float64]:
     """Return predicted pixels, shape (h, k, 4): u, v left and u, v right [px]; NaN behind the cameras.
@@ -22,10 +22,12 @@ def expected_pixels(
         positions: points in the place's frame, shape (k, 3) [m].
         view: stereo view with cameras and tilt.
     """
-    return np.asarray(_project(states, positions, view.camera.rotation, view.camera.position, lens_of(view)))
+    return np.asarray(
+        _project(states, positions, view.camera.rotation, view.camera.position, stereo_intrinsics(view))
+    )
 
 
-def poses_apart(
+def image_distances(
     states: NDArray[np.float64], positions: NDArray[np.float64], view: StereoView
 ) -> NDArray[np.float64]:
     """Return the largest image distance of the points between each pose and the first pose, shape (h,) [px].
@@ -37,19 +39,19 @@ def poses_apart(
         positions: points in the place's frame, shape (k, 3) [m].
         view: stereo view with cameras and tilt.
     """
-    pixels = expected_pixels(states, positions, view)[..., :2]
-    ways = np.hypot(*(pixels - pixels[:1]).transpose(2, 0, 1))
-    farthest = np.fmax.reduce(ways, axis=1)
+    pixels = predict_pixels(states, positions, view)[..., :2]
+    distances = np.hypot(*(pixels - pixels[:1]).transpose(2, 0, 1))
+    farthest = np.fmax.reduce(distances, axis=1)
     return np.where(np.isnan(farthest), np.inf, farthest)
 
 
-def lens_of(view: StereoView) -> NDArray[np.float64]:
+def stereo_intrinsics(view: StereoView) -> NDArray[np.float64]:
     """Return the intrinsics for the kernels: fx, fy, cx, cy, fx and cx of the right camera [px], baseline [m]."""
     left, right = view.rig.left, view.rig.right
     return np.array([left.fx, left.fy, left.cx, left.cy, right.fx, right.cx, view.rig.baseline])
 
 
-def states_through(
+def poses_from_match(
     taught: NDArray[np.float64], found: NDArray[np.float64], yaws: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the poses that map a taught point to its matches, shape (n, h, 4): x, y, z [m], yaw [rad].
@@ -75,7 +77,7 @@ def _project(
     positions: NDArray[np.float64],
     rotation: NDArray[np.float64],
     position: NDArray[np.float64],
-    lens: NDArray[np.float64],
+    intrinsics: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     pixels = np.full((len(states), len(positions), 4), np.nan)
     optical = np.empty(3)
@@ -88,8 +90,8 @@ def _project(
             for c in range(3):
                 optical[c] = rotation[0, c] * ahead + rotation[1, c] * left + rotation[2, c] * up
             if optical[2] > DEPTH_MIN:
-                pixels[h, k, 0] = lens[0] * optical[0] / optical[2] + lens[2]
-                pixels[h, k, 1] = lens[1] * optical[1] / optical[2] + lens[3]
-                pixels[h, k, 2] = lens[4] * (optical[0] - lens[6]) / optical[2] + lens[5]
+                pixels[h, k, 0] = intrinsics[0] * optical[0] / optical[2] + intrinsics[2]
+                pixels[h, k, 1] = intrinsics[1] * optical[1] / optical[2] + intrinsics[3]
+                pixels[h, k, 2] = intrinsics[4] * (optical[0] - intrinsics[6]) / optical[2] + intrinsics[5]
                 pixels[h, k, 3] = pixels[h, k, 1]
     return pixels

@@ -25,7 +25,7 @@ from stereo_landmark.core.primitives.parallel_lines import (
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
     QuadrilateralTolerance,
-    ordered_as,
+    match_corner_order,
     quadrilateral_difference,
     refine_quadrilateral,
 )
@@ -33,7 +33,7 @@ from stereo_landmark.core.primitives.quadrilateral import (
 Primitive = Ellipse | Quadrilateral | ParallelLines | Corner
 
 
-class Kind(Enum):
+class PrimitiveKind(Enum):
     """Kind of a primitive, with its name in files and on the teaching page."""
 
     ELLIPSE = 'ellipse'
@@ -52,31 +52,31 @@ class Tolerances:
     corner: CornerTolerance = field(default_factory=CornerTolerance)
 
 
-def kind_of(primitive: Primitive) -> Kind:
+def primitive_kind(primitive: Primitive) -> PrimitiveKind:
     """Return the kind of a primitive."""
     match primitive:
         case Ellipse():
-            return Kind.ELLIPSE
+            return PrimitiveKind.ELLIPSE
         case Quadrilateral():
-            return Kind.QUADRILATERAL
+            return PrimitiveKind.QUADRILATERAL
         case ParallelLines():
-            return Kind.PARALLEL_LINES
+            return PrimitiveKind.PARALLEL_LINES
         case Corner():
-            return Kind.CORNER
+            return PrimitiveKind.CORNER
 
 
-def refined_pair(
+def refine_pair(
     left: Primitive, right: Primitive, images: tuple[NDArray[np.uint8], NDArray[np.uint8]]
 ) -> tuple[Primitive, Primitive] | None:
     """Refine a primitive in both grey images, shapes (h, w); None if it is not visible in one of them."""
-    here, there = refined(left, images[0]), refined(right, images[1])
+    here, there = refine(left, images[0]), refine(right, images[1])
     return None if here is None or there is None else (here, there)
 
 
-def as_ordered(found: Primitive, taught: Primitive) -> Primitive:
+def align_point_order(found: Primitive, taught: Primitive) -> Primitive:
     """Reorder the points of a detected primitive to correspond to those of a taught one."""
     if isinstance(found, Quadrilateral) and isinstance(taught, Quadrilateral):
-        return ordered_as(found, taught)
+        return match_corner_order(found, taught)
     return found
 
 
@@ -94,7 +94,7 @@ def difference(found: Primitive, taught: Primitive, tolerances: Tolerances) -> f
     return math.inf
 
 
-def refined(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
+def refine(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
     """Refine a detected primitive in the grey image, shape (h, w); None if it is not visible."""
     match primitive:
         case Ellipse():
@@ -107,12 +107,12 @@ def refined(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
             return refine_corner(primitive, image)
 
 
-def without_covariance(primitive: Primitive) -> Primitive:
+def drop_covariance(primitive: Primitive) -> Primitive:
     """Return the shape without covariance, as it is taught; the covariance belongs to one image only."""
     return replace(primitive, covariance=np.zeros_like(primitive.covariance))
 
 
-def size_of(primitive: Primitive) -> float:
+def primitive_size(primitive: Primitive) -> float:
     """Return the size of a primitive: semi-major axis, half diagonal or width [px]; 1 for corners."""
     match primitive:
         case Ellipse():

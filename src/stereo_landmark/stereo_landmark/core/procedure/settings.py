@@ -12,10 +12,10 @@ from shirube_settings import setting
 class SearchSettings:
     """Search region of the pose, and acceptance thresholds of a target."""
 
-    reach: float = setting(
+    distance_max: float = setting(
         0.8, 'maximum distance of the robot from the taught pose', unit='m', minimum=0.05, maximum=10.0
     )
-    turn: float = setting(
+    yaw_max: float = setting(
         math.radians(20.0),
         'maximum yaw of the robot relative to the taught pose',
         unit='rad',
@@ -29,13 +29,13 @@ class SearchSettings:
         minimum=2.0,
         maximum=100.0,
     )
-    seen_min: float = setting(
+    found_fraction_min: float = setting(
         0.5, 'minimum fraction of the primitives of a target that must be found', minimum=0.1, maximum=1.0
     )
-    found_probability: float = setting(
+    detection_probability: float = setting(
         0.8, 'probability that a visible primitive is detected', minimum=0.1, maximum=0.99
     )
-    evidence_min: float = setting(
+    log_likelihood_ratio_min: float = setting(
         4.0,
         'minimum log-likelihood ratio against chance for accepting a pose hypothesis',
         minimum=0.0,

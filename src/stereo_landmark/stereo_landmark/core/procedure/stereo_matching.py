@@ -13,19 +13,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-ROWS_APART = 2.0
+ROW_DIFFERENCE_MAX = 2.0
 """Maximum row difference of a pair; detections are accurate to about a pixel [px]."""
-GRADIENT_MAX = 0.15
+DISPARITY_GRADIENT_MAX = 0.15
 """Maximum disparity gradient: a wall seen at 45° from 3 m with 0.2 m of baseline has 0.07."""
-SLACK = 2.0
+DISPARITY_ERROR = 2.0
 """Disparity error besides the gradient [px]."""
-NEIGHBOURHOOD = 600.0
+SUPPORT_RADIUS = 600.0
 """Radius of the neighbours that give support [px]: large enough to include the end of a row of similar shapes."""
-SAME = 4.0
+DUPLICATE_DISPARITY = 4.0
 """Pairs whose disparities differ by less are duplicate detections [px]."""
-VOTERS_MAX = 1000
+SUPPORTERS_MAX = 1000
 """Maximum number of supporting neighbours; more are subsampled evenly, since tiled walls have thousands."""
-MARGIN = 1.03
+SUPPORT_RATIO_MIN = 1.03
 """Minimum ratio of the support to that of the runner-up; below it a pair is ambiguous."""
 
 
@@ -34,35 +34,36 @@ def match_pairs(
     pairs: Sequence[NDArray[np.int64]],
     disparities: Sequence[NDArray[np.float64]],
     weights: Sequence[float],
-    wanted: int,
+    kind_index: int,
 ) -> NDArray[np.int64]:
     """Return the matched pairs of one kind, shape (k, 2). Primitives of all kinds support each other.
 
     Args:
         centres: centres in the left image for each kind, shape (n, 2) [px].
-        pairs: candidate pairs for each kind, shape (m, 2), see `alike_pairs`.
+        pairs: candidate pairs for each kind, shape (m, 2), see `candidate_pairs`.
         disparities: disparities of the pairs for each kind, shape (m,) [px].
         weights: support weight of a primitive of each kind.
-        wanted: index of the kind to match.
+        kind_index: index of the kind to match.
     """
-    begin, end = np.cumsum([0, *(len(numbers) for numbers in pairs)])[wanted : wanted + 2]
-    asked = np.zeros(sum(len(numbers) for numbers in pairs), dtype=np.bool_)
-    asked[begin:end] = contested(pairs[wanted], disparities[wanted])
+    begin, end = np.cumsum([0, *(len(numbers) for numbers in pairs)])[kind_index : kind_index + 2]
+    requested = np.zeros(sum(len(numbers) for numbers in pairs), dtype=np.bool_)
+    requested[begin:end] = is_contested(pairs[kind_index], disparities[kind_index])
     first = np.cumsum([0, *(len(each) for each in centres)])
-    support = supports(
+    support = neighbour_support(
         np.concatenate([each[numbers[:, 0]] for each, numbers in zip(centres, pairs, strict=True)]),
         np.concatenate(disparities),
-        np.concatenate([numbers[:, 0] + base for numbers, base in zip(pairs, first, strict=False)]),
+        np.concatenate([numbers[:, 0] + offset for numbers, offset in zip(pairs, first, strict=False)]),
         np.repeat(weights, [len(numbers) for numbers in pairs]),
-        asked,
+        requested,
     )
     return np.asarray(
-        pairs[wanted][mutual_best(pairs[wanted], disparities[wanted], support[begin:end])], dtype=np.int64
+        pairs[kind_index][mutual_best(pairs[kind_index], disparities[kind_index], support[begin:end])],
+        dtype=np.int64,
     )
 
 
 @njit(cache=True, error_model='numpy')
-def alike_pairs(
+def candidate_pairs(
     left: NDArray[np.float64],
     left_shapes: NDArray[np.float64],
     right: NDArray[np.float64],
@@ -82,14 +83,14 @@ def alike_pairs(
     rows = right[order, 1]
     pairs = []
     for i in range(len(left)):
-        begin = np.searchsorted(rows, left[i, 1] - ROWS_APART)
-        for place in range(begin, len(rows)):
-            if rows[place] > left[i, 1] + ROWS_APART:
+        begin = np.searchsorted(rows, left[i, 1] - ROW_DIFFERENCE_MAX)
+        for row in range(begin, len(rows)):
+            if rows[row] > left[i, 1] + ROW_DIFFERENCE_MAX:
                 break
-            j = order[place]
+            j = order[row]
             disparity = left[i, 0] - right[j, 0]
             is_near = disparities[0] <= disparity <= disparities[1]
-            if is_near and _are_alike(left_shapes[i], right_shapes[j]):
+            if is_near and _are_similar(left_shapes[i], right_shapes[j]):
                 pairs.append((i, j))
     numbers = np.empty((len(pairs), 2), np.int64)
     for p in range(len(pairs)):
@@ -98,55 +99,57 @@ def alike_pairs(
 
 
 @njit(cache=True, error_model='numpy')
-def _are_alike(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
-    alike = 0
-    while alike < len(one) and abs(one[alike] - other[alike]) < 1.0:
-        alike += 1
-    return alike == len(one)
+def _are_similar(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    similar = 0
+    while similar < len(one) and abs(one[similar] - other[similar]) < 1.0:
+        similar += 1
+    return similar == len(one)
 
 
 @njit(cache=True, error_model='numpy')
-def supports(
-    places: NDArray[np.float64],
+def neighbour_support(
+    positions: NDArray[np.float64],
     disparities: NDArray[np.float64],
-    owners: NDArray[np.int64],
+    left_indices: NDArray[np.int64],
     weights: NDArray[np.float64],
-    asked: NDArray[np.bool_],
+    requested: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
     """Return the support of the neighbours for each requested pair, shape (m,); 0 for the others.
 
     Args:
-        places: centres in the left image, shape (m, 2) [px].
+        positions: centres in the left image, shape (m, 2) [px].
         disparities: disparities of the pairs, shape (m,) [px].
-        owners: index of the left primitive of each pair, shape (m,); pairs of one primitive are adjacent.
+        left_indices: index of the left primitive of each pair, shape (m,); pairs of one primitive are adjacent.
         weights: support weight of the left primitive of each pair, shape (m,).
-        asked: mask of the requested pairs, shape (m,).
+        requested: mask of the requested pairs, shape (m,).
     """
-    firsts = _firsts(owners)
-    layers, sizes, voters = _voters(disparities, firsts)
+    group_starts = _group_starts(left_indices)
+    disparity_layers, sizes, supporters = _supporters(disparities, group_starts)
     count = sizes[0]
-    shares, words, least = np.empty(count), np.empty(count), np.empty(count)
-    support = np.zeros(len(places))
-    for owner in range(len(firsts) - 1):
-        begin, end = firsts[owner], firsts[owner + 1]
-        if not np.any(asked[begin:end]):
+    inverse_tolerances, support_weights, nearest = np.empty(count), np.empty(count), np.empty(count)
+    support = np.zeros(len(positions))
+    for left_index in range(len(group_starts) - 1):
+        begin, end = group_starts[left_index], group_starts[left_index + 1]
+        if not np.any(requested[begin:end]):
             continue
         for v in range(count):
-            first = firsts[voters[v]]
-            du, dv = places[first, 0] - places[begin, 0], places[first, 1] - places[begin, 1]
+            first = group_starts[supporters[v]]
+            du, dv = positions[first, 0] - positions[begin, 0], positions[first, 1] - positions[begin, 1]
             squared = du * du + dv * dv
-            shares[v] = 1.0 / (SLACK + GRADIENT_MAX * np.sqrt(squared))
-            is_asked = squared < NEIGHBOURHOOD**2 and voters[v] != owner
-            words[v] = weights[first] if is_asked else 0.0
+            inverse_tolerances[v] = 1.0 / (DISPARITY_ERROR + DISPARITY_GRADIENT_MAX * np.sqrt(squared))
+            is_supporter = squared < SUPPORT_RADIUS**2 and supporters[v] != left_index
+            support_weights[v] = weights[first] if is_supporter else 0.0
         for p in range(begin, end):
-            if asked[p]:
-                support[p] = _support(disparities[p], layers, sizes, shares, words, least)
+            if requested[p]:
+                support[p] = _support(
+                    disparities[p], disparity_layers, sizes, inverse_tolerances, support_weights, nearest
+                )
     return support
 
 
 @njit(cache=True, error_model='numpy')
-def _voters(
-    disparities: NDArray[np.float64], firsts: NDArray[np.int64]
+def _supporters(
+    disparities: NDArray[np.float64], group_starts: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
     """Return the first disparity of each supporter, then the second of those that have two, and so on.
 
@@ -154,64 +157,64 @@ def _voters(
         rows of disparities, shape (k, n); number of supporters with that many, shape (k,); left indices of the
         supporters, those with the most pairs first, shape (n,).
     """
-    step = max((len(firsts) + VOTERS_MAX - 2) // VOTERS_MAX, 1)
-    chosen = np.arange(0, len(firsts) - 1, step)
-    pairs = firsts[chosen + 1] - firsts[chosen]
+    step = max((len(group_starts) + SUPPORTERS_MAX - 2) // SUPPORTERS_MAX, 1)
+    chosen = np.arange(0, len(group_starts) - 1, step)
+    pairs = group_starts[chosen + 1] - group_starts[chosen]
     chosen = chosen[np.argsort(-pairs, kind='mergesort')]
     rows = max(np.max(pairs), 1) if len(pairs) else 1
-    layers, sizes = np.empty((rows, len(chosen))), np.zeros(rows, np.int64)
+    disparity_layers, sizes = np.empty((rows, len(chosen))), np.zeros(rows, np.int64)
     sizes[0] = len(chosen)
     for v in range(len(chosen)):
-        begin = firsts[chosen[v]]
-        for q in range(begin, firsts[chosen[v] + 1]):
-            layers[q - begin, v] = disparities[q]
+        begin = group_starts[chosen[v]]
+        for q in range(begin, group_starts[chosen[v] + 1]):
+            disparity_layers[q - begin, v] = disparities[q]
             sizes[q - begin] = v + 1
-    return layers, sizes, chosen
+    return disparity_layers, sizes, chosen
 
 
 # Summation order is free, so that the loop is vectorized.
 @njit(cache=True, error_model='numpy', fastmath={'reassoc', 'nsz', 'contract'})
 def _support(
     disparity: float,
-    layers: NDArray[np.float64],
+    disparity_layers: NDArray[np.float64],
     sizes: NDArray[np.int64],
-    shares: NDArray[np.float64],
-    words: NDArray[np.float64],
-    least: NDArray[np.float64],
+    inverse_tolerances: NDArray[np.float64],
+    support_weights: NDArray[np.float64],
+    nearest: NDArray[np.float64],
 ) -> float:
     for v in range(sizes[0]):
-        least[v] = abs(layers[0, v] - disparity)
+        nearest[v] = abs(disparity_layers[0, v] - disparity)
     for k in range(1, len(sizes)):
         for v in range(sizes[k]):
-            least[v] = min(least[v], abs(layers[k, v] - disparity))
+            nearest[v] = min(nearest[v], abs(disparity_layers[k, v] - disparity))
     total = 0.0
     for v in range(sizes[0]):
-        total += words[v] * max(0.0, 1.0 - least[v] * shares[v])
+        total += support_weights[v] * max(0.0, 1.0 - nearest[v] * inverse_tolerances[v])
     return total
 
 
 @njit(cache=True, error_model='numpy')
-def _firsts(owners: NDArray[np.int64]) -> NDArray[np.int64]:
+def _group_starts(left_indices: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the first pair of each left primitive, followed by the number of pairs."""
-    firsts = np.empty(len(owners) + 1, np.int64)
+    group_starts = np.empty(len(left_indices) + 1, np.int64)
     count = 0
-    for p in range(len(owners)):
-        if p == 0 or owners[p] != owners[p - 1]:
-            firsts[count] = p
+    for p in range(len(left_indices)):
+        if p == 0 or left_indices[p] != left_indices[p - 1]:
+            group_starts[count] = p
             count += 1
-    firsts[count] = len(owners)
-    return firsts[: count + 1]
+    group_starts[count] = len(left_indices)
+    return group_starts[: count + 1]
 
 
 @njit(cache=True, error_model='numpy')
-def contested(pairs: NDArray[np.int64], disparities: NDArray[np.float64]) -> NDArray[np.bool_]:
+def is_contested(pairs: NDArray[np.int64], disparities: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return the mask of pairs that compete for their left or right primitive, shape (m,), except for duplicates.
 
     Args:
         pairs: candidate pairs of one kind, shape (m, 2).
         disparities: disparities of the pairs, shape (m,) [px].
     """
-    alone = np.ones(len(pairs), np.bool_)
+    is_unique = np.ones(len(pairs), np.bool_)
     for side in range(2):
         order = np.argsort(pairs[:, side])
         begin = 0
@@ -220,10 +223,10 @@ def contested(pairs: NDArray[np.int64], disparities: NDArray[np.float64]) -> NDA
                 continue
             for a in range(begin, end):
                 for b in range(begin, end):
-                    if abs(disparities[order[a]] - disparities[order[b]]) > SAME:
-                        alone[order[a]] = False
+                    if abs(disparities[order[a]] - disparities[order[b]]) > DUPLICATE_DISPARITY:
+                        is_unique[order[a]] = False
             begin = end
-    return ~alone
+    return ~is_unique
 
 
 @njit(cache=True, error_model='numpy')
@@ -248,8 +251,8 @@ def mutual_best(
                 for b in range(begin, end):
                     p, q = order[a], order[b]
                     # Duplicate detections do not compete.
-                    rivals = abs(disparities[p] - disparities[q]) > SAME
-                    if rivals and support[p] <= MARGIN * support[q]:
+                    are_rivals = abs(disparities[p] - disparities[q]) > DUPLICATE_DISPARITY
+                    if are_rivals and support[p] <= SUPPORT_RATIO_MIN * support[q]:
                         chosen[p] = False
             begin = end
     return chosen

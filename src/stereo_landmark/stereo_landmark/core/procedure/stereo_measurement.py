@@ -7,18 +7,18 @@ from collections.abc import Iterable
 import numpy as np
 
 from stereo_landmark.core.place.stereo_points import StereoPoints
-from stereo_landmark.core.place.stereo_rig import MEASURED
+from stereo_landmark.core.place.stereo_rig import MEASUREMENT_SIZE
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.primitive import Primitive, as_ordered
+from stereo_landmark.core.procedure.primitive import Primitive, align_point_order
 
 NamedPair = tuple[str, Primitive, Primitive]
 """Name of a primitive, and its shape in the left and in the right image."""
 
 
-def pair_as_taught(taught: Primitive, left: Primitive, right: Primitive) -> tuple[Primitive, Primitive]:
+def align_pair(taught: Primitive, left: Primitive, right: Primitive) -> tuple[Primitive, Primitive]:
     """Reorder the points of both shapes to correspond to those of the taught one."""
-    ordered = as_ordered(left, taught)
-    return ordered, as_ordered(right, ordered)
+    ordered = align_point_order(left, taught)
+    return ordered, align_point_order(right, ordered)
 
 
 def invariant_points(primitive: Primitive) -> tuple[str, ...]:
@@ -44,11 +44,11 @@ def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:
         for point in invariant_points(left):
             names.append(f'{name}/{point}')
             pixels.append(np.concatenate([here[point].position, there[point].position]))
-            covariance = np.zeros((MEASURED, MEASURED))
+            covariance = np.zeros((MEASUREMENT_SIZE, MEASUREMENT_SIZE))
             covariance[:2, :2], covariance[2:, 2:] = here[point].covariance, there[point].covariance
             covariances.append(covariance)
     return StereoPoints(
         tuple(names),
-        np.array(pixels).reshape(-1, MEASURED),
-        np.array(covariances).reshape(-1, MEASURED, MEASURED),
+        np.array(pixels).reshape(-1, MEASUREMENT_SIZE),
+        np.array(covariances).reshape(-1, MEASUREMENT_SIZE, MEASUREMENT_SIZE),
     )

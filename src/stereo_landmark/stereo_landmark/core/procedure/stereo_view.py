@@ -8,16 +8,21 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import LevelCamera, level_camera
+from shirube_geometry import GravityAlignedCamera, gravity_aligned_camera
 from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import DetectedKind, DetectedScene
-from stereo_landmark.core.procedure.primitive import Kind
-from stereo_landmark.core.procedure.stereo_matching import alike_pairs, match_pairs
+from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives, DetectedScene
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, match_pairs
 
-DEPTHS = (0.3, 30.0)
+DEPTH_RANGE = (0.3, 30.0)
 """Minimum and maximum depth of a landmark [m]."""
 
-WEIGHTS = {Kind.ELLIPSE: 1.0, Kind.QUADRILATERAL: 1.0, Kind.PARALLEL_LINES: 0.5, Kind.CORNER: 0.2}
+SUPPORT_WEIGHTS = {
+    PrimitiveKind.ELLIPSE: 1.0,
+    PrimitiveKind.QUADRILATERAL: 1.0,
+    PrimitiveKind.PARALLEL_LINES: 0.5,
+    PrimitiveKind.CORNER: 0.2,
+}
 """Support weight of a primitive for its neighbours: many corners are visible in one camera only."""
 
 
@@ -38,51 +43,51 @@ class StereoView:
     tilt: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
-    def camera(self) -> LevelCamera:
+    def camera(self) -> GravityAlignedCamera:
         """Left camera in the gravity-aligned base frame."""
-        return level_camera(self.rig.mount, *self.tilt)
+        return gravity_aligned_camera(self.rig.mount, *self.tilt)
 
-    def both(self, kind: Kind) -> tuple[DetectedKind, DetectedKind]:
+    def detected_pair(self, kind: PrimitiveKind) -> tuple[DetectedPrimitives, DetectedPrimitives]:
         """Return the primitives of a kind in the left and in the right image."""
         return self.left.kinds[kind], self.right.kinds[kind]
 
-    def partners_of(self, kind: Kind) -> NDArray[np.int64]:
+    def match_indices(self, kind: PrimitiveKind) -> NDArray[np.int64]:
         """Return the index of the right primitive matched to each left one, shape (n,); -1 without a match."""
-        if kind not in self._partners:
+        if kind not in self._matches:
             # Primitives of all kinds support each other, but only those of this kind are matched now.
-            numbers = match_pairs(
-                [self.left.kinds[each].centres for each in self._pairs],
-                list(self._pairs.values()),
-                [self._disparities(each, pairs) for each, pairs in self._pairs.items()],
-                [WEIGHTS[each] for each in self._pairs],
-                list(self._pairs).index(kind),
+            indices = match_pairs(
+                [self.left.kinds[each].centres for each in self._candidates],
+                list(self._candidates.values()),
+                [self._disparities(each, pairs) for each, pairs in self._candidates.items()],
+                [SUPPORT_WEIGHTS[each] for each in self._candidates],
+                list(self._candidates).index(kind),
             )
-            self._partners[kind] = np.full(len(self.left.kinds[kind].primitives), -1)
-            self._partners[kind][numbers[:, 0]] = numbers[:, 1]
-        return self._partners[kind]
+            self._matches[kind] = np.full(len(self.left.kinds[kind].primitives), -1)
+            self._matches[kind][indices[:, 0]] = indices[:, 1]
+        return self._matches[kind]
 
     @cached_property
-    def _partners(self) -> dict[Kind, NDArray[np.int64]]:
+    def _matches(self) -> dict[PrimitiveKind, NDArray[np.int64]]:
         """Cached matches by kind."""
         return {}
 
     @cached_property
-    def _pairs(self) -> dict[Kind, NDArray[np.int64]]:
+    def _candidates(self) -> dict[PrimitiveKind, NDArray[np.int64]]:
         """Candidate pairs by kind, each of shape (m, 2)."""
-        return {kind: self._alike(kind) for kind in self.left.kinds}
+        return {kind: self._candidate_pairs(kind) for kind in self.left.kinds}
 
-    def _alike(self, kind: Kind) -> NDArray[np.int64]:
-        here, there = self.both(kind)
+    def _candidate_pairs(self, kind: PrimitiveKind) -> NDArray[np.int64]:
+        here, there = self.detected_pair(kind)
         scale = self.rig.left.fx * self.rig.baseline
-        return alike_pairs(
+        return candidate_pairs(
             here.centres - [self.rig.left.cx, 0.0],
             here.descriptors,
             there.centres - [self.rig.right.cx, 0.0],
             there.descriptors,
-            (scale / DEPTHS[1], scale / DEPTHS[0]),
+            (scale / DEPTH_RANGE[1], scale / DEPTH_RANGE[0]),
         )
 
-    def _disparities(self, kind: Kind, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
-        here, there = self.both(kind)
-        left, right = here.centres[numbers[:, 0], 0], there.centres[numbers[:, 1], 0]
+    def _disparities(self, kind: PrimitiveKind, indices: NDArray[np.int64]) -> NDArray[np.float64]:
+        here, there = self.detected_pair(kind)
+        left, right = here.centres[indices[:, 0], 0], there.centres[indices[:, 1], 0]
         return np.asarray((left - self.rig.left.cx) - (right - self.rig.right.cx))

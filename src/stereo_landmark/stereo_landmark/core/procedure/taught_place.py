@@ -12,7 +12,7 @@ from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of, size_of
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind, primitive_size
 
 
 @dataclass(frozen=True)
@@ -32,14 +32,14 @@ class TaughtPrimitive:
     normal: NDArray[np.float64] | None = None
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> PrimitiveKind:
         """Kind of the primitive."""
-        return kind_of(self.shape)
+        return primitive_kind(self.shape)
 
     @property
     def size(self) -> float:
         """Size in the taught left image [px]."""
-        return size_of(self.shape)
+        return primitive_size(self.shape)
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class TaughtPlace:
         processing: image processing parameters (paper 3.3b).
         targets: objects to detect (paper 3.3c and d).
         coordinates: taught points, named ``target/primitive/point`` (paper 3.3e).
-        surroundings: context landmarks: other primitives around the targets, which disambiguate similar targets.
+        context_landmarks: context landmarks: other primitives around the targets, which disambiguate similar targets.
         T_map_place: pose of the place in the map, None if unknown.
         images: images used for teaching, None if not available.
     """
@@ -76,13 +76,13 @@ class TaughtPlace:
     rig: StereoRig
     targets: tuple[TaughtTarget, ...]
     coordinates: SpatialPoints
-    surroundings: tuple[TaughtPrimitive, ...] = ()
+    context_landmarks: tuple[TaughtPrimitive, ...] = ()
     processing: ImageProcessing = field(default_factory=ImageProcessing)
     T_map_place: PlanarPose | None = None
     images: StereoImages | None = field(default=None, compare=False, repr=False)
 
     @property
-    def kinds(self) -> set[Kind]:
+    def kinds(self) -> set[PrimitiveKind]:
         """Kinds of primitives to detect."""
         taught = [primitive for target in self.targets for primitive in target.primitives]
-        return {primitive.kind for primitive in (*taught, *self.surroundings)}
+        return {primitive.kind for primitive in (*taught, *self.context_landmarks)}

@@ -14,35 +14,35 @@ from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import (
     SpatialPoints,
     StereoPoints,
-    measurable,
-    rows_agree,
+    add_calibration_noise,
+    is_in_same_row,
+    is_measurable,
     triangulate,
-    with_calibration_error,
 )
 from stereo_landmark.core.primitives.ellipse import Ellipse
-from stereo_landmark.core.procedure.circles import wall_normal
+from stereo_landmark.core.procedure.circle_correction import wall_normal
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import (
-    Kind,
     Primitive,
-    kind_of,
-    refined_pair,
-    without_covariance,
+    PrimitiveKind,
+    drop_covariance,
+    primitive_kind,
+    refine_pair,
 )
-from stereo_landmark.core.procedure.stereo_measurement import NamedPair, pair_as_taught, stereo_points
+from stereo_landmark.core.procedure.stereo_measurement import NamedPair, align_pair, stereo_points
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-SURROUNDINGS_MAX = 40
-SURROUNDINGS_APART = 16.0
+CONTEXT_LANDMARKS_MAX = 40
+CONTEXT_LANDMARK_DISTANCE_MIN = 16.0
 """Minimum distance between context landmarks, so that each object counts once [px]."""
-SURROUNDING_KINDS = (Kind.QUADRILATERAL, Kind.ELLIPSE, Kind.CORNER)
+CONTEXT_LANDMARK_KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.ELLIPSE, PrimitiveKind.CORNER)
 """Kinds of context landmarks, the most distinctive first."""
 
 
 @dataclass(frozen=True)
-class TargetChoice:
+class TargetSelection:
     """The primitives and points selected for a target.
 
     Attributes:
@@ -78,17 +78,17 @@ class Teacher:
         Raises:
             StereoLandmarkError: the right image has no match, or an outline cannot be measured.
         """
-        partner = self._partner(chosen)
-        if partner is None:
+        match = self._find_match(chosen)
+        if match is None:
             raise StereoLandmarkError('it has no match in the right image; select another primitive')
         images = self._view.left.image, self._view.right.image
-        measured = refined_pair(*pair_as_taught(chosen, chosen, partner), images)
+        measured = refine_pair(*align_pair(chosen, chosen, match), images)
         if measured is None:
             raise StereoLandmarkError(
                 'its outline cannot be measured in both images; select another primitive'
             )
         points = stereo_points([('it', *measured)])
-        if not rows_agree(points, self._pixel_sigma).all():
+        if not is_in_same_row(points, self._pixel_sigma).all():
             apart = float(np.median(np.abs(points.pixels[:, 3] - points.pixels[:, 1])))
             raise StereoLandmarkError(
                 f'its rows in both images differ by {apart:.2f} px, so it is mismatched; select another primitive, or '
@@ -102,111 +102,116 @@ class Teacher:
         Raises:
             StereoLandmarkError: a point is too far away.
         """
-        far = np.flatnonzero(~measurable(points, self._view.rig))
-        if len(far):
-            raise StereoLandmarkError(f'{points.names[far[0]]} is too far away to be measured; exclude it')
+        too_far = np.flatnonzero(~is_measurable(points, self._view.rig))
+        if len(too_far):
+            raise StereoLandmarkError(
+                f'{points.names[too_far[0]]} is too far away to be measured; exclude it'
+            )
         camera = self._view.camera
-        points = with_calibration_error(points, self._pixel_sigma)
-        return triangulate(points, self._view.rig).moved(camera.rotation, camera.position)
+        points = add_calibration_noise(points, self._pixel_sigma)
+        return triangulate(points, self._view.rig).transform(camera.rotation, camera.position)
 
     def teach(
-        self, name: str, choices: Sequence[TargetChoice], T_map_place: PlanarPose | None = None
+        self, name: str, selections: Sequence[TargetSelection], T_map_place: PlanarPose | None = None
     ) -> TaughtPlace:
         """Return the taught place.
 
         Args:
             name: name of the place.
-            choices: selected targets.
+            selections: selected targets.
             T_map_place: pose of the place in the map, None if unknown.
 
         Raises:
             StereoLandmarkError: a primitive cannot be measured, or names are duplicate or missing.
         """
-        if not choices:
+        if not selections:
             raise StereoLandmarkError(f'place {name} has no target; select primitives for one')
         pairs: list[NamedPair] = []
         targets: list[TaughtTarget] = []
-        for choice in choices:
-            mine = [(f'{choice.name}/{part}', *self._named(choice, part)) for part in choice.primitives]
-            pairs += mine
-            targets.append(self._target(choice, mine))
+        for selection in selections:
+            named_pairs = [
+                (f'{selection.name}/{part}', *self._measure_named(selection, part))
+                for part in selection.primitives
+            ]
+            pairs += named_pairs
+            targets.append(self._target(selection, named_pairs))
         _check_names([target.name for target in targets])
         coordinates = self.coordinates(stereo_points(pairs))
-        surroundings = self._surroundings([left for _, left, _ in pairs])
-        around = np.vstack([coordinates.positions, *(each.position[None] for each in surroundings)])
+        context_landmarks = self._find_context_landmarks([left for _, left, _ in pairs])
+        around = np.vstack([coordinates.positions, *(each.position[None] for each in context_landmarks)])
         return TaughtPlace(
             name,
             self._view.rig,
-            tuple(_on_walls(target, around) for target in targets),
+            tuple(_add_wall_normals(target, around) for target in targets),
             coordinates,
-            surroundings,
+            context_landmarks,
             self._processing,
             T_map_place,
             StereoImages(self._view.left.image, self._view.right.image, self._view.tilt),
         )
 
-    def _named(self, choice: TargetChoice, part: str) -> tuple[Primitive, Primitive]:
+    def _measure_named(self, selection: TargetSelection, part: str) -> tuple[Primitive, Primitive]:
         try:
-            return self.measure(choice.primitives[part])
+            return self.measure(selection.primitives[part])
         except StereoLandmarkError as fault:
-            raise StereoLandmarkError(f'target {choice.name}, primitive {part}: {fault}') from fault
+            raise StereoLandmarkError(f'target {selection.name}, primitive {part}: {fault}') from fault
 
-    def _target(self, choice: TargetChoice, pairs: Sequence[NamedPair]) -> TaughtTarget:
+    def _target(self, selection: TargetSelection, pairs: Sequence[NamedPair]) -> TaughtTarget:
         if not pairs:
-            raise StereoLandmarkError(f'target {choice.name} has no primitive; select one or more')
+            raise StereoLandmarkError(f'target {selection.name} has no primitive; select one or more')
         primitives = tuple(
-            TaughtPrimitive(part, without_covariance(left), self._position(left, right))
-            for part, (_, left, right) in zip(choice.primitives, pairs, strict=True)
+            TaughtPrimitive(part, drop_covariance(left), self._position(left, right))
+            for part, (_, left, right) in zip(selection.primitives, pairs, strict=True)
         )
         there = stereo_points(
             (part.name, left, right) for part, (_, left, right) in zip(primitives, pairs, strict=True)
         )
-        points = there.names if choice.points is None else choice.points
+        points = there.names if selection.points is None else selection.points
         if not points:
             raise StereoLandmarkError(
-                f'target {choice.name} has no point for the pose; use one or more of its points'
+                f'target {selection.name} has no point for the pose; use one or more of its points'
             )
         for point in points:
             if point not in there.names:
                 known = ', '.join(there.names)
                 raise StereoLandmarkError(
-                    f'target {choice.name} has no point {point}; its points are {known}'
+                    f'target {selection.name} has no point {point}; its points are {known}'
                 )
-        return TaughtTarget(choice.name, primitives, tuple(points))
+        return TaughtTarget(selection.name, primitives, tuple(points))
 
     def _position(self, left: Primitive, right: Primitive) -> NDArray[np.float64]:
         """Return the centre of a primitive in the place's frame, shape (3,) [m]."""
         (position,) = self.coordinates(_centre(left, right)).positions
         return position
 
-    def _is_near(self, left: Primitive, right: Primitive) -> bool:
+    def _is_measurable(self, left: Primitive, right: Primitive) -> bool:
         """Return whether the position of a primitive can be measured."""
-        return bool(measurable(_centre(left, right), self._view.rig).all())
+        return bool(is_measurable(_centre(left, right), self._view.rig).all())
 
-    def _partner(self, chosen: Primitive) -> Primitive | None:
+    def _find_match(self, chosen: Primitive) -> Primitive | None:
         """Return the match of a left primitive in the right image, None if there is none."""
-        kind = kind_of(chosen)
-        here, there = self._view.both(kind)
+        kind = primitive_kind(chosen)
+        here, there = self._view.detected_pair(kind)
         number = next(i for i, primitive in enumerate(here.primitives) if primitive is chosen)
-        partner = int(self._view.partners_of(kind)[number])
-        return None if partner < 0 else there.primitives[partner]
+        match = int(self._view.match_indices(kind)[number])
+        return None if match < 0 else there.primitives[match]
 
-    def _surroundings(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
+    def _find_context_landmarks(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
         """Return context landmarks: other stereo-matched primitives, the most distinctive one at each position."""
         taken = list(taught)
         found: list[TaughtPrimitive] = []
-        for kind in SURROUNDING_KINDS:
+        for kind in CONTEXT_LANDMARK_KINDS:
             for primitive in self._view.left.kinds[kind].primitives:
-                if len(found) == SURROUNDINGS_MAX:
+                if len(found) == CONTEXT_LANDMARKS_MAX:
                     return tuple(found)
-                if any(_belong_together(primitive, other) for other in taken):
+                if any(_may_be_same_object(primitive, other) for other in taken):
                     continue
-                partner = self._partner(primitive)
-                if partner is not None and self._is_near(primitive, partner):
+                match = self._find_match(primitive)
+                if match is not None and self._is_measurable(primitive, match):
                     taken.append(primitive)
-                    position = self._position(primitive, partner)
+                    position = self._position(primitive, match)
                     name = f'{kind.value} {len(found) + 1}'
-                    found.append(TaughtPrimitive(name, without_covariance(primitive), position))
+                    found.append(TaughtPrimitive(name, drop_covariance(primitive), position))
         return tuple(found)
 
 
@@ -216,26 +221,28 @@ def _centre(left: Primitive, right: Primitive) -> StereoPoints:
     return StereoPoints(('centre',), pixels, np.eye(4)[None])
 
 
-def _on_walls(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:
+def _add_wall_normals(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:
     """Return a target whose circles have wall normals, estimated from surrounding points, shape (n, 3) [m]."""
     primitives = tuple(
-        replace(each, normal=wall_normal(each.position, around)) if each.kind is Kind.ELLIPSE else each
+        replace(each, normal=wall_normal(each.position, around))
+        if each.kind is PrimitiveKind.ELLIPSE
+        else each
         for each in target.primitives
     )
     return replace(target, primitives=primitives)
 
 
-def _belong_together(one: Primitive, other: Primitive) -> bool:
+def _may_be_same_object(one: Primitive, other: Primitive) -> bool:
     """Return whether two primitives may belong to one object, such as a corner on the outline of a plate."""
-    spots, others = _spots(one), _spots(other)
-    gaps = np.linalg.norm(spots[:, None] - others[None], axis=2)
+    positions, others = _point_positions(one), _point_positions(other)
+    gaps = np.linalg.norm(positions[:, None] - others[None], axis=2)
     radii = [float(each.semi_axes[0]) if isinstance(each, Ellipse) else 0.0 for each in (one, other)]
     # Ellipses that do not overlap are different objects: the next meter in a row is the most informative.
-    apart = 0.0 if all(radii) else SURROUNDINGS_APART
+    apart = 0.0 if all(radii) else CONTEXT_LANDMARK_DISTANCE_MIN
     return bool(gaps.min() - sum(radii) < apart)
 
 
-def _spots(primitive: Primitive) -> NDArray[np.float64]:
+def _point_positions(primitive: Primitive) -> NDArray[np.float64]:
     """Return the points of a primitive, shape (n, 2) [px]."""
     return np.array([point.position for point in primitive.image_points().values()])
 

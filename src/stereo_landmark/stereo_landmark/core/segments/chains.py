@@ -7,8 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 # Largest distance between linked edge points [px], and weight of the squared deviation across the edge.
-_REACH = 2
-_ACROSS = 4.0
+_LINK_DISTANCE_MAX = 2
+_ACROSS_WEIGHT = 4.0
 
 
 @njit(cache=True, error_model='numpy')
@@ -30,31 +30,31 @@ def link_points(
     for i in range(count):
         norm = np.sqrt(gradients[i, 0] ** 2 + gradients[i, 1] ** 2)
         normals[i, 0], normals[i, 1] = gradients[i, 0] / norm, gradients[i, 1] / norm
-    ahead = np.full(count, -1, np.int32)
-    behind = np.full(count, -1, np.int32)
-    _link_touching(points, normals, index, ahead, behind)
+    successors = np.full(count, -1, np.int32)
+    predecessors = np.full(count, -1, np.int32)
+    _link_adjacent(points, normals, index, successors, predecessors)
     for i in range(count):
         # Pixels farther away are searched only if no adjacent pixel matches.
-        for ring in range(2, _REACH + 1):
-            if ahead[i] < 0 or behind[i] < 0:
-                _choose_links(points, normals, index, i, ring, ahead, behind)
+        for radius in range(2, _LINK_DISTANCE_MAX + 1):
+            if successors[i] < 0 or predecessors[i] < 0:
+                _link_at_distance(points, normals, index, i, radius, successors, predecessors)
     for i in range(count):
-        if ahead[i] >= 0 and behind[ahead[i]] != i:
-            ahead[i] = -1
-    return ahead
+        if successors[i] >= 0 and predecessors[successors[i]] != i:
+            successors[i] = -1
+    return successors
 
 
 @njit(cache=True, error_model='numpy')
-def _link_touching(
+def _link_adjacent(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
     index: NDArray[np.int32],
-    ahead: NDArray[np.int32],
-    behind: NDArray[np.int32],
+    successors: NDArray[np.int32],
+    predecessors: NDArray[np.int32],
 ) -> None:
     """Write the best links among adjacent pixels; each pair of pixels is evaluated once, for both directions."""
     height, width = index.shape
-    least_ahead, least_behind = np.full(len(points), np.inf), np.full(len(points), np.inf)
+    successor_costs, predecessor_costs = np.full(len(points), np.inf), np.full(len(points), np.inf)
     for i in range(len(points)):
         x, y = int(np.rint(points[i, 0])), int(np.rint(points[i, 1]))
         for step in range(4):
@@ -65,38 +65,38 @@ def _link_touching(
             j = index[v, u]
             along, cost = _link_cost(points, normals, i, j)
             before, after = (i, j) if along > 0.0 else (j, i)
-            if along != 0.0 and cost < least_ahead[before]:
-                least_ahead[before], ahead[before] = cost, after
-            if along != 0.0 and cost < least_behind[after]:
-                least_behind[after], behind[after] = cost, before
+            if along != 0.0 and cost < successor_costs[before]:
+                successor_costs[before], successors[before] = cost, after
+            if along != 0.0 and cost < predecessor_costs[after]:
+                predecessor_costs[after], predecessors[after] = cost, before
 
 
 @njit(cache=True, error_model='numpy')
-def _choose_links(
+def _link_at_distance(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
     index: NDArray[np.int32],
     i: int,
-    ring: int,
-    ahead: NDArray[np.int32],
-    behind: NDArray[np.int32],
+    radius: int,
+    successors: NDArray[np.int32],
+    predecessors: NDArray[np.int32],
 ) -> None:
     """Write the missing links of point i, the best among the pixels at one Chebyshev distance."""
     x, y = int(np.rint(points[i, 0])), int(np.rint(points[i, 1]))
     height, width = index.shape
-    wants_ahead, wants_behind = ahead[i] < 0, behind[i] < 0
-    best_ahead = best_behind = np.inf
-    for v in range(max(y - ring, 0), min(y + ring + 1, height)):
-        step = 1 if abs(v - y) == ring else 2 * ring
-        for u in range(x - ring, x + ring + 1, step):
+    needs_successor, needs_predecessor = successors[i] < 0, predecessors[i] < 0
+    best_successor_cost = best_predecessor_cost = np.inf
+    for v in range(max(y - radius, 0), min(y + radius + 1, height)):
+        step = 1 if abs(v - y) == radius else 2 * radius
+        for u in range(x - radius, x + radius + 1, step):
             if u < 0 or u >= width or index[v, u] < 0:
                 continue
             j = index[v, u]
             along, cost = _link_cost(points, normals, i, j)
-            if wants_ahead and along > 0.0 and cost < best_ahead:
-                best_ahead, ahead[i] = cost, j
-            elif wants_behind and along < 0.0 and cost < best_behind:
-                best_behind, behind[i] = cost, j
+            if needs_successor and along > 0.0 and cost < best_successor_cost:
+                best_successor_cost, successors[i] = cost, j
+            elif needs_predecessor and along < 0.0 and cost < best_predecessor_cost:
+                best_predecessor_cost, predecessors[i] = cost, j
 
 
 @njit(cache=True, error_model='numpy')
@@ -111,12 +111,12 @@ def _link_cost(
         return 0.0, np.inf
     dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
     along, across = ny * dx - nx * dy, nx * dx + ny * dy
-    return along, (along * along + _ACROSS * across * across) / squared
+    return along, (along * along + _ACROSS_WEIGHT * across * across) / squared
 
 
 @njit(cache=True, error_model='numpy')
-def read_chains(
-    ahead: NDArray[np.int32], strengths: NDArray[np.float64], threshold: float, count_min: int
+def extract_chains(
+    successors: NDArray[np.int32], magnitudes: NDArray[np.float64], threshold: float, count_min: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_]]:
     """Return the chains that reach the upper threshold and are long enough (the paper's noise removal).
 
@@ -130,27 +130,27 @@ def read_chains(
         edge point indices of all chains, concatenated; start of each chain, shape (m + 1,); closed flags,
         shape (m,). Open chains come first, each group in the order of the first edge point.
     """
-    n = len(ahead)
-    has_forerunner = np.zeros(n, np.bool_)
+    n = len(successors)
+    has_predecessor = np.zeros(n, np.bool_)
     for i in range(n):
-        if ahead[i] >= 0:
-            has_forerunner[ahead[i]] = True
-    taken = np.zeros(n, np.bool_)
+        if successors[i] >= 0:
+            has_predecessor[successors[i]] = True
+    visited = np.zeros(n, np.bool_)
     order, starts, closed = np.empty(n, np.int32), np.zeros(n + 1, np.int32), np.zeros(n, np.bool_)
     filled, chains = 0, 0
-    for loops in (False, True):
+    for is_closed in (False, True):
         for first in range(n):
-            if taken[first] or (has_forerunner[first] != loops):
+            if visited[first] or (has_predecessor[first] != is_closed):
                 continue
             end, strongest, i = filled, 0.0, first
-            while i >= 0 and not taken[i]:
-                taken[i] = True
+            while i >= 0 and not visited[i]:
+                visited[i] = True
                 order[end] = i
-                strongest = max(strongest, strengths[i])
+                strongest = max(strongest, magnitudes[i])
                 end += 1
-                i = ahead[i]
+                i = successors[i]
             if strongest >= threshold and end - filled >= count_min:
-                closed[chains] = loops
+                closed[chains] = is_closed
                 chains += 1
                 starts[chains] = end
                 filled = end

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 
 @njit(cache=True, error_model='numpy')
-def bend_points(
+def polyline_vertices(
     points: NDArray[np.float64], starts: NDArray[np.int32], tolerance: float
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Split each segment at the point farthest from its chord until all distances are within the tolerance.
@@ -25,54 +25,54 @@ def bend_points(
         shape (m + 1,).
     """
     n = len(points)
-    chosen = np.zeros(n, np.bool_)
+    is_vertex = np.zeros(n, np.bool_)
     stack = np.empty((n + 2, 2), np.int32)
     for s in range(len(starts) - 1):
         first, last = starts[s], starts[s + 1] - 1
-        chosen[first] = chosen[last] = True
+        is_vertex[first] = is_vertex[last] = True
         stack[0, 0], stack[0, 1] = first, last
         depth = 1
         while depth > 0:
             depth -= 1
             a, b = stack[depth]
-            far, distance = _farthest(points, a, b)
+            farthest, distance = _farthest_point(points, a, b)
             if distance > tolerance:
-                chosen[far] = True
-                stack[depth, 0], stack[depth, 1] = a, far
-                stack[depth + 1, 0], stack[depth + 1, 1] = far, b
+                is_vertex[farthest] = True
+                stack[depth, 0], stack[depth, 1] = a, farthest
+                stack[depth + 1, 0], stack[depth + 1, 1] = farthest, b
                 depth += 2
-        _drop_needless(points, first, last, tolerance, chosen)
-    bends = np.flatnonzero(chosen).astype(np.int32)
-    return bends, np.searchsorted(bends, starts).astype(np.int32)
+        _remove_redundant(points, first, last, tolerance, is_vertex)
+    vertex_indices = np.flatnonzero(is_vertex).astype(np.int32)
+    return vertex_indices, np.searchsorted(vertex_indices, starts).astype(np.int32)
 
 
 @njit(cache=True, error_model='numpy')
-def _drop_needless(
-    points: NDArray[np.float64], first: int, last: int, tolerance: float, chosen: NDArray[np.bool_]
+def _remove_redundant(
+    points: NDArray[np.float64], first: int, last: int, tolerance: float, is_vertex: NDArray[np.bool_]
 ) -> None:
     """Remove the vertices of a segment that its polyline does not need to stay within the tolerance."""
-    before, bend = first, -1
+    previous, candidate = first, -1
     for i in range(first + 1, last + 1):
-        if not chosen[i]:
+        if not is_vertex[i]:
             continue
-        if bend >= 0:
-            if _farthest(points, before, i)[1] <= tolerance:
-                chosen[bend] = False
+        if candidate >= 0:
+            if _farthest_point(points, previous, i)[1] <= tolerance:
+                is_vertex[candidate] = False
             else:
-                before = bend
-        bend = i
+                previous = candidate
+        candidate = i
 
 
 @njit(cache=True, error_model='numpy')
-def _farthest(points: NDArray[np.float64], a: int, b: int) -> tuple[int, float]:
+def _farthest_point(points: NDArray[np.float64], a: int, b: int) -> tuple[int, float]:
     """Return the point farthest from the chord from a to b, and its distance [px]."""
     dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
     chord = np.hypot(dx, dy)
-    far, most = a, 0.0
+    farthest, most = a, 0.0
     for i in range(a + 1, b):
         ex, ey = points[i, 0] - points[a, 0], points[i, 1] - points[a, 1]
         # The chord of a closed segment has length zero.
         distance = abs(dx * ey - dy * ex) / chord if chord > 1e-9 else np.hypot(ex, ey)
         if distance > most:
-            far, most = i, distance
-    return far, most
+            farthest, most = i, distance
+    return farthest, most

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.edges.edges import Edges
 from stereo_landmark.core.edges.settings import EdgeSettings
-from stereo_landmark.core.segments.chains import index_points, link_points, read_chains
-from stereo_landmark.core.segments.polyline import bend_points
+from stereo_landmark.core.segments.chains import extract_chains, index_points, link_points
+from stereo_landmark.core.segments.polyline import polyline_vertices
 
-NEIGHBOURS_WITHIN = 6.0
+NEIGHBOUR_DISTANCE_MAX = 6.0
 """Largest distance from an end point to a neighbouring segment [px]."""
 
 
@@ -36,34 +36,34 @@ class Segments:
     gradients: NDArray[np.float64]
     starts: NDArray[np.int32]
     closed: NDArray[np.bool_]
-    bends: NDArray[np.int32]
-    bend_starts: NDArray[np.int32]
+    vertex_indices: NDArray[np.int32]
+    vertex_starts: NDArray[np.int32]
     index: NDArray[np.int32]
 
     def __len__(self) -> int:
         """Return the number of segments."""
         return len(self.closed)
 
-    def points_of(self, segment: int) -> NDArray[np.float64]:
+    def segment_points(self, segment: int) -> NDArray[np.float64]:
         """Return the edge points of one segment in order, shape (n, 2) [px]."""
         return self.points[self.starts[segment] : self.starts[segment + 1]]
 
-    def polyline_of(self, segment: int) -> NDArray[np.float64]:
+    def segment_polyline(self, segment: int) -> NDArray[np.float64]:
         """Return the polyline vertices of one segment in order, ends included, shape (k, 2) [px]."""
-        return self.points[self.bends[self.bend_starts[segment] : self.bend_starts[segment + 1]]]
+        return self.points[self.vertex_indices[self.vertex_starts[segment] : self.vertex_starts[segment + 1]]]
 
-    def chain_code_of(self, segment: int) -> NDArray[np.uint8]:
+    def segment_chain_code(self, segment: int) -> NDArray[np.uint8]:
         """Return the Freeman chain code of one segment: 0 right, 2 down, 4 left, 6 up.
 
         A step over a gap of one pixel is coded as two steps.
         """
-        pixels = np.rint(self.points_of(segment)).astype(np.int64)
+        pixels = np.rint(self.segment_points(segment)).astype(np.int64)
         steps = np.diff(pixels, axis=0)
         counts = np.abs(steps).max(axis=1, initial=0)
         parts = np.repeat(np.arange(len(steps)), counts)
-        place = np.arange(len(parts)) - np.repeat(np.cumsum(counts) - counts, counts)
-        share = np.column_stack([place, place + 1]) / counts[parts, None]
-        unit = np.rint(steps[parts] * share[:, 1:]) - np.rint(steps[parts] * share[:, :1])
+        substeps = np.arange(len(parts)) - np.repeat(np.cumsum(counts) - counts, counts)
+        fractions = np.column_stack([substeps, substeps + 1]) / counts[parts, None]
+        unit = np.rint(steps[parts] * fractions[:, 1:]) - np.rint(steps[parts] * fractions[:, :1])
         return (np.rint(np.arctan2(unit[:, 1], unit[:, 0]) / (0.25 * np.pi)).astype(np.int64) % 8).astype(
             np.uint8
         )
@@ -76,10 +76,10 @@ class Segments:
     @cached_property
     def lengths(self) -> NDArray[np.float64]:
         """Length of each segment along its polyline, shape (m,) [px]."""
-        vertices = self.points[self.bends]
+        vertices = self.points[self.vertex_indices]
         steps = np.append(np.hypot(*np.diff(vertices, axis=0).T), 0.0)
-        steps[self.bend_starts[1:] - 1] = 0.0
-        return np.add.reduceat(steps, self.bend_starts[:-1]) if len(self) else np.empty(0)
+        steps[self.vertex_starts[1:] - 1] = 0.0
+        return np.add.reduceat(steps, self.vertex_starts[:-1]) if len(self) else np.empty(0)
 
     @cached_property
     def chords(self) -> NDArray[np.float64]:
@@ -93,15 +93,15 @@ class Segments:
         An attribute of the paper's segments (3.4). The detectors here search end points with their own radii.
         """
         near: list[set[int]] = [set() for _ in range(len(self))]
-        reach = math.ceil(NEIGHBOURS_WITHIN)
+        radius = math.ceil(NEIGHBOUR_DISTANCE_MAX)
         for segment, ends in enumerate(self.end_points):
             for x, y in ends:
                 window = self.index[
-                    max(round(y) - reach, 0) : round(y) + reach + 1,
-                    max(round(x) - reach, 0) : round(x) + reach + 1,
+                    max(round(y) - radius, 0) : round(y) + radius + 1,
+                    max(round(x) - radius, 0) : round(x) + radius + 1,
                 ]
                 points = window[window >= 0]
-                close = np.hypot(*(self.points[points] - [x, y]).T) <= NEIGHBOURS_WITHIN
+                close = np.hypot(*(self.points[points] - [x, y]).T) <= NEIGHBOUR_DISTANCE_MAX
                 for other in np.unique(
                     np.searchsorted(self.starts, points[close], side='right') - 1
                 ).tolist():
@@ -111,21 +111,21 @@ class Segments:
         return [sorted(others) for others in near]
 
 
-def follow_segments(edges: Edges, settings: EdgeSettings) -> Segments:
+def trace_segments(edges: Edges, settings: EdgeSettings) -> Segments:
     """Link edges to segments and remove weak and short ones (paper 3.3b, 3.4).
 
     Args:
         edges: edges of the image.
         settings: edge detection settings that were taught for the place.
     """
-    ahead = link_points(edges.points, edges.gradients, edges.index)
-    strengths = np.sqrt(np.einsum('ij,ij->i', edges.gradients, edges.gradients))
+    successors = link_points(edges.points, edges.gradients, edges.index)
+    magnitudes = np.sqrt(np.einsum('ij,ij->i', edges.gradients, edges.gradients))
     count_min = max(2, round(settings.length_min))
-    order, starts, closed = read_chains(ahead, strengths, settings.threshold, count_min)
+    order, starts, closed = extract_chains(successors, magnitudes, settings.threshold, count_min)
     points = edges.points.take(order, axis=0)
-    bends, bend_starts = bend_points(points, starts, settings.bend_tolerance)
+    vertex_indices, vertex_starts = polyline_vertices(points, starts, settings.bend_tolerance)
     index = index_points(points, edges.index.shape)
     return Segments(
-        *(points, edges.gradients.take(order, axis=0), starts, closed, bends, bend_starts),
+        *(points, edges.gradients.take(order, axis=0), starts, closed, vertex_indices, vertex_starts),
         index=index,
     )

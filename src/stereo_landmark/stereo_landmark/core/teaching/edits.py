@@ -9,10 +9,10 @@ from dataclasses import replace
 from shirube_geometry import PlanarPose
 from shirube_settings import SettingsError, describe_settings, settings_from_values
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Kind, Primitive, kind_of
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.processing_values import processing_values
-from stereo_landmark.core.teaching.teaching_state import ChosenPrimitive, Region, TargetDraft, TeachingState
+from stereo_landmark.core.teaching.teaching_state import Region, SelectedPrimitive, TargetDraft, TeachingState
 
 _PLACE_NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_-]{0,63}')
 _NAME_MAX = 64
@@ -20,7 +20,7 @@ _REGION_MIN = 8.0
 """Minimum side of a region; smaller ones are accidental clicks [px]."""
 
 
-def name_place(state: TeachingState, name: str) -> TeachingState:
+def rename_place(state: TeachingState, name: str) -> TeachingState:
     """Rename the place.
 
     Raises:
@@ -33,12 +33,12 @@ def name_place(state: TeachingState, name: str) -> TeachingState:
     return replace(state, name=name)
 
 
-def locate_place(state: TeachingState, T_map_place: PlanarPose | None) -> TeachingState:
+def set_map_pose(state: TeachingState, T_map_place: PlanarPose | None) -> TeachingState:
     """Set the pose of the place in the map; None removes it."""
     return replace(state, T_map_place=T_map_place)
 
 
-def take_pair(state: TeachingState, pair: int) -> TeachingState:
+def select_pair(state: TeachingState, pair: int) -> TeachingState:
     """Select another stereo pair for teaching."""
     return replace(state, pair=pair)
 
@@ -70,7 +70,7 @@ def reset_processing(state: TeachingState, group: str = '') -> TeachingState:
     return replace(state, processing=settings_from_values(ImageProcessing, values))
 
 
-def show_kind(state: TeachingState, kind: Kind, *, shown: bool) -> TeachingState:
+def show_kind(state: TeachingState, kind: PrimitiveKind, *, shown: bool) -> TeachingState:
     """Show or hide the primitives of a kind (paper 4b)."""
     return replace(state, kinds=state.kinds | {kind} if shown else state.kinds - {kind})
 
@@ -92,13 +92,13 @@ def remove_target(state: TeachingState, number: int) -> TeachingState:
     return replace(state, targets=rest, active=active)
 
 
-def work_on_target(state: TeachingState, number: int) -> TeachingState:
+def activate_target(state: TeachingState, number: int) -> TeachingState:
     """Activate another target."""
     _check_number(number, len(state.targets), 'target')
     return replace(state, active=number)
 
 
-def name_target(state: TeachingState, number: int, name: str) -> TeachingState:
+def rename_target(state: TeachingState, number: int, name: str) -> TeachingState:
     """Rename a target.
 
     Raises:
@@ -112,7 +112,7 @@ def name_target(state: TeachingState, number: int, name: str) -> TeachingState:
     return replace(state, targets=tuple(targets))
 
 
-def draw_region(state: TeachingState, region: Region | None) -> TeachingState:
+def set_region(state: TeachingState, region: Region | None) -> TeachingState:
     """Set the region of the left image that contains the target (paper 4b); None for the whole image.
 
     Raises:
@@ -125,42 +125,44 @@ def draw_region(state: TeachingState, region: Region | None) -> TeachingState:
     return _with_target(state, replace(state.target, region=region))
 
 
-def choose(state: TeachingState, shape: Primitive) -> TeachingState:
+def add_primitive(state: TeachingState, shape: Primitive) -> TeachingState:
     """Add a primitive to the target, last in the order of detection."""
     target = state.target
     names = {part.name for part in target.primitives}
-    kind = kind_of(shape).value
+    kind = primitive_kind(shape).value
     name = next(f'{kind} {k}' for k in range(1, len(names) + 2) if f'{kind} {k}' not in names)
-    return _with_target(state, replace(target, primitives=(*target.primitives, ChosenPrimitive(name, shape))))
+    return _with_target(
+        state, replace(target, primitives=(*target.primitives, SelectedPrimitive(name, shape)))
+    )
 
 
-def drop(state: TeachingState, name: str) -> TeachingState:
+def remove_primitive(state: TeachingState, name: str) -> TeachingState:
     """Remove a primitive from the target."""
     target = state.target
-    _number_of(target, name)
+    _index_of(target, name)
     primitives = tuple(part for part in target.primitives if part.name != name)
-    left_out = frozenset(point for point in target.left_out if not point.startswith(f'{name}/'))
-    return _with_target(state, replace(target, primitives=primitives, left_out=left_out))
+    excluded_points = frozenset(point for point in target.excluded_points if not point.startswith(f'{name}/'))
+    return _with_target(state, replace(target, primitives=primitives, excluded_points=excluded_points))
 
 
-def name_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
+def rename_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
     """Rename a primitive of the target.
 
     Raises:
         StereoLandmarkError: it does not exist, or the new name is empty, taken, or contains a slash.
     """
-    target, number = state.target, _number_of(state.target, old)
+    target, number = state.target, _index_of(state.target, old)
     _check_name(new, [part.name for part in target.primitives if part.name != old])
     primitives = list(target.primitives)
     primitives[number] = replace(primitives[number], name=new)
-    left_out = frozenset(
+    excluded_points = frozenset(
         f'{new}/{point.removeprefix(f"{old}/")}' if point.startswith(f'{old}/') else point
-        for point in target.left_out
+        for point in target.excluded_points
     )
-    return _with_target(state, replace(target, primitives=tuple(primitives), left_out=left_out))
+    return _with_target(state, replace(target, primitives=tuple(primitives), excluded_points=excluded_points))
 
 
-def move(state: TeachingState, name: str, place: int) -> TeachingState:
+def move_primitive(state: TeachingState, name: str, place: int) -> TeachingState:
     """Move a primitive in the order of detection (paper 4b).
 
     Args:
@@ -169,22 +171,22 @@ def move(state: TeachingState, name: str, place: int) -> TeachingState:
         place: new index, 0 for the first; values beyond the end for the last.
     """
     primitives = list(state.target.primitives)
-    moved = primitives.pop(_number_of(state.target, name))
+    moved = primitives.pop(_index_of(state.target, name))
     primitives.insert(max(place, 0), moved)
     return _with_target(state, replace(state.target, primitives=tuple(primitives)))
 
 
-def use_points(state: TeachingState, points: Sequence[str], *, used: bool) -> TeachingState:
+def set_points_used(state: TeachingState, points: Sequence[str], *, used: bool) -> TeachingState:
     """Include or exclude points, named ``primitive/point``, in the pose estimate (paper 4c).
 
     Raises:
         StereoLandmarkError: a primitive does not belong to the target.
     """
     for point in points:
-        _number_of(state.target, point.rpartition('/')[0])
+        _index_of(state.target, point.rpartition('/')[0])
     named = frozenset(points)
-    left_out = state.target.left_out - named if used else state.target.left_out | named
-    return _with_target(state, replace(state.target, left_out=left_out))
+    excluded_points = state.target.excluded_points - named if used else state.target.excluded_points | named
+    return _with_target(state, replace(state.target, excluded_points=excluded_points))
 
 
 def _with_target(state: TeachingState, target: TargetDraft) -> TeachingState:
@@ -192,7 +194,7 @@ def _with_target(state: TeachingState, target: TargetDraft) -> TeachingState:
     return replace(state, targets=targets)
 
 
-def _number_of(target: TargetDraft, name: str) -> int:
+def _index_of(target: TargetDraft, name: str) -> int:
     names = [part.name for part in target.primitives]
     if name not in names:
         known = ', '.join(names) or 'none yet'

@@ -17,7 +17,7 @@ _STEPS = 48
 """Number of segments of an ellipse."""
 
 
-def outline_of(primitive: Primitive) -> list[NDArray[np.float64]]:
+def primitive_outline(primitive: Primitive) -> list[NDArray[np.float64]]:
     """Return the polylines of a primitive, each of shape (n, 2) [px]."""
     match primitive:
         case Ellipse():
@@ -36,7 +36,7 @@ def outline_of(primitive: Primitive) -> list[NDArray[np.float64]]:
             return [np.array([ends[0], primitive.vertex, ends[1]])]
 
 
-def bounds_of(primitive: Primitive) -> NDArray[np.float64]:
+def bounding_box(primitive: Primitive) -> NDArray[np.float64]:
     """Return the upper left and lower right corner of a primitive's bounding box, shape (2, 2) [px]."""
-    points = np.vstack(outline_of(primitive))
+    points = np.vstack(primitive_outline(primitive))
     return np.array([points.min(axis=0), points.max(axis=0)])

@@ -8,18 +8,18 @@ from enum import Enum
 
 import numpy as np
 
-from stereo_landmark.core.procedure.detected_scene import DetectedKind, DetectedScene
+from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives, DetectedScene
 from stereo_landmark.core.procedure.primitive import Primitive
 from stereo_landmark.core.procedure.settings import SearchSettings
-from stereo_landmark.core.procedure.sighting import NoSightingReason, TargetSighting
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.target_detection import NoDetectionReason, TargetDetection
 from stereo_landmark.core.procedure.target_search import TargetSearch
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
-from stereo_landmark.core.teaching.outline import bounds_of
+from stereo_landmark.core.teaching.outline import bounding_box
 
-_NEAR = 0.1
+_POSE_TOLERANCE = 0.1
 """Maximum pose error on the taught images [m, rad]."""
-_BEYOND = 2.0
+_HIDDEN_MARGIN = 2.0
 """Margin around a hidden primitive within which others are hidden, too [px]."""
 
 
@@ -28,8 +28,8 @@ class Outcome(Enum):
 
     FOUND = 'found'
     AMBIGUOUS = 'ambiguous'
-    MISSED = 'missed'
-    MISTAKEN = 'mistaken'
+    NOT_FOUND = 'not_found'
+    WRONG_POSE = 'wrong_pose'
 
 
 @dataclass(frozen=True)
@@ -65,39 +65,41 @@ def check_procedure(
     """
     names = [primitive.name for primitive in target.primitives]
     trials: list[tuple[str, ...]] = [(), *((name,) for name in names)]
-    most = int(len(names) * (1.0 - settings.seen_min))
-    trials += [tuple(names[:count]) for count in range(2, most + 1)]
+    hidden_max = int(len(names) * (1.0 - settings.found_fraction_min))
+    trials += [tuple(names[:count]) for count in range(2, hidden_max + 1)]
     for hidden in trials if len(names) > 1 else trials[:1]:
-        seen = _covered(view, [pairs[name] for name in hidden]) if hidden else view
-        yield _trial(TargetSearch(place, settings), target, seen, hidden)
+        visible = _hide_primitives(view, [pairs[name] for name in hidden]) if hidden else view
+        yield _run_trial(TargetSearch(place, settings), target, visible, hidden)
 
 
-def _trial(search: TargetSearch, target: TaughtTarget, view: StereoView, hidden: tuple[str, ...]) -> TrialRun:
+def _run_trial(
+    search: TargetSearch, target: TaughtTarget, view: StereoView, hidden: tuple[str, ...]
+) -> TrialRun:
     answer = search.search(target, view)
-    if not isinstance(answer, TargetSighting):
-        ambiguous = answer.reason is NoSightingReason.AMBIGUOUS
-        return TrialRun(hidden, Outcome.AMBIGUOUS if ambiguous else Outcome.MISSED, answer.detail)
+    if not isinstance(answer, TargetDetection):
+        ambiguous = answer.reason is NoDetectionReason.AMBIGUOUS
+        return TrialRun(hidden, Outcome.AMBIGUOUS if ambiguous else Outcome.NOT_FOUND, answer.detail)
     x, y, _, yaw = answer.state
-    if max(np.hypot(x, y), abs(yaw)) > _NEAR:
-        return TrialRun(hidden, Outcome.MISTAKEN, f'pose error {np.hypot(x, y):.2f} m')
-    return TrialRun(hidden, Outcome.FOUND, f'log-likelihood ratio {answer.evidence:.1f}')
+    if max(np.hypot(x, y), abs(yaw)) > _POSE_TOLERANCE:
+        return TrialRun(hidden, Outcome.WRONG_POSE, f'pose error {np.hypot(x, y):.2f} m')
+    return TrialRun(hidden, Outcome.FOUND, f'log-likelihood ratio {answer.log_likelihood_ratio:.1f}')
 
 
-def _covered(view: StereoView, pairs: Collection[tuple[Primitive, Primitive]]) -> StereoView:
+def _hide_primitives(view: StereoView, pairs: Collection[tuple[Primitive, Primitive]]) -> StereoView:
     """Return the view without some primitives and those inside them."""
-    left = _without(view.left, [left for left, _ in pairs])
-    right = _without(view.right, [right for _, right in pairs])
+    left = _remove_primitives(view.left, [left for left, _ in pairs])
+    right = _remove_primitives(view.right, [right for _, right in pairs])
     return StereoView(left, right, view.rig, view.tilt)
 
 
-def _without(scene: DetectedScene, hidden: Collection[Primitive]) -> DetectedScene:
+def _remove_primitives(scene: DetectedScene, hidden: Collection[Primitive]) -> DetectedScene:
     kinds = {}
     for kind, detected in scene.kinds.items():
-        gone = np.zeros(len(detected.primitives), dtype=np.bool_)
+        is_hidden = np.zeros(len(detected.primitives), dtype=np.bool_)
         for primitive in hidden:
-            low, high = bounds_of(primitive)
-            inside = (detected.centres >= low - _BEYOND) & (detected.centres <= high + _BEYOND)
-            gone |= inside.all(axis=1)
-        kept = tuple(p for p, is_gone in zip(detected.primitives, gone, strict=True) if not is_gone)
-        kinds[kind] = DetectedKind(kind, kept)
+            low, high = bounding_box(primitive)
+            inside = (detected.centres >= low - _HIDDEN_MARGIN) & (detected.centres <= high + _HIDDEN_MARGIN)
+            is_hidden |= inside.all(axis=1)
+        kept = tuple(p for p, is_gone in zip(detected.primitives, is_hidden, strict=True) if not is_gone)
+        kinds[kind] = DetectedPrimitives(kind, kept)
     return DetectedScene(scene.image, scene.segments, kinds)

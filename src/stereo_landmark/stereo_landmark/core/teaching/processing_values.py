@@ -12,8 +12,8 @@ from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 def processing_values(processing: ImageProcessing) -> dict[str, float]:
     """Return all values by name, such as ``edges.threshold``."""
     names = [description.name for description in describe_settings(ImageProcessing)]
-    return {name: _value_of(processing, name) for name in names}
+    return {name: _get_value(processing, name) for name in names}
 
 
-def _value_of(settings: Any, name: str) -> float:
+def _get_value(settings: Any, name: str) -> float:
     return float(reduce(getattr, name.split('.'), settings))

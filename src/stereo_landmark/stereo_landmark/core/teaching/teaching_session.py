@@ -15,21 +15,21 @@ from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Kind
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.segments.segments import Segments, follow_segments
+from stereo_landmark.core.segments.segments import Segments, trace_segments
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.found_primitives import FoundPrimitive, found_primitives
-from stereo_landmark.core.teaching.measured_draft import MeasuredTarget, choice_of, measure_draft
+from stereo_landmark.core.teaching.cached_pair import CachedPair
 from stereo_landmark.core.teaching.procedure_check import TrialRun, check_procedure
-from stereo_landmark.core.teaching.seen_pair import SeenPair
+from stereo_landmark.core.teaching.selectable_primitives import SelectablePrimitive, selectable_primitives
+from stereo_landmark.core.teaching.selection_hints import Hint, check_selection, expected_fix
+from stereo_landmark.core.teaching.target_measurement import MeasuredTarget, make_selection, measure_target
 from stereo_landmark.core.teaching.teaching_state import TargetDraft, TeachingState
 from stereo_landmark.core.teaching.undo_history import UndoHistory
-from stereo_landmark.core.teaching.weak_choices import Hint, expected_fix, weak_choices
 
-VIEWS_KEPT = 4
+CACHED_PAIRS_MAX = 4
 """Number of cached pairs, so that undo and redo are fast."""
 
 
@@ -52,7 +52,7 @@ class TeachingSession:
     """A teaching session with its history.
 
     Args:
-        images_of: returns the stereo pair of a number, always the same for the same number.
+        load_images: returns the stereo pair of a number, always the same for the same number.
         rig: stereo cameras of the images.
         state: initial state, None for an empty place.
         settings: localization settings for tests, None for the defaults.
@@ -60,28 +60,28 @@ class TeachingSession:
 
     def __init__(
         self,
-        images_of: Callable[[int], StereoImages],
+        load_images: Callable[[int], StereoImages],
         rig: StereoRig,
         state: TeachingState | None = None,
         settings: LandmarkSettings | None = None,
     ) -> None:
         self.history = UndoHistory(state or TeachingState())
-        self._images_of = images_of
+        self._load_images = load_images
         self.rig = rig
         self.settings = settings or LandmarkSettings()
-        self._seen_pairs: dict[tuple[int, ImageProcessing], SeenPair] = {}
+        self._cached_pairs: dict[tuple[int, ImageProcessing], CachedPair] = {}
 
     @property
     def state(self) -> TeachingState:
         """Current state."""
-        return self.history.present
+        return self.history.current
 
     @property
     def images(self) -> StereoImages:
         """Stereo pair used for teaching."""
-        return self._images_of(self.state.pair)
+        return self._load_images(self.state.pair)
 
-    def do(self, edit: Callable[[TeachingState], TeachingState], gesture: str = '') -> None:
+    def apply(self, edit: Callable[[TeachingState], TeachingState], gesture: str = '') -> None:
         """Apply an edit; a rejected edit changes nothing, and an edit without a change is not recorded.
 
         Args:
@@ -93,12 +93,12 @@ class TeachingSession:
         """
         state = edit(self.state)
         if state is not self.state:
-            self.history.advance(state, gesture)
+            self.history.push(state, gesture)
 
     def segments(self, image: NDArray[np.uint8]) -> Segments:
         """Return the edge segments of an image with the current image processing (paper 4a)."""
         settings = self.state.processing.edges
-        return follow_segments(extract_edges(image, settings), settings)
+        return trace_segments(extract_edges(image, settings), settings)
 
     @property
     def view(self) -> StereoView:
@@ -107,21 +107,21 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: an image has another size than the calibration.
         """
-        return self._seen.view
+        return self._cached.view
 
-    def found(self) -> list[FoundPrimitive]:
+    def selectable(self) -> list[SelectablePrimitive]:
         """Return the primitives that can be selected (paper 4b)."""
-        return found_primitives(self.view, self.state.kinds, self.state.target.region)
+        return selectable_primitives(self.view, self.state.kinds, self.state.target.region)
 
-    def chosen_name(self, found: FoundPrimitive) -> str | None:
+    def selected_name(self, found: SelectablePrimitive) -> str | None:
         """Return the name of a detected primitive in the target, None if it is not selected."""
-        seen = self._seen
+        cached = self._cached
         for part in self.state.target.primitives:
-            if seen.again(part.shape) is found.shape:
+            if cached.find_same(part.shape) is found.shape:
                 return part.name
         return None
 
-    def toggle(self, kind: Kind, number: int) -> None:
+    def toggle(self, kind: PrimitiveKind, number: int) -> None:
         """Select a primitive of the left image, or remove it from the target if it is selected.
 
         Raises:
@@ -133,20 +133,20 @@ class TeachingSession:
                 f'there is no {kind.value} of number {number}; select one that is shown'
             )
         shape = among[number]
-        name = self.chosen_name(FoundPrimitive(kind, number, shape, None))
-        self.do(
-            (lambda state: edits.choose(state, shape))
+        name = self.selected_name(SelectablePrimitive(kind, number, shape, None))
+        self.apply(
+            (lambda state: edits.add_primitive(state, shape))
             if name is None
-            else (lambda state: edits.drop(state, name))
+            else (lambda state: edits.remove_primitive(state, name))
         )
 
     def report(self, draft: TargetDraft) -> TargetReport:
         """Return the results for a target (paper 4c)."""
-        measured = measure_draft(draft, self._seen)
-        used = [name not in draft.left_out for name in measured.points.names]
+        measured = measure_target(draft, self._cached)
+        used = [name not in draft.excluded_points for name in measured.points.names]
         points = measured.points.subset(np.array(used, dtype=np.bool_))
         fix = expected_fix(points, measured.coordinates, self.view, self.settings)
-        hints = weak_choices(draft, measured, fix, self.view, self.state.processing.tolerances)
+        hints = check_selection(draft, measured, fix, self.view, self.state.processing.tolerances)
         return TargetReport(measured, fix, hints)
 
     def place(self) -> TaughtPlace:
@@ -155,7 +155,7 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: a target has no primitives.
         """
-        return self._place_of(self.state.targets)
+        return self._teach_targets(self.state.targets)
 
     def draft(self) -> TaughtPlace:
         """Return the place without targets that are still empty.
@@ -163,12 +163,12 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: all targets are empty, or a selected primitive cannot be measured.
         """
-        return self._place_of([target for target in self.state.targets if target.primitives])
+        return self._teach_targets([target for target in self.state.targets if target.primitives])
 
-    def _place_of(self, targets: Sequence[TargetDraft]) -> TaughtPlace:
-        state, seen = self.state, self._seen
-        choices = [choice_of(draft, seen) for draft in targets]
-        return seen.teacher.teach(state.name, choices, state.T_map_place)
+    def _teach_targets(self, targets: Sequence[TargetDraft]) -> TaughtPlace:
+        state, cached = self.state, self._cached
+        selections = [make_selection(draft, cached) for draft in targets]
+        return cached.teacher.teach(state.name, selections, state.T_map_place)
 
     def check(self, number: int) -> list[TrialRun]:
         """Test the procedure tree of a target on the images used for teaching (paper 4d).
@@ -177,7 +177,7 @@ class TeachingSession:
             StereoLandmarkError: a target has no primitives.
         """
         place, draft = self.place(), self.state.targets[number]
-        parts = measure_draft(draft, self._seen).primitives
+        parts = measure_target(draft, self._cached).primitives
         pairs = {part.name: part.pair for part in parts if part.pair is not None}
         search = self.settings.search
         return list(check_procedure(place, place.targets[number], pairs, self.view, search))
@@ -188,22 +188,24 @@ class TeachingSession:
         Raises:
             StereoLandmarkError: a target has no primitives, or the images have another size.
         """
-        images = self._images_of(pair)
+        images = self._load_images(pair)
         localizer = LandmarkLocalizer([self.place()], self.settings)
         return localizer.locate(images.left, images.right, images.tilt)
 
     @property
-    def _seen(self) -> SeenPair:
+    def _cached(self) -> CachedPair:
         state = self.state
         key = state.pair, state.processing
-        if key not in self._seen_pairs:
+        if key not in self._cached_pairs:
             images = self.images
             _check_size(images, self.rig)
             left, right = (detect_scene(image, state.processing) for image in (images.left, images.right))
-            self._seen_pairs[key] = SeenPair(StereoView(left, right, self.rig, images.tilt), state.processing)
-            for old in list(self._seen_pairs)[:-VIEWS_KEPT]:
-                del self._seen_pairs[old]
-        return self._seen_pairs[key]
+            self._cached_pairs[key] = CachedPair(
+                StereoView(left, right, self.rig, images.tilt), state.processing
+            )
+            for old in list(self._cached_pairs)[:-CACHED_PAIRS_MAX]:
+                del self._cached_pairs[old]
+        return self._cached_pairs[key]
 
 
 def _check_size(images: StereoImages, rig: StereoRig) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Kind, Primitive
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Region:
     right: float
     bottom: float
 
-    def holds(self, points: NDArray[np.float64]) -> bool:
+    def contains(self, points: NDArray[np.float64]) -> bool:
         """Return whether all points, shape (n, 2), are inside [px]."""
         low, high = points.min(axis=0), points.max(axis=0)
         return bool(
@@ -31,7 +31,7 @@ class Region:
 
 
 @dataclass(frozen=True, eq=False)
-class ChosenPrimitive:
+class SelectedPrimitive:
     """A selected primitive of a target.
 
     Attributes:
@@ -51,13 +51,13 @@ class TargetDraft:
         name: name, unique in its place.
         region: region that contains its primitives; None for the whole image.
         primitives: selected primitives, the most reliable first.
-        left_out: names ``primitive/point`` of points that are not used for the pose.
+        excluded_points: names ``primitive/point`` of points that are not used for the pose.
     """
 
     name: str
     region: Region | None = None
-    primitives: tuple[ChosenPrimitive, ...] = ()
-    left_out: frozenset[str] = frozenset()
+    primitives: tuple[SelectedPrimitive, ...] = ()
+    excluded_points: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class TeachingState:
     name: str = 'place_1'
     pair: int = 0
     processing: ImageProcessing = field(default_factory=ImageProcessing)
-    kinds: frozenset[Kind] = frozenset({Kind.ELLIPSE, Kind.QUADRILATERAL})
+    kinds: frozenset[PrimitiveKind] = frozenset({PrimitiveKind.ELLIPSE, PrimitiveKind.QUADRILATERAL})
     targets: tuple[TargetDraft, ...] = (TargetDraft('target_1'),)
     active: int = 0
     T_map_place: PlanarPose | None = None
@@ -88,12 +88,12 @@ class TeachingState:
         return self.targets[self.active]
 
     @property
-    def choice(self) -> Hashable:
+    def selection_key(self) -> Hashable:
         """Key of all inputs of the procedure check and of the test; equal keys give equal results."""
-        targets = tuple((each.name, each.primitives, each.left_out) for each in self.targets)
+        targets = tuple((each.name, each.primitives, each.excluded_points) for each in self.targets)
         return self.pair, self.processing, targets
 
     @property
-    def work(self) -> Hashable:
+    def content_key(self) -> Hashable:
         """Key of the content of a saved place; equal keys mean that nothing has to be saved."""
-        return self.name, self.T_map_place, self.choice
+        return self.name, self.T_map_place, self.selection_key

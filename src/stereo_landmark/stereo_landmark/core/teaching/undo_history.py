@@ -20,7 +20,7 @@ class UndoHistory(Generic[State]):
         self._gesture = ''
 
     @property
-    def present(self) -> State:
+    def current(self) -> State:
         """Current state."""
         return self._states[self._now]
 
@@ -34,7 +34,7 @@ class UndoHistory(Generic[State]):
         """Whether there is an undone state."""
         return self._now + 1 < len(self._states)
 
-    def advance(self, state: State, gesture: str = '') -> None:
+    def push(self, state: State, gesture: str = '') -> None:
         """Append a new state; undone states are discarded.
 
         Args:

@@ -4,7 +4,7 @@ import { Connection } from './connection.js';
 import { toast } from './dom.js';
 
 export const app = {
-  greeting: null,
+  configuration: null,
   state: null,
   step: 'processing',
   /** Local to this page: hovered primitive, test result, pending edit. */
@@ -28,7 +28,7 @@ export const onChange = (listener) => listeners.push(listener);
 export function publish() {
   window.__state = {
     step: app.step, state: app.state, selected: app.selected, checks: app.state?.checks, test: app.test,
-    keeping: app.state?.keeping, isConnected: app.isConnected, edges: Object.fromEntries(
+    save_status: app.state?.save_status, isConnected: app.isConnected, edges: Object.fromEntries(
       Object.entries(app.edges).map(([side, edges]) => [side, edges.count])),
   };
 }
@@ -43,10 +43,10 @@ export function connect(onFirst) {
   app.connection = new Connection(() => request('snapshot'), async (isConnected) => {
     app.isConnected = isConnected;
     if (isConnected) {
-      const isFirst = !app.greeting;
+      const isFirst = !app.configuration;
       await request('hello');
       if (isFirst && app.state) onFirst();
-    } else if (app.greeting) toast('The server does not answer. Is it still running?', true);
+    } else if (app.configuration) toast('The server does not answer. Is it still running?', true);
     changed();
   });
 }
@@ -55,7 +55,7 @@ export function connect(onFirst) {
 export async function request(what, fields = {}) {
   try {
     const answer = await app.connection.request(what, fields);
-    if (answer.greeting) app.greeting = answer.greeting;
+    if (answer.configuration) app.configuration = answer.configuration;
     applyState(answer.state);
     return answer;
   } catch (fault) {
@@ -68,7 +68,7 @@ export async function request(what, fields = {}) {
 /** Apply a new state; a test result of another selection becomes invalid. */
 function applyState(state) {
   if (!state) return;
-  if (state.choice !== app.state?.choice) app.test = null;
+  if (state.selection !== app.state?.selection) app.test = null;
   app.state = state;
   changed();
 }

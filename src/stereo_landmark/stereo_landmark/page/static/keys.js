@@ -46,7 +46,7 @@ function cancelInnermost() {
   if (stage.cancelDrag() || endDrag(null)) return;
   if (app.selected || app.hover) { app.selected = null; app.hover = null; changed(); return; }
   if (stage.fit()) return;
-  if (app.step === 'targets' && activeTarget().region) edit('draw_region', { region: null });
+  if (app.step === 'targets' && activeTarget().region) edit('set_region', { region: null });
 }
 
 /** Restore the value of an input. */

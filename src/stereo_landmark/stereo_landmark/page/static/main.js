@@ -31,7 +31,7 @@ function stepStatus(step) {
   }
 }
 
-const worst = (hints) => (hints.some((h) => h.weight === 'stop') ? 'stop' : hints.some((h) => h.weight === 'weak') ? 'weak' : 'good');
+const worst = (hints) => (hints.some((h) => h.severity === 'stop') ? 'stop' : hints.some((h) => h.severity === 'weak') ? 'weak' : 'good');
 
 export function goTo(step) {
   app.step = step;
@@ -45,16 +45,16 @@ export function goTo(step) {
 }
 
 function updateHeader() {
-  const { state, greeting } = app;
+  const { state, configuration } = app;
   const place = byId('place');
   if (document.activeElement !== place && place.dataset.isOwn !== 'true') place.value = state.place;
   byId('pair').replaceChildren(...state.pairs.map((label, i) => el('option', { value: i, selected: i === state.pair }, `${i + 1}: ${label}`)));
-  byId('take').hidden = !greeting.is_live;
+  byId('take').hidden = !configuration.is_live;
   byId('undo').disabled = !state.can_undo;
   byId('redo').disabled = !state.can_redo;
   byId('save').disabled = app.isSaving;
-  byId('save').textContent = app.isSaving ? 'Saving …' : { saved: 'Saved ✓', unsaved: 'Save •', new: 'Save' }[state.keeping];
-  byId('save').title = `Save the place (Ctrl+S)${state.keeping === 'unsaved' ? ': unsaved changes' : ''}`;
+  byId('save').textContent = app.isSaving ? 'Saving …' : { saved: 'Saved ✓', unsaved: 'Save •', new: 'Save' }[state.save_status];
+  byId('save').title = `Save the place (Ctrl+S)${state.save_status === 'unsaved' ? ': unsaved changes' : ''}`;
   byId('steps').replaceChildren(...Object.entries(STEPS).map(([step, { title }], i) => el('button', {
     role: 'tab', className: `step ${stepStatus(step)}${step === app.step ? ' on' : ''}`, 'aria-selected': String(step === app.step),
     'data-testid': `step-${step}`, title: `Key ${i + 1}`, onclick: () => goTo(step),
@@ -66,7 +66,7 @@ function updateHints() {
   const hints = [...app.state.targets.flatMap((each) => each.hints), ...Object.values(app.state.checks).flatMap((each) => each.hints)];
   const isEmpty = app.state.targets.every((each) => !each.primitives.length);
   const rows = hints.filter(() => !isEmpty).map((hint) => el('div', {
-    className: `hint ${hint.weight}`, 'data-testid': 'hint', onclick: () => { app.selected = hint.about.split('/')[0] || null; changed(); },
+    className: `hint ${hint.severity}`, 'data-testid': 'hint', onclick: () => { app.selected = hint.about.split('/')[0] || null; changed(); },
   }, el('b', {}, app.state.targets.length > 1 ? `${hint.target}: ` : ''), hint.text));
   byId('hints').replaceChildren(...rows);
   byId('hints').hidden = !rows.length;
@@ -96,13 +96,13 @@ onChange(() => {
 });
 
 byId('place').addEventListener('change', submitName);
-byId('pair').addEventListener('change', async (event) => { await edit('take_pair', { pair: Number(event.target.value) }); if (app.step === 'processing') drawEdges(); });
+byId('pair').addEventListener('change', async (event) => { await edit('select_pair', { pair: Number(event.target.value) }); if (app.step === 'processing') drawEdges(); });
 byId('take').addEventListener('click', async () => { await edit('take'); if (app.step === 'processing') drawEdges(); });
 byId('undo').addEventListener('click', () => applyHistory('undo'));
 byId('redo').addEventListener('click', () => applyHistory('redo'));
 byId('save').addEventListener('click', () => save());
 byId('help').addEventListener('click', showKeys);
-window.addEventListener('beforeunload', (event) => { if (app.state?.keeping === 'unsaved') event.preventDefault(); });
+window.addEventListener('beforeunload', (event) => { if (app.state?.save_status === 'unsaved') event.preventDefault(); });
 
 export async function applyHistory(which) {
   if (!app.state[`can_${which}`]) return;

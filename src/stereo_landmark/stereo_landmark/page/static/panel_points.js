@@ -18,7 +18,7 @@ function pointRow(point) {
   const [x, y, z] = point.xyz.map((value) => value.toFixed(3));
   const check = el('input', {
     type: 'checkbox', checked: point.used, 'data-testid': `point-${point.name}`,
-    onchange: () => edit('use_points', { points: [point.name], used: check.checked }),
+    onchange: () => edit('set_points_used', { points: [point.name], used: check.checked }),
   });
   return el('tr', { className: point.used ? '' : 'unused', 'data-hover': point.name, onmouseenter: () => stage.hover(point.name), onmouseleave: () => stage.hover(null) },
     el('td', {}, el('label', {}, check, point.name.split('/').at(-1).replace('_', ' '))),
@@ -31,7 +31,7 @@ function group(primitive) {
   const areUsed = points.some((point) => point.used);
   return [
     el('tr', { className: 'group' }, el('th', { colSpan: 4 }, kindIcon(primitive.kind), el('span', { style: { color: COLOURS[primitive.kind] } }, primitive.name)),
-      el('th', {}, points.length > 1 && el('button', { className: 'quiet', onclick: () => edit('use_points', { points: names, used: !areUsed }) }, areUsed ? 'None' : 'All'))),
+      el('th', {}, points.length > 1 && el('button', { className: 'quiet', onclick: () => edit('set_points_used', { points: names, used: !areUsed }) }, areUsed ? 'None' : 'All'))),
     ...(primitive.fault ? [el('tr', {}, el('td', { colSpan: 5, className: 'bad' }, primitive.fault))] : points.map(pointRow)),
   ];
 }

@@ -85,7 +85,7 @@ export function panelProcessing() {
     oninput: (event) => { app.brightness = event.target.value / 100; changed(); },
   });
   const groups = GROUPS.map(([group, title, isOpen]) => {
-    const settings = app.greeting.settings.filter((each) => each.name.startsWith(`${group}.`));
+    const settings = app.configuration.settings.filter((each) => each.name.startsWith(`${group}.`));
     return el('details', { open: app[`open-${group}`] ?? isOpen, ontoggle: (event) => { app[`open-${group}`] = event.target.open; } },
       el('summary', {}, title, el('button', {
         className: 'quiet', title: 'Back to the defaults',

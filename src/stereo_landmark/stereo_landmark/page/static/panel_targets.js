@@ -8,8 +8,8 @@ let dragged = null;
 export function targetTabs() {
   const tabs = app.state.targets.map((target, i) => el('button', {
     className: `tab${i === app.state.active ? ' on' : ''}`, 'data-testid': `target-${i}`, title: 'Double click to rename',
-    onclick: () => { if (i !== app.state.active) { app.selected = null; edit('work_on_target', { target: i }); } },
-    ondblclick: () => rename(target.name, (name) => edit('name_target', { target: i, name })),
+    onclick: () => { if (i !== app.state.active) { app.selected = null; edit('activate_target', { target: i }); } },
+    ondblclick: () => rename(target.name, (name) => edit('rename_target', { target: i, name })),
   }, target.name, el('span', { className: 'count' }, String(target.primitives.length))));
   return el('div', { className: 'tabs' }, ...tabs,
     el('button', { className: 'tab add', 'data-testid': 'add-target', title: 'Add a target (N)', onclick: () => edit('add_target') }, '+'),
@@ -29,7 +29,7 @@ export function rename(old, onName) {
 }
 
 function detectors() {
-  return el('div', { className: 'detectors' }, ...app.greeting.kinds.map((kind) => {
+  return el('div', { className: 'detectors' }, ...app.configuration.kinds.map((kind) => {
     const isOn = app.state.kinds.includes(kind);
     const count = app.state.found.filter((each) => each.kind === kind).length;
     return el('button', {
@@ -44,7 +44,7 @@ function row(primitive, i) {
   return el('li', {
     className: `${isSelected ? 'selected' : ''}${primitive.fault ? ' fault' : ''}`, 'data-testid': `chosen-${i}`, 'data-name': primitive.name,
     onclick: () => { app.selected = isSelected ? null : primitive.name; changed(); },
-    ondblclick: () => rename(primitive.name, (to) => edit('name_primitive', { name: primitive.name, to })),
+    ondblclick: () => rename(primitive.name, (to) => edit('rename_primitive', { name: primitive.name, to })),
   },
   el('span', { className: 'handle', title: 'Drag to reorder (or Alt+↑ ↓)', 'data-testid': `handle-${i}`, onpointerdown: (event) => startDrag(event, primitive.name) }, '⠿'),
   el('span', { className: 'number', style: { background: primitive.fault ? '#ff6b6b' : COLOURS[primitive.kind] } }, String(i + 1)),
@@ -92,7 +92,7 @@ export function panelTargets() {
     el('h2', {}, 'Targets'), targetTabs(),
     el('ol', { className: 'steps' },
       el('li', { className: target.region ? 'done' : 'next' }, 'Drag a rectangle around an object.',
-        target.region && el('button', { className: 'quiet', 'data-testid': 'whole-image', onclick: () => edit('draw_region', { region: null }) }, 'Whole image')),
+        target.region && el('button', { className: 'quiet', 'data-testid': 'whole-image', onclick: () => edit('set_region', { region: null }) }, 'Whole image')),
       el('li', { className: app.state.kinds.length ? 'done' : 'next' }, 'Run the detectors for its shapes.')),
     detectors(),
     el('ol', { className: 'steps', start: 3 },

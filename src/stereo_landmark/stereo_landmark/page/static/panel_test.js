@@ -12,7 +12,7 @@ export async function test() {
   const pair = app.testPair ?? app.state.pair;
   const answer = await request('test', { pair });
   isTesting = false;
-  app.test = answer.error ? { is_fix: false, text: answer.error, sightings: [] } : answer.answer;
+  app.test = answer.error ? { is_fix: false, text: answer.error, detections: [] } : answer.answer;
   changed();
 }
 
@@ -27,7 +27,7 @@ export async function submitName() {
   const field = byId('place');
   const name = field.value.trim();
   field.dataset.isOwn = 'true';
-  const answer = name === app.state.place ? {} : await edit('name_place', { name });
+  const answer = name === app.state.place ? {} : await edit('rename_place', { name });
   markName(Boolean(answer.error));
   changed();
   return answer;
@@ -59,8 +59,8 @@ function askToReplace(text) {
 function result() {
   const found = app.test;
   if (!found) return null;
-  const rows = found.sightings.map((each) => el('li', { className: `trial ${each.points.length ? 'found' : 'missed'}` }, el('span', { className: 'mark' }),
-    el('span', { className: 'name' }, each.target), el('b', {}, each.text ?? `${each.found.length} primitives, log-likelihood ratio ${each.evidence.toFixed(0)}`)));
+  const rows = found.detections.map((each) => el('li', { className: `trial ${each.points.length ? 'found' : 'not_found'}` }, el('span', { className: 'mark' }),
+    el('span', { className: 'name' }, each.target), el('b', {}, each.text ?? `${each.found.length} primitives, log-likelihood ratio ${each.log_likelihood_ratio.toFixed(0)}`)));
   const card = found.is_fix
     ? el('div', { className: 'pose' },
       ...[['ahead', `${found.x >= 0 ? '+' : '−'}${formatLength(Math.abs(found.x))}`], ['left', `${found.y >= 0 ? '+' : '−'}${formatLength(Math.abs(found.y))}`],
@@ -74,8 +74,8 @@ function mapPose() {
   const { pose } = app.state;
   const set = () => {
     const [x, y, yaw] = ['x', 'y', 'yaw'].map((name) => byId(`pose-${name}`).value.trim());
-    if (x === '' && y === '' && yaw === '') { edit('locate_place', { pose: null }); return; }
-    if (x !== '' && y !== '' && yaw !== '') edit('locate_place', { pose: [Number(x), Number(y), Number(yaw) * Math.PI / 180] });
+    if (x === '' && y === '' && yaw === '') { edit('set_map_pose', { pose: null }); return; }
+    if (x !== '' && y !== '' && yaw !== '') edit('set_map_pose', { pose: [Number(x), Number(y), Number(yaw) * Math.PI / 180] });
   };
   const field = (name, title, value) => el('label', {}, title,
     el('input', { id: `pose-${name}`, 'data-testid': `pose-${name}`, type: 'number', step: 'any', value: value ?? '', onchange: set }));
@@ -95,6 +95,6 @@ export function panelTest() {
     el('h2', {}, 'Pose in the map'),
     el('p', {}, 'Pose of the robot at teaching time. Without it only the displacement is published.'),
     mapPose(),
-    el('button', { className: 'wide primary', onclick: () => save() }, app.state.keeping === 'saved' ? 'Save again' : 'Save the place'),
+    el('button', { className: 'wide primary', onclick: () => save() }, app.state.save_status === 'saved' ? 'Save again' : 'Save the place'),
   ];
 }

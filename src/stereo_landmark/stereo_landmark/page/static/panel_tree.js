@@ -4,7 +4,7 @@ import { activeTarget, app, request, changed } from './app.js';
 import { el } from './dom.js';
 import { targetTabs } from './panel_targets.js';
 
-const OUTCOME_LABELS = { found: 'found', ambiguous: 'ambiguous', missed: 'not found', mistaken: 'wrong pose' };
+const OUTCOME_LABELS = { found: 'found', ambiguous: 'ambiguous', not_found: 'not found', wrong_pose: 'wrong pose' };
 let isChecking = false;
 
 export async function check() {

@@ -7,9 +7,9 @@ const ELLIPSE_SCALES = [1, 2, 5, 10, 20, 50, 100];
 const SIZE_MAX = 26;
 
 export class SpaceView {
-  /** greeting: cameras; points(): [{xyz, covariance, colour, used, name}] in the place's frame (x ahead, y left, z up). */
-  constructor(greeting, points) {
-    this.greeting = greeting;
+  /** configuration: cameras; points(): [{xyz, covariance, colour, used, name}] in the place's frame (x ahead, y left, z up). */
+  constructor(configuration, points) {
+    this.configuration = configuration;
     this.points = points;
     this.turn = { yaw: 0.95, pitch: 0.42 };
     this.note = el('figcaption');
@@ -69,7 +69,7 @@ export class SpaceView {
   }
 
   aim(points, w, h) {
-    const corners = [[-0.3, -0.3, 0], [0.3, 0.3, 0], this.greeting.camera_xyz, ...points.map((p) => p.xyz),
+    const corners = [[-0.3, -0.3, 0], [0.3, 0.3, 0], this.configuration.camera_xyz, ...points.map((p) => p.xyz),
       ...points.map((p) => [p.xyz[0], p.xyz[1], 0])].map((p) => this.turned(p));
     const low = [0, 1].map((k) => Math.min(...corners.map((p) => p[k])));
     const high = [0, 1].map((k) => Math.max(...corners.map((p) => p[k])));
@@ -108,21 +108,21 @@ export class SpaceView {
   drawRobot(context) {
     const round = Array.from({ length: 37 }, (_, i) => [0.22 * Math.cos(i / 36 * 2 * Math.PI), 0.22 * Math.sin(i / 36 * 2 * Math.PI), 0]);
     this.path(context, round, '#8fb3c7', 1.5, '#16303f');
-    const [x, y, z] = this.greeting.camera_xyz;
+    const [x, y, z] = this.configuration.camera_xyz;
     this.path(context, [[x, y, 0], [x, y, z]], '#44657a', 2);
     for (const [axis, colour] of [[[0.45, 0, 0], '#ff6b6b'], [[0, 0.45, 0], '#69db7c'], [[0, 0, 0.45], '#74a9ff']]) {
       this.path(context, [[0, 0, 0], axis], colour, 2);
     }
-    for (const shift of [0, this.greeting.baseline]) this.drawCamera(context, shift);
+    for (const shift of [0, this.configuration.baseline]) this.drawCamera(context, shift);
   }
 
   /** Transform a point from the left camera's optical frame to the base frame. */
   fromCamera([x, y, z]) {
-    return this.greeting.camera_rotation.map((row, k) => this.greeting.camera_xyz[k] + row[0] * x + row[1] * y + row[2] * z);
+    return this.configuration.camera_rotation.map((row, k) => this.configuration.camera_xyz[k] + row[0] * x + row[1] * y + row[2] * z);
   }
 
   drawCamera(context, shift) {
-    const { width, height, focal_length: f } = this.greeting;
+    const { width, height, focal_length: f } = this.configuration;
     const [a, b] = [0.14 * width / f / 2, 0.14 * height / f / 2];
     const corners = [[-a, -b], [a, -b], [a, b], [-a, b]].map(([x, y]) => this.fromCamera([x + shift, y, 0.14]));
     const eye = this.fromCamera([shift, 0, 0]);

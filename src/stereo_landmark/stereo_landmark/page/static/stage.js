@@ -42,7 +42,7 @@ function build() {
   if (shownStep === app.step) return;
   shownStep = app.step;
   const layout = LAYOUTS[app.step];
-  const { width, height } = app.greeting;
+  const { width, height } = app.configuration;
   views = Object.fromEntries(layout.pictures.map((which) => [which, new PictureView({
     title: TITLES[which], testid: `picture-${which}`, width, height, onViewportChange: redraw,
     paint: (pen) => painters[app.step]?.(pen, which),
@@ -53,7 +53,7 @@ function build() {
   byId('below').hidden = !layout.below;
   byId('pictures').className = layout.below ? 'shared' : '';
   if (app.step === 'points') {
-    space = new SpaceView(app.greeting, spacePoints);
+    space = new SpaceView(app.configuration, spacePoints);
     byId('below').replaceChildren(space.element);
   }
   layOut();
@@ -62,14 +62,14 @@ function build() {
 /** Arrange pictures in a row or a column, whichever makes them larger. */
 function layOut() {
   const box = byId('pictures');
-  const { width, height } = app.greeting;
+  const { width, height } = app.configuration;
   const { clientWidth: w, clientHeight: h } = box;
   const count = Object.keys(views).length;
   const inRow = Math.min(w / count / width, h / height), inColumn = Math.min(w / width, h / count / height);
   const isRow = LAYOUTS[app.step].isRow || inRow >= inColumn;
   box.style.flexDirection = isRow ? 'row' : 'column';
 }
-new ResizeObserver(() => { if (app.greeting && shownStep) { layOut(); redraw(); } }).observe(byId('pictures'));
+new ResizeObserver(() => { if (app.configuration && shownStep) { layOut(); redraw(); } }).observe(byId('pictures'));
 
 export function updateStage() {
   build();
@@ -91,7 +91,7 @@ function redraw() {
 }
 
 function showCursor(place, _event, view) {
-  const { width, height } = app.greeting;
+  const { width, height } = app.configuration;
   const isInside = place[0] > -0.5 && place[1] > -0.5 && place[0] < width - 0.5 && place[1] < height - 0.5;
   byId('cursor').textContent = isInside ? `${place[0].toFixed(1)}, ${place[1].toFixed(1)} px` : '';
   view.canvas.style.cursor = app.step === 'targets' ? 'crosshair' : 'default';
@@ -116,7 +116,7 @@ function pointerOf(which) {
       const { from } = drag;
       drag = null;
       if (Math.hypot(place[0] - from[0], place[1] - from[1]) * views.left.placing.scale < CLICK_DISTANCE) chooseAt(from);
-      else edit('draw_region', { region: rectangle(from, place) });
+      else edit('set_region', { region: rectangle(from, place) });
       redraw();
     },
     leave: () => hover(null),
@@ -124,7 +124,7 @@ function pointerOf(which) {
 }
 
 function rectangle(a, b) {
-  const { width, height } = app.greeting;
+  const { width, height } = app.configuration;
   const inside = (value, limit) => Math.min(limit - 0.5, Math.max(-0.5, value));
   return [inside(Math.min(a[0], b[0]), width), inside(Math.min(a[1], b[1]), height),
     inside(Math.max(a[0], b[0]), width), inside(Math.max(a[1], b[1]), height)];
@@ -194,7 +194,7 @@ function pointAt(place, which) {
 
 function togglePointAt(place, which) {
   const point = pointAt(place, which);
-  if (point) edit('use_points', { points: [point.name], used: !point.used });
+  if (point) edit('set_points_used', { points: [point.name], used: !point.used });
 }
 
 const colourOf = (primitive) => COLOURS[primitive.kind];
@@ -237,7 +237,7 @@ const painters = {
   tree: (pen) => paintChosen(pen, 'left'),
   test: (pen, which) => {
     if (which === 'taught') { app.state.targets.forEach((target) => target.points.filter((p) => p.used).forEach((p) => pen.cross(p.left, '#ffffff'))); paintChosen(pen, 'left', { withBadges: false, faint: true }); }
-    if (which === 'tested') app.test?.sightings.forEach((s) => s.points.forEach((p) => { pen.cross(p.left, p.used ? '#7ae582' : '#ffb703', 8); }));
+    if (which === 'tested') app.test?.detections.forEach((s) => s.points.forEach((p) => { pen.cross(p.left, p.used ? '#7ae582' : '#ffb703', 8); }));
   },
 };
 

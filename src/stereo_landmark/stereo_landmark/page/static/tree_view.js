@@ -6,8 +6,8 @@ import { COLOURS, el, svg } from './dom.js';
 const ROWS_MAX = 7;
 const [LEFT, TOP, COLUMN, ROW, NODE_W, NODE_H] = [118, 34, 164, 54, 136, 32];
 const MARKS = {
-  found: ['✓ found', '#7ae582'], ambiguous: ['? ambiguous', '#ffb703'], missed: ['✗ not found', '#ff6b6b'],
-  mistaken: ['✗ wrong pose', '#ff6b6b'],
+  found: ['✓ found', '#7ae582'], ambiguous: ['? ambiguous', '#ffb703'], not_found: ['✗ not found', '#ff6b6b'],
+  wrong_pose: ['✗ wrong pose', '#ff6b6b'],
 };
 
 export function treeView() {

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 
 from shirube_geometry import PlanarPose
-from vlc_beacon.core.drive.course import Course
 from vlc_beacon.core.drive.drive_settings import DriveSettings
+from vlc_beacon.core.drive.reference_line import ReferenceLine
 from vlc_beacon.core.drive.velocity import Velocity
 from vlc_beacon.core.packet.operation import Operation
 
 # Time constant of the heading controller [s].
-_STEER_TIME = 0.4
+_STEERING_TIME = 0.4
 # Braking of a turn begins earlier than the acceleration limit requires, because poses are delayed.
-_TURN_BRAKE = 0.5
+_TURN_BRAKE_FACTOR = 0.5
 
 
 class CommandExecutor:
@@ -35,8 +35,8 @@ class CommandExecutor:
         self._speed = min(settings.cruise_speed, speed_limit)
         self._is_stopped = False
         self._is_turning = False
-        self._is_left = False
-        self._course: Course | None = None
+        self._is_released = False
+        self._line: ReferenceLine | None = None
         self._pose_stamp = -math.inf
         self._last: tuple[float, Velocity] | None = None
 
@@ -45,7 +45,7 @@ class CommandExecutor:
         """Whether a stop command is active, not yet followed by resume."""
         return self._is_stopped
 
-    def obey(self, operation: Operation, value: float) -> None:
+    def execute(self, operation: Operation, value: float) -> None:
         """Execute an accepted command; see `Operation`. A turn before the first pose is ignored."""
         match operation:
             case Operation.STOP:
@@ -57,52 +57,54 @@ class CommandExecutor:
                 self._speed = min(self._speed, value)
             case Operation.SPEED_UP:
                 self._speed = min(value, self._speed_limit)
-            case Operation.TURN if self._course is not None:
-                self._course.turn(value)
+            case Operation.TURN if self._line is not None:
+                self._line.rotate(value)
                 self._is_turning = True
 
-    def robot_at(self, stamp: float, T_map_base: PlanarPose) -> None:
+    def update_pose(self, stamp: float, T_map_base: PlanarPose) -> None:
         """Update the robot's pose in the map at a time [s]; the first pose, also after a stop, defines the line."""
-        if self._course is None or self._is_left:
-            self._course = Course(T_map_base)
-            self._is_turning = self._is_left = False
-        self._course.robot_at(T_map_base)
+        if self._line is None or self._is_released:
+            self._line = ReferenceLine(T_map_base)
+            self._is_turning = self._is_released = False
+        self._line.update_pose(T_map_base)
         self._pose_stamp = stamp
 
     def velocity(self, stamp: float) -> Velocity | None:
         """Return the velocity at a time [s], called periodically; None to release the motors to other publishers."""
         before, last = self._last or (stamp, Velocity())
         step = min(max(stamp - before, 0.0), self._settings.pose_timeout)
-        wanted = self._wanted(stamp, last)
-        given = wanted or Velocity()
+        target = self._target_velocity(stamp, last)
+        given = target or Velocity()
         settings = self._settings
-        velocity = last.toward(given, settings.acceleration * step, settings.turn_acceleration * step)
+        velocity = last.step_toward(given, settings.acceleration * step, settings.turn_acceleration * step)
         self._last = (stamp, velocity)
         # Publish zero once; otherwise the motors would keep the last nonzero velocity until their timeout.
-        self._is_left = wanted is None and last.is_standing
-        return None if self._is_left else velocity
+        self._is_released = target is None and last.is_zero
+        return None if self._is_released else velocity
 
-    def _wanted(self, stamp: float, last: Velocity) -> Velocity | None:
-        course, settings = self._course, self._settings
-        if course is None or abs(stamp - self._pose_stamp) > settings.pose_timeout:
+    def _target_velocity(self, stamp: float, last: Velocity) -> Velocity | None:
+        line, settings = self._line, self._settings
+        if line is None or abs(stamp - self._pose_stamp) > settings.pose_timeout:
             return None
         if self._is_stopped:
             return Velocity()
         if self._is_turning:
-            return self._turn(course, last)
-        angle = course.angle_to_line(settings.line_distance)
-        return Velocity(self._speed, self._bounded(angle / _STEER_TIME))
+            return self._turn_velocity(line, last)
+        angle = line.steering_angle(settings.line_distance)
+        return Velocity(self._speed, self._clamp_turn_rate(angle / _STEERING_TIME))
 
-    def _turn(self, course: Course, last: Velocity) -> Velocity:
-        left = course.left_to_turn
+    def _turn_velocity(self, line: ReferenceLine, last: Velocity) -> Velocity:
+        left = line.remaining_turn
         if abs(left) <= self._settings.turn_tolerance and last.forward == 0.0:
             self._is_turning = False
-            course.begin_line()
+            line.restart_at_robot()
             return Velocity()
         if last.forward > 0.0:
             return Velocity()
-        fastest = math.sqrt(2.0 * _TURN_BRAKE * self._settings.turn_acceleration * abs(left))
-        return Velocity(0.0, self._bounded(math.copysign(min(fastest, abs(left) / _STEER_TIME), left)))
+        fastest = math.sqrt(2.0 * _TURN_BRAKE_FACTOR * self._settings.turn_acceleration * abs(left))
+        return Velocity(
+            0.0, self._clamp_turn_rate(math.copysign(min(fastest, abs(left) / _STEERING_TIME), left))
+        )
 
-    def _bounded(self, turn_rate: float) -> float:
+    def _clamp_turn_rate(self, turn_rate: float) -> float:
         return max(-self._settings.turn_rate_max, min(turn_rate, self._settings.turn_rate_max))

@@ -19,23 +19,23 @@ class Velocity:
     turn_rate: float = 0.0
 
     @property
-    def is_standing(self) -> bool:
+    def is_zero(self) -> bool:
         """Whether both components are zero."""
         return self.forward == 0.0 and self.turn_rate == 0.0
 
-    def toward(self, wanted: Velocity, forward_step: float, turn_step: float) -> Velocity:
+    def step_toward(self, target: Velocity, forward_step: float, turn_step: float) -> Velocity:
         """Return this velocity moved towards a target by at most one step.
 
         Args:
-            wanted: target velocity.
+            target: target velocity.
             forward_step: maximum change of the forward speed [m/s].
             turn_step: maximum change of the yaw rate [rad/s].
         """
         return Velocity(
-            _toward(self.forward, wanted.forward, forward_step),
-            _toward(self.turn_rate, wanted.turn_rate, turn_step),
+            _step_toward(self.forward, target.forward, forward_step),
+            _step_toward(self.turn_rate, target.turn_rate, turn_step),
         )
 
 
-def _toward(value: float, wanted: float, step: float) -> float:
-    return wanted if abs(wanted - value) <= step else value + math.copysign(step, wanted - value)
+def _step_toward(value: float, target: float, step: float) -> float:
+    return target if abs(target - value) <= step else value + math.copysign(step, target - value)

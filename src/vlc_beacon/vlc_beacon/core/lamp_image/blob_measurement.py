@@ -12,18 +12,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-RING = 1.1
+DISC_SCALE = 1.1
 """Radius of the centroid disc, which includes the blooming [lamp radii]."""
-RING_MORE = 1.5
+DISC_MARGIN = 1.5
 """Margin added to the radius of the centroid disc [px]."""
-ROUNDS = 6
-STILL = 1e-3
+ITERATIONS_MAX = 6
+CONVERGENCE_STEP = 1e-3
 """Centroid step that ends the iteration [px]."""
-NOISY = 0.15
+NOISE_FRACTION = 0.15
 """Noise over contrast above which the shape is measured on an image smoothed over 3 x 3 pixels."""
 MEASURES = 13
 U, V, SIGMA, RADIUS, ROUNDNESS, BRIGHTNESS, BACKGROUND, AREA = range(8)
-PLANE, SLOPE_U, SLOPE_V, RING_SPREAD, UNEVENNESS = range(8, MEASURES)
+PLANE, SLOPE_U, SLOPE_V, RING_MOMENT, UNEVENNESS = range(8, MEASURES)
 SECTORS = 8
 
 
@@ -53,7 +53,7 @@ def measure_blob(
     right, bottom = min(box[2] + margin, image.shape[1]), min(box[3] + margin, image.shape[0])
     level = _border_median(image, left, top, right, bottom)
     window = image[top:bottom, left:right]
-    patch = _smoothed(window) if noise > NOISY * peak else window.astype(np.float64)
+    patch = _smooth(window) if noise > NOISE_FRACTION * peak else window.astype(np.float64)
     _measure_shape(patch - level, 0.5 * peak, stripe_rows, measures)
     measures[U] += left
     measures[V] += top
@@ -63,9 +63,9 @@ def measure_blob(
         measures[AREA] = 0.0
     if measures[AREA] < 1.0:
         return measures
-    reach = RING * measures[RADIUS] + RING_MORE
-    _fit_background(image, measures, reach, level + max(0.25 * peak, 3.0 * noise))
-    _find_centroid(image, measures, reach, noise)
+    extent = DISC_SCALE * measures[RADIUS] + DISC_MARGIN
+    _fit_background(image, measures, extent, level + max(0.25 * peak, 3.0 * noise))
+    _find_centroid(image, measures, extent, noise)
     return measures
 
 
@@ -87,7 +87,7 @@ def _border_median(image: NDArray[np.uint8], left: int, top: int, right: int, bo
 
 
 @njit(cache=True)
-def _smoothed(window: NDArray[np.uint8]) -> NDArray[np.float64]:
+def _smooth(window: NDArray[np.uint8]) -> NDArray[np.float64]:
     """Return means over 3 x 3 pixels, clipped at the border."""
     height, width = window.shape
     smooth = np.empty((height, width))
@@ -129,27 +129,27 @@ def _measure_shape(
     u, v = sums[0] / area, sums[1] / area
     # Add the variance of a square pixel.
     uu, vv, uv = sums[2] / area - u * u + 1 / 12, sums[3] / area - v * v + 1 / 12, sums[4] / area - u * v
-    middle, reach = 0.5 * (uu + vv), math.sqrt(0.25 * (uu - vv) ** 2 + uv * uv)
-    shortest, longest = max(middle - reach, 1e-9), middle + reach
-    filled_share = area / (4.0 * math.pi * math.sqrt(shortest * longest))
+    middle, extent = 0.5 * (uu + vv), math.sqrt(0.25 * (uu - vv) ** 2 + uv * uv)
+    shortest, longest = max(middle - extent, 1e-9), middle + extent
+    fill_fraction = area / (4.0 * math.pi * math.sqrt(shortest * longest))
     measures[U], measures[V] = u, v
     measures[RADIUS] = math.sqrt(area / math.pi)
-    measures[ROUNDNESS] = math.sqrt(shortest / longest) * min(filled_share, 1.0)
+    measures[ROUNDNESS] = math.sqrt(shortest / longest) * min(fill_fraction, 1.0)
     measures[BRIGHTNESS] = light / bright
 
 
 @njit(cache=True)
 def _fit_background(
-    image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, brightest: float
+    image: NDArray[np.uint8], measures: NDArray[np.float64], extent: float, brightest: float
 ) -> None:
     """Set the background plane, fitted to the pixels around the lamp that are not bright."""
-    outer = 1.5 * reach + 3.0
+    outer = 1.5 * extent + 3.0
     normal, right_side = np.zeros((3, 3)), np.zeros(3)
     for v in range(max(int(measures[V] - outer), 0), min(int(measures[V] + outer) + 2, image.shape[0])):
         for u in range(max(int(measures[U] - outer), 0), min(int(measures[U] + outer) + 2, image.shape[1])):
             x, y = u - measures[U], v - measures[V]
             distance = math.sqrt(x * x + y * y)
-            if reach < distance < outer and image[v, u] < brightest:
+            if extent < distance < outer and image[v, u] < brightest:
                 row = (1.0, x, y)
                 for i in range(3):
                     right_side[i] += row[i] * image[v, u]
@@ -159,13 +159,13 @@ def _fit_background(
     if normal[0, 0] > 2.0 * outer and np.linalg.det(normal / normal[0, 0]) > 1e-3:
         plane = np.linalg.solve(normal, right_side)
         measures[PLANE], measures[SLOPE_U], measures[SLOPE_V] = plane[0], plane[1], plane[2]
-        measures[RING_SPREAD] = 0.5 * (normal[1, 1] + normal[2, 2])
-        measures[UNEVENNESS] = _unevenness(image, measures, reach, outer, brightest)
+        measures[RING_MOMENT] = 0.5 * (normal[1, 1] + normal[2, 2])
+        measures[UNEVENNESS] = _unevenness(image, measures, extent, outer, brightest)
 
 
 @njit(cache=True)
 def _unevenness(
-    image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, outer: float, brightest: float
+    image: NDArray[np.uint8], measures: NDArray[np.float64], extent: float, outer: float, brightest: float
 ) -> float:
     """Return the RMS deviation of sectors around the lamp from the background plane [grey levels].
 
@@ -175,7 +175,7 @@ def _unevenness(
     for v in range(max(int(measures[V] - outer), 0), min(int(measures[V] + outer) + 2, image.shape[0])):
         for u in range(max(int(measures[U] - outer), 0), min(int(measures[U] + outer) + 2, image.shape[1])):
             x, y = u - measures[U], v - measures[V]
-            if reach**2 < x * x + y * y < outer**2 and image[v, u] < brightest:
+            if extent**2 < x * x + y * y < outer**2 and image[v, u] < brightest:
                 plane = measures[PLANE] + measures[SLOPE_U] * x + measures[SLOPE_V] * y
                 sector = int((math.atan2(y, x) / (2.0 * math.pi) + 0.5) * SECTORS) % SECTORS
                 sums[sector] += image[v, u] - plane
@@ -193,35 +193,37 @@ def _unevenness(
 
 @njit(cache=True)
 def _find_centroid(
-    image: NDArray[np.uint8], measures: NDArray[np.float64], reach: float, noise: float
+    image: NDArray[np.uint8], measures: NDArray[np.float64], extent: float, noise: float
 ) -> None:
     """Set centroid and sigma."""
     u0, v0 = measures[U], measures[V]
-    for _ in range(ROUNDS):
-        light, along_u, along_v, spread = 0.0, 0.0, 0.0, 0.0
+    for _ in range(ITERATIONS_MAX):
+        light, moment_u, moment_v, second_moment = 0.0, 0.0, 0.0, 0.0
         u_before, v_before = measures[U], measures[V]
-        for v in range(max(math.ceil(v_before - reach), 0), min(int(v_before + reach) + 1, image.shape[0])):
-            wide = math.sqrt(max(reach**2 - (v - v_before) ** 2, 0.0))
-            for u in range(max(math.ceil(u_before - wide), 0), min(int(u_before + wide) + 1, image.shape[1])):
+        for v in range(max(math.ceil(v_before - extent), 0), min(int(v_before + extent) + 1, image.shape[0])):
+            half_width = math.sqrt(max(extent**2 - (v - v_before) ** 2, 0.0))
+            for u in range(
+                max(math.ceil(u_before - half_width), 0), min(int(u_before + half_width) + 1, image.shape[1])
+            ):
                 above = image[v, u] - (
                     measures[PLANE] + measures[SLOPE_U] * (u - u0) + measures[SLOPE_V] * (v - v0)
                 )
                 light += above
-                along_u += above * (u - u_before)
-                along_v += above * (v - v_before)
-                spread += (u - u_before) ** 2
+                moment_u += above * (u - u_before)
+                moment_v += above * (v - v_before)
+                second_moment += (u - u_before) ** 2
         if light <= 0.0:
             measures[AREA] = 0.0
             return
-        measures[U] = u_before + along_u / light
-        measures[V] = v_before + along_v / light
+        measures[U] = u_before + moment_u / light
+        measures[V] = v_before + moment_v / light
         # Uncertainty of the slope of the background.
-        slope = spread**2 / measures[RING_SPREAD] if measures[RING_SPREAD] > 0.0 else 0.0
-        uneven = spread * measures[UNEVENNESS] / reach
-        measures[SIGMA] = math.sqrt((spread + slope) * noise**2 + uneven**2) / light
+        slope = second_moment**2 / measures[RING_MOMENT] if measures[RING_MOMENT] > 0.0 else 0.0
+        background_error = second_moment * measures[UNEVENNESS] / extent
+        measures[SIGMA] = math.sqrt((second_moment + slope) * noise**2 + background_error**2) / light
         step = abs(measures[U] - u_before) + abs(measures[V] - v_before)
-        if step < STILL:
+        if step < CONVERGENCE_STEP:
             break
-        if step > reach:
+        if step > extent:
             measures[AREA] = 0.0
             return

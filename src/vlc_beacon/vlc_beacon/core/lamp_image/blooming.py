@@ -18,11 +18,11 @@ from scipy.special import expit
 
 from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
 
-BIN = 0.25
+BIN_WIDTH = 0.25
 """Width of the annuli over which brightness is averaged [px]."""
-REACH = 1.8
+PROFILE_RADII = 1.8
 """Radius of the fitted profile [lamp radii]."""
-REACH_MORE = 4.0
+PROFILE_MARGIN = 4.0
 """Margin added to the radius of the profile [px]."""
 RADIUS_MIN = 1.0
 
@@ -33,14 +33,14 @@ class BloomingFit:
 
     Attributes:
         alpha: steepness of the rim [1/px].
-        half_radius: p + beta, the half-maximum radius [px].
+        half_maximum_radius: p + beta, the half-maximum radius [px].
         gamma: brightness of the background [grey levels].
         brightness: b, brightness of the lamp [grey levels].
         residual: RMS residual of the fit [grey levels].
     """
 
     alpha: float
-    half_radius: float
+    half_maximum_radius: float
     gamma: float
     brightness: float
     residual: float
@@ -62,16 +62,16 @@ class BloomingCalibration:
     gamma: float
     beta_sigma: float
 
-    def radius(self, half_radius: float) -> float:
+    def radius(self, half_maximum_radius: float) -> float:
         """Return the true radius p [px] for a half-maximum radius."""
-        return max(half_radius - self.beta, 0.0)
+        return max(half_maximum_radius - self.beta, 0.0)
 
 
 def blooming_brightness(distances: NDArray[np.float64], fit: BloomingFit, beta: float) -> NDArray[np.float64]:
     """Return the brightness at distances from the centre [px], corrected eq. (4); same shape [grey levels]."""
-    fall = expit(fit.alpha * (distances - fit.half_radius))
-    outside = (fit.brightness - fit.gamma) * (1.0 - fall) + fit.gamma
-    return np.asarray(np.where(distances <= fit.half_radius - beta, fit.brightness, outside))
+    sigmoid = expit(fit.alpha * (distances - fit.half_maximum_radius))
+    outside = (fit.brightness - fit.gamma) * (1.0 - sigmoid) + fit.gamma
+    return np.asarray(np.where(distances <= fit.half_maximum_radius - beta, fit.brightness, outside))
 
 
 def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float) -> BloomingFit:
@@ -85,7 +85,7 @@ def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: 
     Raises:
         LampImageError: the lamp is cut off by the image border, or there is no lamp.
     """
-    distances, levels, weights = _radial_profile(image, centre, REACH * radius + REACH_MORE)
+    distances, levels, weights = _radial_profile(image, centre, PROFILE_RADII * radius + PROFILE_MARGIN)
     brightest, darkest = float(levels[distances < 0.7 * radius].mean()), float(levels[-4:].mean())
     if not brightest > darkest:
         raise LampImageError(
@@ -94,8 +94,8 @@ def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: 
 
     def residuals(guess: NDArray[np.float64]) -> NDArray[np.float64]:
         b, gamma, half, log_alpha = guess
-        fall = expit(math.exp(log_alpha) * (distances - half))
-        return np.asarray(weights * ((b - gamma) * (1.0 - fall) + gamma - levels))
+        sigmoid = expit(math.exp(log_alpha) * (distances - half))
+        return np.asarray(weights * ((b - gamma) * (1.0 - sigmoid) + gamma - levels))
 
     start = np.array([brightest, darkest, radius, 0.5])
     solved = least_squares(residuals, start, x_scale=[10.0, 10.0, 1.0, 0.5])
@@ -125,30 +125,36 @@ def calibrate_blooming(
             'a depth, the radius or the focal length is not positive; give metres and pixels'
         )
     true_radii = lamp_radius * focal_length / np.asarray(depths, dtype=np.float64)
-    betas = np.array([fit.half_radius for fit in fits]) - true_radii
-    spread = float(np.std(betas, ddof=1) / math.sqrt(len(betas))) if len(betas) > 1 else math.inf
+    betas = np.array([fit.half_maximum_radius for fit in fits]) - true_radii
+    standard_error = float(np.std(betas, ddof=1) / math.sqrt(len(betas))) if len(betas) > 1 else math.inf
     return BloomingCalibration(
         float(np.median([fit.alpha for fit in fits])),
         float(np.mean(betas)),
         float(np.median([fit.gamma for fit in fits])),
-        spread,
+        standard_error,
     )
 
 
 def _radial_profile(
-    image: NDArray[np.uint8], centre: NDArray[np.float64], reach: float
+    image: NDArray[np.uint8], centre: NDArray[np.float64], profile_radius: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return distances [px], mean brightness and square roots of pixel counts of annuli, each of shape (n,)."""
-    left, top = (int(low) for low in np.floor(centre - reach))
-    right, bottom = (int(high) + 1 for high in np.ceil(centre + reach))
-    if left < 0 or top < 0 or right > image.shape[1] or bottom > image.shape[0] or reach < RADIUS_MIN:
+    left, top = (int(low) for low in np.floor(centre - profile_radius))
+    right, bottom = (int(high) + 1 for high in np.ceil(centre + profile_radius))
+    if (
+        left < 0
+        or top < 0
+        or right > image.shape[1]
+        or bottom > image.shape[0]
+        or profile_radius < RADIUS_MIN
+    ):
         raise LampImageError(
             f'the lamp at ({centre[0]:.0f}, {centre[1]:.0f}) is cut off by the border; choose another image'
         )
     v, u = np.mgrid[top:bottom, left:right]
     distance = np.hypot(u - centre[0], v - centre[1])
-    ring = (distance / BIN).astype(np.int64).ravel()
-    inside = ring < int(reach / BIN)
+    ring = (distance / BIN_WIDTH).astype(np.int64).ravel()
+    inside = ring < int(profile_radius / BIN_WIDTH)
     values = image[top:bottom, left:right].astype(np.float64).ravel()[inside]
     counts = np.bincount(ring[inside])
     filled = counts > 0

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from vlc_beacon.core.lamp_image.coarse_contrast import CELL
 from vlc_beacon.core.lamp_image.settings import LampSettings
 
-SPOTS_MAX = 20000
+COMPONENTS_MAX = 20000
 """A threshold with more components shows texture, not lamps."""
 
 
-def candidate_spots(
+def find_candidates(
     contrast: NDArray[np.uint8], lowest: float, settings: LampSettings
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return bounding boxes and peaks of candidates, brightest first.
@@ -36,10 +36,10 @@ def candidate_spots(
     boxes, peaks = [np.empty((0, 4), np.int64)], [np.empty(0)]
     level, above = lowest, 0.0
     while level <= highest:
-        found, peak = _spots_at(contrast, level)
-        wanted = (peak >= above) & (peak < 4.0 * level)
-        boxes.append(found[wanted])
-        peaks.append(peak[wanted])
+        found, peak = _components_at(contrast, level)
+        selected = (peak >= above) & (peak < 4.0 * level)
+        boxes.append(found[selected])
+        peaks.append(peak[selected])
         level *= 2.0
         above = 2.0 * level
     all_boxes, all_peaks = np.concatenate(boxes), np.concatenate(peaks)
@@ -52,12 +52,14 @@ def candidate_spots(
     return all_boxes[lamp][order], all_peaks[lamp][order]
 
 
-def _spots_at(contrast: NDArray[np.uint8], level: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _components_at(
+    contrast: NDArray[np.uint8], level: float
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return boxes [px] and peaks of the connected components above a threshold."""
     _, mask = cv2.threshold(contrast, level - 0.5, 255, cv2.THRESH_BINARY)
     # connectedComponentsWithStats takes ten times as long.
     count, labels = cv2.connectedComponents(mask, connectivity=8)
-    if count > SPOTS_MAX:
+    if count > COMPONENTS_MAX:
         return np.empty((0, 4), np.int64), np.empty(0)
     boxes, peaks = _boxes_and_peaks(contrast, labels, count)
     return boxes[1:] * CELL, peaks[1:]

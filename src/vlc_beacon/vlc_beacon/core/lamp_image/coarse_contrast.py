@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 CELL = 4
 """Side length of a cell [px]."""
-COARSER = 4
+BACKGROUND_CELLS = 4
 """Side length of a cell of the background image [cells]."""
 NOISE_ROWS = 32
 _NORMAL_MAD = 0.6745
@@ -37,13 +37,17 @@ def coarse_contrast(
     if stripe_rows > 0.0:
         column = np.ones((1 + math.ceil(stripe_rows / CELL), 1), np.uint8)
         coarse = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, column)
-    coarser = cv2.resize(
-        coarse, (max(size[0] // COARSER, 1), max(size[1] // COARSER, 1)), interpolation=cv2.INTER_AREA
+    downsampled = cv2.resize(
+        coarse,
+        (max(size[0] // BACKGROUND_CELLS, 1), max(size[1] // BACKGROUND_CELLS, 1)),
+        interpolation=cv2.INTER_AREA,
     )
-    side = 1 + 2 * math.ceil(0.5 * diameter_max / (CELL * COARSER) + 1.0)
+    side = 1 + 2 * math.ceil(0.5 * diameter_max / (CELL * BACKGROUND_CELLS) + 1.0)
     # Limit the kernel to the size of the image.
-    kernel = np.ones((min(side, 2 * coarser.shape[0] - 1), min(side, 2 * coarser.shape[1] - 1)), np.uint8)
-    opened = cv2.morphologyEx(coarser, cv2.MORPH_OPEN, kernel)
+    kernel = np.ones(
+        (min(side, 2 * downsampled.shape[0] - 1), min(side, 2 * downsampled.shape[1] - 1)), np.uint8
+    )
+    opened = cv2.morphologyEx(downsampled, cv2.MORPH_OPEN, kernel)
     background = cv2.resize(opened, size, interpolation=cv2.INTER_LINEAR)
     return cv2.subtract(coarse, background), background
 

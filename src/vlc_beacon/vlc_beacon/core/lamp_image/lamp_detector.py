@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vlc_beacon.core.lamp_image import blob_measurement as blob
-from vlc_beacon.core.lamp_image.candidates import candidate_spots
+from vlc_beacon.core.lamp_image.candidates import find_candidates
 from vlc_beacon.core.lamp_image.coarse_contrast import CELL, coarse_contrast, noise_sigma
 from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
@@ -17,7 +17,7 @@ SIGMA_MIN = 0.02
 """Lower bound of the centroid standard deviation, due to pixel non-uniformity [px]."""
 SIDE_MIN = 16
 """Minimum image side [px]."""
-SAME_WITHIN = 0.5
+DUPLICATE_RADIUS_FRACTION = 0.5
 """Blobs whose centres are closer than this fraction of a radius are duplicates."""
 
 
@@ -42,7 +42,7 @@ class LampDetector:
         contrast, _ = coarse_contrast(image, settings.diameter_max, settings.stripe_rows)
         noise = noise_sigma(image)
         lowest = max(settings.contrast_min, settings.noise_sigmas * noise / CELL)
-        boxes, peaks = candidate_spots(contrast, lowest, settings)
+        boxes, peaks = find_candidates(contrast, lowest, settings)
         stripe_rows = round(settings.stripe_rows)
         limits = settings.diameter_min, settings.diameter_max, settings.roundness_min
         found: list[NDArray[np.float64]] = []
@@ -51,7 +51,7 @@ class LampDetector:
             if (
                 measures[blob.AREA] > 0.0
                 and _is_whole(measures, image.shape)
-                and not any(_are_one(measures, other) for other in found)
+                and not any(_are_duplicates(measures, other) for other in found)
             ):
                 found.append(measures)
         blobs = _blobs(np.array(found).reshape(-1, blob.MEASURES))
@@ -75,9 +75,9 @@ def _is_whole(measures: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
     return bool(radius <= u <= shape[1] - 1 - radius and radius <= v <= shape[0] - 1 - radius)
 
 
-def _are_one(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+def _are_duplicates(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
     distance = np.hypot(a[blob.U] - b[blob.U], a[blob.V] - b[blob.V])
-    return bool(distance < SAME_WITHIN * max(a[blob.RADIUS], b[blob.RADIUS]))
+    return bool(distance < DUPLICATE_RADIUS_FRACTION * max(a[blob.RADIUS], b[blob.RADIUS]))
 
 
 def _blobs(measures: NDArray[np.float64]) -> LampBlobs:

@@ -9,18 +9,23 @@ from numpy.typing import NDArray
 
 from vlc_beacon.core.lamp_image.image_motion import ImageMotion
 from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
-from vlc_beacon.core.lamp_image.lamp_parts import HALF_DISC, SplitAxis, half_levels, light_centroid
+from vlc_beacon.core.lamp_image.lamp_halves import (
+    HALF_DISC_CENTROID,
+    SplitAxis,
+    half_levels,
+    intensity_centroid,
+)
 
 HALF_JUMP = 0.3
 """Standard deviation of the centroid of a lamp whose halves may go dark [lamp radii]."""
-MIDDLE_ERROR = 0.02
+MIDDLE_SIGMA = 0.02
 """Standard deviation of the centre of a half dark lamp, computed from the levels of its halves [lamp radii]."""
 GATE_SIGMAS = 4.0
-FAINT = 0.06
+FAINT_LEVEL = 0.06
 """A lamp whose halves are both below this fraction of full brightness gives no position measurement."""
-RADIUS_KEPT, FULL_KEPT = 0.998, 0.9995
+RADIUS_DECAY, FULL_DECAY = 0.998, 0.9995
 """Decay of the maximum radius and brightness per frame."""
-HALF_FRAMES = 10.0
+HALF_PRIOR_FRAMES = 10.0
 """Weight, in frames, of the theoretical half-disc centroid distance when it is learned."""
 
 
@@ -29,7 +34,7 @@ class LampTrack:
 
     Attributes:
         key: unique track ID.
-        place: centre in the last frame, shape (2,), predicted if the lamp was dark [px].
+        centre: centre in the last frame, shape (2,), predicted if the lamp was dark [px].
         sigma: standard deviation of the centre, shape (2,), infinite if the lamp was dark [px].
         radius: lamp radius [px].
         last_seen: stamp of the last frame in which the lamp was lit [s].
@@ -46,83 +51,85 @@ class LampTrack:
             may_be_split: whether its halves may be switched independently.
         """
         self.key = key
-        self.place, self.sigma = blobs.centroids[i].copy(), blobs.sigmas[i].copy()
+        self.centre, self.sigma = blobs.centroids[i].copy(), blobs.sigmas[i].copy()
         self.radius = float(blobs.radii[i])
         self.last_seen = stamp
         self._background = float(blobs.backgrounds[i])
-        self._motion = ImageMotion(stamp, self.place, HALF_JUMP * self.radius)
+        self._motion = ImageMotion(stamp, self.centre, HALF_JUMP * self.radius)
         self._split = SplitAxis() if may_be_split else None
         self._full = 1e-9
-        self._half_sums = np.array([HALF_DISC * HALF_FRAMES, HALF_FRAMES])
+        self._half_sums = np.array([HALF_DISC_CENTROID * HALF_PRIOR_FRAMES, HALF_PRIOR_FRAMES])
 
     @property
     def split_axis(self) -> NDArray[np.float64] | None:
         """Unit vector from the second half to the first, shape (2,); None for a lamp of one part."""
         return self._split.axis if self._split is not None and self._split.is_split else None
 
-    def expect(self, stamp: float) -> tuple[NDArray[np.float64], float]:
+    def predict(self, stamp: float) -> tuple[NDArray[np.float64], float]:
         """Return the predicted centre, shape (2,), and the gate radius [px]."""
-        place, sigma = self._motion.expect(stamp)
-        return place, GATE_SIGMAS * math.hypot(sigma, HALF_JUMP * self.radius) + 1.0
+        centre, sigma = self._motion.predict(stamp)
+        return centre, GATE_SIGMAS * math.hypot(sigma, HALF_JUMP * self.radius) + 1.0
 
-    def turn(self, angle: float) -> None:
+    def rotate(self, angle: float) -> None:
         """Account for the image rotation since the last frame [rad], from u to v."""
         if self._split is not None:
-            self._split.turn(angle)
+            self._split.rotate(angle)
 
-    def see(self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, i: int) -> NDArray[np.float64]:
+    def update(self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, i: int) -> NDArray[np.float64]:
         """Update with a detection and return the brightness of the halves relative to full light, shape (2,)."""
-        expected, _ = self._motion.expect(stamp)
-        self.radius = max(RADIUS_KEPT * self.radius, float(blobs.radii[i]))
+        expected, _ = self._motion.predict(stamp)
+        self.radius = max(RADIUS_DECAY * self.radius, float(blobs.radii[i]))
         self._background = float(blobs.backgrounds[i])
-        self.place, self.sigma = blobs.centroids[i].copy(), blobs.sigmas[i].copy()
+        self.centre, self.sigma = blobs.centroids[i].copy(), blobs.sigmas[i].copy()
         if self._split is not None:
-            self._find_middle(self._split, image, expected)
+            self._locate_middle(self._split, image, expected)
         self.last_seen = stamp
-        parts = self._parts(image)
-        if parts.max() < FAINT:
+        half_brightness = self._half_brightness(image)
+        if half_brightness.max() < FAINT_LEVEL:
             self._coast(stamp)
         else:
-            self._motion.see(stamp, self.place, float(self.sigma.max()))
-        return parts
+            self._motion.update(stamp, self.centre, float(self.sigma.max()))
+        return half_brightness
 
     def miss(self, stamp: float, image: NDArray[np.uint8]) -> NDArray[np.float64]:
         """Update with a frame without a detection and return the brightness of the halves, as `update` does."""
         self._coast(stamp)
-        return self._parts(image)
+        return self._half_brightness(image)
 
     def _coast(self, stamp: float) -> None:
         """Use the predicted position."""
         self._motion.coast(stamp)
-        self.place, _ = self._motion.expect(stamp)
+        self.centre, _ = self._motion.predict(stamp)
         self.sigma = np.full(2, math.inf)
 
-    def _find_middle(self, split: SplitAxis, image: NDArray[np.uint8], expected: NDArray[np.float64]) -> None:
+    def _locate_middle(
+        self, split: SplitAxis, image: NDArray[np.uint8], expected: NDArray[np.float64]
+    ) -> None:
         """Set centre and sigma of a lamp whose halves may differ in brightness."""
-        near = light_centroid(image, expected, self.radius, self._background)
+        near = intensity_centroid(image, expected, self.radius, self._background)
         split.add(near - expected, self.radius)
         if not split.is_split:
             # A lamp without jumps for long has one part.
-            self.sigma = np.hypot(self.sigma, HALF_JUMP * self.radius * split.doubt)
+            self.sigma = np.hypot(self.sigma, HALF_JUMP * self.radius * split.split_uncertainty)
             return
         middle = expected
         for _ in range(2):
-            first, second = self._levels(image, middle)
-            lean = (first - second) / max(first + second, 1e-9)
+            first, second = self._half_levels(image, middle)
+            imbalance = (first - second) / max(first + second, 1e-9)
             distance = float(self._half_sums[0] / self._half_sums[1])
-            centroid = light_centroid(image, middle, self.radius, self._background)
-            middle = centroid - lean * distance * self.radius * split.axis
+            centroid = intensity_centroid(image, middle, self.radius, self._background)
+            middle = centroid - imbalance * distance * self.radius * split.axis
         jump = float((centroid - expected) @ split.axis) / self.radius
-        self._half_sums = 0.99 * self._half_sums + np.array([jump * lean, lean * lean])
-        self.place = middle
-        self.sigma = np.hypot(self.sigma, MIDDLE_ERROR * self.radius * (1.0 + 2.0 * abs(lean)))
+        self._half_sums = 0.99 * self._half_sums + np.array([jump * imbalance, imbalance * imbalance])
+        self.centre = middle
+        self.sigma = np.hypot(self.sigma, MIDDLE_SIGMA * self.radius * (1.0 + 2.0 * abs(imbalance)))
 
-    def _levels(self, image: NDArray[np.uint8], middle: NDArray[np.float64]) -> tuple[float, float]:
+    def _half_levels(self, image: NDArray[np.uint8], middle: NDArray[np.float64]) -> tuple[float, float]:
         axis = np.array([1.0, 0.0]) if self._split is None else self._split.axis
         first, second = half_levels(image, middle, self.radius, axis, self._background)
         return max(first, 0.0), max(second, 0.0)
 
-    def _parts(self, image: NDArray[np.uint8]) -> NDArray[np.float64]:
-        parts = np.array(self._levels(image, self.place))
-        self._full = max(FULL_KEPT * self._full, float(parts.max()))
-        return parts / self._full
+    def _half_brightness(self, image: NDArray[np.uint8]) -> NDArray[np.float64]:
+        half_brightness = np.array(self._half_levels(image, self.centre))
+        self._full = max(FULL_DECAY * self._full, float(half_brightness.max()))
+        return half_brightness / self._full

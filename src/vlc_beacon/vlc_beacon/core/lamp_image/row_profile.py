@@ -13,21 +13,21 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-HALO = (3.0, 24.0)
+HALO_LIMITS = (3.0, 24.0)
 """The halo of a bright lamp is modulated too. Rows are used up to this distance from the centre [lamp radii] and from
 the rim [px]."""
-COLUMNS = 20.0
+DENSE_RADIUS = 20.0
 """Lamps with a larger radius [px] are sampled at a subset of their columns."""
-RINGS = 2.0
+RINGS_PER_PIXEL = 2.0
 """Resolution of the radial profile [1/px]."""
 WEIGHT_MIN = 1.0
 """Minimum weight of a ring, in bright pixels, to be estimated."""
-ROUNDS = 3
+ITERATIONS = 3
 SIGMA_MAX = 0.15
 """Maximum standard deviation of a row's brightness [fraction of full light]; other rows are rejected."""
 LEVELS_MIN = 3.0
 """Minimum brightness of the lamp above its background in a row [grey levels]."""
-SHARE_MIN = 0.05
+FRACTION_MIN = 0.05
 """Minimum full brightness of a row as a fraction of the brightest row."""
 
 
@@ -48,30 +48,30 @@ def row_profile(
         noise: standard deviation of a pixel [grey levels].
     """
     height, width = image.shape
-    reach = min(HALO[0] * radius, radius + HALO[1])
-    (left, top), (right, bottom) = np.ceil(centre - reach), np.floor(centre + reach) + 1
+    extent = min(HALO_LIMITS[0] * radius, radius + HALO_LIMITS[1])
+    (left, top), (right, bottom) = np.ceil(centre - extent), np.floor(centre + extent) + 1
     left, top, right, bottom = max(left, 0), max(top, 0), min(right, width), min(bottom, height)
     if left >= right or top >= bottom:
         return int(top), np.empty(0)
     window = image[int(top) : int(bottom), int(left) : int(right)]
-    step = 1 + int(radius / COLUMNS)
-    shares, peaks, powers = _shares_of_rows(
-        window, centre[0] - left, centre[1] - top, reach, background, step
+    step = 1 + int(radius / DENSE_RADIUS)
+    fractions, peaks, powers = _row_fractions(
+        window, centre[0] - left, centre[1] - top, extent, background, step
     )
-    least = max(LEVELS_MIN, SHARE_MIN * peaks.max())
-    shown = (peaks >= least) & (powers >= (noise / SIGMA_MAX) ** 2)
-    middle = min(max(round(float(centre[1] - top)), 0), len(shares) - 1)
-    if not shown[middle]:
+    threshold = max(LEVELS_MIN, FRACTION_MIN * peaks.max())
+    visible = (peaks >= threshold) & (powers >= (noise / SIGMA_MAX) ** 2)
+    middle = min(max(round(float(centre[1] - top)), 0), len(fractions) - 1)
+    if not visible[middle]:
         return int(top) + middle, np.empty(0)
-    hidden = np.flatnonzero(~shown)
+    hidden = np.flatnonzero(~visible)
     begin = int(hidden[hidden < middle].max(initial=-1)) + 1
-    end = int(hidden[hidden > middle].min(initial=len(shares)))
-    return int(top) + begin, shares[begin:end]
+    end = int(hidden[hidden > middle].min(initial=len(fractions)))
+    return int(top) + begin, fractions[begin:end]
 
 
 @njit(cache=True)
-def _shares_of_rows(
-    window: NDArray[np.uint8], u: float, v: float, reach: float, background: float, step: int
+def _row_fractions(
+    window: NDArray[np.uint8], u: float, v: float, extent: float, background: float, step: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the fraction of full light of each row, and the peak [grey levels] and the sum of squares of the full
     lamp in it, all of shape (h,).
@@ -80,20 +80,20 @@ def _shares_of_rows(
         window: image around the lamp, shape (h, w).
         u: column of the centre [px].
         v: row of the centre [px].
-        reach: maximum distance from the centre [px].
+        extent: maximum distance from the centre [px].
         background: brightness of the background [grey levels].
         step: distance between sampled columns [px].
     """
-    profile = _first_profile(window, u, v, reach, background, step)
+    profile = _initial_profile(window, u, v, extent, background, step)
     rows = len(window)
-    shares, peaks, powers = np.zeros(rows), np.zeros(rows), np.zeros(rows)
-    for _ in range(ROUNDS):
-        _fit_rows(window, u, v, background, step, profile, shares, peaks, powers)
-        if not shares.max() > 0.0:
+    fractions, peaks, powers = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+    for _ in range(ITERATIONS):
+        _fit_rows(window, u, v, background, step, profile, fractions, peaks, powers)
+        if not fractions.max() > 0.0:
             break
-        shares /= shares.max()
-        _fit_profile(window, u, v, background, step, profile, shares)
-    return shares, peaks, powers
+        fractions /= fractions.max()
+        _fit_profile(window, u, v, background, step, profile, fractions)
+    return fractions, peaks, powers
 
 
 @njit(cache=True)
@@ -104,22 +104,22 @@ def _fit_rows(
     background: float,
     step: int,
     profile: NDArray[np.float64],
-    shares: NDArray[np.float64],
+    fractions: NDArray[np.float64],
     peaks: NDArray[np.float64],
     powers: NDArray[np.float64],
 ) -> None:
-    """Set the outputs of `_shares_of_rows` for a known profile."""
+    """Set the outputs of `_row_fractions` for a known profile."""
     for row in range(len(window)):
         light, powers[row], peaks[row] = 0.0, 0.0, 0.0
         for column in range(0, window.shape[1], step):
-            place = RINGS * math.hypot(column - u, row - v)
-            ring = int(place)
+            ring_position = RINGS_PER_PIXEL * math.hypot(column - u, row - v)
+            ring = int(ring_position)
             if ring + 1 < len(profile):
-                full = profile[ring] + (place - ring) * (profile[ring + 1] - profile[ring])
+                full = profile[ring] + (ring_position - ring) * (profile[ring + 1] - profile[ring])
                 light += full * (window[row, column] - background)
                 powers[row] += full**2
                 peaks[row] = max(peaks[row], full)
-        shares[row] = light / powers[row] if peaks[row] >= LEVELS_MIN else 0.0
+        fractions[row] = light / powers[row] if peaks[row] >= LEVELS_MIN else 0.0
 
 
 @njit(cache=True)
@@ -130,43 +130,43 @@ def _fit_profile(
     background: float,
     step: int,
     profile: NDArray[np.float64],
-    shares: NDArray[np.float64],
+    fractions: NDArray[np.float64],
 ) -> None:
     """Fit the profile to known rows; dark rings keep their values."""
     light, weights = np.zeros(len(profile)), np.zeros(len(profile))
     for row in range(len(window)):
-        if shares[row] > 0.0:
+        if fractions[row] > 0.0:
             for column in range(0, window.shape[1], step):
-                place = RINGS * math.hypot(column - u, row - v)
-                ring = int(place)
+                ring_position = RINGS_PER_PIXEL * math.hypot(column - u, row - v)
+                ring = int(ring_position)
                 if ring + 1 < len(profile):
                     for side in (0, 1):
-                        weight = abs(1 - side - (place - ring)) * shares[row]
+                        weight = abs(1 - side - (ring_position - ring)) * fractions[row]
                         light[ring + side] += weight * (window[row, column] - background)
-                        weights[ring + side] += weight * shares[row]
+                        weights[ring + side] += weight * fractions[row]
     for ring in range(len(profile)):
         if weights[ring] > WEIGHT_MIN:
             profile[ring] = light[ring] / weights[ring]
-    _fall_outwards(profile)
+    _enforce_monotonic(profile)
 
 
 @njit(cache=True)
-def _first_profile(
-    window: NDArray[np.uint8], u: float, v: float, reach: float, background: float, step: int
+def _initial_profile(
+    window: NDArray[np.uint8], u: float, v: float, extent: float, background: float, step: int
 ) -> NDArray[np.float64]:
     """Return the maximum of each ring around the centre, shape (rings,) [grey levels]."""
-    profile = np.zeros(int(RINGS * reach) + 2)
+    profile = np.zeros(int(RINGS_PER_PIXEL * extent) + 2)
     for row in range(len(window)):
         for column in range(0, window.shape[1], step):
-            ring = int(RINGS * math.hypot(column - u, row - v) + 0.5)
+            ring = int(RINGS_PER_PIXEL * math.hypot(column - u, row - v) + 0.5)
             if ring < len(profile):
                 profile[ring] = max(profile[ring], window[row, column] - background)
-    _fall_outwards(profile)
+    _enforce_monotonic(profile)
     return profile
 
 
 @njit(cache=True)
-def _fall_outwards(profile: NDArray[np.float64]) -> None:
+def _enforce_monotonic(profile: NDArray[np.float64]) -> None:
     """Make the profile monotonically decreasing outwards; a darker ring is in a dark band."""
     for ring in range(len(profile) - 2, -1, -1):
         profile[ring] = max(profile[ring], profile[ring + 1])

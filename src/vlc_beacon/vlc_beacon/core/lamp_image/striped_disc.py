@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 
-LIT = 0.35
+LIT_FRACTION = 0.35
 """Minimum brightness of a row with rim points, as a fraction of the brightest."""
 POINTS_MIN = 6
-ROUGH = 0.12
+RESIDUAL_MAX = 0.12
 """Maximum RMS residual of the circle fit [lamp radii]."""
-UNCERTAIN = (0.05, 0.25)
+UNFITTED_SIGMAS = (0.05, 0.25)
 """Standard deviation along rows and columns if no circle is found [lamp radii]."""
 SIGMA_MIN = 0.03
-STEPS = 8
-OUTLIER = 3.0
+ITERATIONS = 8
+OUTLIER_FACTOR = 3.0
 
 
 def fit_striped_disc(image: NDArray[np.uint8], blobs: LampBlobs, noise: float) -> LampBlobs:
@@ -38,17 +38,17 @@ def fit_striped_disc(image: NDArray[np.uint8], blobs: LampBlobs, noise: float) -
     """
     centroids, sigmas, radii = blobs.centroids.copy(), blobs.sigmas.copy(), blobs.radii.copy()
     for i in range(len(blobs)):
-        points = rim_points(image, centroids[i], radii[i], blobs.backgrounds[i], 4.0 * noise)
+        points = find_rim_points(image, centroids[i], radii[i], blobs.backgrounds[i], 4.0 * noise)
         circle = _fit_circle(points) if len(points) >= POINTS_MIN else np.empty(0)
         if len(circle) == 0:
-            sigmas[i] = np.maximum(sigmas[i], np.array(UNCERTAIN) * radii[i])
+            sigmas[i] = np.maximum(sigmas[i], np.array(UNFITTED_SIGMAS) * radii[i])
             continue
         centroids[i], radii[i], sigmas[i] = circle[:2], circle[2], circle[3:]
     return replace(blobs, centroids=centroids, sigmas=sigmas, radii=radii)
 
 
 @njit(cache=True)
-def rim_points(
+def find_rim_points(
     image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float, background: float, dimmest: float
 ) -> NDArray[np.float64]:
     """Return the end points of bright rows, shape (n, 2) [px].
@@ -60,9 +60,9 @@ def rim_points(
         background: brightness of the background [grey levels].
         dimmest: minimum brightness of a row above the background [grey levels].
     """
-    reach = 1.8 * radius + 3.0
-    first, last = max(int(centre[1] - reach), 0), min(int(centre[1] + reach) + 1, image.shape[0] - 1)
-    left, right = max(int(centre[0] - reach), 0), min(int(centre[0] + reach) + 1, image.shape[1] - 1)
+    extent = 1.8 * radius + 3.0
+    first, last = max(int(centre[1] - extent), 0), min(int(centre[1] + extent) + 1, image.shape[0] - 1)
+    left, right = max(int(centre[0] - extent), 0), min(int(centre[0] + extent) + 1, image.shape[1] - 1)
     inner_left = max(round(centre[0] - 0.3 * radius), left)
     inner_right = min(round(centre[0] + 0.3 * radius), right)
     levels = np.zeros(last - first + 1)
@@ -71,7 +71,7 @@ def rim_points(
         for column in range(inner_left, inner_right + 1):
             total += image[row, column]
         levels[row - first] = total / (inner_right - inner_left + 1) - background
-    lit = max(LIT * levels.max(), dimmest)
+    lit = max(LIT_FRACTION * levels.max(), dimmest)
     points = np.empty((2 * len(levels), 2))
     count = 0
     for row in range(first, last + 1):
@@ -106,21 +106,21 @@ def _fit_circle(points: NDArray[np.float64]) -> NDArray[np.float64]:
     used = np.ones(len(local), dtype=np.bool_)
     information = np.eye(3)
     rms = 0.0
-    for _ in range(STEPS):
+    for _ in range(ITERATIONS):
         offsets = local - circle[:2]
         distances = np.hypot(offsets[:, 0], offsets[:, 1])
         residuals = distances - circle[2]
         rms = math.sqrt(np.mean(residuals[used] ** 2))
-        used = np.abs(residuals) <= max(OUTLIER * rms, 0.2)
+        used = np.abs(residuals) <= max(OUTLIER_FACTOR * rms, 0.2)
         ones = np.ones((len(local), 1))
         jacobian = np.column_stack((-offsets / np.maximum(distances, 1e-9).reshape(-1, 1), -ones))[used]
         information = jacobian.T @ jacobian
         if len(jacobian) < POINTS_MIN or np.linalg.cond(information) > 1e6:
             return np.empty(0)
         circle = circle - np.linalg.solve(information, jacobian.T @ residuals[used])
-    reach = 0.5 * max(np.ptp(points[:, 0]), np.ptp(points[:, 1]))
-    if rms > ROUGH * circle[2] or circle[2] > 2.0 * reach or not circle[2] > 0.0:
+    extent = 0.5 * max(np.ptp(points[:, 0]), np.ptp(points[:, 1]))
+    if rms > RESIDUAL_MAX * circle[2] or circle[2] > 2.0 * extent or not circle[2] > 0.0:
         return np.empty(0)
-    freedom = len(points) / max(len(points) - 3, 1)
-    variances = np.diag(np.linalg.inv(information))[:2] * rms**2 * freedom
+    inflation = len(points) / max(len(points) - 3, 1)
+    variances = np.diag(np.linalg.inv(information))[:2] * rms**2 * inflation
     return np.concatenate((circle[:2] + middle, circle[2:], np.sqrt(variances + SIGMA_MIN**2)))

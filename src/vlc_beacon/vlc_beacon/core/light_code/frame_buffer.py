@@ -32,7 +32,7 @@ class FrameBuffer:
     def add(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> None:
         """Append frames, shapes (n,) and (n, bins, symbols)."""
         while self._end + len(stamps) > len(self._stamps):
-            self._move()
+            self._make_room()
         end = self._end + len(stamps)
         self._stamps[self._end : end], self._tables[self._end : end] = stamps, tables
         self._end = end
@@ -41,7 +41,7 @@ class FrameBuffer:
         """Drop frames before a stamp [s]."""
         self._first += int(np.searchsorted(self.stamps, stamp))
 
-    def _move(self) -> None:
+    def _make_room(self) -> None:
         """Make room at the end: reuse dropped space if it is half of the buffer, else grow."""
         stamps, tables = self.stamps, self.tables
         if len(stamps) > len(self._stamps) // 2 or self._first == 0:

@@ -27,12 +27,12 @@ class LampRows:
     exposure: float
 
     @property
-    def middles(self) -> NDArray[np.float64]:
+    def centre_times(self) -> NDArray[np.float64]:
         """Times at which the middle of the lamp was exposed, shape (n,) [s]."""
         rows = self.first_rows + 0.5 * (self.brightness.shape[1] - 1)
         return self.stamps + rows * self.row_time + 0.5 * self.exposure
 
-    def without_damage(self) -> LampRows:
+    def drop_invalid_frames(self) -> LampRows:
         """Return the frames in which all rows are finite."""
         kept = np.isfinite(self.brightness).all(axis=1)
         if kept.all():
@@ -42,7 +42,7 @@ class LampRows:
         )
 
 
-def rows_of_frame(
+def rows_from_frame(
     stamp: float, first_row: int, brightness: ArrayLike, row_time: float, exposure: float
 ) -> LampRows:
     """Return the rows of a lamp in one frame; brightness has shape (rows,), other arguments as in `LampRows`."""

@@ -19,33 +19,33 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import Waveform, waveform_of_steps
+from light_waveform import Waveform, waveform_from_steps
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 PREAMBLE = (1, 1, 1, 0, 0, 0)
 INDEX_BITS = 7
-CHECK_BITS = 4
-CHECK_POLYNOMIAL = 0b10011
+CRC_BITS = 4
+CRC_POLYNOMIAL = 0b10011
 """x^4 + x + 1, as in CRC-4/INTERLAKEN but with initial value 0."""
 CHIP_TIMES = (1.0 / 8000.0, 1.0 / 6000.0)
 """Shortest and longest chip [s]: limited by rolling shutters and by visible flicker of the segments."""
-SLOT_BYTES_MAX = 8
+SEGMENT_BYTES_MAX = 8
 """Limit for the shortest chips; see `REPETITION_MAX`."""
 REPETITION_MAX = 0.02
 """Maximum duration of a segment, so that its repetitions do not flicker visibly [s]."""
 
 
 @dataclass(frozen=True)
-class SlotFormat:
+class SegmentFormat:
     """Format of the segments of a block.
 
     Attributes:
-        slot_bytes: bytes of the block per segment: more bytes need more rows and reduce overhead.
+        segment_bytes: bytes of the block per segment: more bytes need more rows and reduce overhead.
         chip_time: duration of a chip [s], within `CHIP_TIMES`.
         frame_rate: frame rate of the slowest camera [1/s].
     """
 
-    slot_bytes: int = 1
+    segment_bytes: int = 1
     chip_time: float = 1.0 / 8000.0
     frame_rate: float = 30.0
 
@@ -53,17 +53,17 @@ class SlotFormat:
         if not CHIP_TIMES[0] <= self.chip_time <= CHIP_TIMES[1]:
             low, high = CHIP_TIMES
             raise VlcBeaconError(f'chip_time is {self.chip_time:g} s, it must be from {low:g} to {high:g} s')
-        if self.slot_bytes < 1 or self.chips * self.chip_time > REPETITION_MAX:
+        if self.segment_bytes < 1 or self.chips * self.chip_time > REPETITION_MAX:
             chips = int(REPETITION_MAX / self.chip_time + 1e-6)
-            most = ((chips - len(PREAMBLE)) // 2 - INDEX_BITS - CHECK_BITS) // 8
+            most = ((chips - len(PREAMBLE)) // 2 - INDEX_BITS - CRC_BITS) // 8
             raise VlcBeaconError(
-                f'slot_bytes is {self.slot_bytes}, it must be from 1 to {most}, or the lamp would flicker visibly'
+                f'segment_bytes is {self.segment_bytes}, it must be from 1 to {most}, or the lamp would flicker visibly'
             )
 
     @property
     def bits(self) -> int:
         """Bits of a segment after its preamble."""
-        return INDEX_BITS + 8 * self.slot_bytes + CHECK_BITS
+        return INDEX_BITS + 8 * self.segment_bytes + CRC_BITS
 
     @property
     def chips(self) -> int:
@@ -76,7 +76,7 @@ class SlotFormat:
         return 1 + math.ceil((1.0 / self.frame_rate / self.chip_time + 2.0) / self.chips)
 
     @property
-    def slot_seconds(self) -> float:
+    def segment_seconds(self) -> float:
         """Duration of a segment with its repetitions [s]."""
         return self.repeats * self.chips * self.chip_time
 
@@ -86,7 +86,7 @@ class SlotFormat:
 
 
 @dataclass(frozen=True)
-class Slot:
+class Segment:
     """A segment of a block.
 
     Attributes:
@@ -99,56 +99,58 @@ class Slot:
 
     def chips(self) -> NDArray[np.uint8]:
         """Return the chips, shape (n,), 0 and 1."""
-        bits = np.concatenate([_bits_of(self.index, INDEX_BITS), _bytes_bits(self.content)])
-        bits = np.append(bits, _bits_of(_check_of(bits), CHECK_BITS))
+        bits = np.concatenate([_int_to_bits(self.index, INDEX_BITS), _bytes_to_bits(self.content)])
+        bits = np.append(bits, _int_to_bits(_crc4(bits), CRC_BITS))
         return np.append(np.array(PREAMBLE, np.uint8), np.column_stack([bits, 1 - bits]).ravel())
 
 
-def slot_of_bits(bits: NDArray[np.uint8]) -> Slot | None:
+def segment_from_bits(bits: NDArray[np.uint8]) -> Segment | None:
     """Return the segment of the bits after a preamble, shape (bits,), or None if its CRC is wrong."""
-    if (bits @ _check_columns(len(bits)) % 2).any():
+    if (bits @ _crc4_matrix(len(bits)) % 2).any():
         return None
-    content = np.packbits(bits[INDEX_BITS:-CHECK_BITS]).tobytes()
-    return Slot(_number_of(bits[:INDEX_BITS]), content)
+    content = np.packbits(bits[INDEX_BITS:-CRC_BITS]).tobytes()
+    return Segment(_bits_to_int(bits[:INDEX_BITS]), content)
 
 
-def slots_waveform(slots: list[Slot], slot_format: SlotFormat, clock_scale: float = 1.0) -> Waveform:
+def segments_waveform(
+    segments: list[Segment], segment_format: SegmentFormat, clock_scale: float = 1.0
+) -> Waveform:
     """Return the periodic waveform of segments, each repeated, with one part.
 
     Args:
-        slots: segments, at least one.
-        slot_format: repetitions and chip time.
+        segments: segments, at least one.
+        segment_format: repetitions and chip time.
         clock_scale: actual over nominal duration, to simulate a clock error.
     """
-    chips = np.concatenate([np.tile(slot.chips(), slot_format.repeats) for slot in slots])
-    return waveform_of_steps(np.full(len(chips), slot_format.chip_time * clock_scale), chips)
+    chips = np.concatenate([np.tile(segment.chips(), segment_format.repeats) for segment in segments])
+    return waveform_from_steps(np.full(len(chips), segment_format.chip_time * clock_scale), chips)
 
 
-def _bits_of(number: int, count: int) -> NDArray[np.uint8]:
+def _int_to_bits(number: int, count: int) -> NDArray[np.uint8]:
     return (number >> np.arange(count)[::-1] & 1).astype(np.uint8)
 
 
-def _number_of(bits: NDArray[np.uint8]) -> int:
+def _bits_to_int(bits: NDArray[np.uint8]) -> int:
     return int(bits @ (1 << np.arange(len(bits))[::-1]))
 
 
-def _bytes_bits(content: bytes) -> NDArray[np.uint8]:
+def _bytes_to_bits(content: bytes) -> NDArray[np.uint8]:
     return np.unpackbits(np.frombuffer(content, np.uint8))
 
 
-def _check_of(bits: NDArray[np.uint8]) -> int:
+def _crc4(bits: NDArray[np.uint8]) -> int:
     """Return the CRC-4 of the bits."""
     value = 0
     for bit in bits.tolist():
-        value = value << 1 ^ (bit << CHECK_BITS)
-        if value >> CHECK_BITS:
-            value ^= CHECK_POLYNOMIAL
+        value = value << 1 ^ (bit << CRC_BITS)
+        if value >> CRC_BITS:
+            value ^= CRC_POLYNOMIAL
     return value
 
 
 @lru_cache(maxsize=64)
-def _check_columns(count: int) -> NDArray[np.int64]:
-    """Return the contribution of each bit (including the CRC) to the remainder, shape (count, CHECK_BITS)."""
-    units = np.eye(count - CHECK_BITS, dtype=np.uint8)
-    columns = [_bits_of(_check_of(unit), CHECK_BITS) for unit in units]
-    return np.vstack([*columns, np.eye(CHECK_BITS)]).astype(np.int64)
+def _crc4_matrix(count: int) -> NDArray[np.int64]:
+    """Return the contribution of each bit (including the CRC) to the remainder, shape (count, CRC_BITS)."""
+    units = np.eye(count - CRC_BITS, dtype=np.uint8)
+    columns = [_int_to_bits(_crc4(unit), CRC_BITS) for unit in units]
+    return np.vstack([*columns, np.eye(CRC_BITS)]).astype(np.int64)

@@ -7,15 +7,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vlc_beacon.core.light_code.lamp_rows import LampRows
-from vlc_beacon.core.light_code.manchester import PREAMBLE, SlotFormat
+from vlc_beacon.core.light_code.manchester import PREAMBLE, SegmentFormat
 
 PHASES = 10
 """Number of tested chip phases of the first row."""
-SWING_MIN = 0.25
+CONTRAST_RATIO_MIN = 0.25
 """Minimum contrast of the weakest bit over the mean contrast; other frames are rejected."""
 
 
-def bits_of_rows(rows: LampRows, slot_format: SlotFormat) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+def demodulate_rows(
+    rows: LampRows, segment_format: SegmentFormat
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     """Return the bits of the segment in each frame, and a mask of frames with enough rows and clear bits.
 
     All chip phases are tested, wrapped around after one segment, and all chips as the start of the segment: the correct
@@ -24,20 +26,20 @@ def bits_of_rows(rows: LampRows, slot_format: SlotFormat) -> tuple[NDArray[np.ui
     Returns:
         bits, shape (n, bits), and valid frames, shape (n,).
     """
-    swings, preambles = _best_swings(
+    contrasts, preamble_contrasts = _best_contrasts(
         rows.brightness,
-        rows.row_time / slot_format.chip_time,
-        rows.exposure / slot_format.chip_time,
-        slot_format.chips,
+        rows.row_time / segment_format.chip_time,
+        rows.exposure / segment_format.chip_time,
+        segment_format.chips,
     )
-    sizes = np.abs(swings)
-    weakest = np.minimum(sizes.min(axis=1), preambles / 3.0)
-    typical = sizes.mean(axis=1)
-    return (swings > 0.0).astype(np.uint8), (typical > 0.0) & (weakest >= SWING_MIN * typical)
+    magnitudes = np.abs(contrasts)
+    weakest = np.minimum(magnitudes.min(axis=1), preamble_contrasts / 3.0)
+    typical = magnitudes.mean(axis=1)
+    return (contrasts > 0.0).astype(np.uint8), (typical > 0.0) & (weakest >= CONTRAST_RATIO_MIN * typical)
 
 
 @njit(cache=True)
-def _best_swings(
+def _best_contrasts(
     brightness: NDArray[np.float64], row_chips: float, exposure_chips: float, chips: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return first minus second chip of each bit, shape (n, bits), and of the preamble halves, shape (n,).
@@ -45,22 +47,22 @@ def _best_swings(
     Zeros if the rows do not show all chips. Times are in chips.
     """
     frames, head = len(brightness), len(PREAMBLE)
-    swings, preambles = np.zeros((frames, (chips - head) // 2)), np.zeros(frames)
+    contrasts, preamble_contrasts = np.zeros((frames, (chips - head) // 2)), np.zeros(frames)
     for f in range(frames):
         best = 0.0
         for phase in range(PHASES):
             levels = _chip_levels(brightness[f], phase / PHASES, row_chips, exposure_chips, chips)
-            first, score, preamble = _best_beginning(levels)
+            first, score, preamble = _find_segment_start(levels)
             if score > best:
-                best, preambles[f] = score, preamble
-                for i in range(swings.shape[1]):
+                best, preamble_contrasts[f] = score, preamble
+                for i in range(contrasts.shape[1]):
                     k = first + head + 2 * i
-                    swings[f, i] = levels[k % chips] - levels[(k + 1) % chips]
-    return swings, preambles
+                    contrasts[f, i] = levels[k % chips] - levels[(k + 1) % chips]
+    return contrasts, preamble_contrasts
 
 
 @njit(cache=True)
-def _best_beginning(levels: NDArray[np.float64]) -> tuple[int, float, float]:
+def _find_segment_start(levels: NDArray[np.float64]) -> tuple[int, float, float]:
     """Return the first chip of the segment, its score and preamble contrast; score 0 if chips are missing."""
     chips, head = len(levels), len(PREAMBLE)
     sums = np.zeros(2)

@@ -9,27 +9,27 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import Waveform, waveform_of_steps
+from light_waveform import Waveform, waveform_from_steps
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 
 BITS = 3
-MARKER = 1 << BITS
+PREAMBLE_SYMBOL = 1 << BITS
 TONE_LOWEST = 3500.0
 """Lowest tone [Hz]."""
 TONE_SPACING = 500.0
 """Tone spacing [Hz]; 200 Hz suffices for a constant tone, but not for symbols of two frames on 16 rows."""
-FRAMES_A_SYMBOL = 2
+FRAMES_PER_SYMBOL = 2
 
 
 def rs_fsk_code(frame_rate: float) -> SymbolCode:
     """Return the code for cameras with at least this frame rate [1/s]."""
-    return SymbolCode(BITS, (MARKER,), FRAMES_A_SYMBOL / frame_rate)
+    return SymbolCode(BITS, (PREAMBLE_SYMBOL,), FRAMES_PER_SYMBOL / frame_rate)
 
 
 def symbol_tones(code: SymbolCode) -> tuple[float, ...]:
     """Return the tone of each symbol [Hz], the preamble last; symbols hold whole cycles, so their mean is equal."""
-    wanted = TONE_LOWEST + TONE_SPACING * np.arange(MARKER + 1)
-    return tuple((np.round(wanted * code.duration) / code.duration).tolist())
+    nominal = TONE_LOWEST + TONE_SPACING * np.arange(PREAMBLE_SYMBOL + 1)
+    return tuple((np.round(nominal * code.duration) / code.duration).tolist())
 
 
 def rs_fsk_waveform(packets: list[bytes], frame_rate: float, clock_scale: float = 1.0) -> Waveform:
@@ -41,16 +41,16 @@ def rs_fsk_waveform(packets: list[bytes], frame_rate: float, clock_scale: float 
         clock_scale: actual over nominal duration, to simulate a clock error.
     """
     code = rs_fsk_code(frame_rate)
-    symbols = np.concatenate([code.symbols_of(packet) for packet in packets])
-    return _waveform_of_tones(np.array(symbol_tones(code))[symbols], code.duration, clock_scale)
+    symbols = np.concatenate([code.encode_symbols(packet) for packet in packets])
+    return _waveform_from_tones(np.array(symbol_tones(code))[symbols], code.duration, clock_scale)
 
 
 def constant_tone_waveform(tone: float) -> Waveform:
     """Return the waveform of a lamp that is identified by a constant tone [Hz]."""
-    return waveform_of_steps([0.5 / tone, 0.5 / tone], [1.0, 0.0])
+    return waveform_from_steps([0.5 / tone, 0.5 / tone], [1.0, 0.0])
 
 
-def _waveform_of_tones(tones: NDArray[np.float64], duration: float, clock_scale: float) -> Waveform:
+def _waveform_from_tones(tones: NDArray[np.float64], duration: float, clock_scale: float) -> Waveform:
     halves = np.round(2.0 * tones * duration).astype(int)
     durations = np.repeat(duration / halves * clock_scale, halves)
-    return waveform_of_steps(durations, np.arange(len(durations)) % 2 == 0)
+    return waveform_from_steps(durations, np.arange(len(durations)) % 2 == 0)

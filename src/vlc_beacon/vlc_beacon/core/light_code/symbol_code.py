@@ -21,12 +21,12 @@ class SymbolCode:
 
     Attributes:
         bits: bits per data symbol; data symbols are 0 to 2^bits - 1.
-        marker: symbols that start a packet; none of them is a data symbol.
+        preamble: symbols that start a packet; none of them is a data symbol.
         duration: duration of a symbol [s].
     """
 
     bits: int
-    marker: tuple[int, ...]
+    preamble: tuple[int, ...]
     duration: float
 
     @property
@@ -39,21 +39,21 @@ class SymbolCode:
         """Number of different data symbols."""
         return 1 << self.bits
 
-    def symbols_of(self, packet: bytes) -> NDArray[np.int64]:
+    def encode_symbols(self, packet: bytes) -> NDArray[np.int64]:
         """Return the symbols of a packet with its preamble, shape (n,)."""
         bits = np.unpackbits(np.frombuffer(whiten(packet), np.uint8))
-        groups = np.append(bits, np.zeros(-len(bits) % self.bits, np.uint8)).reshape(-1, self.bits)
-        return np.concatenate([self.marker, groups @ (1 << np.arange(self.bits)[::-1])]).astype(np.int64)
+        chunks = np.append(bits, np.zeros(-len(bits) % self.bits, np.uint8)).reshape(-1, self.bits)
+        return np.concatenate([self.preamble, chunks @ (1 << np.arange(self.bits)[::-1])]).astype(np.int64)
 
-    def bytes_of(self, symbols: ArrayLike) -> bytes | None:
+    def decode_symbols(self, symbols: ArrayLike) -> bytes | None:
         """Return the packet of the data symbols between two preambles, shape (n,), or None for incomplete bytes."""
         symbols = np.asarray(symbols, np.int64)
         bits = (symbols[:, None] >> np.arange(self.bits)[::-1] & 1).ravel()
-        filling = len(bits) % 8
-        if filling >= self.bits or bits[len(bits) - filling :].any():
+        padding = len(bits) % 8
+        if padding >= self.bits or bits[len(bits) - padding :].any():
             return None
-        return whiten(np.packbits(bits[: len(bits) - filling]).tobytes())
+        return whiten(np.packbits(bits[: len(bits) - padding]).tobytes())
 
-    def seconds_of(self, packet_bytes: int) -> float:
+    def packet_duration(self, packet_bytes: int) -> float:
         """Return the duration of a packet with its preamble [s]."""
-        return (len(self.marker) - (-8 * packet_bytes // self.bits)) * self.duration
+        return (len(self.preamble) - (-8 * packet_bytes // self.bits)) * self.duration

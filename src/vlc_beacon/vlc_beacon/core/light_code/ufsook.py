@@ -14,18 +14,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import Waveform, waveform_of_steps
+from light_waveform import Waveform, waveform_from_steps
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 
-SPACE, MARK, MARKER_BEGIN, MARKER_END = range(4)
+SPACE, MARK, PREAMBLE_FIRST, PREAMBLE_SECOND = range(4)
 FRAME_RATE = 60.0
 """Frame rate of the camera [1/s]."""
-UFSOOK = SymbolCode(bits=1, marker=(MARKER_BEGIN, MARKER_END), duration=2.0 / FRAME_RATE)
+UFSOOK = SymbolCode(bits=1, preamble=(PREAMBLE_FIRST, PREAMBLE_SECOND), duration=2.0 / FRAME_RATE)
 EIGHTHS = (64, 56, 60, 60)
 """Eighths of a cycle in each symbol: 8, 7, 7.5 and 7.5 cycles."""
 FIRST_EIGHTH = (1, 1, 1, 5)
 """Initial phase of each symbol in eighths of a cycle."""
-HALVES = np.repeat([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]], 2, axis=0)
+HALF_LEVELS = np.repeat([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]], 2, axis=0)
 """Levels of both halves in each eighth of a cycle, shape (8, 2)."""
 
 
@@ -36,15 +36,15 @@ def ufsook_waveform(packets: list[bytes], clock_scale: float = 1.0) -> Waveform:
         packets: encoded packets, at least one.
         clock_scale: actual over nominal duration, to simulate a clock error.
     """
-    symbols = np.concatenate([UFSOOK.symbols_of(packet) for packet in packets])
-    return waveform_of_symbols(symbols, clock_scale)
+    symbols = np.concatenate([UFSOOK.encode_symbols(packet) for packet in packets])
+    return waveform_from_symbols(symbols, clock_scale)
 
 
-def waveform_of_symbols(symbols: NDArray[np.int64], clock_scale: float = 1.0) -> Waveform:
+def waveform_from_symbols(symbols: NDArray[np.int64], clock_scale: float = 1.0) -> Waveform:
     """Return the waveform of symbols, shape (n,), with two parts."""
     eighths = [FIRST_EIGHTH[s] + np.arange(EIGHTHS[s]) for s in symbols]
     durations = [np.full(EIGHTHS[s], UFSOOK.duration / EIGHTHS[s] * clock_scale) for s in symbols]
-    return waveform_of_steps(np.concatenate(durations), HALVES[np.concatenate(eighths) % 8])
+    return waveform_from_steps(np.concatenate(durations), HALF_LEVELS[np.concatenate(eighths) % 8])
 
 
 def expected_levels(
@@ -61,15 +61,15 @@ def expected_levels(
         mean and variance of the brightness, each of shape (4 symbols, bins, 2 halves).
     """
     starts = (np.arange(bins) + 0.5) / bins * UFSOOK.duration
-    around = np.linspace(-2.5, 2.5, 21)
-    weights = np.exp(-0.5 * around**2) / np.exp(-0.5 * around**2).sum()
+    offsets = np.linspace(-2.5, 2.5, 21)
+    weights = np.exp(-0.5 * offsets**2) / np.exp(-0.5 * offsets**2).sum()
     levels = []
     for symbol in range(4):
         # Exposures that extend beyond the symbol are computed as if it continued.
         eighth = UFSOOK.duration / EIGHTHS[symbol]
-        blinks = waveform_of_steps(np.full(8, eighth), HALVES)
+        cycle = waveform_from_steps(np.full(8, eighth), HALF_LEVELS)
         shift = FIRST_EIGHTH[symbol] * eighth
-        levels.append(blinks.exposed(starts[:, None] + shift + around * timing_sigma, exposure))
+        levels.append(cycle.exposure_means(starts[:, None] + shift + offsets * timing_sigma, exposure))
     seen = np.stack(levels)
     means = np.einsum('sbwh,w->sbh', seen, weights)
     return means, np.einsum('sbwh,w->sbh', seen**2, weights) - means**2

@@ -18,7 +18,7 @@ TIMING_SIGMA = 1.2e-4
 """Standard deviation of a frame's position in its symbol, from jitter of stamps and symbol timing [s]."""
 NOISE_SIGMA = 0.1
 """Standard deviation of the brightness."""
-SURPRISE_MAX = 10.0
+PENALTY_MAX = 10.0
 """Maximum penalty of one frame in log-likelihood: the lamp may have been occluded."""
 
 
@@ -43,7 +43,7 @@ class UfsookDecoder:
             exposure: exposure of the frames [s].
         """
         kept = np.isfinite(brightness).all(axis=1)
-        tables = _frame_tables(*_model(round(exposure, 6)), brightness[kept])
+        tables = _frame_tables(*_likelihood_model(round(exposure, 6)), brightness[kept])
         return self._receiver.add(stamps[kept], tables)
 
 
@@ -62,12 +62,14 @@ def _frame_tables(
             for s in range(symbols):
                 error_0 = precisions[b, s, 0] * (means[b, s, 0] - brightness[f, 0]) ** 2
                 error_1 = precisions[b, s, 1] * (means[b, s, 1] - brightness[f, 1]) ** 2
-                tables[f, b, s] = max(constants[b, s] - 0.5 * (error_0 + error_1), -SURPRISE_MAX)
+                tables[f, b, s] = max(constants[b, s] - 0.5 * (error_0 + error_1), -PENALTY_MAX)
     return tables
 
 
 @lru_cache(maxsize=64)
-def _model(exposure: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _likelihood_model(
+    exposure: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return mean and inverse variance, shape (BINS, symbols, 2), and the constant of the log-likelihood."""
     levels = expected_levels(exposure, BINS, TIMING_SIGMA)
     means, variances = (np.ascontiguousarray(array.swapaxes(0, 1)) for array in levels)

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-LENGTH = 512
-SKIPPED = 24
+SEQUENCE_BYTES = 512
+SKIPPED_BITS = 24
 """Skipped bits of the sequence: it begins with 14 zeros, and so do the packets of most IDs."""
 
 
@@ -18,17 +18,17 @@ def whiten(data: bytes) -> bytes:
     The sequence is that of the shift register x^15 + x^14 + 1 (ITU-T O.151), initialized with ones, without its first
     bits.
     """
-    sequence = np.tile(_SEQUENCE, 1 + len(data) // LENGTH)[: len(data)]
+    sequence = np.tile(_SEQUENCE, 1 + len(data) // SEQUENCE_BYTES)[: len(data)]
     return (np.frombuffer(data, np.uint8) ^ sequence).tobytes()
 
 
 def _shift_register_bytes() -> NDArray[np.uint8]:
     state, bits = 0x7FFF, []
-    for _ in range(SKIPPED + 8 * LENGTH):
+    for _ in range(SKIPPED_BITS + 8 * SEQUENCE_BYTES):
         bit = (state >> 14 ^ state >> 13) & 1
         state = (state << 1 | bit) & 0x7FFF
         bits.append(bit)
-    return np.packbits(bits[SKIPPED:])
+    return np.packbits(bits[SKIPPED_BITS:])
 
 
 _SEQUENCE = _shift_register_bytes()

@@ -28,7 +28,7 @@ def crc32(data: bytes) -> int:
     return zlib.crc32(data)
 
 
-def _table() -> list[int]:
+def _crc8_table() -> list[int]:
     table = []
     for value in range(256):
         for _ in range(8):
@@ -37,4 +37,4 @@ def _table() -> list[int]:
     return table
 
 
-_CRC8_TABLE = _table()
+_CRC8_TABLE = _crc8_table()

@@ -66,7 +66,7 @@ def read_data_packet(data: bytes) -> DataPacket | None:
     return DataPacket(data[3:-4], data[1], bool(data[0] & _LAST), bool(data[0] & _TEXT), data[0] & TAG_MAX)
 
 
-def packets_of_message(message: bytes | str) -> list[DataPacket]:
+def split_message(message: bytes | str) -> list[DataPacket]:
     """Split a message into packets; text is encoded as UTF-8.
 
     Raises:

@@ -18,6 +18,6 @@ class Operation(IntEnum):
     """Turn in place by the value."""
 
     @property
-    def word(self) -> str:
+    def label(self) -> str:
         """Name of the operation in topics and files."""
         return self.name.lower()

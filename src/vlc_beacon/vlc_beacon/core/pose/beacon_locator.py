@@ -12,14 +12,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
-from shirube_geometry import CameraMount, LevelCamera, PinholeCamera, level_camera
-from vlc_beacon.core.pose.agreement import SAME_WITHIN, Agreement, best_agreements, chosen_agreement
+from shirube_geometry import CameraMount, GravityAlignedCamera, PinholeCamera, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.pose.closed_form import ClosedForm
-from vlc_beacon.core.pose.doubts import named_doubts, unclear_doubts
+from vlc_beacon.core.pose.beacon_anomalies import classify_anomalies, unclassified_anomalies
+from vlc_beacon.core.pose.closed_form import TwoLampSolver
+from vlc_beacon.core.pose.consensus import (
+    SAME_POSE_TOLERANCE,
+    ConsensusSet,
+    find_consensus_sets,
+    select_consensus_set,
+)
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays, lamp_rays
-from vlc_beacon.core.pose.pose_fix import BeaconDoubt, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
+from vlc_beacon.core.pose.pose_fix import BeaconAnomaly, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
 from vlc_beacon.core.pose.settings import PoseSettings
 
@@ -81,33 +86,33 @@ class BeaconLocator:
         """
         if len(rays) == 0:
             return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
-        camera = level_camera(self._mount, *tilt)
+        camera = gravity_aligned_camera(self._mount, *tilt)
         lamps = np.array([self.beacons[int(id_)].xyz for id_ in rays.ids])
-        squares = PoseLeastSquares(rays, lamps, camera, self._known, self._settings)
-        closed = ClosedForm(rays, lamps, camera, self._known)
+        problem = PoseLeastSquares(rays, lamps, camera, self._known, self._settings)
+        solver = TwoLampSolver(rays, lamps, camera, self._known)
         if len(set(rays.ids.tolist())) < 2:
-            doubts = unclear_doubts(rays) if rays.copied.any() else ()
-            return NoBeaconFix(NoFixReason.TOO_FEW_LAMPS, f'only lamp {rays.ids[0]} is in view', doubts)
-        all_fit = self._all_together(squares, closed, expected)
+            anomalies = unclassified_anomalies(rays) if rays.is_duplicate.any() else ()
+            return NoBeaconFix(NoFixReason.TOO_FEW_LAMPS, f'only lamp {rays.ids[0]} is in view', anomalies)
+        all_fit = self._fit_all(problem, solver, expected)
         if all_fit is not None:
             return all_fit
-        return self._majority(squares, closed, camera, expected)
+        return self._locate_by_consensus(problem, solver, camera, expected)
 
-    def _all_together(
-        self, squares: PoseLeastSquares, closed: ClosedForm, expected: ExpectedPose | None
+    def _fit_all(
+        self, problem: PoseLeastSquares, solver: TwoLampSolver, expected: ExpectedPose | None
     ) -> BeaconFix | NoBeaconFix | None:
         """Return the result if one pose explains all lamps, None otherwise."""
-        rays = squares.rays
-        if rays.copied.any():
+        rays = problem.rays
+        if rays.is_duplicate.any():
             return None
         used = np.ones(len(rays), dtype=np.bool_)
         fits: list[PoseEstimate] = []
-        for start in _starts(closed, START_PAIRS):
-            fit = squares.refine(start, used)
+        for initial_state in _initial_states(solver, START_PAIRS):
+            fit = problem.refine(initial_state, used)
             if (
                 fit is not None
-                and self._explains(fit)
-                and not any(fit.is_within(SAME_WITHIN, known) for known in fits)
+                and self._passes_chi_square(fit)
+                and not any(fit.is_within(SAME_POSE_TOLERANCE, known) for known in fits)
             ):
                 fits.append(fit)
             if fits and 2 * len(rays) > self._known.unknowns + 1:
@@ -115,56 +120,62 @@ class BeaconLocator:
         if not fits:
             return None
         if len(fits) > 1 and expected is not None:
-            fits = [fit for fit in fits if fit.distance_from(expected) < EXPECTED_SIGMAS] or fits
+            fits = [fit for fit in fits if fit.mahalanobis_distance_to(expected) < EXPECTED_SIGMAS] or fits
         if len(fits) > 1:
-            return NoBeaconFix(NoFixReason.AMBIGUOUS, f'{len(fits)} poses explain {_names(rays)}')
-        alone = 2 * len(rays) <= self._known.unknowns
-        if alone and expected is not None and fits[0].distance_from(expected) > EXPECTED_SIGMAS:
-            detail = f'{fits[0].distance_from(expected):.0f} standard deviations away by {_names(rays)}'
-            return NoBeaconFix(NoFixReason.UNEXPECTED, detail, unclear_doubts(rays))
-        return _fix(fits[0], used)
+            return NoBeaconFix(NoFixReason.AMBIGUOUS, f'{len(fits)} poses explain {_lamp_names(rays)}')
+        is_minimal = 2 * len(rays) <= self._known.unknowns
+        if (
+            is_minimal
+            and expected is not None
+            and fits[0].mahalanobis_distance_to(expected) > EXPECTED_SIGMAS
+        ):
+            detail = f'{fits[0].mahalanobis_distance_to(expected):.0f} standard deviations away by {_lamp_names(rays)}'
+            return NoBeaconFix(NoFixReason.UNEXPECTED, detail, unclassified_anomalies(rays))
+        return _make_fix(fits[0], used)
 
-    def _explains(self, fit: PoseEstimate) -> bool:
+    def _passes_chi_square(self, fit: PoseEstimate) -> bool:
         """Return whether the residuals of a fit to all lamps pass the chi-square test."""
         if not fit.in_front.all():
             return False
         freedom = fit.residuals.size - self._known.unknowns
         gate = chdtri(max(freedom, 1), GATE_PROBABILITY)
-        return bool(np.sum(fit.residuals**2) + np.sum(self._tilt_sigmas(fit) ** 2) < gate)
+        return bool(np.sum(fit.residuals**2) + np.sum(self._normalized_tilt(fit) ** 2) < gate)
 
-    def _tilt_sigmas(self, fit: PoseEstimate) -> NDArray[np.float64]:
+    def _normalized_tilt(self, fit: PoseEstimate) -> NDArray[np.float64]:
         sigma = self._settings.tilt_sigma
         return fit.state[4:] / sigma if sigma > 0.0 else np.zeros(2)
 
-    def _majority(
+    def _locate_by_consensus(
         self,
-        squares: PoseLeastSquares,
-        closed: ClosedForm,
-        camera: LevelCamera,
+        problem: PoseLeastSquares,
+        solver: TwoLampSolver,
+        camera: GravityAlignedCamera,
         expected: ExpectedPose | None,
     ) -> BeaconFix | NoBeaconFix:
         """Return the pose with the largest consensus set, and classify the outliers."""
-        rays, gate = squares.rays, self._settings.gate_sigmas
-        if not closed.widest_pairs(1):
-            return NoBeaconFix(NoFixReason.POOR_GEOMETRY, _names(rays))
-        places = np.array([beacon.xyz for beacon in self.beacons.values()])
-        starts = _starts(closed, PAIRS_MAX)
-        agreements = best_agreements(squares, starts, places, camera, gate)
-        chosen = chosen_agreement(agreements, self._known.unknowns, expected, EXPECTED_SIGMAS)
+        rays, gate = problem.rays, self._settings.gate_sigmas
+        if not solver.widest_pairs(1):
+            return NoBeaconFix(NoFixReason.POOR_GEOMETRY, _lamp_names(rays))
+        lamp_positions = np.array([beacon.xyz for beacon in self.beacons.values()])
+        initial_states = _initial_states(solver, PAIRS_MAX)
+        consensus_sets = find_consensus_sets(problem, initial_states, lamp_positions, camera, gate)
+        chosen = select_consensus_set(consensus_sets, self._known.unknowns, expected, EXPECTED_SIGMAS)
         if chosen is None:
-            several = len(agreements) > 1 and agreements[0].swapped.any()
+            several = len(consensus_sets) > 1 and consensus_sets[0].swapped.any()
             reason = NoFixReason.AMBIGUOUS if several else NoFixReason.INCONSISTENT
-            return NoBeaconFix(reason, _names(rays), unclear_doubts(rays))
-        return self._fix_of_majority(squares, chosen, camera)
+            return NoBeaconFix(reason, _lamp_names(rays), unclassified_anomalies(rays))
+        return self._consensus_fix(problem, chosen, camera)
 
-    def _fix_of_majority(
-        self, squares: PoseLeastSquares, chosen: Agreement, camera: LevelCamera
+    def _consensus_fix(
+        self, problem: PoseLeastSquares, chosen: ConsensusSet, camera: GravityAlignedCamera
     ) -> BeaconFix:
-        doubts = named_doubts(squares.rays, chosen, list(self.beacons.values()), camera)
-        return _fix(chosen.fit, chosen.own, doubts)
+        anomalies = classify_anomalies(problem.rays, chosen, list(self.beacons.values()), camera)
+        return _make_fix(chosen.fit, chosen.inliers, anomalies)
 
 
-def _fix(fit: PoseEstimate, used: NDArray[np.bool_], doubts: tuple[BeaconDoubt, ...] = ()) -> BeaconFix:
+def _make_fix(
+    fit: PoseEstimate, used: NDArray[np.bool_], anomalies: tuple[BeaconAnomaly, ...] = ()
+) -> BeaconFix:
     return BeaconFix(
         fit.pose,
         float(fit.state[2]),
@@ -172,15 +183,15 @@ def _fix(fit: PoseEstimate, used: NDArray[np.bool_], doubts: tuple[BeaconDoubt, 
         (float(fit.state[4]), float(fit.state[5])),
         used,
         fit.residuals,
-        doubts,
+        anomalies,
     )
 
 
-def _names(rays: LampRays) -> str:
+def _lamp_names(rays: LampRays) -> str:
     return 'lamps ' + ', '.join(str(id_) for id_ in sorted(rays.ids.tolist()))
 
 
-def _starts(closed: ClosedForm, pairs: int) -> Iterator[NDArray[np.float64]]:
+def _initial_states(solver: TwoLampSolver, pairs: int) -> Iterator[NDArray[np.float64]]:
     """Yield initial states from the widest pairs."""
-    for pair in closed.widest_pairs(pairs):
-        yield from closed.states_of_pair(*pair)
+    for pair in solver.widest_pairs(pairs):
+        yield from solver.solve_pair(*pair)

@@ -7,15 +7,15 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PlanarPose, level_camera
+from shirube_geometry import CameraMount, PlanarPose, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import EXPECTED_SIGMAS, BeaconLocator
-from vlc_beacon.core.pose.joined_views import JoinedViews
+from vlc_beacon.core.pose.keyframe_buffer import KeyframeBuffer
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.pose_filter import PoseFilter
-from vlc_beacon.core.pose.pose_fix import BeaconDoubt, BeaconFix, DoubtKind, NoBeaconFix
+from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix
 from vlc_beacon.core.pose.pose_least_squares import PoseLeastSquares
 from vlc_beacon.core.pose.settings import PoseSettings
 
@@ -49,19 +49,19 @@ class BeaconTracker:
         self._mount = mount
         self._filter: PoseFilter | None = None
         self._T_odom_base: PlanarPose | None = None
-        self._views = JoinedViews()
+        self._keyframes = KeyframeBuffer()
         self._lost_images = 0
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Reset the pose."""
         self._filter = None
-        self._views.clear()
+        self._keyframes.clear()
         self._lost_images = 0
 
     def add_odometry(self, T_odom_base: PlanarPose) -> None:
         """Add the newest odometry pose; call it before `track` for the same time."""
         if self._filter is not None and self._T_odom_base is not None:
-            self._filter.move(self._T_odom_base.inverse() @ T_odom_base)
+            self._filter.predict(self._T_odom_base.inverse() @ T_odom_base)
         self._T_odom_base = T_odom_base
 
     def track(self, rays: LampRays, tilt: tuple[float, float] = (0.0, 0.0)) -> BeaconFix | NoBeaconFix:
@@ -72,71 +72,73 @@ class BeaconTracker:
             tilt: roll and pitch of the robot [rad].
         """
         if self._filter is not None and not (self._filter.is_certain and self._lost_images < LOST_IMAGES):
-            self.forget()
+            self.reset()
         expected = None if self._filter is None else self._filter.expected()
-        found = self.locator.locate(rays, tilt, expected)
-        if self._filter is None and isinstance(found, NoBeaconFix):
-            found = self._joined(rays, tilt, found)
-        if isinstance(found, BeaconFix) and (
+        result = self.locator.locate(rays, tilt, expected)
+        if self._filter is None and isinstance(result, NoBeaconFix):
+            result = self._locate_from_keyframes(rays, tilt, result)
+        if isinstance(result, BeaconFix) and (
             expected is None
-            or expected.distance_of(found.T_map_base, found.planar_covariance) > EXPECTED_SIGMAS
+            or expected.mahalanobis_distance(result.T_map_base, result.planar_covariance) > EXPECTED_SIGMAS
         ):
-            self._start(found)
-            return found
-        return found if self._filter is None else self._filtered(self._filter, rays, tilt, found)
+            self._initialize_filter(result)
+            return result
+        return result if self._filter is None else self._update_filter(self._filter, rays, tilt, result)
 
-    def _joined(
-        self, rays: LampRays, tilt: tuple[float, float], alone: NoBeaconFix
+    def _locate_from_keyframes(
+        self, rays: LampRays, tilt: tuple[float, float], single_view_result: NoBeaconFix
     ) -> BeaconFix | NoBeaconFix:
         """Return the pose from the lamps in view and those of earlier keyframes."""
         if self._T_odom_base is None:
-            return alone
-        joined = self._views.seen_from(self._T_odom_base, rays)
-        self._views.add(self._T_odom_base, rays)
-        found = self.locator.locate(joined, tilt) if len(joined) > len(rays) else alone
-        return found if isinstance(found, BeaconFix) and not found.doubts else alone
+            return single_view_result
+        merged = self._keyframes.merged_with(self._T_odom_base, rays)
+        self._keyframes.add(self._T_odom_base, rays)
+        result = self.locator.locate(merged, tilt) if len(merged) > len(rays) else single_view_result
+        return result if isinstance(result, BeaconFix) and not result.anomalies else single_view_result
 
-    def _start(self, found: BeaconFix) -> None:
+    def _initialize_filter(self, result: BeaconFix) -> None:
         self._filter = PoseFilter(
-            found.T_map_base, found.height, found.covariance, self._settings, self._odometry_settings
+            result.T_map_base, result.height, result.covariance, self._settings, self._odometry_settings
         )
-        self._views.clear()
+        self._keyframes.clear()
         self._lost_images = 0
 
-    def _filtered(
+    def _update_filter(
         self,
         filter_: PoseFilter,
         rays: LampRays,
         tilt: tuple[float, float],
-        found: BeaconFix | NoBeaconFix,
+        result: BeaconFix | NoBeaconFix,
     ) -> BeaconFix | NoBeaconFix:
         """Update the filter with the consistent lamps and return its pose."""
-        camera = level_camera(self._mount, *tilt)
+        camera = gravity_aligned_camera(self._mount, *tilt)
         lamps = np.array([self.locator.beacons[int(id_)].xyz for id_ in rays.ids]).reshape(-1, 3)
-        wanted = found.used if isinstance(found, BeaconFix) else np.ones(len(rays), dtype=np.bool_)
+        candidates = result.used if isinstance(result, BeaconFix) else np.ones(len(rays), dtype=np.bool_)
         used = np.zeros(len(rays), dtype=np.bool_)
-        if wanted.any():
-            used[wanted] = filter_.add_lamps(rays.subset(wanted), lamps[wanted], camera)
+        if candidates.any():
+            used[candidates] = filter_.update(rays.subset(candidates), lamps[candidates], camera)
         if used.any():
             self._lost_images = 0
         elif len(set(rays.ids.tolist())) > 1:
             self._lost_images += 1
-        if isinstance(found, NoBeaconFix) and not filter_.is_confirmed:
-            return found  # do not publish dead reckoning: a fusion of both would count odometry twice
-        doubts = found.doubts if isinstance(found, BeaconFix) else _unfitting(rays, used)
-        squares = PoseLeastSquares(rays, lamps, camera, KnownStates(), self._settings)
-        residuals = squares.evaluate(filter_.bearing_state).residuals
+        if isinstance(result, NoBeaconFix) and not filter_.is_confirmed:
+            return result  # do not publish dead reckoning: a fusion of both would count odometry twice
+        anomalies = result.anomalies if isinstance(result, BeaconFix) else _outlier_anomalies(rays, used)
+        problem = PoseLeastSquares(rays, lamps, camera, KnownStates(), self._settings)
+        residuals = problem.evaluate(filter_.bearing_state).residuals
         return BeaconFix(
-            filter_.pose, filter_.height, filter_.covariance, (0.0, 0.0), used, residuals, doubts
+            filter_.pose, filter_.height, filter_.covariance, (0.0, 0.0), used, residuals, anomalies
         )
 
 
-def _unfitting(rays: LampRays, used: NDArray[np.bool_]) -> tuple[BeaconDoubt, ...]:
+def _outlier_anomalies(rays: LampRays, used: NDArray[np.bool_]) -> tuple[BeaconAnomaly, ...]:
     """Return the outliers of the filter; an outlier whose ID is also an inlier is a duplicate."""
-    own_ids = set(rays.ids[used].tolist())
+    inlier_ids = set(rays.ids[used].tolist())
     return tuple(
-        BeaconDoubt(
-            int(rays.ids[i]), int(i), DoubtKind.COPIED if int(rays.ids[i]) in own_ids else DoubtKind.MOVED
+        BeaconAnomaly(
+            int(rays.ids[i]),
+            int(i),
+            AnomalyKind.DUPLICATED if int(rays.ids[i]) in inlier_ids else AnomalyKind.MOVED,
         )
         for i in np.flatnonzero(~used)
     )

@@ -12,17 +12,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import LevelCamera, matrix_from_rpy
+from shirube_geometry import GravityAlignedCamera, matrix_from_rpy
 
 STATES = 6
-_QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
+_ROTATION_90 = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
 def camera_points(
     state: NDArray[np.float64],
     lamps: NDArray[np.float64],
     motions: NDArray[np.float64],
-    camera: LevelCamera,
+    camera: GravityAlignedCamera,
 ) -> NDArray[np.float64]:
     """Return the lamp positions in the optical frame [m], shape (n, 3).
 
@@ -40,7 +40,7 @@ def projections_with_jacobian(
     state: NDArray[np.float64],
     lamps: NDArray[np.float64],
     motions: NDArray[np.float64],
-    camera: LevelCamera,
+    camera: GravityAlignedCamera,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the rays to the lamps, their Jacobian and the depths; arguments as in `camera_points`.
 
@@ -52,11 +52,13 @@ def projections_with_jacobian(
     tilt = _tilt_matrix(state)
     tilted = level @ tilt
     points = (tilted - camera.position) @ camera.rotation
-    moved = _level_derivatives(state, level, motions) @ tilt
+    pose_derivatives = _level_derivatives(state, level, motions) @ tilt
     zero = np.zeros(len(lamps))
     turned_x = np.column_stack([zero, tilted[:, 2], -tilted[:, 1]])
     turned_y = np.column_stack([-tilted[:, 2], zero, tilted[:, 0]])
-    changes = np.concatenate([moved, turned_x[:, None], turned_y[:, None]], axis=1) @ camera.rotation
+    changes = (
+        np.concatenate([pose_derivatives, turned_x[:, None], turned_y[:, None]], axis=1) @ camera.rotation
+    )
     depths = points[:, 2]
     safe = np.where(np.abs(depths) > 1e-9, depths, 1e-9)
     rays = points[:, :2] / safe[:, None]
@@ -89,14 +91,14 @@ def _level_derivatives(
     cos, sin = np.cos(angles), np.sin(angles)
     turn_cos, turn_sin = np.cos(motions[:, 2]), np.sin(motions[:, 2])
     # Translation to the position of the observation, in the level frame at that time.
-    way_x = turn_cos * motions[:, 0] + turn_sin * motions[:, 1]
-    way_y = turn_cos * motions[:, 1] - turn_sin * motions[:, 0]
+    offset_x = turn_cos * motions[:, 0] + turn_sin * motions[:, 1]
+    offset_y = turn_cos * motions[:, 1] - turn_sin * motions[:, 0]
     derivatives = np.zeros((len(level), 4, 3))
     derivatives[:, 0, 0], derivatives[:, 0, 1] = -cos, sin
     derivatives[:, 1, 0], derivatives[:, 1, 1] = -sin, -cos
     derivatives[:, 2, 2] = -1.0
-    arm = level[:, :2] + np.column_stack([way_x, way_y])
-    derivatives[:, 3, :2] = arm @ _QUARTER
+    lever_arm = level[:, :2] + np.column_stack([offset_x, offset_y])
+    derivatives[:, 3, :2] = lever_arm @ _ROTATION_90
     return derivatives
 
 

@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import LevelCamera
+from shirube_geometry import GravityAlignedCamera
 from vlc_beacon.core.pose.bearing_model import STATES
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
@@ -24,11 +24,11 @@ SLOPE_MAX = 20.0
 """Maximum slope; lamps within 3 degrees of the horizon do not determine the height."""
 
 
-class ClosedForm:
+class TwoLampSolver:
     """The lamps of one image as complex numbers."""
 
     def __init__(
-        self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera, known: KnownStates
+        self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera, known: KnownStates
     ) -> None:
         """Set the observations.
 
@@ -39,51 +39,55 @@ class ClosedForm:
             known: known components of the pose.
         """
         self._known = known
-        self._places = lamps[:, 0] + 1j * lamps[:, 1]
+        self._positions = lamps[:, 0] + 1j * lamps[:, 1]
         directions = np.column_stack([rays.rays, np.ones(len(rays))]) @ camera.rotation.T
         upward = directions[:, 2]
         flat = np.hypot(directions[:, 0], directions[:, 1])
         self._usable = np.abs(upward) * SLOPE_MAX > flat
         slopes = (directions[:, 0] + 1j * directions[:, 1]) / np.where(self._usable, upward, 1.0)
         turns = np.exp(1j * rays.motions[:, 2])
-        arm = complex(camera.position[0], camera.position[1])
-        reach = lamps[:, 2] - camera.position[2]
-        self._A = rays.motions[:, 0] + 1j * rays.motions[:, 1] + turns * (arm + reach * slopes)
+        camera_offset = complex(camera.position[0], camera.position[1])
+        height_offset = lamps[:, 2] - camera.position[2]
+        self._A = (
+            rays.motions[:, 0] + 1j * rays.motions[:, 1] + turns * (camera_offset + height_offset * slopes)
+        )
         self._B = turns * slopes
 
     def widest_pairs(self, count: int) -> list[tuple[int, int]]:
         """Return up to ``count`` pairs of different lamps, those with the largest separation first."""
         first, second = np.triu_indices(len(self._B), 1)
-        good = self._usable[first] & self._usable[second] & (self._places[first] != self._places[second])
-        first, second = first[good], second[good]
+        valid = (
+            self._usable[first] & self._usable[second] & (self._positions[first] != self._positions[second])
+        )
+        first, second = first[valid], second[valid]
         order = np.argsort(-np.abs(self._B[first] - self._B[second]), kind='stable')[:count]
         return [(int(first[k]), int(second[k])) for k in order]
 
-    def states_of_pair(self, i: int, j: int) -> list[NDArray[np.float64]]:
+    def solve_pair(self, i: int, j: int) -> list[NDArray[np.float64]]:
         """Return the states consistent with two lamps, each of shape (6,); none, one or two."""
-        way = complex(self._places[i] - self._places[j])
+        baseline = complex(self._positions[i] - self._positions[j])
         D, E = complex(self._A[i] - self._A[j]), complex(self._B[i] - self._B[j])
         if abs(E) < 1e-9:
             return []
         states = []
-        for z in self._heights(way, D, E):
+        for z in self._heights(baseline, D, E):
             seen = D - z * E
             if abs(seen) > 0.0:
-                k = way / seen
+                k = baseline / seen
                 states.append(self._state(k / abs(k), z, [i, j]))
         return states
 
-    def _heights(self, way: complex, D: complex, E: complex) -> list[float]:
+    def _heights(self, baseline: complex, D: complex, E: complex) -> list[float]:
         if self._known.height is not None:
             return [self._known.height]
         middle = (D * E.conjugate()).real / abs(E) ** 2
         # Noise can make the discriminant negative where both solutions coincide.
-        squared = middle**2 - (abs(D) ** 2 - abs(way) ** 2) / abs(E) ** 2
-        reach = math.sqrt(max(squared, 0.0))
-        return [middle - reach, middle + reach] if reach > 0.0 else [middle]
+        squared = middle**2 - (abs(D) ** 2 - abs(baseline) ** 2) / abs(E) ** 2
+        height_offset = math.sqrt(max(squared, 0.0))
+        return [middle - height_offset, middle + height_offset] if height_offset > 0.0 else [middle]
 
-    def _state(self, k: complex, z: float, which: list[int]) -> NDArray[np.float64]:
-        place = complex(np.mean(self._places[which] - k * (self._A[which] - z * self._B[which])))
+    def _state(self, k: complex, z: float, indices: list[int]) -> NDArray[np.float64]:
+        position = complex(np.mean(self._positions[indices] - k * (self._A[indices] - z * self._B[indices])))
         state = np.zeros(STATES)
-        state[:4] = place.real, place.imag, z, cmath.phase(k)
+        state[:4] = position.real, position.imag, z, cmath.phase(k)
         return state

@@ -25,13 +25,13 @@ class KnownStates:
         """Number of estimated components of x, y, z and yaw."""
         return 4 - (self.height is not None)
 
-    def free(self, *, tilt: bool) -> NDArray[np.bool_]:
+    def free_states(self, *, tilt: bool) -> NDArray[np.bool_]:
         """Return the mask of estimated states, shape (6,).
 
         Args:
             tilt: whether the tilt error is estimated.
         """
-        free = np.ones(STATES, dtype=np.bool_)
-        free[2] = self.height is None
-        free[4:] = tilt
-        return free
+        free_states = np.ones(STATES, dtype=np.bool_)
+        free_states[2] = self.height is None
+        free_states[4:] = tilt
+        return free_states

@@ -17,7 +17,7 @@ class LampRays:
     Attributes:
         ids: lamp IDs, shape (n,); an ID may occur more than once.
         rays: x and y of the undistorted rays with z = 1 in the optical frame, shape (n, 2).
-        spreads: Jacobians of the rays with respect to (u, v), shape (n, 2, 2) [1/px], with lens distortion.
+        pixel_jacobians: Jacobians of the rays with respect to (u, v), shape (n, 2, 2) [1/px], with lens distortion.
         sigmas: standard deviation of the centres along each image axis, shape (n,) [px].
         motions: pose (x, y [m], yaw [rad]) of the base at each observation, in the base frame at the stamp of the
             pose, shape (n, 3); not zero for rolling shutter rows and earlier images.
@@ -26,7 +26,7 @@ class LampRays:
 
     ids: NDArray[np.int64]
     rays: NDArray[np.float64]
-    spreads: NDArray[np.float64]
+    pixel_jacobians: NDArray[np.float64]
     sigmas: NDArray[np.float64]
     motions: NDArray[np.float64]
     views: NDArray[np.int64]
@@ -35,19 +35,19 @@ class LampRays:
         """Return the number of observations."""
         return len(self.ids)
 
-    def subset(self, which: NDArray[np.bool_]) -> LampRays:
+    def subset(self, mask: NDArray[np.bool_]) -> LampRays:
         """Return the observations selected by a mask, shape (n,)."""
         return LampRays(
-            self.ids[which],
-            self.rays[which],
-            self.spreads[which],
-            self.sigmas[which],
-            self.motions[which],
-            self.views[which],
+            self.ids[mask],
+            self.rays[mask],
+            self.pixel_jacobians[mask],
+            self.sigmas[mask],
+            self.motions[mask],
+            self.views[mask],
         )
 
     @property
-    def copied(self) -> NDArray[np.bool_]:
+    def is_duplicate(self) -> NDArray[np.bool_]:
         """Mask of observations whose ID occurs more than once in an image, shape (n,)."""
         keys = np.column_stack([self.ids, self.views])
         same = (keys[:, None] == keys[None]).all(axis=2)
@@ -60,10 +60,10 @@ class LampRays:
             pixel_sigma: standard deviation of the camera calibration, in addition to that of the centres [px].
         """
         variances = self.sigmas**2 + pixel_sigma**2
-        return variances[:, None, None] * (self.spreads @ self.spreads.transpose(0, 2, 1))
+        return variances[:, None, None] * (self.pixel_jacobians @ self.pixel_jacobians.transpose(0, 2, 1))
 
 
-def motions_of_rows(rows: ArrayLike, row_time: float, velocity: ArrayLike) -> NDArray[np.float64]:
+def row_motions(rows: ArrayLike, row_time: float, velocity: ArrayLike) -> NDArray[np.float64]:
     """Return the motion of the base until rows of a rolling shutter were exposed, shape (n, 3), as in `LampRays`.
 
     Args:

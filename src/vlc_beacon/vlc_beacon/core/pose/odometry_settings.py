@@ -36,7 +36,7 @@ class OdometrySettings:
         minimum=0.0,
         maximum=1.0,
     )
-    lasting_way: float = setting(
+    bias_correlation_length: float = setting(
         20.0, 'correlation length of the odometry biases', unit='m', minimum=0.1, maximum=10000.0
     )
     position_sigma_max: float = setting(
@@ -46,7 +46,7 @@ class OdometrySettings:
         minimum=0.01,
         maximum=10.0,
     )
-    gap_way: float = setting(
+    gap_distance_max: float = setting(
         3.0,
         'maximum dead reckoning distance without a lamp for which poses are published; a radian counts as 0.3 m',
         unit='m',

@@ -11,19 +11,19 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import LevelCamera, PlanarPose, wrap_angle
+from shirube_geometry import GravityAlignedCamera, PlanarPose, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
 from vlc_beacon.core.pose.settings import PoseSettings
 
-X, Y, Z, YAW, WAY_SCALE, TURN_SCALE, WAY_TURN = range(7)
-CORRELATION_WAY = 1.0
+X, Y, Z, YAW, DISTANCE_SCALE, YAW_SCALE, YAW_PER_METRE = range(7)
+CORRELATION_DISTANCE = 1.0
 """Correlation length of the errors of lamp positions, lens and tilt [m]."""
-TURN_WAY = 0.3
+TURN_DISTANCE = 0.3
 """Distance equivalent to a rotation by one radian, by the motion of lamps over the lens [m]."""
-CORRELATED_MAX = 300
+CORRELATED_IMAGES_MAX = 300
 """Maximum number of correlated images that count as one, five seconds of a stationary robot."""
 HEIGHT_WALK = 0.001
 """Random walk of the floor height over one metre [m]."""
@@ -55,16 +55,16 @@ class PoseFilter:
         self._settings = settings or OdometrySettings()
         self._state = np.array([T_map_base.x, T_map_base.y, height, T_map_base.yaw, 0.0, 0.0, 0.0])
         errors = [self._settings.scale_error, self._settings.scale_error, self._settings.turn_error]
-        self._lasting = np.array(errors) ** 2
+        self._bias_variance = np.array(errors) ** 2
         self._P = np.zeros((7, 7))
         self._P[:4, :4] = covariance
-        self._P[range(4, 7), range(4, 7)] = self._lasting
+        self._P[range(4, 7), range(4, 7)] = self._bias_variance
         self._height_walk = HEIGHT_WALK if covariance[2, 2] > 0.0 else 0.0
-        self._way = math.inf
-        self._gap_way = 0.0
-        self._place_way = 0.0
-        self._place_images = 0
-        self._place_lamps: set[int] = set()
+        self._distance = math.inf
+        self._gap_distance = 0.0
+        self._cluster_distance = 0.0
+        self._cluster_images = 0
+        self._cluster_lamps: set[int] = set()
 
     @property
     def pose(self) -> PlanarPose:
@@ -95,46 +95,50 @@ class PoseFilter:
     @property
     def is_confirmed(self) -> bool:
         """Whether a lamp was accepted within the maximum dead reckoning distance."""
-        return self._gap_way <= self._settings.gap_way
+        return self._gap_distance <= self._settings.gap_distance_max
 
     def expected(self) -> ExpectedPose:
         """Return the predicted pose for `BeaconLocator.locate`."""
         keep = [X, Y, YAW]
         return ExpectedPose(self.pose, self._P[np.ix_(keep, keep)])
 
-    def move(self, T_before_after: PlanarPose) -> None:
+    def predict(self, T_before_after: PlanarPose) -> None:
         """Predict the state with the odometry motion since the last call, in the previous base frame."""
-        way = math.hypot(T_before_after.x, T_before_after.y)
+        distance = math.hypot(T_before_after.x, T_before_after.y)
         turn = T_before_after.yaw
-        moved = way + TURN_WAY * abs(turn)
-        self._way += moved
-        self._gap_way += moved
-        self._place_way += way
-        scale, turn_scale, way_turn = self._state[WAY_SCALE:]
+        traveled = distance + TURN_DISTANCE * abs(turn)
+        self._distance += traveled
+        self._gap_distance += traveled
+        self._cluster_distance += distance
+        scale, yaw_scale, yaw_per_metre = self._state[DISTANCE_SCALE:]
         step = np.array([T_before_after.x, T_before_after.y])
         # Half of the yaw correction applies at the middle of the step.
-        yaw = self._state[YAW] + 0.5 * (turn_scale * turn + way_turn * way)
+        yaw = self._state[YAW] + 0.5 * (yaw_scale * turn + yaw_per_metre * distance)
         cos, sin = math.cos(yaw), math.sin(yaw)
         heading = np.array([[cos, -sin], [sin, cos]])
-        ahead = heading @ step
-        aside = np.array([-ahead[1], ahead[0]]) * (1.0 + scale)
+        forward = heading @ step
+        lateral = np.array([-forward[1], forward[0]]) * (1.0 + scale)
         F = np.eye(7)
-        F[:2, YAW], F[:2, WAY_SCALE] = aside, ahead
-        F[:2, TURN_SCALE], F[:2, WAY_TURN] = 0.5 * turn * aside, 0.5 * way * aside
-        F[YAW, TURN_SCALE], F[YAW, WAY_TURN] = turn, way
-        self._state[:2] += (1.0 + scale) * ahead
-        self._state[YAW] = wrap_angle(float(self._state[YAW] + turn * (1.0 + turn_scale) + way_turn * way))
-        self._P = F @ self._P @ F.T + self._process_noise(way, abs(turn))
+        F[:2, YAW], F[:2, DISTANCE_SCALE] = lateral, forward
+        F[:2, YAW_SCALE], F[:2, YAW_PER_METRE] = 0.5 * turn * lateral, 0.5 * distance * lateral
+        F[YAW, YAW_SCALE], F[YAW, YAW_PER_METRE] = turn, distance
+        self._state[:2] += (1.0 + scale) * forward
+        self._state[YAW] = wrap_angle(
+            float(self._state[YAW] + turn * (1.0 + yaw_scale) + yaw_per_metre * distance)
+        )
+        self._P = F @ self._P @ F.T + self._process_noise(distance, abs(turn))
 
-    def _process_noise(self, way: float, turn: float) -> NDArray[np.float64]:
+    def _process_noise(self, distance: float, turn: float) -> NDArray[np.float64]:
         noise = np.zeros(7)
-        noise[[X, Y]] = self._settings.slip**2 * way
-        noise[Z] = self._height_walk**2 * way
-        noise[YAW] = self._settings.turn_slip**2 * (way + turn)
-        noise[WAY_SCALE:] = self._lasting * way / self._settings.lasting_way
+        noise[[X, Y]] = self._settings.slip**2 * distance
+        noise[Z] = self._height_walk**2 * distance
+        noise[YAW] = self._settings.turn_slip**2 * (distance + turn)
+        noise[DISTANCE_SCALE:] = self._bias_variance * distance / self._settings.bias_correlation_length
         return np.diag(noise)
 
-    def add_lamps(self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera) -> NDArray[np.bool_]:
+    def update(
+        self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera
+    ) -> NDArray[np.bool_]:
         """Update the state with the lamps of an image; one lamp is sufficient.
 
         Args:
@@ -145,55 +149,63 @@ class PoseFilter:
         Returns:
             mask of the lamps that pass the innovation gate, shape (n,); the others are rejected.
         """
-        fitting = self._fitting(rays, lamps, camera)
-        if fitting.any():
-            fitted = rays.subset(fitting)
-            self._update(fitted, lamps[fitting], camera, self._correlated(set(fitted.ids.tolist())))
-            self._way = self._gap_way = 0.0
-        return fitting
+        inliers = self._gate(rays, lamps, camera)
+        if inliers.any():
+            accepted = rays.subset(inliers)
+            self._correct(
+                accepted, lamps[inliers], camera, self._correlated_images(set(accepted.ids.tolist()))
+            )
+            self._distance = self._gap_distance = 0.0
+        return inliers
 
-    def _correlated(self, lamps: set[int]) -> float:
+    def _correlated_images(self, lamps: set[int]) -> float:
         """Return the number of correlated images that count as one; call it once per image."""
-        if self._place_way > CORRELATION_WAY:
-            self._place_way = 0.0
-            self._place_lamps.clear()
-        if not lamps <= self._place_lamps:
-            self._place_lamps |= lamps
-            self._place_images = 0
-        self._place_images += 1
-        correlated = max(CORRELATION_WAY / max(self._way, 1e-9), 1.0)
-        return correlated if self._place_images > CORRELATED_MAX else min(correlated, CORRELATED_MAX)
+        if self._cluster_distance > CORRELATION_DISTANCE:
+            self._cluster_distance = 0.0
+            self._cluster_lamps.clear()
+        if not lamps <= self._cluster_lamps:
+            self._cluster_lamps |= lamps
+            self._cluster_images = 0
+        self._cluster_images += 1
+        correlated = max(CORRELATION_DISTANCE / max(self._distance, 1e-9), 1.0)
+        return (
+            correlated
+            if self._cluster_images > CORRELATED_IMAGES_MAX
+            else min(correlated, CORRELATED_IMAGES_MAX)
+        )
 
-    def _fitting(self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera) -> NDArray[np.bool_]:
-        residual, H, R = self._measurement(rays, lamps, camera, self._state, 1.0)
+    def _gate(
+        self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera
+    ) -> NDArray[np.bool_]:
+        residual, H, R = self._linearize(rays, lamps, camera, self._state, 1.0)
         S = H @ self._P @ H.T + R
-        fitting = np.zeros(len(rays), dtype=np.bool_)
+        inliers = np.zeros(len(rays), dtype=np.bool_)
         for i in range(len(rays)):
             part = slice(2 * i, 2 * i + 2)
             distance = residual[part] @ np.linalg.solve(S[part, part], residual[part])
-            fitting[i] = distance < self._pose_settings.gate_sigmas**2
-        return fitting
+            inliers[i] = distance < self._pose_settings.gate_sigmas**2
+        return inliers
 
-    def _update(
-        self, rays: LampRays, lamps: NDArray[np.float64], camera: LevelCamera, correlated: float
+    def _correct(
+        self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera, correlated: float
     ) -> None:
         """Iterated EKF update, because the rays are nonlinear in the position."""
         predicted, state = self._state, self._state
         for _ in range(ITERATIONS):
-            residual, H, R = self._measurement(rays, lamps, camera, state, correlated)
+            residual, H, R = self._linearize(rays, lamps, camera, state, correlated)
             S = H @ self._P @ H.T + R
             K = np.linalg.solve(S, H @ self._P).T
             state = predicted + K @ (residual - H @ (predicted - state))
         self._state = state
         self._state[YAW] = wrap_angle(float(state[YAW]))
-        rest = np.eye(7) - K @ H
-        self._P = rest @ self._P @ rest.T + K @ R @ K.T
+        joseph_factor = np.eye(7) - K @ H
+        self._P = joseph_factor @ self._P @ joseph_factor.T + K @ R @ K.T
 
-    def _measurement(
+    def _linearize(
         self,
         rays: LampRays,
         lamps: NDArray[np.float64],
-        camera: LevelCamera,
+        camera: GravityAlignedCamera,
         state: NDArray[np.float64],
         correlated: float,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -209,11 +221,11 @@ class PoseFilter:
         H[:, :4] = jacobian[:, :, :4].reshape(-1, 4)
         settings = self._pose_settings
         noise = rays.covariances(0.0)
-        lasting = rays.covariances(settings.pixel_sigma) - noise
-        lasting += ((settings.beacon_sigma / np.maximum(depths, 0.1)) ** 2)[:, None, None] * np.eye(2)
+        bias = rays.covariances(settings.pixel_sigma) - noise
+        bias += ((settings.beacon_sigma / np.maximum(depths, 0.1)) ** 2)[:, None, None] * np.eye(2)
         tilt = jacobian[:, :, 4:].reshape(-1, 2) * settings.tilt_sigma
         R = correlated * (tilt @ tilt.T)
         for i in range(count):
             part = slice(2 * i, 2 * i + 2)
-            R[part, part] += noise[i] + correlated * lasting[i]
+            R[part, part] += noise[i] + correlated * bias[i]
         return (rays.rays - seen).ravel(), H, R

@@ -14,32 +14,32 @@ PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 """Indices of x, y and yaw among x, y, z and yaw."""
 
 
-class DoubtKind(Enum):
+class AnomalyKind(Enum):
     """Kind of a beacon anomaly."""
 
     MOVED = 'moved'
     SWAPPED = 'swapped'
-    COPIED = 'duplicated'
+    DUPLICATED = 'duplicated'
     UNCLEAR = 'inconsistent with the others'
 
 
 @dataclass(frozen=True)
-class BeaconDoubt:
+class BeaconAnomaly:
     """A lamp that is not at its position in the beacons file.
 
     Attributes:
         id: received ID.
-        sighting: index of its observation.
+        observation: index of its observation.
         kind: kind of the anomaly.
         swapped_with: ID of the lamp whose position it has, None unless it is swapped.
-        seen_at: observed position at its nominal height, in the map frame [m]; NaN without a pose.
+        observed_xyz: observed position at its nominal height, in the map frame [m]; NaN without a pose.
     """
 
     id: int
-    sighting: int
-    kind: DoubtKind
+    observation: int
+    kind: AnomalyKind
     swapped_with: int | None = None
-    seen_at: tuple[float, float, float] = (float('nan'), float('nan'), float('nan'))
+    observed_xyz: tuple[float, float, float] = (float('nan'), float('nan'), float('nan'))
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class BeaconFix:
         tilt: estimated error of the known roll and pitch [rad].
         used: mask of the observations used for the pose, shape (n,).
         residuals: normalized residuals of the rays, shape (n, 2) [standard deviations].
-        doubts: lamps that are not at their position in the file.
+        anomalies: lamps that are not at their position in the file.
     """
 
     T_map_base: PlanarPose
@@ -62,7 +62,7 @@ class BeaconFix:
     tilt: tuple[float, float]
     used: NDArray[np.bool_]
     residuals: NDArray[np.float64]
-    doubts: tuple[BeaconDoubt, ...] = ()
+    anomalies: tuple[BeaconAnomaly, ...] = ()
 
     @property
     def planar_covariance(self) -> NDArray[np.float64]:
@@ -88,12 +88,12 @@ class NoBeaconFix:
     Attributes:
         reason: kind of the failure.
         detail: details for the diagnostics.
-        doubts: lamps, at least one of which is not at its position in the file.
+        anomalies: lamps, at least one of which is not at its position in the file.
     """
 
     reason: NoFixReason
     detail: str
-    doubts: tuple[BeaconDoubt, ...] = ()
+    anomalies: tuple[BeaconAnomaly, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class ExpectedPose:
     T_map_base: PlanarPose
     covariance: NDArray[np.float64]
 
-    def distance_of(self, pose: PlanarPose, covariance: NDArray[np.float64]) -> float:
+    def mahalanobis_distance(self, pose: PlanarPose, covariance: NDArray[np.float64]) -> float:
         """Return the Mahalanobis distance of a measured pose.
 
         Args:
@@ -116,6 +116,6 @@ class ExpectedPose:
             covariance: covariance of the measured x, y [m] and yaw [rad], shape (3, 3).
         """
         offset = np.array(
-            [pose.x - self.T_map_base.x, pose.y - self.T_map_base.y, self.T_map_base.turn_to(pose)]
+            [pose.x - self.T_map_base.x, pose.y - self.T_map_base.y, self.T_map_base.yaw_to(pose)]
         )
         return float(np.sqrt(offset @ np.linalg.solve(self.covariance + covariance, offset)))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import LevelCamera, PlanarPose, wrap_angle
+from shirube_geometry import GravityAlignedCamera, PlanarPose, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
@@ -15,7 +15,7 @@ from vlc_beacon.core.pose.pose_fix import PLANAR, ExpectedPose
 from vlc_beacon.core.pose.settings import PoseSettings
 
 STEPS_MAX = 12
-STEP_DONE = 1e-7
+STEP_TOLERANCE = 1e-7
 """Step that ends the iteration [m, rad]."""
 DETERMINANT_MIN = 1e-10
 """Minimum determinant of the information matrix scaled to a unit diagonal."""
@@ -47,15 +47,15 @@ class PoseEstimate:
         """``T_map_base``."""
         return PlanarPose(float(self.state[0]), float(self.state[1]), float(self.state[3]))
 
-    def distance_from(self, expected: ExpectedPose) -> float:
+    def mahalanobis_distance_to(self, expected: ExpectedPose) -> float:
         """Return the Mahalanobis distance from an expected pose."""
-        return expected.distance_of(self.pose, self.covariance[PLANAR])
+        return expected.mahalanobis_distance(self.pose, self.covariance[PLANAR])
 
     def is_within(self, distance: float, other: PoseEstimate) -> bool:
         """Return whether all components of the states differ by less than a distance [m, rad]."""
-        apart = self.state - other.state
-        apart[3] = wrap_angle(float(apart[3]))
-        return bool(np.abs(apart).max() < distance)
+        difference = self.state - other.state
+        difference[3] = wrap_angle(float(difference[3]))
+        return bool(np.abs(difference).max() < distance)
 
 
 class PoseLeastSquares:
@@ -65,7 +65,7 @@ class PoseLeastSquares:
         self,
         rays: LampRays,
         lamps: NDArray[np.float64],
-        camera: LevelCamera,
+        camera: GravityAlignedCamera,
         known: KnownStates,
         settings: PoseSettings,
     ) -> None:
@@ -83,11 +83,11 @@ class PoseLeastSquares:
         self.covariances = rays.covariances(settings.pixel_sigma)
         self._camera = camera
         self._settings = settings
-        self._free = known.free(tilt=settings.tilt_sigma > 0.0)
+        self._free = known.free_states(tilt=settings.tilt_sigma > 0.0)
 
     def evaluate(self, state: NDArray[np.float64]) -> PoseEstimate:
         """Return the residuals of a state; its covariance is left zero."""
-        residuals, _, depths = self._whitened(state)
+        residuals, _, depths = self._whitened_residuals(state)
         return PoseEstimate(state, np.zeros((len(state), len(state))), residuals, depths > 0.0)
 
     def refine(self, state: NDArray[np.float64], used: NDArray[np.bool_]) -> PoseEstimate | None:
@@ -102,7 +102,7 @@ class PoseLeastSquares:
         """
         inverse: NDArray[np.float64] | None = None
         for _ in range(STEPS_MAX):
-            residuals, jacobian, _ = self._whitened(state)
+            residuals, jacobian, _ = self._whitened_residuals(state)
             rows = jacobian[used].reshape(-1, len(state))
             information = rows.T @ rows
             gradient = rows.T @ residuals[used].ravel()
@@ -110,33 +110,33 @@ class PoseLeastSquares:
                 information[[4, 5], [4, 5]] += self._settings.tilt_sigma**-2
                 gradient[4:] -= state[4:] * self._settings.tilt_sigma**-2
             inner = information[np.ix_(self._free, self._free)]
-            inverse = _inverse(inner)
+            inverse = _invert(inner)
             if inverse is None:
                 return None
             step = np.zeros(len(state))
             step[self._free] = inverse @ gradient[self._free]
             state = state + step
-            if np.abs(step).max() < STEP_DONE:
+            if np.abs(step).max() < STEP_TOLERANCE:
                 break
         state[3] = wrap_angle(float(state[3]))
         covariance = np.zeros((len(state), len(state)))
         covariance[np.ix_(self._free, self._free)] = inverse
-        residuals, _, depths = self._whitened(state)
+        residuals, _, depths = self._whitened_residuals(state)
         return PoseEstimate(state, covariance, residuals, depths > 0.0)
 
-    def _whitened(
+    def _whitened_residuals(
         self, state: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return whitened residuals (n, 2) and Jacobian (n, 2, 6), and depths (n,) [m]."""
         seen, jacobian, depths = projections_with_jacobian(state, self.lamps, self.rays.motions, self._camera)
-        spread = self._settings.beacon_sigma / np.maximum(depths, 0.1)
-        covariances = self.covariances + (spread**2)[:, None, None] * np.eye(2)
-        roots = _inverse_roots(covariances)
+        position_sigma = self._settings.beacon_sigma / np.maximum(depths, 0.1)
+        covariances = self.covariances + (position_sigma**2)[:, None, None] * np.eye(2)
+        roots = _inverse_square_roots(covariances)
         residuals = (roots @ (self.rays.rays - seen)[:, :, None])[:, :, 0]
         return residuals, roots @ jacobian, depths
 
 
-def _inverse_roots(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
+def _inverse_square_roots(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return lower triangular W with ``W C W^T = I``, shape (n, 2, 2)."""
     a = np.sqrt(covariances[:, 0, 0])
     b = covariances[:, 1, 0] / a
@@ -147,7 +147,7 @@ def _inverse_roots(covariances: NDArray[np.float64]) -> NDArray[np.float64]:
     return roots
 
 
-def _inverse(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
+def _invert(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Return the inverse of a symmetric matrix, None if it is singular."""
     diagonal = np.diag(information)
     if not np.isfinite(information).all() or not (diagonal > 0.0).all():

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import LevelCamera, PinholeCamera, PlanarPose
+from shirube_geometry import GravityAlignedCamera, PinholeCamera, PlanarPose
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 
@@ -40,7 +40,7 @@ class LampDiscs:
 
 
 def radius_interval(
-    discs: LampDiscs, camera: PinholeCamera, mounted: LevelCamera, yaw: float
+    discs: LampDiscs, camera: PinholeCamera, level_camera: GravityAlignedCamera, yaw: float
 ) -> BeaconFix | NoBeaconFix:
     """Return the pose by the paper's method with its equations corrected.
 
@@ -51,31 +51,31 @@ def radius_interval(
     Args:
         discs: lamps in view.
         camera: camera intrinsics.
-        mounted: gravity-aligned camera pose on the robot.
+        level_camera: gravity-aligned camera pose on the robot.
         yaw: yaw of the base [rad].
     """
     if len(discs.beacons) == 0:
         return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
-    rays = camera.rays_from_pixels(discs.pixels) @ (_heading(yaw) @ mounted.rotation).T
+    rays = camera.rays_from_pixels(discs.pixels) @ (_yaw_rotation(yaw) @ level_camera.rotation).T
     sizes = np.array([beacon.radius for beacon in discs.beacons]) * math.sqrt(camera.fx * camera.fy)
     depths = sizes / discs.radii
     quarter = 0.5 * RADIUS_STEP
     nearest, farthest = sizes / (discs.radii + quarter), sizes / np.maximum(discs.radii - quarter, 0.1)
-    places = _places(discs) - depths[:, None] * rays
-    reach = 0.5 * (farthest - nearest)[:, None] * np.abs(rays)
-    reach += CENTRE_SIGMAS * discs.sigma * (depths / camera.fx)[:, None]
-    low, high = (places - reach).max(axis=0), (places + reach).min(axis=0)
+    camera_positions = _lamp_positions(discs) - depths[:, None] * rays
+    half_width = 0.5 * (farthest - nearest)[:, None] * np.abs(rays)
+    half_width += CENTRE_SIGMAS * discs.sigma * (depths / camera.fx)[:, None]
+    low, high = (camera_positions - half_width).max(axis=0), (camera_positions + half_width).min(axis=0)
     if (low > high).any():
         apart = float((low - high).max())
         names = ', '.join(str(beacon.id) for beacon in discs.beacons)
         return NoBeaconFix(
             NoFixReason.INCONSISTENT, f'the intervals of lamps {names} are {apart:.3f} m apart'
         )
-    return _fix(0.5 * (low + high), 0.5 * (high - low), mounted, yaw, len(depths))
+    return _make_fix(0.5 * (low + high), 0.5 * (high - low), level_camera, yaw, len(depths))
 
 
 def radius_interval_printed(
-    discs: LampDiscs, camera: PinholeCamera, mounted: LevelCamera, yaw: float
+    discs: LampDiscs, camera: PinholeCamera, level_camera: GravityAlignedCamera, yaw: float
 ) -> BeaconFix | NoBeaconFix:
     """Return the pose by the equations as printed, for comparison only; arguments as in `radius_interval`."""
     if len(discs.beacons) == 0:
@@ -83,30 +83,37 @@ def radius_interval_printed(
     # Eq. (2): width over the tangent of half the angle of view is twice the focal length.
     focal = 2.0 * np.array([camera.fx, camera.fy])
     centred = (discs.pixels - 0.5 * np.array([camera.width, camera.height])) / focal
-    rays = np.column_stack([centred, np.ones(len(centred))]) @ (_heading(yaw) @ mounted.rotation).T
+    rays = np.column_stack([centred, np.ones(len(centred))]) @ (_yaw_rotation(yaw) @ level_camera.rotation).T
     sizes = np.array([beacon.radius for beacon in discs.beacons]) * camera.fx
     depths = sizes / discs.radii
     errors = sizes / (discs.radii + 0.25) - sizes / (discs.radii - 0.25)
-    places = _places(discs) + depths[:, None] * rays
-    low, high = (places - errors[:, None]).max(axis=0), (places + errors[:, None]).min(axis=0)
-    return _fix(0.5 * (low + high), 0.5 * np.abs(high - low), mounted, yaw, len(depths))
+    camera_positions = _lamp_positions(discs) + depths[:, None] * rays
+    low, high = (
+        (camera_positions - errors[:, None]).max(axis=0),
+        (camera_positions + errors[:, None]).min(axis=0),
+    )
+    return _make_fix(0.5 * (low + high), 0.5 * np.abs(high - low), level_camera, yaw, len(depths))
 
 
-def _places(discs: LampDiscs) -> NDArray[np.float64]:
+def _lamp_positions(discs: LampDiscs) -> NDArray[np.float64]:
     return np.array([beacon.xyz for beacon in discs.beacons])
 
 
-def _heading(yaw: float) -> NDArray[np.float64]:
+def _yaw_rotation(yaw: float) -> NDArray[np.float64]:
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _fix(
-    place: NDArray[np.float64], reach: NDArray[np.float64], mounted: LevelCamera, yaw: float, count: int
+def _make_fix(
+    camera_position: NDArray[np.float64],
+    half_width: NDArray[np.float64],
+    level_camera: GravityAlignedCamera,
+    yaw: float,
+    count: int,
 ) -> BeaconFix:
     """Return the pose of the base for a camera position, shape (3,), with interval half-widths ``reach`` [m]."""
-    base = place - _heading(yaw) @ mounted.position
-    covariance = np.diag([*(reach**2 / 3.0), 0.0])
+    base = camera_position - _yaw_rotation(yaw) @ level_camera.position
+    covariance = np.diag([*(half_width**2 / 3.0), 0.0])
     used = np.ones(count, dtype=np.bool_)
     pose = PlanarPose(float(base[0]), float(base[1]), yaw)
     return BeaconFix(pose, float(base[2]), covariance, (0.0, 0.0), used, np.zeros((count, 2)))

@@ -9,16 +9,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, TiltTrail
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, TiltBuffer
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
-from vlc_beacon.core.receiver.command_hearing import CommandHearing, Verdict
+from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
 from vlc_beacon.core.receiver.lamp_localizer import LampLocalizer
-from vlc_beacon.core.receiver.light_receiver import LightReceiver, ReadLamp
-from vlc_beacon.core.receiver.odometry_trail import OdometryTrail
+from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
+from vlc_beacon.core.receiver.odometry_buffer import OdometryBuffer
+from vlc_beacon.core.receiver.pose_consistency import PoseConsistencyCheck
 from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.receiver.trusted_place import TrustedPlace
-from vlc_beacon.core.trust.command_judge import CommandJudge
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 _UP_MIN = 0.5
@@ -26,18 +26,18 @@ _UP_MIN = 0.5
 
 
 @dataclass(frozen=True)
-class Reception:
+class ReceiverOutput:
     """Output of the receiver for one image.
 
     Attributes:
         lamps: tracked lamps.
         result: pose, or the reason for none.
-        verdicts: decisions on received commands.
+        decisions: decisions on received commands.
     """
 
-    lamps: tuple[ReadLamp, ...]
+    lamps: tuple[LampObservation, ...]
     result: BeaconFix | NoBeaconFix
-    verdicts: tuple[Verdict, ...]
+    decisions: tuple[CommandDecision, ...]
 
 
 class BeaconReceiver:
@@ -47,7 +47,7 @@ class BeaconReceiver:
         self,
         beacons: Iterable[Beacon],
         mount: CameraMount,
-        judge: CommandJudge,
+        authorizer: CommandAuthorizer,
         settings: ReceiverSettings | None = None,
     ) -> None:
         """Start without lamps.
@@ -55,7 +55,7 @@ class BeaconReceiver:
         Args:
             beacons: lamps of the beacons file, each ID once.
             mount: pose of the upward camera on the robot.
-            judge: authorizer of commands; it survives resets of the receiver.
+            authorizer: authorizer of commands; it survives resets of the receiver.
             settings: receiver settings, None for the defaults.
 
         Raises:
@@ -66,12 +66,12 @@ class BeaconReceiver:
                 f'camera_rpy is {list(mount.rpy)}: the camera does not look up; [0, 0, 1.5708] does'
             )
         known, settings = list(beacons), settings or ReceiverSettings()
-        self._judge = judge
+        self._authorizer = authorizer
         self._light = LightReceiver(known, settings)
         self._localizer = LampLocalizer(known, mount, settings)
-        self._hearing = CommandHearing(judge)
-        self._odometry, self._tilt = OdometryTrail(), TiltTrail()
-        self._place = TrustedPlace()
+        self._command_processor = CommandProcessor(authorizer)
+        self._odometry, self._tilt = OdometryBuffer(), TiltBuffer()
+        self._pose_check = PoseConsistencyCheck()
         self._last_odometry: PlanarPose | None = None
 
     def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
@@ -82,7 +82,7 @@ class BeaconReceiver:
         """Add fixed-axis roll and pitch of the base [rad] at a time [s]."""
         self._tilt.add(stamp, roll, pitch)
 
-    def receive(self, stamp: float, image: NDArray[np.uint8], camera: PinholeCamera) -> Reception:
+    def receive(self, stamp: float, image: NDArray[np.uint8], camera: PinholeCamera) -> ReceiverOutput:
         """Process an image.
 
         Args:
@@ -95,15 +95,17 @@ class BeaconReceiver:
         """
         grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
         odometry = self._odometry.pose_at(stamp)
-        lamps = self._light.receive(stamp, grey, self._image_turn(odometry))
+        lamps = self._light.receive(stamp, grey, self._image_rotation(odometry))
         tilt = self._tilt.tilt_at(stamp) or (0.0, 0.0)
         velocity = self._odometry.velocity_at(stamp)
         result = self._localizer.locate(lamps, camera, odometry, velocity, tilt)
-        if isinstance(result, BeaconFix) and self._place.is_believed(stamp, result.T_map_base, odometry):
-            self._judge.robot_at(stamp, (result.T_map_base.x, result.T_map_base.y))
-        return Reception(tuple(lamps), result, tuple(self._hearing.hear(stamp, lamps)))
+        if isinstance(result, BeaconFix) and self._pose_check.is_consistent(
+            stamp, result.T_map_base, odometry
+        ):
+            self._authorizer.update_position(stamp, (result.T_map_base.x, result.T_map_base.y))
+        return ReceiverOutput(tuple(lamps), result, tuple(self._command_processor.process(stamp, lamps)))
 
-    def _image_turn(self, odometry: PlanarPose | None) -> float:
+    def _image_rotation(self, odometry: PlanarPose | None) -> float:
         """Return the image rotation since the last image [rad], opposite to the robot's rotation."""
         before, self._last_odometry = self._last_odometry, odometry
-        return -before.turn_to(odometry) if before is not None and odometry is not None else 0.0
+        return -before.yaw_to(odometry) if before is not None and odometry is not None else 0.0

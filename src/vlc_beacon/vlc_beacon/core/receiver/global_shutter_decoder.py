@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vlc_beacon.core.light_code.brightness_scale import BrightnessScale
+from vlc_beacon.core.light_code.gain_control import GainControl
 from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.receiver.lamp_decoder import LampView
 
-SURE_AFTER = 2
+CONFIRMATION_PACKETS = 2
 """Number of packets that determine the order of the halves."""
 
 
@@ -25,20 +25,20 @@ class GlobalShutterDecoder:
 
     def __init__(self, exposure: float) -> None:
         self._exposure = exposure
-        self._scale = BrightnessScale()
+        self._gain = GainControl()
         self._decoders = {1: UfsookDecoder(), -1: UfsookDecoder()}
-        self._heard = {1: 0, -1: 0}
+        self._packet_counts = {1: 0, -1: 0}
 
     def read(self, view: LampView) -> list[ReceivedPacket]:
         """Add a frame and return the packets that it completes, see `LampDecoder`."""
-        brightness = self._scale.scaled(view.sample.parts)
+        brightness = self._gain.normalize(view.sample.half_brightness)
         if not np.isfinite(brightness).all():
             return []
         packets = []
         for order, decoder in list(self._decoders.items()):
             found = decoder.add_frame(view.stamp, brightness[::order], self._exposure)
-            self._heard[order] += len(found)
+            self._packet_counts[order] += len(found)
             packets += found
-            if self._heard[order] >= SURE_AFTER:
+            if self._packet_counts[order] >= CONFIRMATION_PACKETS:
                 self._decoders = {order: decoder}
         return packets

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.lamp_image.lamp_tracks import LampSample
+from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 
 

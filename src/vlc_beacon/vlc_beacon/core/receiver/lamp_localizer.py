@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, level_camera
+from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
 from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.lamp_rays import LampRays, motions_of_rows
+from vlc_beacon.core.pose.lamp_rays import LampRays, row_motions
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
-from vlc_beacon.core.receiver.light_receiver import ReadLamp
+from vlc_beacon.core.receiver.light_receiver import LampObservation
 from vlc_beacon.core.receiver.settings import CENTROID, RADIUS_INTERVAL, ReceiverSettings
 
 _RADIUS_MIN = 0.5
@@ -43,7 +43,7 @@ class LampLocalizer:
 
     def locate(
         self,
-        lamps: Sequence[ReadLamp],
+        lamps: Sequence[LampObservation],
         camera: PinholeCamera,
         T_odom_base: PlanarPose | None,
         velocity: NDArray[np.float64],
@@ -58,48 +58,48 @@ class LampLocalizer:
             velocity: velocity of the base, shape (3,) [m/s, m/s, rad/s].
             tilt: roll and pitch of the base [rad].
         """
-        named = [lamp for lamp in lamps if lamp.beacon is not None and lamp.sample.is_lit]
-        rays = self._rays(named, camera, velocity)
+        identified = [lamp for lamp in lamps if lamp.beacon is not None and lamp.sample.is_lit]
+        rays = self._rays(identified, camera, velocity)
         if T_odom_base is None:
-            self._tracker.forget()
-            found = self._tracker.locator.locate(rays, tilt)
+            self._tracker.reset()
+            result = self._tracker.locator.locate(rays, tilt)
         else:
             self._tracker.add_odometry(T_odom_base)
-            found = self._tracker.track(rays, tilt)
-        if self._settings.method == CENTROID or isinstance(found, NoBeaconFix):
-            return found
-        return self._by_radii(named, camera, tilt, found)
+            result = self._tracker.track(rays, tilt)
+        if self._settings.method == CENTROID or isinstance(result, NoBeaconFix):
+            return result
+        return self._locate_by_radius(identified, camera, tilt, result)
 
     def _rays(
-        self, named: Sequence[ReadLamp], camera: PinholeCamera, velocity: NDArray[np.float64]
+        self, identified: Sequence[LampObservation], camera: PinholeCamera, velocity: NDArray[np.float64]
     ) -> LampRays:
-        centres = np.array([lamp.sample.centre for lamp in named]).reshape(-1, 2)
-        sigmas = np.array([lamp.sample.sigma.max() for lamp in named])
+        centres = np.array([lamp.sample.centre for lamp in identified]).reshape(-1, 2)
+        sigmas = np.array([lamp.sample.sigma.max() for lamp in identified])
         row_time = self._settings.row_time if self._settings.is_rolling else 0.0
-        motions = motions_of_rows(centres[:, 1], row_time, velocity)
-        ids = [lamp.beacon for lamp in named if lamp.beacon is not None]
+        motions = row_motions(centres[:, 1], row_time, velocity)
+        ids = [lamp.beacon for lamp in identified if lamp.beacon is not None]
         return self._tracker.locator.rays(camera, ids, centres, sigmas, motions)
 
-    def _by_radii(
+    def _locate_by_radius(
         self,
-        named: Sequence[ReadLamp],
+        identified: Sequence[LampObservation],
         camera: PinholeCamera,
         tilt: tuple[float, float],
-        found: BeaconFix,
+        result: BeaconFix,
     ) -> BeaconFix | NoBeaconFix:
         """Return the pose from the lamp radii; the paper's methods need the yaw, here from the centroids."""
-        radii = np.array([lamp.sample.radius for lamp in named]) - self._settings.blooming
+        radii = np.array([lamp.sample.radius for lamp in identified]) - self._settings.blooming
         beacons = self._tracker.locator.beacons
         discs = LampDiscs(
-            [beacons[lamp.beacon] for lamp in named if lamp.beacon is not None],
-            np.array([lamp.sample.centre for lamp in named]).reshape(-1, 2),
+            [beacons[lamp.beacon] for lamp in identified if lamp.beacon is not None],
+            np.array([lamp.sample.centre for lamp in identified]).reshape(-1, 2),
             np.maximum(radii, _RADIUS_MIN),
-            float(np.max([lamp.sample.sigma.max() for lamp in named], initial=0.0)),
+            float(np.max([lamp.sample.sigma.max() for lamp in identified], initial=0.0)),
         )
         method = radius_interval if self._settings.method == RADIUS_INTERVAL else radius_interval_printed
-        by_radii = method(discs, camera, level_camera(self._mount, *tilt), found.T_map_base.yaw)
-        if isinstance(by_radii, NoBeaconFix):
-            return by_radii
-        covariance = by_radii.covariance.copy()
-        covariance[3, 3] = found.covariance[3, 3]
-        return replace(by_radii, covariance=covariance, doubts=found.doubts)
+        radius_fix = method(discs, camera, gravity_aligned_camera(self._mount, *tilt), result.T_map_base.yaw)
+        if isinstance(radius_fix, NoBeaconFix):
+            return radius_fix
+        covariance = radius_fix.covariance.copy()
+        covariance[3, 3] = result.covariance[3, 3]
+        return replace(radius_fix, covariance=covariance, anomalies=result.anomalies)

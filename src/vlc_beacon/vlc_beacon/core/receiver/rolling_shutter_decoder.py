@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vlc_beacon.core.lamp_image.row_profile import row_profile
-from vlc_beacon.core.light_code.lamp_rows import LampRows, rows_of_frame
+from vlc_beacon.core.light_code.lamp_rows import LampRows, rows_from_frame
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.row_tones import ROWS_MIN
 from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder, ToneDecoder
@@ -32,7 +32,7 @@ class RollingShutterDecoder:
         self._timing = timing
         self._tone = ToneDecoder(tones) if tones else None
         self._fsk = RsFskDecoder(timing.lamp_frame_rate)
-        self._manchester = ManchesterDecoder(timing.slots)
+        self._manchester = ManchesterDecoder(timing.segments)
 
     def read(self, view: LampView) -> list[ReceivedPacket]:
         """Add a frame and return the packets that it completes, see `LampDecoder`; a tone counts as an ID packet."""
@@ -44,7 +44,7 @@ class RollingShutterDecoder:
             return [] if beacon is None else [ReceivedPacket(view.stamp, IdPacket(beacon))]
         timing = self._timing
         packets = self._fsk.add_frames(rows)
-        if rows.brightness.shape[1] >= timing.slots.rows_min(timing.row_time, timing.exposure):
+        if rows.brightness.shape[1] >= timing.segments.rows_min(timing.row_time, timing.exposure):
             packets += self._manchester.add_frames(rows)
         return packets
 
@@ -56,4 +56,4 @@ class RollingShutterDecoder:
         first, brightness = row_profile(view.image, sample.centre, sample.radius, view.background)
         if len(brightness) < ROWS_MIN or float(np.std(brightness)) < FLICKER_MIN:
             return None
-        return rows_of_frame(view.stamp, first, brightness, timing.row_time, timing.exposure)
+        return rows_from_frame(view.stamp, first, brightness, timing.row_time, timing.exposure)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from vlc_beacon.core.light_code.manchester import SlotFormat
+from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.rs_fsk import TONE_LOWEST
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 
@@ -23,14 +23,14 @@ class RowTiming:
         exposure: exposure of a row [s].
         lamp_frame_rate: frame rate the lamps were encoded for [1/s].
         stripe_rows: maximum height of a dark band in a lamp [px].
-        slots: Manchester segment format.
+        segments: Manchester segment format.
     """
 
     row_time: float
     exposure: float
     lamp_frame_rate: float
     stripe_rows: float
-    slots: SlotFormat
+    segments: SegmentFormat
 
 
 def row_timing(settings: ReceiverSettings, tones: Collection[float]) -> RowTiming:
@@ -42,9 +42,9 @@ def row_timing(settings: ReceiverSettings, tones: Collection[float]) -> RowTimin
     """
     row_time = settings.row_time
     dark = 0.5 / min(tones, default=TONE_LOWEST)
-    slots = SlotFormat(settings.slot_bytes, frame_rate=settings.lamp_frame_rate)
-    if settings.lamps.diameter_max >= slots.rows_min(row_time, settings.exposure_time):
-        dark = max(dark, _DARK_CHIPS * slots.chip_time)
+    segments = SegmentFormat(settings.segment_bytes, frame_rate=settings.lamp_frame_rate)
+    if settings.lamps.diameter_max >= segments.rows_min(row_time, settings.exposure_time):
+        dark = max(dark, _DARK_CHIPS * segments.chip_time)
     # A partly dark row appears dark too.
     stripe_rows = settings.lamps.stripe_rows or math.ceil(dark / row_time) + 1
-    return RowTiming(row_time, settings.exposure_time, settings.lamp_frame_rate, float(stripe_rows), slots)
+    return RowTiming(row_time, settings.exposure_time, settings.lamp_frame_rate, float(stripe_rows), segments)

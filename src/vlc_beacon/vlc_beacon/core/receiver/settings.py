@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from shirube_settings import setting
 from vlc_beacon.core.lamp_image.settings import LampSettings
-from vlc_beacon.core.light_code.manchester import SLOT_BYTES_MAX
+from vlc_beacon.core.light_code.manchester import SEGMENT_BYTES_MAX
 from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.settings import PoseSettings
 
@@ -35,11 +35,11 @@ class ReceiverSettings:
         minimum=5.0,
         maximum=240.0,
     )
-    slot_bytes: int = setting(
+    segment_bytes: int = setting(
         1,
         'bytes per Manchester segment, as the lamps were encoded',
         minimum=1,
-        maximum=SLOT_BYTES_MAX,
+        maximum=SEGMENT_BYTES_MAX,
     )
     method: str = setting(
         CENTROID,

@@ -35,12 +35,12 @@ class SurveyedLamp:
     Attributes:
         xyz: position of its centre in the map frame [m].
         sigma: standard deviations along x, y and z, shape (3,) [m].
-        sightings: number of bearings used.
+        observations: number of bearings used.
     """
 
     xyz: tuple[float, float, float]
     sigma: NDArray[np.float64]
-    sightings: int
+    observations: int
 
 
 @dataclass(frozen=True)
@@ -63,31 +63,31 @@ def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | Not
     """
     if len(_clusters(bearings)[0]) < CLUSTERS_MIN:
         return NotSurveyed(f'it was in view for less than {CLUSTERS_MIN * CLUSTER:g} s; drive on longer')
-    start = _meeting_point(bearings)
+    start = _triangulate(bearings)
     solved = least_squares(_residuals, start, args=(bearings,), loss='soft_l1')
     errors = np.abs(_residuals(solved.x, bearings)).reshape(-1, 2).max(axis=1)
     scale = max(1.0, MAD_TO_SIGMA * float(np.median(errors)))
-    kept = bearings.subset(errors <= OUTLIER_SIGMAS * scale)
-    if len(_clusters(kept)[0]) < CLUSTERS_MIN:
+    inliers = bearings.subset(errors <= OUTLIER_SIGMAS * scale)
+    if len(_clusters(inliers)[0]) < CLUSTERS_MIN:
         return NotSurveyed('its bearings are inconsistent; check the poses and the camera mount')
-    solved = least_squares(_residuals, solved.x, args=(kept,))
-    place = np.asarray(solved.x, dtype=np.float64)
-    if _parallax(place, kept) < PARALLAX_MIN:
+    solved = least_squares(_residuals, solved.x, args=(inliers,))
+    position = np.asarray(solved.x, dtype=np.float64)
+    if _parallax(position, inliers) < PARALLAX_MIN:
         return NotSurveyed('it was seen from one direction only; drive past it')
     jacobian, residuals = np.asarray(solved.jac), np.asarray(solved.fun)
-    covariance = _clustered_covariance(kept, jacobian, residuals)
-    shifts = _shifts_by_tilt(place, kept, jacobian, residuals)
+    covariance = _clustered_covariance(inliers, jacobian, residuals)
+    shifts = _tilt_sensitivity(position, inliers, jacobian, residuals)
     sigma = np.sqrt(np.diag(covariance + tilt_sigma**2 * shifts @ shifts.T))
     if sigma.max() > SIGMA_MAX:
         return NotSurveyed(
             f'its standard deviation is {sigma.max():.1g} m; check the poses and the camera mount'
         )
-    x, y, z = place.tolist()
-    return SurveyedLamp((x, y, z), sigma, len(kept))
+    x, y, z = position.tolist()
+    return SurveyedLamp((x, y, z), sigma, len(inliers))
 
 
-def _shifts_by_tilt(
-    place: NDArray[np.float64],
+def _tilt_sensitivity(
+    position: NDArray[np.float64],
     bearings: LampBearings,
     jacobian: NDArray[np.float64],
     residuals: NDArray[np.float64],
@@ -96,35 +96,37 @@ def _shifts_by_tilt(
     columns = []
     for axis in np.eye(3)[:2]:
         rotations = bearings.rotations @ matrix_from_rpy(_TILT_STEP * axis)
-        columns.append((_residuals(place, replace(bearings, rotations=rotations)) - residuals) / _TILT_STEP)
+        columns.append(
+            (_residuals(position, replace(bearings, rotations=rotations)) - residuals) / _TILT_STEP
+        )
     return np.asarray(np.linalg.lstsq(jacobian, -np.column_stack(columns), rcond=None)[0])
 
 
-def _residuals(place: NDArray[np.float64], bearings: LampBearings) -> NDArray[np.float64]:
+def _residuals(position: NDArray[np.float64], bearings: LampBearings) -> NDArray[np.float64]:
     """Return predicted minus measured rays over their sigmas, shape (2 n,)."""
-    points = np.einsum('nji,nj->ni', bearings.rotations, place - bearings.positions)
+    points = np.einsum('nji,nj->ni', bearings.rotations, position - bearings.positions)
     rays = points[:, :2] / np.maximum(points[:, 2:], 1e-3)
     return np.asarray(((rays - bearings.rays) / bearings.sigmas[:, None]).ravel())
 
 
-def _directions(bearings: LampBearings) -> NDArray[np.float64]:
+def _bearing_directions(bearings: LampBearings) -> NDArray[np.float64]:
     """Return unit vectors towards the lamp in the map, shape (n, 3)."""
     rays = np.column_stack([bearings.rays, np.ones(len(bearings))])
     ahead = np.einsum('nij,nj->ni', bearings.rotations, rays)
     return np.asarray(ahead / np.linalg.norm(ahead, axis=1, keepdims=True))
 
 
-def _meeting_point(bearings: LampBearings) -> NDArray[np.float64]:
+def _triangulate(bearings: LampBearings) -> NDArray[np.float64]:
     """Return the point nearest to all lines of sight, shape (3,)."""
-    directions = _directions(bearings)
-    across = np.eye(3) - directions[:, :, None] * directions[:, None, :]
-    wanted = np.einsum('nij,nj->i', across, bearings.positions)
-    return np.asarray(np.linalg.lstsq(across.sum(axis=0), wanted, rcond=None)[0])
+    directions = _bearing_directions(bearings)
+    projectors = np.eye(3) - directions[:, :, None] * directions[:, None, :]
+    right_side = np.einsum('nij,nj->i', projectors, bearings.positions)
+    return np.asarray(np.linalg.lstsq(projectors.sum(axis=0), right_side, rcond=None)[0])
 
 
-def _parallax(place: NDArray[np.float64], bearings: LampBearings) -> float:
+def _parallax(position: NDArray[np.float64], bearings: LampBearings) -> float:
     """Return the parallax: twice the largest angle between a bearing and the mean bearing [rad]."""
-    ahead = place - bearings.positions
+    ahead = position - bearings.positions
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     mean = ahead.mean(axis=0) / np.linalg.norm(ahead.mean(axis=0))
     return float(2.0 * np.arccos(np.clip(ahead @ mean, -1.0, 1.0)).max())
@@ -132,16 +134,16 @@ def _parallax(place: NDArray[np.float64], bearings: LampBearings) -> float:
 
 def _clusters(bearings: LampBearings) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the IDs of the clusters, and the cluster index of each bearing."""
-    numbers, owners = np.unique(np.floor(bearings.stamps / CLUSTER), return_inverse=True)
-    return numbers, np.asarray(owners, dtype=np.int64)
+    numbers, cluster_indices = np.unique(np.floor(bearings.stamps / CLUSTER), return_inverse=True)
+    return numbers, np.asarray(cluster_indices, dtype=np.int64)
 
 
 def _clustered_covariance(
     bearings: LampBearings, jacobian: NDArray[np.float64], residuals: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the covariance of the position, shape (3, 3) [m^2], for errors correlated within clusters."""
-    numbers, owners = _clusters(bearings)
-    pulls = np.zeros((len(numbers), 3))
-    np.add.at(pulls, np.repeat(owners, 2), jacobian * residuals[:, None])
+    numbers, cluster_indices = _clusters(bearings)
+    scores = np.zeros((len(numbers), 3))
+    np.add.at(scores, np.repeat(cluster_indices, 2), jacobian * residuals[:, None])
     bread = np.linalg.inv(jacobian.T @ jacobian)
-    return np.asarray(len(numbers) / (len(numbers) - 3) * bread @ (pulls.T @ pulls) @ bread)
+    return np.asarray(len(numbers) / (len(numbers) - 3) * bread @ (scores.T @ scores) @ bread)

@@ -30,12 +30,12 @@ class LampBearings:
         """Return the number of bearings."""
         return len(self.stamps)
 
-    def subset(self, which: NDArray[np.bool_]) -> LampBearings:
+    def subset(self, mask: NDArray[np.bool_]) -> LampBearings:
         """Return the bearings selected by a mask, shape (n,)."""
         return LampBearings(
-            self.stamps[which],
-            self.positions[which],
-            self.rotations[which],
-            self.rays[which],
-            self.sigmas[which],
+            self.stamps[mask],
+            self.positions[mask],
+            self.rotations[mask],
+            self.rays[mask],
+            self.sigmas[mask],
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from shirube_settings import setting
-from vlc_beacon.core.light_code.manchester import SLOT_BYTES_MAX
+from vlc_beacon.core.light_code.manchester import SEGMENT_BYTES_MAX
 from vlc_beacon.core.transmitter.lamp_frame import PLAYS_MAX, TICK_RATE
 
 UFSOOK_NAME, RS_FSK_NAME, MANCHESTER_NAME, TONE_NAME = 'ufsook', 'rs_fsk', 'manchester', 'tone'
@@ -41,11 +41,11 @@ class EncodingSettings:
         minimum=1e-6,
         maximum=0.01,
     )
-    slot_bytes: int = setting(
+    segment_bytes: int = setting(
         1,
         'bytes per Manchester segment: more need larger lamps and reduce overhead; set the same in the receiver',
         minimum=1,
-        maximum=SLOT_BYTES_MAX,
+        maximum=SEGMENT_BYTES_MAX,
     )
     tone: float = setting(
         4000.0,

@@ -20,21 +20,21 @@ STEP_FRACTION = 1 << 16
 """Fractions per tick of the step time."""
 STEP_TICKS_MIN, STEP_TICKS_MAX = 1000, 65000
 """Limits of the step duration: the firmware must prepare the next step, and the timer has 16 bits."""
-WHEEL_MAX, BITS_MAX, TRAINS_MAX, MARKER_MAX = 8, 3, 12, 2
+PATTERN_MAX, BITS_MAX, PULSE_TRAINS_MAX, PREAMBLE_MAX = 8, 3, 12, 2
 PLAYS_MAX = 255
 
 
 @dataclass(frozen=True)
-class Train:
+class PulseTrain:
     """A symbol: steps through the pattern.
 
     Attributes:
-        first_place: index of the first state in the pattern.
+        first_index: index of the first state in the pattern.
         steps: number of steps, 1 to 65535.
         step_time: duration of a step [ticks / `STEP_FRACTION`].
     """
 
-    first_place: int
+    first_index: int
     steps: int
     step_time: int
 
@@ -48,9 +48,9 @@ class Train:
             raise LampFrameError(f'a symbol has {self.steps} steps, it must have from 1 to 65535')
 
 
-def train_of_duration(first_place: int, steps: int, duration: float, tick_rate: float) -> Train:
+def pulse_train_of_duration(first_index: int, steps: int, duration: float, tick_rate: float) -> PulseTrain:
     """Return the pulse train of steps with a total duration [s]."""
-    return Train(first_place, steps, round(duration * tick_rate * STEP_FRACTION / steps))
+    return PulseTrain(first_index, steps, round(duration * tick_rate * STEP_FRACTION / steps))
 
 
 @dataclass(frozen=True)
@@ -66,10 +66,10 @@ class Section:
     repeats: int = 1
 
     def __post_init__(self) -> None:
-        groups, count = self.symbols.shape
-        if not 1 <= groups <= 0xFF or not 1 <= count <= 0xFFFF:
+        bursts, count = self.symbols.shape
+        if not 1 <= bursts <= 0xFF or not 1 <= count <= 0xFFFF:
             raise LampFrameError(
-                f'a packet has {groups} bursts of {count} symbols, the limit is 255 of 65535'
+                f'a packet has {bursts} bursts of {count} symbols, the limit is 255 of 65535'
             )
         if not 1 <= self.repeats <= 0xFF:
             raise LampFrameError(f'a burst is repeated {self.repeats} times, it must be from 1 to 255')
@@ -80,35 +80,37 @@ class LampFrame:
     """The periodic output of the lamp.
 
     Attributes:
-        wheel: cyclic output states, 1 to 8; bit 0 is half A, bit 1 half B.
+        pattern: cyclic output states, 1 to 8; bit 0 is half A, bit 1 half B.
         bits: bits per data symbol, 1 to 3.
-        trains: symbol waveforms, data symbols first.
-        marker: symbols of the preamble of each burst, up to 2.
+        pulse_trains: symbol waveforms, data symbols first.
+        preamble: symbols of the preamble of each burst, up to 2.
         sections: packets.
         plays: repetitions of a temporary frame before the stored frame resumes; 0 for no limit.
     """
 
-    wheel: tuple[int, ...]
+    pattern: tuple[int, ...]
     bits: int
-    trains: tuple[Train, ...]
-    marker: tuple[int, ...]
+    pulse_trains: tuple[PulseTrain, ...]
+    preamble: tuple[int, ...]
     sections: Sequence[Section]
     plays: int = 0
 
     def __post_init__(self) -> None:
-        if not 1 <= len(self.wheel) <= WHEEL_MAX or not all(0 <= state <= 3 for state in self.wheel):
+        if not 1 <= len(self.pattern) <= PATTERN_MAX or not all(0 <= state <= 3 for state in self.pattern):
             raise LampFrameError(
-                f'the pattern is {self.wheel}, it must have 1 to {WHEEL_MAX} states from 0 to 3'
+                f'the pattern is {self.pattern}, it must have 1 to {PATTERN_MAX} states from 0 to 3'
             )
-        if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.trains) <= TRAINS_MAX:
+        if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.pulse_trains) <= PULSE_TRAINS_MAX:
             raise LampFrameError(
-                f'{len(self.trains)} symbols are invalid for data symbols of {self.bits} bits'
+                f'{len(self.pulse_trains)} symbols are invalid for data symbols of {self.bits} bits'
             )
-        if len(self.marker) > MARKER_MAX or not all(0 <= s < len(self.trains) for s in self.marker):
+        if len(self.preamble) > PREAMBLE_MAX or not all(
+            0 <= s < len(self.pulse_trains) for s in self.preamble
+        ):
             raise LampFrameError(
-                f'the preamble is {self.marker}, it must be up to {MARKER_MAX} of the symbols'
+                f'the preamble is {self.preamble}, it must be up to {PREAMBLE_MAX} of the symbols'
             )
-        if not all(train.first_place < len(self.wheel) for train in self.trains):
+        if not all(train.first_index < len(self.pattern) for train in self.pulse_trains):
             raise LampFrameError('a symbol starts beyond the end of the pattern')
         if not 0 <= self.plays <= PLAYS_MAX:
             raise LampFrameError(f'plays is {self.plays}, it must be from 0 to {PLAYS_MAX}')

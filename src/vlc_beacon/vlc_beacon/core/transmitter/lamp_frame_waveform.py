@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from light_waveform import Waveform
-from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, TICK_RATE, LampFrame, Section, Train
+from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, TICK_RATE, LampFrame, PulseTrain, Section
 
 
-def waveform_of_frame(frame: LampFrame, tick_rate: float = TICK_RATE) -> Waveform:
+def waveform_from_frame(frame: LampFrame, tick_rate: float = TICK_RATE) -> Waveform:
     """Return the waveform of a frame, with two parts.
 
     The firmware accumulates the step times with their fractions and switches at the nearest tick, so errors stay below
@@ -19,11 +19,11 @@ def waveform_of_frame(frame: LampFrame, tick_rate: float = TICK_RATE) -> Wavefor
         frame: lamp frame.
         tick_rate: actual clock of the lamp's timer [1/s].
     """
-    symbols = np.concatenate([_played_symbols(section, frame.marker) for section in frame.sections])
-    places = [_places(train, len(frame.wheel)) for train in frame.trains]
-    times = [np.full(train.steps, train.step_time, np.int64) for train in frame.trains]
+    symbols = np.concatenate([_transmitted_symbols(section, frame.preamble) for section in frame.sections])
+    state_indices = [_state_indices(train, len(frame.pattern)) for train in frame.pulse_trains]
+    times = [np.full(train.steps, train.step_time, np.int64) for train in frame.pulse_trains]
     ends = np.cumsum(np.concatenate([times[s] for s in symbols]))
-    states = np.array(frame.wheel)[np.concatenate([places[s] for s in symbols])]
+    states = np.array(frame.pattern)[np.concatenate([state_indices[s] for s in symbols])]
     changes = np.append(True, states[1:] != states[:-1])
     starts = np.append(0, ends[:-1])[changes]
     ticks = (starts + STEP_FRACTION // 2) // STEP_FRACTION
@@ -31,11 +31,11 @@ def waveform_of_frame(frame: LampFrame, tick_rate: float = TICK_RATE) -> Wavefor
     return Waveform(ticks / tick_rate, levels, float(ends[-1] / STEP_FRACTION / tick_rate))
 
 
-def _played_symbols(section: Section, marker: tuple[int, ...]) -> NDArray[np.int64]:
-    heads = np.tile(np.array(marker, np.int64), (len(section.symbols), 1))
-    groups = np.hstack([heads, section.symbols])
-    return np.repeat(groups, section.repeats, axis=0).ravel()
+def _transmitted_symbols(section: Section, preamble: tuple[int, ...]) -> NDArray[np.int64]:
+    preambles = np.tile(np.array(preamble, np.int64), (len(section.symbols), 1))
+    bursts = np.hstack([preambles, section.symbols])
+    return np.repeat(bursts, section.repeats, axis=0).ravel()
 
 
-def _places(train: Train, wheel_length: int) -> NDArray[np.int64]:
-    return (train.first_place + np.arange(train.steps)) % wheel_length
+def _state_indices(train: PulseTrain, pattern_length: int) -> NDArray[np.int64]:
+    return (train.first_index + np.arange(train.steps)) % pattern_length

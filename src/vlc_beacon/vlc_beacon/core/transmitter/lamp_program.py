@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from light_waveform import Waveform
-from vlc_beacon.core.light_code.light_profile import (
-    LightProfile,
+from vlc_beacon.core.light_code.code_profile import (
+    CodeProfile,
     manchester_profile,
     rs_fsk_profile,
     tone_profile,
     ufsook_profile,
 )
-from vlc_beacon.core.light_code.manchester import SlotFormat, slots_waveform
-from vlc_beacon.core.light_code.reed_solomon_block import slots_of_packet
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
+from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.transmitter.coded_frame import (
@@ -44,7 +44,7 @@ class LampProgram:
 
     waveform: Waveform
     frame: LampFrame
-    profile: LightProfile
+    profile: CodeProfile
 
 
 def encode_packets(packets: Sequence[bytes], settings: EncodingSettings) -> LampProgram:
@@ -75,7 +75,9 @@ def encode_packets(packets: Sequence[bytes], settings: EncodingSettings) -> Lamp
             rs_fsk_frame(contents, rate, plays, ticks),
             rs_fsk_profile(rate, settings.row_time),
         )
-    slots = SlotFormat(settings.slot_bytes, frame_rate=rate)
-    light = slots_waveform([slot for c in contents for slot in slots_of_packet(c, slots.slot_bytes)], slots)
-    profile = manchester_profile(slots, settings.row_time, settings.exposure_time)
-    return LampProgram(light, manchester_frame(contents, slots, plays, ticks), profile)
+    segments = SegmentFormat(settings.segment_bytes, frame_rate=rate)
+    light = segments_waveform(
+        [segment for c in contents for segment in segments_from_packet(c, segments.segment_bytes)], segments
+    )
+    profile = manchester_profile(segments, settings.row_time, settings.exposure_time)
+    return LampProgram(light, manchester_frame(contents, segments, plays, ticks), profile)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 PROTOCOL_VERSION = 1
-PIECE_BYTES = 32
+CHUNK_BYTES = 32
 """Frame bytes per line."""
-VERSION_REQUEST, STATUS_REQUEST, STEADY_REQUEST, PLAY_REQUEST = 'v', 's', 'h', 'p'
-DONE = 'OK'
+VERSION_REQUEST, STATUS_REQUEST, HALT_REQUEST, PLAY_REQUEST = 'v', 's', 'h', 'p'
+OK_REPLY = 'OK'
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ def upload_requests(frame: bytes, *, keep: bool) -> list[str]:
         frame: frame bytes.
         keep: whether to store the frame in the EEPROM.
     """
-    starts = range(0, len(frame), PIECE_BYTES)
-    pieces = [f'd {start} {frame[start : start + PIECE_BYTES].hex()}' for start in starts]
-    return [f'b {len(frame)}', *pieces, 'k' if keep else 't']
+    starts = range(0, len(frame), CHUNK_BYTES)
+    chunks = [f'd {start} {frame[start : start + CHUNK_BYTES].hex()}' for start in starts]
+    return [f'b {len(frame)}', *chunks, 'k' if keep else 't']
 
 
 def check_version(reply: str) -> None:
@@ -50,8 +50,8 @@ def check_version(reply: str) -> None:
     Raises:
         VlcBeaconError: wrong firmware or version.
     """
-    words = reply.split()
-    if words[:1] != ['led_beacon'] or words[1:2] != [str(PROTOCOL_VERSION)]:
+    tokens = reply.split()
+    if tokens[:1] != ['led_beacon'] or tokens[1:2] != [str(PROTOCOL_VERSION)]:
         raise VlcBeaconError(
             f'the lamp replied {reply!r}, expected led_beacon {PROTOCOL_VERSION}; flash firmware/led_beacon'
         )

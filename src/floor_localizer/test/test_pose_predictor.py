@@ -1,0 +1,143 @@
+"""Interpolation of odometry, and prediction of the pose."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from floor_localizer.core.pose_predictor import PosePredictor
+from floor_localizer.core.settings import TrackerSettings
+from shirube_geometry import PlanarPose
+
+SETTINGS = TrackerSettings()
+START = PlanarPose(5.0, -2.0, 2.8)
+STEP = PlanarPose(0.1, 0.0, 0.6)
+
+
+def assert_same(found, expected, tolerance=1e-9):
+    assert found.distance_to(expected) < tolerance
+    assert abs(found.yaw_to(expected)) < tolerance
+
+
+@pytest.fixture
+def predictor():
+    predictor = PosePredictor(SETTINGS)
+    predictor.add_odometry(10.0, START)
+    predictor.add_odometry(10.2, START @ STEP)
+    return predictor
+
+
+def test_at_a_message_it_is_the_message(predictor):
+    assert_same(predictor.interpolate_odometry(10.0), START)
+    assert_same(predictor.interpolate_odometry(10.2), START @ STEP)
+
+
+@pytest.mark.parametrize('fraction', [0.25, 0.5, 0.9])
+def test_odometry_is_interpolated_across_the_cut_at_pi(predictor, fraction):
+    found = predictor.interpolate_odometry(10.0 + 0.2 * fraction)
+    assert_same(found, START @ PlanarPose(0.1 * fraction, 0.0, 0.6 * fraction), 1e-6)
+    assert abs(START.yaw_to(found)) == pytest.approx(0.6 * fraction)
+
+
+def test_a_little_before_the_first_message_it_holds(predictor):
+    assert_same(predictor.interpolate_odometry(9.8), START)
+
+
+@pytest.mark.parametrize('beyond', [0.5, 1.0])
+def test_a_little_after_the_last_message_the_robot_goes_on(predictor, beyond):
+    found = predictor.interpolate_odometry(10.2 + 0.2 * beyond)
+    assert_same(found, START @ STEP @ PlanarPose(0.1 * beyond, 0.0, 0.6 * beyond), 1e-6)
+
+
+def test_after_a_gap_or_a_single_message_it_stays():
+    predictor = PosePredictor(SETTINGS)
+    predictor.add_odometry(10.0, START)
+    assert_same(predictor.interpolate_odometry(10.1), START)
+    predictor.add_odometry(11.0, START @ STEP)
+    assert_same(predictor.interpolate_odometry(11.1), START @ STEP)
+
+
+def test_stale_odometry_says_nothing(predictor):
+    assert predictor.interpolate_odometry(10.5) is None
+    assert predictor.interpolate_odometry(9.7) is None
+    assert predictor.relative_motion(10.0, 10.5) is None
+    assert PosePredictor(SETTINGS).interpolate_odometry(10.0) is None
+
+
+def test_in_the_middle_of_a_long_gap_odometry_says_nothing(predictor):
+    predictor.add_odometry(12.2, START)
+    assert predictor.interpolate_odometry(11.2) is None
+
+
+def test_an_older_message_is_left_out(predictor):
+    predictor.add_odometry(10.1, PlanarPose(99.0, 0.0, 0.0))
+    predictor.add_odometry(10.2, PlanarPose(99.0, 0.0, 0.0))
+    assert_same(predictor.interpolate_odometry(10.2), START @ STEP)
+
+
+def test_forth_and_back_is_the_identity(predictor):
+    there, back = predictor.relative_motion(10.0, 10.2), predictor.relative_motion(10.2, 10.0)
+    assert_same(there, STEP)
+    assert_same(there @ back, PlanarPose(0.0, 0.0, 0.0))
+
+
+def test_nothing_is_predicted_without_a_pose(predictor):
+    assert predictor.predict(10.1) is None
+    predictor.add_pose(10.1, START)
+    predictor.clear_poses()
+    assert predictor.predict(10.2) is None
+
+
+def test_nothing_is_predicted_for_the_past(predictor):
+    predictor.add_pose(10.1, START)
+    assert predictor.predict(10.0) is None
+
+
+def test_odometry_leads_on_from_the_last_pose(predictor):
+    pose = PlanarPose(-1.0, 0.5, 0.3)
+    predictor.add_pose(10.0, pose)
+    prior = predictor.predict(10.2)
+    assert_same(prior.T_map_base, pose @ STEP)
+    assert prior.radius == pytest.approx(SETTINGS.still_radius + SETTINGS.odometry_error * 0.1)
+    assert prior.yaw_tolerance == pytest.approx(SETTINGS.still_turn + SETTINGS.odometry_error * 0.7)
+    assert not prior.is_strict
+
+
+def test_clearing_poses_keeps_odometry(predictor):
+    predictor.clear_poses()
+    assert_same(predictor.relative_motion(10.0, 10.2), STEP)
+
+
+def test_without_odometry_a_steady_drive_goes_on():
+    predictor = PosePredictor(SETTINGS)
+    predictor.add_pose(1.0, START)
+    predictor.add_pose(1.05, START @ PlanarPose(0.02, 0.0, 0.0))
+    prior = predictor.predict(1.1)
+    assert_same(prior.T_map_base, START @ PlanarPose(0.04, 0.0, 0.0))
+
+
+def test_without_odometry_the_prior_covers_any_drive_within_the_acceleration():
+    predictor = PosePredictor(SETTINGS)
+    speed, dt = 0.4, 0.05
+    for k in range(2):
+        predictor.add_pose(k * dt, PlanarPose(speed * k * dt, 0.0, 0.0))
+    prior = predictor.predict(2 * dt)
+    for acceleration in (-SETTINGS.acceleration_max, SETTINGS.acceleration_max):
+        x = speed * 2 * dt + 0.5 * acceleration * dt * dt
+        assert abs(prior.T_map_base.x - x) <= prior.radius
+    assert 0.5 * SETTINGS.turn_acceleration_max * dt * dt <= prior.yaw_tolerance
+
+
+def test_the_search_radius_grows_until_nothing_is_predicted():
+    predictor = PosePredictor(SETTINGS)
+    predictor.add_pose(0.0, START)
+    radii = [predictor.predict(stamp).radius for stamp in (0.0, 0.05, 0.1, 0.2)]
+    assert radii == sorted(radii)
+    assert predictor.predict(5.0) is None
+
+
+def test_heading_is_never_more_open_than_half_a_turn():
+    predictor = PosePredictor(TrackerSettings(prior_radius_max=10.0))
+    predictor.add_pose(0.0, START)
+    assert predictor.predict(1.0).yaw_tolerance == math.pi

@@ -1,0 +1,54 @@
+"""Differential drive kinematics in the units of the motor controller."""
+
+from __future__ import annotations
+
+import math
+
+from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.core.velocity import Velocity
+
+TICKS_MAX = 32767
+"""Maximum speed [ticks per frame]: the firmware reads arguments into 16 bits."""
+
+
+class DiffDriveKinematics:
+    """Kinematics of two driven wheels on one axis.
+
+    Attributes:
+        metres_per_tick: distance per encoder tick [m].
+        separation: wheel separation [m].
+        frame: control period of the firmware, the unit of its speeds [s].
+    """
+
+    def __init__(self, settings: DriveSettings) -> None:
+        """Take the dimensions from the settings.
+
+        Raises:
+            MotorBridgeError: the maximum speed is less than one tick per frame, or does not fit into 16 bits.
+        """
+        self.metres_per_tick = math.tau * settings.wheel_radius / settings.ticks_per_revolution
+        self.separation, self.frame = settings.wheel_separation, settings.pid_frame
+        straight_ticks = abs(self.to_wheel_ticks(Velocity(settings.max_linear_velocity, 0.0))[0])
+        turning = abs(self.to_wheel_ticks(Velocity(0.0, settings.max_angular_velocity))[0])
+        if straight_ticks + turning > TICKS_MAX:
+            raise MotorBridgeError(
+                f'ticks_per_revolution, wheel_radius and the velocity limits give {straight_ticks + turning:.0f} ticks '
+                f'per frame, the controller accepts {TICKS_MAX}; check them'
+            )
+        if straight_ticks < 1.0:
+            raise MotorBridgeError(
+                f'ticks_per_revolution, wheel_radius and max_linear_velocity give {straight_ticks:.2g} ticks per '
+                'frame, below the resolution of 1; check them'
+            )
+
+    def to_wheel_ticks(self, velocity: Velocity) -> tuple[float, float]:
+        """Return the speeds of the left and the right wheel: v ∓ ω·b/2 [ticks per frame]."""
+        per_speed = self.frame / self.metres_per_tick
+        turning = 0.5 * self.separation * velocity.turn_rate
+        return per_speed * (velocity.forward - turning), per_speed * (velocity.forward + turning)
+
+    def to_velocity(self, left: float, right: float) -> Velocity:
+        """Return the velocity of wheel speeds [ticks per frame]; the inverse of `to_wheel_ticks`."""
+        per_tick = self.metres_per_tick / self.frame
+        return Velocity(0.5 * per_tick * (left + right), per_tick * (right - left) / self.separation)

@@ -1,0 +1,28 @@
+"""Status of a measurement, and reasons to reject an invalid message."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class MeasurementStatus(Enum):
+    """Result of outlier rejection for one pose; the value is the text of the diagnostics."""
+
+    USED = 'used'
+    RESET = 'estimate reset to it'
+    WAITING = 'waiting for a second source at start'
+    OUTSIDE_GATE = 'outside the gate'
+    PROBATION = 'inside the gate again, on probation'
+    ODOMETRY_INCONSISTENT = 'inconsistent with odometry'
+
+
+class RejectReason(Enum):
+    """Why a message is rejected before the filter; the value is the text of the diagnostics."""
+
+    NOT_FINITE = 'not finite'
+    TOO_FAR = 'farther than 1000 km from the origin'
+    BAD_COVARIANCE = 'covariance is invalid'
+    NO_STAMP = 'stamp is 0'
+    FUTURE = 'stamp is in the future'
+    TOO_OLD = 'stamp is too old'
+    DUPLICATE = 'duplicate stamp'

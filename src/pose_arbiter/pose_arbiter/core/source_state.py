@@ -1,0 +1,113 @@
+"""State of one source, and the consistency check of its motion with odometry."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pose_arbiter.core.arbiter_settings import ArbiterSettings
+from pose_arbiter.core.cumulative_odometry import CumulativeOdometry
+from pose_arbiter.core.measurement_status import MeasurementStatus
+from pose_arbiter.core.pose_measurement import PoseWithOdometry, is_consistent
+
+NEVER = -(2**62)
+"""A stamp before all others [ns]."""
+_ACCEPTED_COUNT_MAX = 100_000
+
+
+class SourceState(NamedTuple):
+    """What outlier rejection keeps of a source between its poses.
+
+    Attributes:
+        latest: latest pose.
+        reference: pose with which the next ones are compared by odometry.
+        next_reference: pose that replaces the reference when that is too old.
+        alternative: first pose of the alternative hypothesis, inconsistent with the reference.
+        alternative_count: number of poses consistent with the alternative hypothesis.
+        run_length: number of successive poses consistent with each other by odometry.
+        rejected_count: number of poses outside the gate since the last accepted one.
+        inside_gate_since: odometry at the first pose of the current run inside the gate, while on probation.
+        accepted_count: number of accepted poses since the source was last found inconsistent.
+        accepted_stamp: stamp of the latest accepted pose [ns].
+        status: status of the latest pose.
+    """
+
+    latest: PoseWithOdometry | None = None
+    reference: PoseWithOdometry | None = None
+    next_reference: PoseWithOdometry | None = None
+    alternative: PoseWithOdometry | None = None
+    alternative_count: int = 0
+    run_length: int = 0
+    rejected_count: int = 0
+    inside_gate_since: CumulativeOdometry | None = None
+    accepted_count: int = 0
+    accepted_stamp: int = NEVER
+    status: MeasurementStatus | None = None
+
+    def is_fresh(self, stamp: int, timeout: int) -> bool:
+        """Return whether its latest pose is not older than the timeout [ns]."""
+        return self.latest is not None and stamp - self.latest.odometry.stamp <= timeout
+
+    def is_supporting(self, stamp: int, timeout: int) -> bool:
+        """Return whether a pose of it was accepted within the timeout [ns]."""
+        return stamp - self.accepted_stamp <= timeout
+
+    def record_status(self, status: MeasurementStatus, odometry: CumulativeOdometry) -> SourceState:
+        """Return the source state after a measurement of this status, with the odometry at its stamp."""
+        if status in (MeasurementStatus.USED, MeasurementStatus.RESET):
+            accepted_count = min(self.accepted_count + 1, _ACCEPTED_COUNT_MAX)
+            return self._replace(
+                status=status,
+                rejected_count=0,
+                inside_gate_since=None,
+                accepted_count=accepted_count,
+                accepted_stamp=odometry.stamp,
+            )
+        if status is MeasurementStatus.OUTSIDE_GATE:
+            return self._replace(
+                status=status, rejected_count=self.rejected_count + 1, inside_gate_since=None
+            )
+        if status is MeasurementStatus.PROBATION and self.inside_gate_since is None:
+            return self._replace(status=status, inside_gate_since=odometry)
+        return self._replace(status=status)
+
+
+def check_odometry_consistency(
+    source: SourceState, observed: PoseWithOdometry, gate: float, timeout: int, settings: ArbiterSettings
+) -> tuple[SourceState, bool]:
+    """Compare a source's new pose with its earlier ones by odometry.
+
+    A single inconsistent pose is ignored. If inconsistent poses agree with each other for long enough, they become the
+    reference: the source, or the robot, was moved.
+
+    Args:
+        source: state of the source.
+        observed: new pose of the source.
+        gate: chi-square threshold.
+        timeout: the comparison restarts after a pause longer than this [ns].
+        settings: filter settings.
+
+    Returns:
+        the state of the source, and whether its motion is consistent with odometry.
+    """
+    stamp, window = observed.odometry.stamp, round(settings.consistency_window * 1e9)
+    is_new = source.reference is None or not source.is_fresh(stamp, max(timeout, window))
+    updated = source._replace(latest=observed, alternative=None, alternative_count=0)
+    if is_new:
+        return updated._replace(reference=observed, next_reference=observed, run_length=1), True
+    reference, next_reference = source.reference, source.next_reference
+    assert reference is not None  # noqa: S101 for the type checker
+    assert next_reference is not None  # noqa: S101
+    if is_consistent(reference, observed, gate, settings):
+        if stamp - next_reference.odometry.stamp > window // 2:
+            reference, next_reference = next_reference, observed
+        return updated._replace(
+            reference=reference, next_reference=next_reference, run_length=source.run_length + 1
+        ), True
+    if source.alternative is None or not is_consistent(source.alternative, observed, gate, settings):
+        return source._replace(latest=observed, alternative=observed, alternative_count=1), False
+    alternative_count = source.alternative_count + 1
+    if alternative_count < settings.reset_count or stamp - source.alternative.odometry.stamp < window // 2:
+        return source._replace(latest=observed, alternative_count=alternative_count), False
+    return updated._replace(
+        reference=source.alternative, next_reference=observed, run_length=alternative_count, accepted_count=0
+    ), True

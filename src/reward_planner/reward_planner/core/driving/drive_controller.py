@@ -1,0 +1,251 @@
+"""The drive controller: follows the route to the goal and stops on stale input, commands and obstacles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.driving.drive_command import DriveCommand, DriveState
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.light_command import LightCommand
+from reward_planner.core.driving.light_command_state import LightCommandState
+from reward_planner.core.driving.lookahead_point import check_path_ahead, lookahead_point
+from reward_planner.core.driving.replanner import Replanner, path_length
+from reward_planner.core.driving.steering import (
+    braking_speed_limit,
+    obstacle_speed_limit,
+    turn_rate_for_angle,
+    velocity_towards,
+)
+from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from shirube_geometry import PlanarPose, wrap_angle
+
+_TURN_TOLERANCE = 0.02  # tolerance of a commanded turn [rad]
+_GOAL_ENTER_FACTOR = 0.7  # within this multiple of goal_tolerance the robot turns to the goal's heading
+_GOAL_LEAVE_FACTOR = 2.0  # beyond this multiple of goal_tolerance it drives to the goal again
+_STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
+_CELL_MARGIN = 0.75  # from the centre of an occupied cell to its edge, rounded up [cells]
+_STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
+
+
+class DriveController:
+    """Controls the robot on its way to the goal.
+
+    Attributes:
+        replanner: route to the goal; None without a goal.
+        command_state: commands of lamps that are in effect.
+        goal_count: number of goals set so far.
+    """
+
+    def __init__(
+        self,
+        global_map: GlobalMap,
+        planner: PlannerSettings,
+        reward: RewardSettings,
+        driving: DrivingSettings,
+    ) -> None:
+        """Start at rest, without a goal.
+
+        Args:
+            global_map: map to plan on; it is only read, call `update_map` after changes.
+            planner: planning mode and robot radius.
+            reward: settings of the reward rule.
+            driving: velocity limits, distances and timeouts.
+        """
+        self.replanner: Replanner | None = None
+        self.command_state = LightCommandState(driving.max_linear_velocity)
+        self._global_map, self._settings = global_map, driving
+        self._planning_settings = (planner, reward)
+        self._smoother = VelocitySmoother(driving)
+        self.goal_count = 0
+        self._goal: PlanarPose | None = None
+        self._is_at_goal = self._is_goal_reached = False
+        self._last_motion_time = math.nan
+        self._pose: PlanarPose | None = None
+        self._pose_stamp = self._map_stamp = -math.inf
+        self._last_step_time = math.nan
+
+    @property
+    def points_map(self) -> NDArray[np.float64]:
+        """Points of the route [m], shape (n, 2); n is 0 if there is none."""
+        return np.empty((0, 2)) if self.replanner is None else self.replanner.points_map
+
+    def fresh_pose(self, now: float) -> PlanarPose | None:
+        """Return the robot's pose if it is not older than pose_timeout at a time [s], else None."""
+        is_fresh = abs(now - self._pose_stamp) <= self._settings.pose_timeout
+        return self._pose if is_fresh else None
+
+    def set_goal(self, T_map_goal: PlanarPose) -> None:
+        """Set a goal; it replaces the previous one.
+
+        Raises:
+            DrivingError: the goal is not finite.
+        """
+        if not all(math.isfinite(number) for number in (T_map_goal.x, T_map_goal.y, T_map_goal.yaw)):
+            raise DrivingError('the goal is not finite; give x, y and yaw')
+        self._goal, self._is_at_goal, self._is_goal_reached = T_map_goal, False, False
+        self.goal_count += 1
+        self._last_motion_time = math.nan
+        self.command_state.cancel_turn()  # it belonged to the previous goal
+        self.replanner = Replanner(
+            self._global_map, (T_map_goal.x, T_map_goal.y), *self._planning_settings, self._settings
+        )
+
+    def cancel_goal(self) -> None:
+        """Cancel the goal and stop."""
+        self._goal, self.replanner, self._is_goal_reached = None, None, False
+
+    def apply_command(self, command: LightCommand) -> None:
+        """Apply a command of a lamp; a turn is ignored without a goal or a pose."""
+        is_on_its_way = self._goal is not None and not self._is_goal_reached and self._pose is not None
+        if command.operation != 'turn' or is_on_its_way:
+            self.command_state.apply_command(command)
+
+    def update_pose(self, stamp: float, T_map_base: PlanarPose | None) -> None:
+        """Set the robot's pose and its stamp [s]; None after a jump, until the poses are consistent again."""
+        self._pose, self._pose_stamp = T_map_base, stamp
+        if T_map_base is None:
+            self.command_state.cancel_turn()  # poses across a jump do not measure the turn
+        else:
+            self.command_state.update_heading(T_map_base.yaw)
+
+    def update_map(self, stamp: float, part: GridFrame) -> None:
+        """Update the route for the part of the map that a frame changed; the frame's stamp is in seconds."""
+        self._map_stamp = stamp
+        if self.replanner is not None:
+            self.replanner.update_map(part)
+
+    def reset_map(self) -> None:
+        """Restart with an empty map; the robot stops until the next frame is mapped."""
+        self._map_stamp = -math.inf
+        if self.replanner is not None:
+            self.replanner.reset()
+
+    def handle_time_jump(self) -> None:
+        """Reset pose, timers and goal after a jump of the clock."""
+        self._pose, self._pose_stamp, self._map_stamp = None, -math.inf, -math.inf
+        self._last_step_time = math.nan
+        self.command_state.cancel_turn()
+        self.cancel_goal()
+
+    def step(self, now: float) -> DriveCommand:
+        """Run one control cycle at a time [s]."""
+        elapsed = 0.0 if math.isnan(self._last_step_time) else now - self._last_step_time
+        self._last_step_time = now
+        state, detail, target, waypoint = self._decide(now)
+        was_stopped = self._smoother.velocity == Velocity()
+        velocity = self._smoother.step_toward(target, elapsed)
+        if state is DriveState.GOAL_REACHED and was_stopped:
+            self._is_goal_reached = True  # later poses do not restart the drive
+        if state is DriveState.DRIVING and self._is_stuck(now, velocity):
+            state, detail = (
+                DriveState.STUCK,
+                f'{DriveState.STUCK.value}: obstacles or lamps allow no speed',
+            )
+        # Publish zero velocity once before cmd_vel is released to other nodes.
+        is_released = (
+            was_stopped and velocity == Velocity() and state in (DriveState.IDLE, DriveState.GOAL_REACHED)
+        )
+        return DriveCommand(state, detail, None if is_released else velocity, waypoint)
+
+    def _decide(self, now: float) -> tuple[DriveState, str, Velocity, tuple[float, float] | None]:
+        """Return state, detail, target velocity and lookahead point."""
+        robot, stopped = self._pose, Velocity()
+        if self._goal is None or self.replanner is None or self._is_goal_reached:
+            state = DriveState.GOAL_REACHED if self._is_goal_reached else DriveState.IDLE
+            return state, state.value, stopped, None
+        stale = self._stale_input(now)
+        if stale is not None or robot is None:
+            state, detail = stale or (DriveState.LOST, '')
+            return state, detail, stopped, None
+        try:
+            self.replanner.update(now, robot)
+        except DrivingError as fault:
+            return DriveState.UNREACHABLE, str(fault), stopped, None
+        if self.command_state.is_stopped or self.command_state.speed_limit <= _STOPPED_SPEED:
+            return DriveState.STOPPED_BY_LAMP, DriveState.STOPPED_BY_LAMP.value, stopped, None
+        if self.command_state.remaining_turn != 0.0:
+            return DriveState.TURNING, DriveState.TURNING.value, self._turn_on_command(), None
+        return self._follow_route(robot, self._goal, self.replanner)
+
+    def _is_stuck(self, now: float, velocity: Velocity) -> bool:
+        """Return whether a robot that should drive has not moved for long."""
+        moves = max(abs(velocity.forward), abs(velocity.turn_rate)) > _STOPPED_SPEED
+        if moves or not now >= self._last_motion_time:
+            self._last_motion_time = now
+        return now - self._last_motion_time > _STUCK_TIMEOUT
+
+    def _stale_input(self, now: float) -> tuple[DriveState, str] | None:
+        """Return state and reason if pose or map is missing or stale, else None."""
+        if self._pose is None:
+            detail = 'no pose received' if self._pose_stamp == -math.inf else 'the pose jumped'
+            return DriveState.LOST, f'{DriveState.LOST.value}: {detail}'
+        for state, stamp, limit, what in (
+            (DriveState.LOST, self._pose_stamp, self._settings.pose_timeout, 'pose'),
+            (DriveState.MAP_STALE, self._map_stamp, self._settings.map_timeout, 'frame'),
+        ):
+            if not abs(now - stamp) <= limit:
+                age = f'the latest {what} is older than {limit:g} s or in the future'
+                return state, f'{state.value}: {age if stamp > -math.inf else f"no {what} received"}'
+        return None
+
+    def _turn_on_command(self) -> Velocity:
+        remaining = self.command_state.remaining_turn
+        if self._smoother.velocity.forward > _STOPPED_SPEED:
+            return Velocity()
+        if abs(remaining) <= _TURN_TOLERANCE:
+            self.command_state.cancel_turn()
+            return Velocity()
+        return Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
+
+    def _follow_route(
+        self, robot: PlanarPose, goal: PlanarPose, replanner: Replanner
+    ) -> tuple[DriveState, str, Velocity, tuple[float, float] | None]:
+        """Follow the route, and turn to the goal's heading at its end."""
+        tolerance, distance = self._settings.goal_tolerance, robot.distance_to(goal)
+        remaining = robot.yaw_to(goal)
+        is_turned = abs(remaining) <= self._settings.goal_yaw_tolerance
+        if self._is_at_goal:
+            self._is_at_goal = distance <= tolerance * (1.0 if is_turned else _GOAL_LEAVE_FACTOR)
+        else:
+            self._is_at_goal = distance <= tolerance * _GOAL_ENTER_FACTOR
+        if self._is_at_goal:
+            if is_turned:
+                return DriveState.GOAL_REACHED, DriveState.GOAL_REACHED.value, Velocity(), None
+            return DriveState.DRIVING, "turning to the goal's heading", self._turn_in_place(remaining), None
+        if len(replanner.points_map) == 0:
+            why = '' if replanner.no_route_reason is None else f': {replanner.no_route_reason.value}'
+            return DriveState.UNREACHABLE, f'{DriveState.UNREACHABLE.value}{why}', Velocity(), None
+        waypoint = lookahead_point(replanner.costmap, robot, replanner.points_map, self._settings.lookahead)
+        bearing = wrap_angle(math.atan2(waypoint[1] - robot.y, waypoint[0] - robot.x) - robot.yaw)
+        speed = self._allowed_speed(robot, replanner)
+        target = velocity_towards(bearing, speed, self._settings)
+        return DriveState.DRIVING, DriveState.DRIVING.value, target, (float(waypoint[0]), float(waypoint[1]))
+
+    def _turn_in_place(self, remaining: float) -> Velocity:
+        return Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
+
+    def _allowed_speed(self, robot: PlanarPose, replanner: Replanner) -> float:
+        """Return the speed that commands, obstacles and the goal allow [m/s]."""
+        costmap, settings = replanner.costmap, self._settings
+        robot_radius = self._planning_settings[0].robot_radius
+        distance_max = max(settings.lookahead, 2.0 * self._smoother.braking_distance())
+        free_distance, clearance = check_path_ahead(
+            costmap, robot, robot_radius + _CELL_MARGIN * costmap.frame.resolution, distance_max
+        )
+        # The nearest point may be behind the robot; the next one is ahead.
+        ahead = replanner.points_map[min(1, len(replanner.points_map) - 1) :]
+        to_goal = path_length(ahead) + math.hypot(*(ahead[0] - (robot.x, robot.y)))
+        return min(
+            self.command_state.speed_limit,
+            obstacle_speed_limit(clearance - robot_radius, settings),
+            braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
+            braking_speed_limit(to_goal, settings),
+        )

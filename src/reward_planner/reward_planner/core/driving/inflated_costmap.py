@@ -1,0 +1,207 @@
+"""The costmap of the route search: distance of each cell to the nearest obstacle, and the inflated obstacles."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.inflation import clearance
+from reward_planner.core.grid.occupancy_map import OCCUPIED_THRESHOLD
+from reward_planner.core.mapping.global_map import GlobalMap
+
+_GROWTH_STEP = 64
+"""Size steps of the costmap [cells], so that it is not resized with each new cell."""
+_WINDOW_MARGIN = 5.0
+"""On a map that is too large the costmap covers at least this margin around robot and goal [m]."""
+
+
+class InflatedCostmap:
+    """A rectangle around all known cells, the robot and the goal; unknown cells are free.
+
+    It has a margin that a robot can drive along, so that routes around the known cells are found. On maps of more than
+    cells_max cells it covers a part.
+
+    Attributes:
+        frame: origin, resolution and size of the grid.
+        clearance: distance to the nearest obstacle, at most ``clearance_max`` [m], shape (rows, columns).
+        blocked: cells within ``inflation_radius`` of an obstacle, shape (rows, columns).
+        inflation_radius: least distance of a route from obstacles [m].
+        clearance_max: largest clearance that is computed [m].
+    """
+
+    def __init__(self, inflation_radius: float, clearance_max: float) -> None:
+        """Start with one cell.
+
+        Args:
+            inflation_radius: least distance of a route from obstacles [m].
+            clearance_max: largest clearance that is computed, at least inflation_radius [m].
+        """
+        self.inflation_radius, self.clearance_max = inflation_radius, clearance_max
+        self.frame = GridFrame(0.0, 0.0, 1.0, 1, 1)
+        self.clearance = np.full((1, 1), clearance_max, dtype=np.float32)
+        self.blocked = np.zeros((1, 1), dtype=np.bool_)
+
+    def cover(self, global_map: GlobalMap, points_map: ArrayLike) -> bool:
+        """Resize the costmap to cover a map and some points; return whether it was resized.
+
+        It keeps what it covered before while cells_max allows that. On a larger map it covers a part around the
+        points.
+
+        Args:
+            global_map: obstacles.
+            points_map: points to cover [m], array-like, shape (n, 2), n at least 1.
+
+        Raises:
+            DrivingError: the points are too far apart.
+        """
+        frame = required_frame(global_map, points_map, self.inflation_radius)
+        if _cell_count(frame) > global_map.cells_max:
+            minimal = _frame_around(*_bounds(points_map), _WINDOW_MARGIN, global_map.resolution)
+            if _cell_count(minimal) > global_map.cells_max:
+                raise DrivingError(
+                    f'the route needs {minimal.columns} x {minimal.rows} cells, cells_max is {global_map.cells_max}; '
+                    'give a nearer goal or a larger resolution'
+                )
+            if _contains(self.frame, minimal):
+                return False
+            frame = _expand(minimal, global_map.cells_max)
+        elif _contains(self.frame, frame):
+            return False
+        else:
+            union = _union(self.frame, frame)
+            frame = union if _cell_count(union) <= global_map.cells_max else frame
+        self.frame = frame
+        self.clearance = np.full(frame.shape, self.clearance_max, dtype=np.float32)
+        self.blocked = np.zeros(frame.shape, dtype=np.bool_)
+        self.refresh(global_map, frame)
+        return True
+
+    def refresh(self, global_map: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
+        """Update the costmap where the map changed.
+
+        Args:
+            global_map: obstacles.
+            changed: part of the map that changed.
+
+        Returns:
+            cells that became blocked or free, shape (n, 2).
+        """
+        resolution = self.frame.resolution
+        pad = math.ceil(self.clearance_max / resolution) + 1
+        corner = np.array([changed.origin_y, changed.origin_x])
+        low = np.round((corner - self._origin) / resolution).astype(np.int64) - pad
+        first = np.maximum(low, 0)
+        size = np.array(changed.shape) + 2 * pad
+        last = np.minimum(low + size, self.frame.shape)
+        if (last <= first).any():
+            return np.empty((0, 2), dtype=np.int64)
+        part = (slice(first[0], last[0]), slice(first[1], last[1]))
+        distances = self._distances(global_map, first, last, pad)
+        blocked = distances <= self.inflation_radius + 1e-4 * resolution
+        cells = np.argwhere(blocked != self.blocked[part]) + first
+        self.clearance[part], self.blocked[part] = distances, blocked
+        return cells
+
+    def clearance_at(self, points_map: ArrayLike) -> NDArray[np.float32]:
+        """Return the clearance at points of shape (..., 2), shape (...) [m]; ``clearance_max`` outside."""
+        cells = self.frame.cell_of(points_map)
+        inside = self.frame.contains(cells)
+        rows, columns = np.where(inside[..., None], cells, 0).T
+        return np.asarray(
+            np.where(inside.T, self.clearance[rows, columns], self.clearance_max).T, dtype=np.float32
+        )
+
+    @property
+    def _origin(self) -> NDArray[np.float64]:
+        return np.array([self.frame.origin_y, self.frame.origin_x])
+
+    def _distances(
+        self, global_map: GlobalMap, first: NDArray[np.int64], last: NDArray[np.int64], pad: int
+    ) -> NDArray[np.float32]:
+        """Return the clearance of the cells [first, last), from obstacles up to ``pad`` cells outside of them."""
+        resolution = self.frame.resolution
+        rows, columns = (int(n) for n in last - first + 2 * pad)
+        origin_y, origin_x = self._origin + resolution * (first - pad)
+        frame = GridFrame(float(origin_x), float(origin_y), resolution, columns, rows)
+        occupied = global_map.occupancy_in(frame) >= OCCUPIED_THRESHOLD
+        distances = np.minimum(clearance(occupied, resolution), np.float32(self.clearance_max))
+        return distances[pad : rows - pad, pad : columns - pad]
+
+
+def required_frame(global_map: GlobalMap, points_map: ArrayLike, inflation_radius: float) -> GridFrame:
+    """Return the smallest frame around a map and some points; arguments as for `InflatedCostmap`."""
+    low, high = _bounds(points_map)
+    known_frame = global_map.frame()
+    if known_frame is not None:
+        corner, end = _corners(known_frame)
+        low, high = np.minimum(low, corner), np.maximum(high, end)
+    return _frame_around(low, high, inflation_radius + 2.0 * global_map.resolution, global_map.resolution)
+
+
+def _bounds(points_map: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    points = np.asarray(points_map, dtype=np.float64)
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _frame_around(
+    low: NDArray[np.float64], high: NDArray[np.float64], margin: float, resolution: float
+) -> GridFrame:
+    """Return the frame between two corners [m] with a margin [m], aligned to the growth steps."""
+    step = _GROWTH_STEP * resolution
+    return _frame_from_steps(np.floor((low - margin) / step), np.ceil((high + margin) / step), resolution)
+
+
+def _expand(frame: GridFrame, cells_max: int) -> GridFrame:
+    """Return a frame grown on all sides to about half of cells_max."""
+    # Solve (columns + 2 g) (rows + 2 g) = cells_max / 2 for g.
+    columns, rows = frame.columns, frame.rows
+    half = 0.25 * (columns + rows)
+    growth = math.sqrt(max(half**2 - 0.25 * (columns * rows - 0.5 * cells_max), half**2)) - half
+    low, high = _corners(frame)
+    return _frame_around(low, high, max(growth - _GROWTH_STEP, 0.0) * frame.resolution, frame.resolution)
+
+
+def _cell_count(frame: GridFrame) -> int:
+    return frame.rows * frame.columns
+
+
+def _union(frame: GridFrame, other: GridFrame) -> GridFrame:
+    """Return the smallest frame around both, or the other one if their resolutions differ."""
+    if frame.resolution != other.resolution:
+        return other
+    step = _GROWTH_STEP * frame.resolution
+    (low, high), (other_low, other_high) = _corners(frame), _corners(other)
+    first, last = np.minimum(low, other_low) / step, np.maximum(high, other_high) / step
+    return _frame_from_steps(np.round(first), np.round(last), frame.resolution)
+
+
+def _frame_from_steps(first: NDArray[np.float64], last: NDArray[np.float64], resolution: float) -> GridFrame:
+    """Return the frame between two corners [growth steps]."""
+    step = _GROWTH_STEP * resolution
+    columns, rows = (_GROWTH_STEP * int(n) for n in last - first)
+    return GridFrame(float(first[0] * step), float(first[1] * step), resolution, columns, rows)
+
+
+def _corners(frame: GridFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the lowest and the highest corner of a frame, x and y [m]."""
+    corner = np.array([frame.origin_x, frame.origin_y])
+    return corner, corner + frame.resolution * np.array([frame.columns, frame.rows])
+
+
+def _contains(frame: GridFrame, other: GridFrame) -> bool:
+    if frame.resolution != other.resolution:
+        return False
+    low, high = frame.cell_of(
+        [
+            (other.origin_x + 0.5 * other.resolution, other.origin_y + 0.5 * other.resolution),
+            (
+                other.origin_x + (other.columns - 0.5) * other.resolution,
+                other.origin_y + (other.rows - 0.5) * other.resolution,
+            ),
+        ]
+    )
+    return bool(frame.contains(low) and frame.contains(high))

@@ -1,0 +1,69 @@
+"""The lookahead point on the route, and the free distance ahead of the robot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.driving.inflated_costmap import InflatedCostmap
+from shirube_geometry import PlanarPose
+
+_SAMPLES_PER_CELL = 2.0
+_EXIT_DISTANCE = 1.5  # a robot on an occupied cell may drive on if it leaves it within this distance [cells]
+
+
+def lookahead_point(
+    costmap: InflatedCostmap, robot: PlanarPose, points_map: NDArray[np.float64], lookahead: float
+) -> NDArray[np.float64]:
+    """Return the farthest point of the route within the lookahead distance in line of sight, shape (2,) [m].
+
+    This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inflation radius,
+    or the robot's present clearance if that is less. If no point is in line of sight, it is the route's next point.
+
+    Args:
+        costmap: clearance around the robot.
+        robot: pose of the robot in the map.
+        points_map: route from near the robot on [m], shape (n, 2), n at least 1.
+        lookahead: lookahead distance along the route [m].
+    """
+    along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))
+    candidates = points_map[: max(1, int(np.searchsorted(along, lookahead)) + 1)]
+    start = np.array([robot.x, robot.y])
+    fractions = np.linspace(
+        0.0, 1.0, _sample_count(costmap, lookahead + float(np.hypot(*(candidates[0] - start))))
+    )
+    lines = start + fractions[:, None] * (candidates - start)[:, None]
+    clearance_min = min(costmap.inflation_radius, float(costmap.clearance_at(start)))
+    # A point at the robot gives no direction: on a route that returns there the robot would spin.
+    is_distinct = np.hypot(*(candidates - start).T) >= costmap.frame.resolution
+    is_visible = is_distinct & (costmap.clearance_at(lines).min(axis=1) >= clearance_min)
+    nearest = min(1, len(candidates) - 1)
+    return np.asarray(
+        candidates[int(np.flatnonzero(is_visible)[-1]) if is_visible[nearest:].any() else nearest]
+    )
+
+
+def check_path_ahead(
+    costmap: InflatedCostmap, robot: PlanarPose, inflation_radius: float, distance_max: float
+) -> tuple[float, float]:
+    """Return the free distance straight ahead of the robot, and the least clearance along it [m].
+
+    Args:
+        costmap: clearance around the robot.
+        robot: pose of the robot in the map.
+        inflation_radius: clearance at which the path ends, or the present clearance if that is less [m].
+        distance_max: largest distance to check [m].
+    """
+    distances = np.linspace(0.0, distance_max, _sample_count(costmap, distance_max))
+    ahead = np.array([math.cos(robot.yaw), math.sin(robot.yaw)])
+    clearance = costmap.clearance_at((robot.x, robot.y) + distances[:, None] * ahead)
+    is_blocked = clearance < min(inflation_radius, float(clearance[0]))
+    is_blocked |= (clearance <= 0.0) & (distances > _EXIT_DISTANCE * costmap.frame.resolution)
+    free_count = int(is_blocked.argmax()) if is_blocked.any() else len(distances)
+    return float(distances[max(free_count - 1, 0)]), float(clearance[:free_count].min())
+
+
+def _sample_count(costmap: InflatedCostmap, distance: float) -> int:
+    return 2 + int(_SAMPLES_PER_CELL * distance / costmap.frame.resolution)

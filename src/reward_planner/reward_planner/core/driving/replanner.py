@@ -1,0 +1,204 @@
+"""Replans the route when it is blocked, left by the robot or clearly longer than a new one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.escape_path import escape_path
+from reward_planner.core.driving.inflated_costmap import InflatedCostmap
+from reward_planner.core.driving.route_planner import RoutePlanner, make_planner
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.route.reachability import is_reachable
+from reward_planner.core.route.route import NoRoute, NoRouteReason, check_endpoints
+from shirube_geometry import PlanarPose
+
+_ROUNDING = 1e-5  # clearances are computed in single precision [m]
+MARGIN_CELLS_MIN = 1.5  # half diagonals of two cells, rounded up [cells]
+_OFF_ROUTE_DISTANCE = 0.5  # distance from the route at which the robot replans [m]
+
+
+class Replanner:
+    """The current route to one goal.
+
+    Attributes:
+        points_map: remaining route from near the robot to the goal [m], shape (n, 2), n may be 0.
+        no_route_reason: why there is no route; None if there is one.
+        replan_count: number of routes taken so far.
+    """
+
+    def __init__(
+        self,
+        global_map: GlobalMap,
+        goal_map: tuple[float, float],
+        planner: PlannerSettings,
+        reward: RewardSettings,
+        driving: DrivingSettings,
+    ) -> None:
+        """Start without a route.
+
+        Args:
+            global_map: map to plan on; it is only read, call `update_map` after changes.
+            goal_map: x and y of the goal [m].
+            planner: planning mode and robot radius.
+            reward: settings of the reward rule.
+            driving: clearances, lookahead and replanning thresholds.
+        """
+        self.replan_count = 0
+        self._global_map, self._goal, self._settings = global_map, goal_map, driving
+        self._planning_settings = (planner, reward)
+        self.reset()
+
+    def update_map(self, part: GridFrame) -> None:
+        """Update costmap and planner where the map changed."""
+        if self._planner is None:
+            return
+        cells = self.costmap.refresh(self._global_map, part)
+        if len(cells):
+            self._planner.update_cells(cells, self.costmap.blocked[cells[:, 0], cells[:, 1]])
+            self._has_changed = True
+
+    def reset(self) -> None:
+        """Discard route and costmap, for instance after the map was cleared; the goal stays."""
+        self.points_map = np.empty((0, 2))
+        self.no_route_reason: NoRouteReason | None = None
+        self.costmap = self._make_costmap()
+        self._planner: RoutePlanner | None = None
+        self._visited: list[tuple[float, float]] = []
+        self._has_changed = False
+        self._planned_at = -math.inf
+
+    def update(self, now: float, robot: PlanarPose) -> None:
+        """Update the route, and replan if needed.
+
+        Args:
+            now: current time [s].
+            robot: pose of the robot in the map.
+
+        Raises:
+            DrivingError: the goal is too far away.
+        """
+        planner = self._update_planner(robot)
+        self._drop_passed_points(robot)
+        self._record_position(robot)
+        is_due = now - self._planned_at >= self._settings.replan_period or now < self._planned_at
+        if len(self.points_map) == 0:
+            if is_due or (self._has_changed and self.no_route_reason is None):
+                self._replan(now, robot, planner)
+        elif self._is_off_route(robot) or self._is_blocked() or self._is_nearly_finished():
+            self._replan(now, robot, planner)
+        elif self._has_changed and is_due and self._planning_settings[0].mode == 'optimal':
+            self._replan_if_shorter(now, robot, planner)
+
+    def _make_costmap(self) -> InflatedCostmap:
+        radius, driving = self._planning_settings[0].robot_radius, self._settings
+        # Distances are between cell centres; the robot and the obstacle's edge are off them.
+        inflation_radius = radius + max(
+            driving.clearance_margin, MARGIN_CELLS_MIN * self._global_map.resolution
+        )
+        return InflatedCostmap(inflation_radius, max(inflation_radius, radius + driving.slow_distance) + 0.1)
+
+    def _update_planner(self, robot: PlanarPose) -> RoutePlanner:
+        """Return the planner; a new one if the costmap was resized."""
+        changed = self.costmap.cover(self._global_map, [self._goal, (robot.x, robot.y)])
+        if not changed and self._planner is not None:
+            return self._planner
+        goal = self.costmap.frame.cell_of(self._goal)
+        self._planner = make_planner(
+            self.costmap,
+            (int(goal[0]), int(goal[1])),
+            *self._planning_settings,
+            self._visited,
+            self._horizon_steps,
+        )
+        self._has_changed = True
+        return self._planner
+
+    @property
+    def _horizon_steps(self) -> int:
+        """Steps along twice the lookahead distance."""
+        return 2 + int(2.0 * self._settings.lookahead / self._global_map.resolution)
+
+    def _replan(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
+        result = self._plan(robot, planner)
+        self._planned_at, self._has_changed = now, False
+        if isinstance(result, NoRoute):
+            self.points_map, self.no_route_reason = np.empty((0, 2)), result.reason
+            return
+        self.points_map, self.no_route_reason = result, None
+        self.replan_count += 1
+
+    def _replan_if_shorter(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
+        """Take a new route if it is shorter by replan_gain and by more than the lookahead distance."""
+        result = self._plan(robot, planner)
+        self._planned_at, self._has_changed = now, False
+        if isinstance(result, NoRoute):
+            return
+        remaining = path_length(self.points_map)
+        saved = remaining - path_length(result)
+        if saved > self._settings.replan_gain * remaining and saved > self._settings.lookahead:
+            self.points_map = result
+            self.replan_count += 1
+
+    def _plan(self, robot: PlanarPose, planner: RoutePlanner) -> NDArray[np.float64] | NoRoute:
+        """Return the points of a route from the robot; it first leaves the inflated obstacles if it is in them."""
+        costmap = self.costmap
+        ends = costmap.frame.cell_of([(robot.x, robot.y), self._goal])
+        start, goal = ((int(row), int(column)) for row, column in ends)
+        failure = check_endpoints(costmap.blocked, start, goal)
+        if failure is not None and failure.reason is not NoRouteReason.START_BLOCKED:
+            return failure
+        escape = escape_path(costmap.clearance, costmap.blocked, start)
+        if escape is None:
+            return NoRoute(NoRouteReason.START_BLOCKED)
+        begin = (int(escape[-1, 0]), int(escape[-1, 1]))
+        if not is_reachable(costmap.blocked, begin, goal):
+            return NoRoute(NoRouteReason.UNREACHABLE)
+        result = planner.route_from(begin)
+        if isinstance(result, NoRoute):
+            return result
+        points = costmap.frame.centre_of(np.concatenate([escape[:-1], result.cells]))
+        if (result.cells[-1] == goal).all():
+            points[-1] = self._goal
+        return points
+
+    def _drop_passed_points(self, robot: PlanarPose) -> None:
+        """Drop the points before the nearest one within the horizon."""
+        if len(self.points_map) == 0:
+            return
+        distances = np.hypot(*(self.points_map[: self._horizon_steps] - (robot.x, robot.y)).T)
+        self.points_map = self.points_map[int(distances.argmin()) :]
+
+    def _record_position(self, robot: PlanarPose) -> None:
+        """Record visited positions, one per robot radius; only the reward rule uses them."""
+        planner = self._planning_settings[0]
+        if planner.mode != 'reward':
+            return
+        if not self._visited or math.dist(self._visited[-1], (robot.x, robot.y)) > planner.robot_radius:
+            self._visited.append((robot.x, robot.y))
+
+    def _is_nearly_finished(self) -> bool:
+        """Return whether the robot is near the end of a partial route, as the reward rule plans them."""
+        ends_before = bool((self.points_map[-1] != self._goal).any())
+        return ends_before and path_length(self.points_map) < self._settings.lookahead
+
+    def _is_off_route(self, robot: PlanarPose) -> bool:
+        return math.hypot(*(self.points_map[0] - (robot.x, robot.y))) > _OFF_ROUTE_DISTANCE
+
+    def _is_blocked(self) -> bool:
+        """Return whether the route enters blocked cells; where it starts in them, clearance must grow along it."""
+        rows, columns = self.costmap.frame.cell_of(self.points_map).T
+        blocked, clearance = self.costmap.blocked[rows, columns], self.costmap.clearance[rows, columns]
+        enters = blocked[1:] & (~blocked[:-1] | (np.diff(clearance) < -_ROUNDING))
+        return bool(enters.any() or blocked[-1])
+
+
+def path_length(points: NDArray[np.float64]) -> float:
+    """Return the length of a path through points of shape (n, 2) [m]."""
+    return float(np.hypot(*np.diff(points, axis=0).T).sum())

@@ -1,0 +1,103 @@
+"""D* Lite against searches from scratch."""
+
+import numpy as np
+import pytest
+
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.route import d_star_lite
+from reward_planner.core.route.d_star_lite import DStarLite
+from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
+from reward_planner.core.route.shortest_route import shortest_route
+from scene_simulator.grid_maps import GRID_MAPS
+from scene_simulator.grid_truth import is_driveable
+from scene_simulator.grid_world import GridWorld
+
+
+def assert_as_from_scratch(routes: DStarLite, blocked, start, goal) -> Route | NoRoute:
+    np.testing.assert_array_equal(routes.blocked, blocked)
+    mended, anew = routes.route_from(start), shortest_route(blocked, start, goal)
+    if isinstance(anew, NoRoute):
+        assert mended == anew
+    else:
+        assert isinstance(mended, Route)
+        assert mended.length == pytest.approx(anew.length, abs=1e-9)
+        assert tuple(mended.cells[0]) == start
+        assert tuple(mended.cells[-1]) == goal
+        assert is_driveable(blocked, mended.cells)
+    return mended
+
+
+@pytest.mark.parametrize('seed', range(30))
+def test_routes_are_those_from_scratch_whatever_changes_and_wherever_the_robot_jumps(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    blocked = rng.random(rng.integers(3, 25, 2)) < rng.choice([0.0, 0.1, 0.3])
+    cells = np.argwhere(np.ones(blocked.shape))
+    goal = tuple(rng.choice(cells).tolist())
+    routes = DStarLite(blocked, goal)
+    for _ in range(40):
+        chosen = rng.choice(cells, rng.integers(0, 6))
+        now = rng.random(len(chosen)) < 0.5
+        routes.update_cells(chosen, now)
+        blocked[tuple(chosen.T)] = now
+        assert_as_from_scratch(routes, blocked, tuple(rng.choice(cells).tolist()), goal)
+
+
+@pytest.mark.parametrize('kind', GRID_MAPS)
+def test_a_drive_through_unknown_terrain_replans_as_from_scratch(kind: str) -> None:
+    occupied = GRID_MAPS[kind](60, 7)
+    rng = np.random.default_rng(3)
+    for ends in rng.permutation(np.argwhere(~occupied))[:8].reshape(4, 2, 2).tolist():
+        cell, goal = (tuple(end) for end in ends)
+        if isinstance(shortest_route(occupied, cell, goal), NoRoute):
+            continue
+        known, world = np.zeros_like(occupied), GridWorld(occupied)
+        routes = DStarLite(known, goal)
+        while cell != goal:
+            seen, are_occupied = world.sense(cell, 6.0)
+            routes.update_cells(seen, are_occupied)
+            known[tuple(seen.T)] = are_occupied
+            route = assert_as_from_scratch(routes, known, cell, goal)
+            cell = tuple(route.cells[1].tolist())
+            assert not occupied[cell]
+
+
+def test_a_goal_that_is_walled_in_is_reported_and_reached_once_the_wall_is_gone() -> None:
+    routes = DStarLite(np.zeros((20, 20), dtype=bool), (10, 10))
+    around = [(r, c) for r in range(8, 13) for c in range(8, 13) if max(abs(r - 10), abs(c - 10)) == 2]
+    assert isinstance(routes.route_from((0, 0)), Route)
+    routes.update_cells(around, True)
+    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.UNREACHABLE)
+    routes.update_cells([(10, 10)], True)
+    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.GOAL_BLOCKED)
+    routes.update_cells([*around, (10, 10)], False)
+    route = routes.route_from((0, 0))
+    assert isinstance(route, Route)
+    assert route.length == pytest.approx(10 * 2**0.5)
+
+
+def test_what_the_caller_does_with_its_map_later_changes_nothing() -> None:
+    blocked = np.zeros((5, 5), dtype=bool)
+    routes = DStarLite(blocked, (4, 4))
+    blocked[:] = True
+    assert isinstance(routes.route_from((0, 0)), Route)
+
+
+def test_a_goal_outside_is_reported_and_a_cell_outside_is_refused() -> None:
+    routes = DStarLite(np.zeros((5, 5), dtype=bool), (5, 0))
+    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.GOAL_OUTSIDE)
+    with pytest.raises(RewardPlannerError, match='outside'):
+        routes.update_cells([(0, -1)], [True])
+
+
+def test_changes_while_no_route_is_asked_for_take_no_more_than_a_search_from_scratch(monkeypatch) -> None:
+    monkeypatch.setattr(d_star_lite, '_CHANGES_MAX', 500)
+    rng = np.random.default_rng(1)
+    routes = DStarLite(np.zeros((30, 30), dtype=bool), (29, 29))
+    assert isinstance(routes.route_from((0, 0)), Route)
+    for _ in range(200):
+        cells = rng.integers(1, 29, (20, 2))
+        routes.update_cells(cells, rng.random(20) < 0.3)
+        assert sum(map(len, routes._changed)) <= 500
+    found, wanted = routes.route_from((0, 0)), shortest_route(routes.blocked, (0, 0), (29, 29))
+    assert isinstance(wanted, Route)
+    assert found.length == pytest.approx(wanted.length)

@@ -1,0 +1,58 @@
+"""Kernels of D* Lite."""
+
+import numpy as np
+
+from reward_planner.core.route.d_star_lite_kernels import (
+    UNREACHED,
+    OpenList,
+    SearchState,
+    apply_changes,
+    insert_if_inconsistent,
+    key_of,
+)
+from reward_planner.core.route.octile import STRAIGHT
+
+WIDTH = 12
+
+
+def make_state() -> SearchState:
+    blocked = np.pad(np.zeros((10, 10), dtype=bool), 1, constant_values=True).reshape(-1)
+    g, rhs = np.full((2, len(blocked)), UNREACHED, dtype=np.int64)
+    return SearchState(blocked, g, rhs, WIDTH, WIDTH + 1)
+
+
+def test_a_full_open_list_keeps_only_what_still_counts() -> None:
+    state = make_state()
+    open_list = OpenList(np.empty(4, np.int64), np.empty(4, np.int32), 0)
+    for cell in (14, 15, 16, 17):
+        state.rhs[cell] = cell * STRAIGHT
+        open_list = insert_if_inconsistent(state, open_list, cell, 14, 0)
+    state.g[[14, 15, 16]] = state.rhs[[14, 15, 16]]
+    state.rhs[20] = STRAIGHT
+    open_list = insert_if_inconsistent(state, open_list, 20, 14, 0)
+    assert sorted(open_list.cells[: open_list.size].tolist()) == [17, 20]
+    assert open_list.keys[0] == key_of(state, 20, 14, 0)
+    assert len(open_list.keys) == 4
+
+
+def test_an_open_list_that_is_full_of_what_counts_grows() -> None:
+    state = make_state()
+    open_list = OpenList(np.empty(2, np.int64), np.empty(2, np.int32), 0)
+    for cell in range(14, 22):
+        state.rhs[cell] = cell * STRAIGHT
+        open_list = insert_if_inconsistent(state, open_list, cell, 14, 0)
+    assert sorted(open_list.cells[: open_list.size].tolist()) == list(range(14, 22))
+
+
+def test_of_two_cells_on_equally_long_ways_the_one_nearer_to_the_goal_comes_first() -> None:
+    state = make_state()
+    start = WIDTH + 9
+    state.rhs[WIDTH + 3], state.rhs[WIDTH + 4] = 2 * STRAIGHT, 3 * STRAIGHT
+    assert key_of(state, WIDTH + 3, start, 0) < key_of(state, WIDTH + 4, start, 0)
+
+
+def test_only_cells_that_are_others_now_are_changed() -> None:
+    state = make_state()
+    cells = np.array([[0, 0], [9, 9], [4, 5]])
+    assert apply_changes(state, cells, np.array([True, False, True])).tolist() == [13, 5 * 12 + 6]
+    assert apply_changes(state, cells, np.array([True, False, False])).tolist() == [5 * 12 + 6]

@@ -1,0 +1,246 @@
+"""The closed loop: a robot that senses, maps, plans and drives gets to its goal and hits nothing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from grid_drive import (
+    RADIUS,
+    TICK,
+    GridDrive,
+    coarse,
+    goal_at,
+    hall,
+    is_stopped,
+    roomy_place,
+    wall_with_door,
+)
+
+from reward_planner.core.driving.drive_command import DriveState
+from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.grid.inflation import clearance
+from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.route.shortest_route import shortest_route
+from scene_simulator.grid_maps import maze, random_field, rooms, warehouse
+from shirube_geometry import PlanarPose
+
+WORLDS = {
+    'rooms': coarse(rooms(24, 2, room=8, door=3, closed=0.0)),
+    'maze': coarse(maze(13, 4, corridor=3)),
+    'warehouse': coarse(warehouse(30, 1, pallets=0.01)),
+    'field': coarse(random_field(24, 5, share=0.05)),
+}
+
+
+DETOUR_MAX = {'optimal': 2.5, 'reward': 20.0}  # for the rule as in the benchmark of unknown terrain
+
+
+def shortest_length(walls, start, goal):
+    """Length of the shortest path with the inflation radius on the true map [m]."""
+    room = clearance(walls, 0.1) <= RADIUS + DrivingSettings().clearance_margin
+    ends = (tuple(int(10.0 * v) for v in reversed(place)) for place in (start, goal))
+    return 0.1 * shortest_route(room, *ends).length
+
+
+@pytest.mark.parametrize('mode', ['optimal', 'reward'])
+@pytest.mark.parametrize('world', WORLDS)
+@pytest.mark.newest_set_only
+def test_the_robot_gets_through_unknown_worlds(mode, world):
+    walls = WORLDS[world]
+    start, goal = roomy_place(walls, 1.0, 1.0), roomy_place(walls, 7.5, 9.5)
+    drive = GridDrive(walls, PlanarPose(*start, 0.0), mode=mode)
+    drive.controller.set_goal(goal_at(*goal, 1.0))
+    last = drive.run(900.0, until=(DriveState.GOAL_REACHED, DriveState.UNREACHABLE))
+    assert last.state is DriveState.GOAL_REACHED, last.detail
+    assert drive.way() < DETOUR_MAX[mode] * shortest_length(walls, start, goal)
+    assert drive.pose.distance_to(goal_at(*goal)) <= 0.1
+    assert abs(drive.pose.yaw_to(goal_at(*goal, 1.0))) <= 0.11
+
+
+@pytest.mark.newest_set_only
+def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive.controller.set_goal(goal_at(8.0, 1.0))
+    drive.run(120.0)
+    around = 2.0 * math.hypot(3.0, 3.8)
+    assert drive.way() < 1.3 * around
+    assert drive.controller.replanner.replan_count < 25
+
+
+@pytest.mark.parametrize('yaw', [0.0, 2.5])
+def test_a_robot_whose_pose_is_corrected_at_the_goal_drives_there_again(yaw):
+    """Late pose corrections count, too: the goal is never reported as reached beyond the tolerance."""
+    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0), DrivingSettings(goal_tolerance=0.05))
+    goal = goal_at(5.0, 3.0, yaw)
+    drive.error = PlanarPose(0.035, 0.0, 0.0)
+    drive.controller.set_goal(goal)
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
+    drive.error = PlanarPose(0.0, 0.0, 0.0)
+    assert drive.pose.distance_to(goal) > 0.05
+    drive.tick()
+    assert drive.drives[-1].state is DriveState.DRIVING
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
+    assert is_stopped(drive.run(1.0, until=()))
+    assert drive.pose.distance_to(goal) <= 0.05
+    assert drive.drives[-1].state is DriveState.GOAL_REACHED
+
+
+def test_velocities_stay_within_all_limits():
+    settings = DrivingSettings()
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), settings)
+    drive.controller.set_goal(goal_at(8.0, 1.0))
+    drive.run(120.0)
+    given = [d.velocity for d in drive.drives if d.velocity is not None]
+    forward = np.array([v.forward for v in given])
+    turn = np.array([v.turn_rate for v in given])
+    assert np.abs(forward).max() <= settings.max_linear_velocity
+    assert np.abs(turn).max() <= settings.max_angular_velocity
+    assert np.abs(np.diff(forward)).max() <= settings.max_linear_acceleration * TICK + 1e-9
+    assert np.abs(np.diff(turn)).max() <= settings.max_angular_acceleration * TICK + 1e-9
+    assert forward.max() > 0.4
+
+
+def test_the_robot_is_slower_near_obstacles():
+    walls = hall()
+    walls[:26, 40:60] = walls[-26:, 40:60] = True  # a passage of 0.8 m
+    drive = GridDrive(walls, PlanarPose(1.0, 3.0, 0.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
+    assert drive.run(120.0).state is DriveState.GOAL_REACHED
+    speeds = {'in': [], 'before': []}
+    for pose, done in zip(drive.poses, drive.drives, strict=False):
+        if done.velocity is not None and (4.2 < pose.x < 5.8 or 2.0 < pose.x < 3.2):
+            speeds['in' if pose.x > 4.0 else 'before'].append(done.velocity.forward)
+    assert max(speeds['in']) < 0.9 * max(speeds['before'])
+
+
+def test_a_goal_behind_walls_is_reported_unreachable_and_the_robot_stops():
+    walls = hall()
+    walls[20:40, [70, 90]] = True
+    walls[[20, 39], 70:91] = True
+    drive = GridDrive(walls, PlanarPose(2.0, 3.0, 0.0))
+    drive.controller.set_goal(goal_at(8.0, 3.0))
+    last = drive.run(200.0, until=(DriveState.UNREACHABLE, DriveState.GOAL_REACHED))
+    assert last.state is DriveState.UNREACHABLE
+    assert last.detail == 'no path to the goal: obstacles block every path'
+    assert is_stopped(drive.run(2.0))
+
+
+def test_a_goal_in_a_known_obstacle_is_reported_and_the_robot_stops():
+    drive = GridDrive(wall_with_door(), PlanarPose(4.0, 3.0, 0.0))
+    drive.tick()
+    drive.controller.set_goal(goal_at(5.1, 3.0))
+    last = drive.run(1.0)
+    assert last.state is DriveState.UNREACHABLE
+    assert 'the goal is in an obstacle or too near to one' in last.detail
+    assert drive.way() < 1e-6
+
+
+def test_a_goal_that_is_too_far_away_for_any_map_is_reported():
+    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0))
+    drive.tick()
+    drive.controller.set_goal(goal_at(1e6, 1e6))
+    last = drive.run(0.5)
+    assert last.state is DriveState.UNREACHABLE
+    assert 'give a nearer goal' in last.detail
+    assert drive.way() < 1e-6
+
+
+def test_a_goal_that_is_not_finite_is_refused():
+    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0))
+    with pytest.raises(DrivingError, match='the goal is not finite'):
+        drive.controller.set_goal(goal_at(math.nan, 0.0))
+
+
+def test_a_robot_too_near_to_a_wall_leaves_by_the_way_of_growing_clearance():
+    drive = GridDrive(hall(), PlanarPose(1.0, 0.34, 0.0))
+    drive.controller.set_goal(goal_at(5.0, 3.0))
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
+    assert min(drive.room) >= drive.room[0] - 0.01
+
+
+def test_an_obstacle_that_appears_on_the_route_is_driven_around():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
+    drive.run(6.0)
+    ahead = round(drive.pose.x / 0.1) + 10
+    drive.walls[20:40, ahead : ahead + 3] = True
+    assert drive.run(120.0).state is DriveState.GOAL_REACHED
+    assert drive.controller.replanner.replan_count >= 2
+
+
+def test_a_cleared_map_is_observed_again_and_the_goal_stays():
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive.controller.set_goal(goal_at(8.0, 1.0))
+    drive.run(5.0)
+    drive.global_map.clear()
+    drive.controller.reset_map()
+    assert drive.run(120.0).state is DriveState.GOAL_REACHED
+
+
+def test_a_known_map_is_used_before_anything_is_seen():
+    walls = wall_with_door()
+    drive = GridDrive(walls, PlanarPose(2.0, 1.0, 0.0))
+    drive.global_map.write(LocalMap(drive.frame, (100 * walls).astype(np.int8), np.ones_like(walls)))
+    drive.controller.set_goal(goal_at(8.0, 1.0))
+    assert drive.run(120.0).state is DriveState.GOAL_REACHED
+    assert drive.controller.replanner.replan_count == 1
+
+
+def test_the_robot_does_not_overshoot_its_goal():
+    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive.controller.set_goal(goal_at(5.0, 3.0))
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
+    drive.run(2.0, until=())
+    assert max(pose.x for pose in drive.poses) < 5.05
+
+
+def test_the_speed_allows_to_stop_before_obstacles_straight_ahead():
+    settings = DrivingSettings(max_linear_velocity=4.0)
+    drive = GridDrive(hall(), PlanarPose(1.0, 0.45, -0.2), settings)
+    drive.sense()
+    drive.controller.set_goal(goal_at(8.0, 0.45))
+    for k in range(100):  # the robot is prevented from moving
+        drive.controller.update_pose(TICK * k, drive.pose)
+        drive.controller.update_map(TICK * k, drive.frame)
+        speed = drive.controller.step(TICK * k).velocity.forward
+    to_wall = (0.45 - 0.1 - RADIUS) / math.sin(0.2)
+    assert 0.1 < speed < math.sqrt(2.0 * settings.max_linear_acceleration * to_wall) * (1.0 - 0.2 / 0.6)
+
+
+@pytest.mark.parametrize('resolution', [0.05, 0.1, 0.2])
+@pytest.mark.parametrize('start', [(1.0, 2.93), (1.07, 3.1), (1.13, 2.97)])
+@pytest.mark.newest_set_only
+def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution, start):
+    walls = np.zeros((round(6.0 / resolution), round(10.0 / resolution)), dtype=bool)
+    walls[[0, -1]] = walls[:, [0, -1]] = True
+    part = slice(round(4.0 / resolution), round(6.0 / resolution))
+    low, high = round(2.8 / resolution), round(3.4 / resolution)
+    walls[:low, part] = walls[high:, part] = True
+    drive = GridDrive(walls, PlanarPose(*start, 0.0), resolution=resolution)
+    drive.controller.set_goal(goal_at(8.0, 3.1))
+    last = drive.run(60.0, until=(DriveState.GOAL_REACHED, DriveState.UNREACHABLE))
+    assert last.state in (DriveState.GOAL_REACHED, DriveState.UNREACHABLE), last.detail
+
+
+def test_a_cleared_map_forgets_its_obstacles():
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive.controller.set_goal(goal_at(8.0, 1.0))
+    drive.run(2.0)
+    drive.walls = hall()
+    drive.global_map.clear()
+    drive.controller.reset_map()
+    before = drive.way()
+    assert drive.run(120.0).state is DriveState.GOAL_REACHED
+    assert drive.way() - before < 6.5
+
+
+@pytest.mark.newest_set_only
+def test_the_robot_never_drives_backwards_nor_fast_on_what_is_occupied():
+    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), DrivingSettings(max_linear_velocity=2.0))
+    drive.controller.set_goal(goal_at(8.0, 1.0))
+    assert drive.run(120.0).state is DriveState.GOAL_REACHED
+    speeds = [each.velocity.forward for each in drive.drives if each.velocity is not None]
+    assert min(speeds) >= 0.0

@@ -1,0 +1,100 @@
+"""Poses are interpolated, but not across jumps or gaps; invalid stamps are reported."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.mapping.pose_buffer import NoPoseReason, PoseBuffer, PoseStatus
+from shirube_geometry import PlanarPose
+
+
+def driven(until=5.0, rate=20.0):
+    """A pose buffer of a robot that drives along x at 1 m/s."""
+    buffer = PoseBuffer(MappingSettings())
+    for k in range(int(until * rate) + 1):
+        assert buffer.add(k / rate, PlanarPose(k / rate, 2.0, 0.0)) is PoseStatus.ACCEPTED
+    return buffer
+
+
+def test_poses_are_interpolated():
+    buffer = driven()
+    for stamp in np.linspace(0.0, 5.0, 37):
+        assert buffer.lookup(stamp).x == pytest.approx(stamp)
+        assert buffer.lookup(stamp).y == pytest.approx(2.0)
+
+
+def test_headings_turn_the_short_way():
+    buffer = PoseBuffer(MappingSettings())
+    buffer.add(0.0, PlanarPose(0.0, 0.0, math.pi - 0.1))
+    buffer.add(0.1, PlanarPose(0.0, 0.0, -math.pi + 0.1))
+    assert abs(buffer.lookup(0.05).yaw) == pytest.approx(math.pi)
+
+
+def test_a_frame_newer_than_all_poses_waits_and_an_older_one_does_not():
+    buffer = driven()
+    assert buffer.lookup(5.01) is NoPoseReason.NOT_YET
+    assert buffer.lookup(-0.01) is NoPoseReason.MISSING
+    assert PoseBuffer(MappingSettings()).lookup(0.0) is NoPoseReason.NOT_YET
+
+
+def test_no_pose_is_guessed_in_a_gap():
+    buffer = driven(1.0)
+    buffer.add(1.8, PlanarPose(1.8, 2.0, 0.0))
+    assert buffer.lookup(1.4) is NoPoseReason.MISSING
+    assert buffer.lookup(1.8).x == pytest.approx(1.8)
+
+
+def test_a_pose_that_jumps_is_refused_and_the_next_good_one_taken():
+    buffer = driven(1.0)
+    assert buffer.add(1.05, PlanarPose(5.0, 2.0, 0.0)) is PoseStatus.JUMPED
+    assert buffer.has_jumped
+    assert buffer.add(1.1, PlanarPose(1.1, 2.0, 0.0)) is PoseStatus.ACCEPTED
+    assert not buffer.has_jumped
+    assert buffer.lookup(1.05).x == pytest.approx(1.05)
+
+
+def test_a_turn_that_no_robot_makes_is_a_jump():
+    assert driven(1.0).add(1.05, PlanarPose(1.05, 2.0, 2.0)) is PoseStatus.JUMPED
+
+
+def test_a_new_place_is_accepted_once_poses_agree_there():
+    buffer = driven(1.0)
+    statuses = [buffer.add(1.0 + 0.1 * k, PlanarPose(8.0 + 0.1 * k, 2.0, 0.0)) for k in range(1, 13)]
+    assert statuses[:10] == [PoseStatus.JUMPED] * 10
+    assert statuses[10] is PoseStatus.RELOCATED
+    assert statuses[11] is PoseStatus.ACCEPTED
+    assert buffer.lookup(1.5) is NoPoseReason.MISSING
+    assert buffer.lookup(2.15).x == pytest.approx(9.15)
+
+
+def test_poses_that_jump_all_over_are_never_accepted():
+    buffer, rng = driven(1.0), np.random.default_rng(0)
+    for k in range(1, 200):
+        x, y = rng.uniform(20.0, 400.0, 2)
+        assert buffer.add(1.0 + 0.1 * k, PlanarPose(x, y, 0.0)) is PoseStatus.JUMPED
+    assert buffer.lookup(2.0) is NoPoseReason.NOT_YET
+
+
+def test_a_pose_that_comes_late_is_reported():
+    buffer = driven()
+    assert buffer.add(4.9, PlanarPose(4.9, 2.0, 0.0)) is PoseStatus.OUT_OF_ORDER
+    assert buffer.add(5.0, PlanarPose(5.0, 2.0, 0.0)) is PoseStatus.OUT_OF_ORDER
+    assert buffer.lookup(4.95).x == pytest.approx(4.95)
+
+
+@pytest.mark.parametrize('pose', [PlanarPose(math.nan, 0.0, 0.0), PlanarPose(0.0, math.inf, 0.0)])
+def test_a_pose_that_is_not_finite_is_reported(pose):
+    buffer = driven()
+    assert buffer.add(5.1, pose) is PoseStatus.NOT_FINITE
+    assert buffer.add(math.nan, PlanarPose(5.0, 2.0, 0.0)) is PoseStatus.NOT_FINITE
+    assert buffer.lookup(5.0).x == pytest.approx(5.0)
+
+
+def test_old_poses_are_forgotten():
+    buffer = driven(30.0)
+    assert buffer.lookup(5.0) is NoPoseReason.MISSING
+    assert buffer.lookup(25.0).x == pytest.approx(25.0)

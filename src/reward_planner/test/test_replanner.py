@@ -1,0 +1,120 @@
+"""A route is kept unless it is blocked or clearly longer than a new one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.replanner import Replanner, path_length
+from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
+from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.route.route import NoRouteReason
+from shirube_geometry import PlanarPose
+
+FRAME = GridFrame(-1.0, -4.0, 0.1, 100, 80)
+HERE = PlanarPose(0.0, 0.0, 0.0)
+GOAL = (8.0, 0.0)
+
+
+class Floor:
+    """A map that can be painted, and a replanner on it."""
+
+    def __init__(self, mode='optimal'):
+        self.global_map = GlobalMap(0.1, 1_000_000)
+        self.paint((-1.0, -4.0, 9.0, 4.0), FREE)
+        planner = PlannerSettings(mode, 0.2)
+        self.replanner = Replanner(self.global_map, GOAL, planner, RewardSettings(), DrivingSettings())
+
+    def paint(self, box, value):
+        low, high = FRAME.cell_of([box[:2], box[2:]])
+        observed = np.zeros(FRAME.shape, dtype=bool)
+        observed[low[0] : high[0], low[1] : high[1]] = True
+        self.global_map.write(LocalMap(FRAME, np.full(FRAME.shape, value, dtype=np.int8), observed))
+        if hasattr(self, 'replanner'):
+            self.replanner.update_map(FRAME)
+
+
+def test_a_route_that_nothing_touches_is_kept():
+    floor = Floor()
+    floor.replanner.update(0.0, HERE)
+    for k in range(1, 40):
+        floor.paint((2.0 + 0.1 * k, 2.0, 2.1 + 0.1 * k, 2.5), OCCUPIED)
+        floor.replanner.update(0.5 * k, HERE)
+    assert floor.replanner.replan_count == 1
+    assert path_length(floor.replanner.points_map) == pytest.approx(8.0, abs=0.2)
+
+
+def test_a_route_that_is_blocked_is_replaced_at_once():
+    floor = Floor()
+    floor.replanner.update(0.0, HERE)
+    floor.paint((4.0, -1.0, 4.5, 1.0), OCCUPIED)
+    floor.replanner.update(0.05, HERE)
+    assert floor.replanner.replan_count == 2
+    assert np.abs(floor.replanner.points_map[:, 1]).max() > 1.2
+    assert floor.replanner.costmap.clearance_at(floor.replanner.points_map[:-1]).min() > 0.3
+
+
+def test_a_route_that_is_only_just_beaten_is_kept_and_one_that_is_clearly_beaten_is_left():
+    floor = Floor()
+    floor.paint((4.0, -4.0, 4.5, 0.6), OCCUPIED)
+    floor.replanner.update(0.0, HERE)
+    floor.paint((4.0, -1.2, 4.5, -0.2), FREE)  # hardly shorter
+    floor.replanner.update(5.0, HERE)
+    assert floor.replanner.replan_count == 1
+    floor.paint((4.0, 0.6, 4.5, 3.6), OCCUPIED)
+    floor.paint((4.0, -1.2, 4.5, -0.2), OCCUPIED)
+    floor.replanner.update(6.0, HERE)
+    assert floor.replanner.replan_count == 2
+    floor.paint((4.0, -0.7, 4.5, 0.7), FREE)
+    floor.replanner.update(6.2, HERE)
+    assert floor.replanner.replan_count == 2  # not at every tick
+    floor.replanner.update(8.0, HERE)
+    assert floor.replanner.replan_count == 3
+    assert path_length(floor.replanner.points_map) < 8.5
+
+
+def test_why_there_is_no_route_is_reported_and_a_new_path_is_taken():
+    floor = Floor()
+    floor.paint((4.0, -4.0, 4.5, 4.0), OCCUPIED)
+    floor.paint((-1.0, 3.5, 9.0, 4.0), OCCUPIED)
+    floor.paint((-1.0, -4.0, 9.0, -3.5), OCCUPIED)
+    floor.paint((-1.0, -4.0, -0.5, 4.0), OCCUPIED)
+    floor.replanner.update(0.0, HERE)
+    assert floor.replanner.no_route_reason is NoRouteReason.UNREACHABLE
+    floor.paint((4.0, -1.0, 4.5, 1.0), FREE)
+    floor.replanner.update(2.0, HERE)
+    assert floor.replanner.no_route_reason is None
+    assert floor.replanner.replan_count == 1
+
+
+def test_a_start_in_a_passage_that_is_too_narrow_is_reported():
+    floor = Floor()
+    floor.paint((-1.0, 0.25, 3.0, 0.5), OCCUPIED)
+    floor.paint((-1.0, -0.5, 3.0, -0.25), OCCUPIED)
+    floor.replanner.update(0.0, HERE)
+    assert floor.replanner.no_route_reason is NoRouteReason.START_BLOCKED
+
+
+def test_the_route_shrinks_as_the_robot_drives_and_a_robot_off_it_gets_another():
+    floor = Floor()
+    floor.replanner.update(0.0, HERE)
+    floor.replanner.update(0.1, PlanarPose(1.0, 0.05, 0.0))
+    assert path_length(floor.replanner.points_map) == pytest.approx(7.0, abs=0.2)
+    floor.replanner.update(0.2, PlanarPose(1.0, 0.9, 0.0))
+    assert floor.replanner.replan_count == 2
+
+
+def test_the_reward_rule_decides_a_stretch_at_a_time():
+    floor = Floor('reward')
+    floor.replanner.update(0.0, HERE)
+    assert path_length(floor.replanner.points_map) < 2.0
+    x = 0.0
+    while x < 8.0:
+        x += 0.1
+        floor.replanner.update(x, PlanarPose(x, 0.0, 0.0))
+    assert floor.replanner.points_map[-1].tolist() == list(GOAL)

@@ -1,0 +1,95 @@
+"""Catches errors of callbacks, so that no message ends the node, and counts rejected messages."""
+
+from __future__ import annotations
+
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from rclpy.node import Node
+
+from shirube_ros.message_error import MessageError
+
+_REASONS_MAX = 20  # distinct reasons per topic; more would flood the diagnostics
+_OTHER_REASONS = 'other reasons'
+
+
+@dataclass
+class TopicCount:
+    """Message counts of one topic.
+
+    Attributes:
+        received: number of messages received.
+        rejected: number of rejected messages, by reason.
+        latest_rejection: reason of the latest rejection that has not been reported yet, else None.
+    """
+
+    received: int = 0
+    rejected: Counter[str] = field(default_factory=Counter)
+    latest_rejection: str | None = None
+
+    def reject(self, reason: str) -> bool:
+        """Count a rejected message; return whether the reason is new."""
+        is_new = reason not in self.rejected
+        self.latest_rejection = reason
+        if is_new and len(self.rejected) >= _REASONS_MAX:
+            self.rejected[_OTHER_REASONS] += 1
+            return False
+        self.rejected[reason] += 1
+        return is_new
+
+
+class CallbackGuard:
+    """Wraps a node's callbacks so that none of them can end the node."""
+
+    def __init__(self, node: Node, package_errors: tuple[type[Exception], ...] = ()) -> None:
+        """Start without counts.
+
+        Args:
+            node: node whose callbacks are wrapped.
+            package_errors: errors that the node's package raises for malformed input.
+        """
+        self._node = node
+        self._input_errors: tuple[type[Exception], ...] = (MessageError, *package_errors)
+        self.counts: dict[str, TopicCount] = {}
+
+    def guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Wrap a callback: errors are caught, counted, and logged once per reason.
+
+        Args:
+            topic: name under which messages are counted.
+            callback: callback of a subscription. A MessageError or an error of the package rejects the message;
+                any other error is a bug and is logged with its traceback.
+        """
+        self.counts.setdefault(topic, TopicCount())
+
+        def guarded(message: object) -> None:
+            self.run(topic, lambda: callback(message))
+
+        return guarded
+
+    def run(self, topic: str, function: Callable[[], None]) -> str | None:
+        """Call a function as `guard` does; return None on success, else an error message of one line.
+
+        Args:
+            topic: name under which the call is counted.
+            function: function to call.
+        """
+        count = self.counts.setdefault(topic, TopicCount())
+        count.received += 1
+        try:
+            function()
+        except self._input_errors as error:
+            if count.reject(str(error)):
+                self._node.get_logger().warning(f'message rejected: {error}')
+            return str(error)
+        except Exception as error:  # noqa: BLE001 a bug must not end the robot's node
+            if self._node.context.ok() and count.reject(f'{type(error).__name__} in {topic}'):
+                self._log_internal_error(topic)  # otherwise the node is shutting down
+            return ' '.join(f'{type(error).__name__}: {error}'.split())
+        return None
+
+    def _log_internal_error(self, topic: str) -> None:
+        self._node.get_logger().error(f'internal error in callback of {topic}:\n{traceback.format_exc()}')

@@ -1,0 +1,45 @@
+"""Lazy sequence of detected shapes: parameters as arrays, objects are created on access."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+Shape = TypeVar('Shape')
+
+
+class LazyShapes(Sequence[Shape], Generic[Shape]):
+    """A lazy sequence of shapes. Cluttered images have thousands, of which a search refines a few.
+
+    Args:
+        centres: centres of the shapes, shape (n, 2) [px].
+        shape_vectors: parameters of the shapes, see the primitive's ``shape_vectors`` function, shape (n, d).
+        make: factory that creates the shape of an index; called once per index.
+    """
+
+    def __init__(
+        self, centres: NDArray[np.float64], shape_vectors: NDArray[np.float64], make: Callable[[int], Shape]
+    ) -> None:
+        self.centres, self.shape_vectors = centres, shape_vectors
+        self._make = make
+        self._cache: dict[int, Shape] = {}
+
+    def __len__(self) -> int:
+        return len(self.centres)
+
+    @overload
+    def __getitem__(self, index: int) -> Shape: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Shape]: ...
+
+    def __getitem__(self, index: int | slice) -> Shape | list[Shape]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        position = range(len(self))[index]
+        if position not in self._cache:
+            self._cache[position] = self._make(position)
+        return self._cache[position]

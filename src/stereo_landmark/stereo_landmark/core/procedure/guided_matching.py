@@ -1,0 +1,187 @@
+"""Guided matching: matches the primitives of a target again, at the pixels that a fitted pose predicts.
+
+A pose hypothesis matches the primitive nearest to the centre of a window. On nested or adjacent outlines, as on a
+panel, that is often a wrong one. The fitted pose predicts each point in both images to a few pixels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.primitives.quadrilateral_comparison import order_corner_pairs
+from stereo_landmark.core.procedure.candidate_search import similar_primitives
+from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
+from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives
+from stereo_landmark.core.procedure.prediction import predict_pixels
+from stereo_landmark.core.procedure.primitive import PrimitiveKind, Tolerances, align_point_order
+from stereo_landmark.core.procedure.shape_vectors import shape_vectors
+from stereo_landmark.core.procedure.stereo_measurement import NamedPair
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtTarget
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """Detected primitives of one image that are similar to a taught primitive.
+
+    Attributes:
+        indices: indices among the primitives of the kind, shape (n,).
+        points: points in the order of the taught primitive's, shape (n, p, 2) [px].
+        expected_sizes: sizes of ellipses, which have only one point, shape (n,) [px]; shape (0,) for other kinds.
+    """
+
+    indices: NDArray[np.int64]
+    points: NDArray[np.float64]
+    expected_sizes: NDArray[np.float64]
+
+
+class GuidedMatcher:
+    """Matches one target by guided matching.
+
+    Args:
+        target: taught target.
+        points: taught points of each of its primitives, in the place's frame.
+        view: stereo view.
+        tolerances: tolerances of the shape comparison.
+    """
+
+    def __init__(
+        self,
+        target: TaughtTarget,
+        points: Sequence[SpatialPoints],
+        view: StereoView,
+        tolerances: Tolerances,
+    ) -> None:
+        self._target, self._points, self._view = target, points, view
+        self._centres = np.array([taught.position for taught in target.primitives])
+        self._sizes = np.array([taught.size for taught in target.primitives])
+        self._candidates = [
+            _candidates(target.primitives, scene.kinds, tolerances) for scene in (view.left, view.right)
+        ]
+
+    def match(self, states: NDArray[np.float64], window: float) -> NDArray[np.int64]:
+        """Return the candidates nearest to the predicted points in the left and right image, shape (h, k, 2).
+
+        Args:
+            states: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (h, 4).
+            window: maximum distance of each point from its prediction [px].
+
+        Returns:
+            candidate indices for `fit` and `pairs`; -1 without a match.
+        """
+        expected_sizes = self._sizes * self._depths(np.zeros((1, 4))) / self._depths(states)
+        chosen = np.full((len(states), len(self._points), 2), -1)
+        for k, taught in enumerate(self._points):
+            pixels = predict_pixels(states, taught.positions, self._view)
+            for side in range(2):
+                expected, candidates = pixels[:, :, 2 * side : 2 * side + 2], self._candidates[side][k]
+                chosen[:, k, side] = _match_nearest(
+                    candidates.points, candidates.expected_sizes, expected, expected_sizes[:, k], window
+                )
+        chosen[(chosen < 0).any(axis=2)] = -1
+        return chosen
+
+    def fit(self, state: NDArray[np.float64], chosen: NDArray[np.int64]) -> NDArray[np.float64] | None:
+        """Fit the pose to the detected primitives, shape (4,); None if it is not observable.
+
+        Args:
+            state: initial state, shape (4,).
+            chosen: candidate indices from `match`, shape (k, 2).
+        """
+        indices = np.flatnonzero(chosen[:, 0] >= 0).tolist()
+        if not indices:
+            return None
+        seen = [
+            np.hstack([self._candidates[side][k].points[chosen[k, side]] for side in range(2)])
+            for k in indices
+        ]
+        positions = np.concatenate([self._points[k].positions for k in indices])
+        covariances = np.concatenate([self._points[k].covariances for k in indices])
+        return fit_coarse_pose(state, positions, covariances, np.concatenate(seen), self._view)
+
+    def pairs(self, chosen: NDArray[np.int64]) -> list[NamedPair]:
+        """Return the matched primitives of both images; ``chosen`` as in `fit`."""
+        pairs: list[NamedPair] = []
+        for k, taught in enumerate(self._target.primitives):
+            if chosen[k, 0] >= 0:
+                left, right = (
+                    detected.primitives[self._candidates[side][k].indices[chosen[k, side]]]
+                    for side, detected in enumerate(self._view.detected_pair(taught.kind))
+                )
+                name = f'{self._target.name}/{taught.name}'
+                pairs.append(
+                    (name, align_point_order(left, taught.shape), align_point_order(right, taught.shape))
+                )
+        return pairs
+
+    def _depths(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the depths of the primitives, shape (h, k) [m]."""
+        pixels = predict_pixels(states, self._centres, self._view)
+        rig = self._view.rig
+        disparities = (pixels[..., 0] - rig.left.cx) - (pixels[..., 2] - rig.right.cx)
+        return np.asarray(rig.left.fx * rig.baseline / disparities)
+
+
+def _candidates(
+    taught: tuple[TaughtPrimitive, ...],
+    kinds: dict[PrimitiveKind, DetectedPrimitives],
+    tolerances: Tolerances,
+) -> list[_Candidates]:
+    return [
+        _make_candidates(each, kinds[each.kind], np.flatnonzero(row))
+        for each, row in zip(taught, similar_primitives(taught, kinds, tolerances), strict=True)
+    ]
+
+
+def _make_candidates(
+    taught: TaughtPrimitive, detected: DetectedPrimitives, indices: NDArray[np.int64]
+) -> _Candidates:
+    centres = detected.centres[indices][:, None]
+    if taught.kind is not PrimitiveKind.QUADRILATERAL:
+        expected_sizes = (
+            detected.shape_vectors[indices, 0] if taught.kind is PrimitiveKind.ELLIPSE else np.empty(0)
+        )
+        return _Candidates(indices, centres, expected_sizes)
+    shapes = detected.shape_vectors[indices]
+    (first,) = shape_vectors(taught.kind, [taught.shape])
+    return _Candidates(indices, order_corner_pairs(shapes, shapes, first)[..., :2] + centres, np.empty(0))
+
+
+@njit(cache=True, error_model='numpy')
+def _match_nearest(
+    points: NDArray[np.float64],
+    point_sizes: NDArray[np.float64],
+    expected: NDArray[np.float64],
+    expected_sizes: NDArray[np.float64],
+    window: float,
+) -> NDArray[np.int64]:
+    """Return the index of the nearest candidate for each row of predicted points; -1 outside of the window.
+
+    Args:
+        points: points of the candidates, shape (n, p, 2) [px].
+        point_sizes: sizes of the candidates, shape (n,), or (0,) to ignore sizes [px].
+        expected: predicted points, shape (h, p, 2); NaN matches nothing [px].
+        expected_sizes: predicted sizes, shape (h,) [px].
+        window: maximum misfit [px].
+    """
+    nearest = np.full(len(expected), -1)
+    for h in range(len(expected)):
+        smallest = window
+        for i in range(len(points)):
+            misfit = abs(point_sizes[i] - expected_sizes[h]) if len(point_sizes) else 0.0
+            for p in range(expected.shape[1]):
+                if not misfit < smallest:
+                    break
+                du, dv = expected[h, p, 0] - points[i, p, 0], expected[h, p, 1] - points[i, p, 1]
+                # Unlike max(), this comparison propagates NaN.
+                distance = np.sqrt(du * du + dv * dv)
+                misfit = distance if not distance < misfit else misfit
+            if misfit < smallest:
+                smallest, nearest[h] = misfit, i
+    return nearest

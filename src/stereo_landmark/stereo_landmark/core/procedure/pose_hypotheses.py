@@ -1,0 +1,231 @@
+"""Pose hypotheses from the detection paths of the procedure tree (paper 3.4, figs 7 and 8).
+
+Each primitive of a target begins a path, the most reliable one first. The 3D position of each of its candidates and
+each tested yaw of the robot determine a pose, and the pose determines the windows in which the other primitives are
+searched. Hypotheses that match the same primitives are merged.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from stereo_landmark.core.procedure.candidate_search import StereoCandidates
+from stereo_landmark.core.procedure.prediction import poses_from_match, predict_pixels
+from stereo_landmark.core.procedure.settings import SearchSettings
+from stereo_landmark.core.procedure.stereo_view import StereoView
+
+YAW_STEP = 0.09
+"""Step between the tested yaws [rad]."""
+WINDOW_GROWTH = 0.08
+"""Growth of a search window per pixel of distance from the first primitive of the path."""
+DISPARITY_SCALE = 0.5
+"""Ratio of the error of disparities to that of positions."""
+HYPOTHESES_MAX = 24
+"""Maximum number of hypotheses that are refined."""
+_Hypotheses = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]
+"""States, matches, misfits and paths."""
+
+
+@dataclass(frozen=True)
+class PoseHypothesis:
+    """A hypothetical pose and the primitives that support it.
+
+    Attributes:
+        state: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+        matches: candidate index of each primitive of the target, shape (k,), -1 without a match.
+        path: index of the first primitive of its path.
+    """
+
+    state: NDArray[np.float64]
+    matches: NDArray[np.int64]
+    path: int
+
+
+def generate_hypotheses(
+    positions: NDArray[np.float64],
+    candidates: Sequence[StereoCandidates],
+    view: StereoView,
+    settings: SearchSettings,
+) -> list[PoseHypothesis]:
+    """Return distinct hypotheses, those with the most matches first, in a tie those of the more reliable path.
+
+    Args:
+        positions: the target's primitives in the place's frame, the most reliable first, shape (k, 3) [m].
+        candidates: stereo candidates of each primitive.
+        view: stereo view.
+        settings: search settings.
+    """
+    yaws = np.arange(-settings.yaw_max, settings.yaw_max + 0.5 * YAW_STEP, YAW_STEP)
+    count_min = math.ceil(max(1.0, settings.found_fraction_min * len(positions)) - 1e-9)
+    starts = np.cumsum([0, *(len(found) for found in candidates)])
+    centres = np.concatenate([np.empty((0, 3)), *(found.centres for found in candidates)])
+    order = np.concatenate([np.argsort(found.centres[:, 1], kind='stable') for found in candidates])
+    generated: list[_Hypotheses] = []
+    for path, found in enumerate(candidates):
+        states = poses_from_match(positions[path], found.positions, yaws).reshape(-1, 4)
+        states = states[np.hypot(states[:, 0], states[:, 1]) <= settings.distance_max]
+        pixels = predict_pixels(states, positions, view)
+        matches, misfits = _match(pixels, starts, centres, order, path, settings.window, count_min)
+        kept = np.flatnonzero(misfits < math.inf)
+        generated.append((states[kept], matches[kept], misfits[kept], np.full(len(kept), path)))
+    return _select_best(*(np.concatenate(parts) for parts in zip(*generated, strict=True)))
+
+
+def _select_best(
+    states: NDArray[np.float64],
+    matches: NDArray[np.int64],
+    misfits: NDArray[np.float64],
+    paths: NDArray[np.int64],
+) -> list[PoseHypothesis]:
+    """Return hypotheses, of those with the same matches the one with the smallest misfit."""
+    counts = (matches >= 0).sum(axis=1)
+    chosen: list[int] = []
+    # Hypotheses with the most matches come first, so that few need to be compared.
+    for count in np.unique(counts)[::-1].tolist():
+        alike = np.flatnonzero(counts == count)
+        alike = alike[np.argsort(misfits[alike], kind='stable')]
+        best = {row.tobytes(): i for i, row in zip(alike[::-1].tolist(), matches[alike[::-1]], strict=True)}
+        chosen += sorted(best.values(), key=lambda i: (paths[i], misfits[i]))
+        if len(chosen) >= HYPOTHESES_MAX:
+            break
+    return [PoseHypothesis(states[i], matches[i], int(paths[i])) for i in chosen[:HYPOTHESES_MAX]]
+
+
+@njit(cache=True, error_model='numpy')
+def _match(
+    pixels: NDArray[np.float64],
+    starts: NDArray[np.int64],
+    centres: NDArray[np.float64],
+    order: NDArray[np.int64],
+    path: int,
+    window: float,
+    count_min: int,
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the candidate of each primitive in its window, shape (h, k), -1 without one, and the mean misfit, (h,).
+
+    Args:
+        pixels: predicted pixels of the primitives, shape (h, k, 4) [px].
+        starts: start index of the candidates of each primitive, shape (k + 1,).
+        centres: u, v left and u right of the candidates, shape (n, 3) [px].
+        order: indices of the candidates of each primitive by ascending v, shape (n,).
+        path: index of the first primitive of the path.
+        window: half width of the window at the first primitive [px].
+        count_min: minimum number of matches; poses with fewer have an infinite misfit.
+    """
+    count = pixels.shape[1]
+    matches = np.full(pixels.shape[:2], -1)
+    misfits = np.full(len(pixels), np.inf)
+    sorted_centres, firsts = _sort_by_row(starts, centres, order)
+    squared_distances = np.empty(len(centres))
+    # The primitive with the fewest candidates is tested first: it rejects wrong poses earliest.
+    rare_first = np.argsort(np.diff(starts), kind='mergesort')
+    for h in range(len(pixels)):
+        found, total = 0, 0.0
+        for rank in range(count):
+            if found + count - rank < count_min:
+                break
+            k = rare_first[rank]
+            du, dv = pixels[h, k, 0] - pixels[h, path, 0], pixels[h, k, 1] - pixels[h, path, 1]
+            radius = window + WINDOW_GROWTH * np.sqrt(du * du + dv * dv)
+            i, apart = _nearest(
+                pixels[h, k], sorted_centres, firsts[k], starts[k + 1], order, radius, squared_distances
+            )
+            if i >= 0:
+                matches[h, k] = i
+                found += 1
+                total += apart / radius
+        if found >= count_min:
+            misfits[h] = total / found
+    return matches, misfits
+
+
+@njit(cache=True, error_model='numpy')
+def _sort_by_row(
+    starts: NDArray[np.int64], centres: NDArray[np.float64], order: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Sort the candidates of each primitive by ascending v, and index the first one at or below each pixel row.
+
+    Returns:
+        sorted centres, shape (3, n), and first indices, shape (k, rows).
+    """
+    count = len(starts) - 1
+    ordered = np.empty((3, len(centres)))
+    for k in range(count):
+        for i in range(starts[k], starts[k + 1]):
+            ordered[:, i] = centres[starts[k] + order[i]]
+    rows = int(max(np.max(centres[:, 1]), 0.0)) + 2 if len(centres) else 1
+    firsts = np.empty((count, rows), np.int64)
+    for k in range(count):
+        i = starts[k]
+        for row in range(rows):
+            while i < starts[k + 1] and ordered[1, i] < row:
+                i += 1
+            firsts[k, row] = i
+        firsts[k, 0] = starts[k]
+    return ordered, firsts
+
+
+@njit(cache=True, error_model='numpy')
+def _nearest(
+    expected: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    firsts: NDArray[np.int64],
+    end: int,
+    order: NDArray[np.int64],
+    radius: float,
+    squared_distances: NDArray[np.float64],
+) -> tuple[int, float]:
+    """Return index and distance [px] of the candidate nearest to a predicted pixel; -1 if none is within the radius.
+
+    Args:
+        expected: predicted u, v left and u, v right, shape (4,) [px].
+        centres: candidates by ascending v, shape (3, n) [px].
+        firsts: first index of each row, shape (rows,), see `_sort_by_row`.
+        end: end index of the candidates of this primitive.
+        order: original indices of the candidates, shape (n,).
+        radius: search radius [px].
+        squared_distances: scratch array, shape (n,).
+    """
+    top, bottom = max(expected[1] - radius, 0.0), expected[1] + radius + 1.0
+    # False for NaN, which matches nothing.
+    if not (top < len(firsts) and bottom >= 0.0):
+        return -1, radius
+    begin = firsts[int(top)]
+    if bottom < len(firsts):
+        end = firsts[int(bottom)]
+    smallest = _write_squared_distances(
+        expected, centres[0, begin:end], centres[1, begin:end], centres[2, begin:end], squared_distances
+    )
+    if not smallest < radius * radius:
+        return -1, radius
+    best = -1
+    for i in range(end - begin):
+        if squared_distances[i] == smallest and (best < 0 or order[begin + i] < best):
+            best = order[begin + i]
+    return best, np.sqrt(smallest)
+
+
+# The minimum does not depend on the order, so that the loop is vectorized.
+@njit(cache=True, error_model='numpy', fastmath={'nnan', 'nsz', 'reassoc'})
+def _write_squared_distances(
+    expected: NDArray[np.float64],
+    us: NDArray[np.float64],
+    vs: NDArray[np.float64],
+    rights: NDArray[np.float64],
+    squared_distances: NDArray[np.float64],
+) -> float:
+    """Write the squared distances of candidates from a predicted pixel; return the smallest [px²]."""
+    u, v, disparity = expected[0], expected[1], expected[0] - expected[2]
+    smallest = np.inf
+    for i in range(len(us)):
+        du, dv, apart = u - us[i], v - vs[i], (disparity - us[i] + rights[i]) / DISPARITY_SCALE
+        squared_distance = du * du + dv * dv + apart * apart
+        squared_distances[i] = squared_distance
+        smallest = min(smallest, squared_distance)
+    return smallest

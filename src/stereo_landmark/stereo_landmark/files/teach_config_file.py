@@ -1,0 +1,162 @@
+"""Loads the teach config of ``teach --batch``: a YAML file with the selections otherwise made on the teaching page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from shirube_geometry import CameraMount, PlanarPose
+from shirube_settings import SettingsError, settings_from_values
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.primitive_selection import (
+    ANY_SIZE,
+    NearestSelection,
+    RegionSelection,
+    Selection,
+    SortOrder,
+)
+from stereo_landmark.files.schema_check import check_schema
+from stereo_landmark.files.settings_entry import flatten
+from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml
+
+_REMEDY = 'correct it'
+
+
+@dataclass(frozen=True)
+class FilePair:
+    """One file per camera."""
+
+    left: Path
+    right: Path
+
+
+@dataclass(frozen=True)
+class CalibratedImages:
+    """Images and calibrations of both cameras."""
+
+    images: FilePair
+    calibrations: FilePair
+
+
+@dataclass(frozen=True)
+class BagStamp:
+    """A stereo pair of a bag.
+
+    Attributes:
+        path: path of the bag.
+        stamp: stamp at or after which the first pair is used [s]; None for the first pair of the bag.
+        sync_tolerance: maximum difference between the stamps of a pair [s].
+        topics: topic names for `choose_topics`.
+    """
+
+    path: Path
+    stamp: float | None
+    sync_tolerance: float
+    topics: dict[str, str]
+
+
+@dataclass(frozen=True)
+class TargetConfig:
+    """Configuration of one target.
+
+    Attributes:
+        name: name of the target.
+        selections: selections of its primitives, the most reliable first.
+        points: names ``primitive/point`` of the points used for the pose; None for all.
+    """
+
+    name: str
+    selections: list[Selection]
+    points: tuple[str, ...] | None
+
+
+@dataclass(frozen=True)
+class TeachConfig:
+    """Configuration for teaching a place in batch mode.
+
+    Attributes:
+        name: name of the place.
+        source: source of the stereo pair.
+        mount: extrinsics of the left camera's rectified optical frame.
+        targets: configurations of the targets.
+        is_raw: whether the images have to be rectified.
+        tilt: roll and pitch of the robot [rad]; None to use the imu of the bag, or zero without one.
+        T_map_place: pose of the place in the map, None if unknown.
+        processing: image processing.
+    """
+
+    name: str
+    source: CalibratedImages | BagStamp
+    mount: CameraMount
+    targets: list[TargetConfig]
+    is_raw: bool = False
+    tilt: tuple[float, float] | None = None
+    T_map_place: PlanarPose | None = None
+    processing: ImageProcessing = field(default_factory=ImageProcessing)
+
+
+def load_teach_config(path: Path) -> TeachConfig:
+    """Load a teach config.
+
+    Raises:
+        LandmarkFileError: the file is malformed; the message names file, field and remedy.
+    """
+    content = read_yaml(path, _REMEDY)
+    check_schema(content, 'teach_config_schema', str(path), _REMEDY)
+    if ('bag' in content) == ('images' in content) or ('bag' in content) == ('calibration' in content):
+        raise LandmarkFileError(f'{path}: give either images and calibration, or bag')
+    try:
+        processing = settings_from_values(ImageProcessing, flatten(content.get('image_processing', {})))
+    except SettingsError as fault:
+        raise LandmarkFileError(f'{path}: image_processing: {fault}') from fault
+    x, y, z = map(float, content['camera_xyz'])
+    roll, pitch, yaw = map(float, content['camera_rpy'])
+    tilt, pose = content.get('tilt'), content.get('T_map_place')
+    return TeachConfig(
+        content['name'],
+        _source(path.parent, content),
+        CameraMount((x, y, z), (roll, pitch, yaw)),
+        [_target(path, entry) for entry in content['targets']],
+        content.get('rectify', False),
+        None if tilt is None else (float(tilt[0]), float(tilt[1])),
+        None if pose is None else PlanarPose(float(pose['x']), float(pose['y']), float(pose['yaw'])),
+        processing,
+    )
+
+
+def _source(folder: Path, content: dict[str, Any]) -> CalibratedImages | BagStamp:
+    if 'images' in content:
+        return CalibratedImages(_files(folder, content['images']), _files(folder, content['calibration']))
+    bag = dict(content['bag'])
+    tolerance = float(content.get('approximate_sync_tolerance_seconds', 0.0))
+    return BagStamp(folder / bag.pop('path'), bag.pop('stamp', None), tolerance, bag)
+
+
+def _files(folder: Path, entry: dict[str, str]) -> FilePair:
+    return FilePair(folder / entry['left'], folder / entry['right'])
+
+
+def _target(path: Path, entry: dict[str, Any]) -> TargetConfig:
+    selections = [
+        _selection(f'{path}: target {entry["name"]}', selection) for selection in entry['primitives']
+    ]
+    return TargetConfig(entry['name'], selections, tuple(entry['points']) if 'points' in entry else None)
+
+
+def _selection(where: str, entry: dict[str, Any]) -> Selection:
+    kind, name = PrimitiveKind(entry['kind']), entry.get('name', '')
+    if ('near' in entry) == ('region' in entry):
+        raise LandmarkFileError(f'{where}: give each primitive either near or region')
+    smallest, largest = map(float, entry.get('size', ANY_SIZE))
+    if 'near' in entry:
+        for other in ('order', 'count'):
+            if other in entry:
+                raise LandmarkFileError(f'{where}: {other} is only valid with region; remove it')
+        u, v = map(float, entry['near'])
+        return NearestSelection(kind, (u, v), (smallest, largest), name)
+    left, top, right, bottom = map(float, entry['region'])
+    order = SortOrder(entry.get('order', SortOrder.LEFT_TO_RIGHT.value))
+    region = (left, top, right, bottom)
+    return RegionSelection(kind, region, (smallest, largest), order, entry.get('count'), name)

@@ -1,0 +1,172 @@
+"""Requests of the page: valid edits change the state, invalid ones return an error and change nothing."""
+
+import json
+
+import numpy as np
+import pytest
+from taught_wall import HERE, RIG, T_MAP_PLACE
+from teaching_wall import PAIRS, images_of, meters_of, new_session
+
+from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
+from stereo_landmark.files.place_file import load_images, load_place
+from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.page.place_saver import PlaceSaver
+from stereo_landmark.page.request_handler import RequestHandler
+
+pytestmark = pytest.mark.newest_set_only
+
+
+@pytest.fixture
+def answers(tmp_path):
+    source = RecordedPairs(['taught', 'here'], images_of, RIG)
+    return RequestHandler(source, PlaceSaver(tmp_path))
+
+
+def ask(answers, what, **fields):
+    """Send requests like a browser."""
+    return json.loads(json.dumps(answers.answer(json.loads(json.dumps({'do': what, **fields})))))
+
+
+def choose_meters(answers, count=4):
+    for kind, number in meters_of(new_session())[:count]:
+        answer = ask(answers, 'toggle', kind=kind.value, number=number)
+    return answer['state']
+
+
+def test_a_whole_lesson(answers, tmp_path):
+    configuration = ask(answers, 'hello')['configuration']
+    assert (configuration['width'], configuration['baseline']) == (376, pytest.approx(0.2))
+    assert {each['name'] for each in configuration['settings']} >= {
+        'edges.threshold',
+        'tolerances.corner.angle',
+    }
+    state = choose_meters(answers)
+    assert [part['name'] for part in state['targets'][0]['primitives']] == [
+        f'ellipse {k}' for k in (1, 2, 3, 4)
+    ]
+    state = ask(answers, 'move', name='ellipse 4', place=0)['state']
+    assert state['targets'][0]['primitives'][0]['name'] == 'ellipse 4'
+    assert state['targets'][0]['expected']['position_sigma'] < 0.02
+    trials = ask(answers, 'check', target=0)
+    assert {trial['outcome'] for trial in trials['trials']} == {'found'}
+    found = ask(answers, 'test', pair=1)['answer']
+    assert [found['x'], found['y'], found['yaw']] == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
+    ask(answers, 'rename_place', name='wall')
+    ask(answers, 'set_map_pose', pose=[T_MAP_PLACE.x, T_MAP_PLACE.y, T_MAP_PLACE.yaw])
+    path = ask(answers, 'save', replace=False)['saved']
+    place = load_place(tmp_path / 'wall.yaml')
+    assert path == str(tmp_path / 'wall.yaml')
+    assert place.T_map_place == T_MAP_PLACE
+    assert place.targets[0].primitives[0].name == 'ellipse 4'
+    assert np.array_equal(load_images(tmp_path / 'wall.yaml').left, images_of(0).left)
+
+
+def test_sliders_get_edges_at_once_and_are_one_step(answers):
+    ask(answers, 'hello')
+    counts = []
+    for value in (4.0, 40.0, 100.0):
+        fields = {'name': 'edges.threshold', 'value': value, 'gesture': 'a', 'sides': ['left']}
+        counts.append(ask(answers, 'edges', **fields)['edges']['left']['count'])
+    assert counts == sorted(counts, reverse=True)
+    assert counts[0] > counts[2]
+    state = ask(answers, 'undo')['state']
+    assert state['processing']['edges.threshold'] == 6.0
+    assert not state['can_undo']
+
+
+@pytest.mark.parametrize(
+    ('request_', 'said'),
+    [
+        ({}, "unknown command 'None'"),
+        ({'do': 'rm'}, "unknown command 'rm'"),
+        ({'do': 'toggle', 'kind': 'circle', 'number': 0}, 'kind must be ellipse or'),
+        ({'do': 'toggle', 'kind': 'ellipse', 'number': '0'}, 'number must be an integer'),
+        ({'do': 'toggle', 'kind': 'ellipse', 'number': -1}, 'select one that is shown'),
+        ({'do': 'set_region', 'region': [1, 2, 3]}, 'region must be 4 numbers'),
+        ({'do': 'set_region', 'region': [1, 2, 'x', 4]}, 'region must be a number'),
+        ({'do': 'set', 'name': 'edges.threshold', 'value': 1e9}, 'allowed is'),
+        ({'do': 'set', 'name': 'edges.threshold', 'value': float('nan')}, 'value must be a number'),
+        ({'do': 'move', 'name': 'nobody', 'place': 0}, 'has no primitive nobody'),
+        ({'do': 'select_pair', 'pair': 9}, 'there is no pair 10, there are 2'),
+        ({'do': 'take'}, '--live only'),
+        ({'do': 'check', 'target': 4}, 'there is no target 5'),
+        ({'do': 'save', 'replace': False}, 'target_1 has no primitive'),
+        ({'do': 'rename_place', 'name': '../../etc/passwd'}, 'is not a valid place name'),
+        ({'do': 'set_map_pose', 'pose': [0, 0, True]}, 'pose must be a number'),
+        ({'do': 'set_map_pose', 'pose': [0, 0, 10**400]}, 'pose must be a number'),
+        ({'do': 'set_map_pose', 'pose': [1e308, 0, 0]}, 'pose must be a number'),
+        ({'do': 'set', 'name': 'edges.threshold', 'value': -(10**400)}, 'value must be a number'),
+        ({'do': 'edges', 'sides': ['tilt']}, 'sides must be left or right'),
+        ({'do': 'edges', 'sides': ['__class__']}, 'sides must be left or right'),
+    ],
+)
+def test_an_invalid_request_returns_an_error_and_changes_nothing(answers, request_, said):
+    before = answers.session.state
+    answer = answers.answer(request_)
+    assert said in answer['error']
+    assert '\n' not in answer['error']
+    assert answers.session.state is before
+
+
+def test_too_few_points_are_not_saved(answers, tmp_path):
+    choose_meters(answers, 2)
+    assert 'too few points' in ask(answers, 'save', replace=False)['error']
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_not_saved_is_known_whoever_asks(answers):
+    def save_status(what, **fields):
+        return ask(answers, what, **fields)['state']['save_status']
+
+    assert save_status('hello') == 'new'
+    choose_meters(answers)
+    assert save_status('hello') == 'unsaved'
+    assert save_status('save', replace=False) == 'saved'
+    assert save_status('show_kind', kind='corner', shown=True) == 'saved'
+    assert save_status('set', name='edges.threshold', value=7.0) == 'unsaved'
+    assert save_status('reset', group='edges.') == 'saved'
+    assert save_status('undo') == 'unsaved'
+    assert save_status('undo') == 'saved'
+    assert save_status('set_map_pose', pose=[1.0, 2.0, 3.0]) == 'unsaved'
+
+
+def test_red_hints_stop_a_place_from_being_saved_until_the_choice_is_another(answers, tmp_path, monkeypatch):
+    choose_meters(answers)
+    wrong_pose = TrialRun(('ellipse 1',), Outcome.WRONG_POSE, '0.40 m away')
+    monkeypatch.setattr(answers.session, 'check', lambda _: [wrong_pose])
+    refused = ask(answers, 'save', replace=False)
+    assert 'not saved: target_1: without ellipse 1 a wrong pose is found' in refused['error']
+    assert not list(tmp_path.iterdir())
+    (hint,) = refused['state']['checks']['0']['hints']
+    assert hint['severity'] == 'stop'
+    moved = ask(answers, 'set_map_pose', pose=[1.0, 2.0, 3.0])['state']
+    assert moved['checks'] == refused['state']['checks']
+    monkeypatch.undo()
+    assert 'not saved' in ask(answers, 'save', replace=False)['error']
+    reordered = ask(answers, 'move', name='ellipse 4', place=0)['state']
+    assert reordered['checks'] == {}
+    assert reordered['selection'] != moved['selection']
+    assert ask(answers, 'save', replace=False)['saved']
+    assert ask(answers, 'undo')['state']['selection'] == moved['selection']
+
+
+def test_a_place_from_elsewhere_is_replaced_only_on_purpose(answers, tmp_path):
+    choose_meters(answers)
+    path = tmp_path / 'place_1.yaml'
+    assert ask(answers, 'save', replace=False)['saved']
+    assert ask(answers, 'save', replace=False)['saved']
+    other = RequestHandler(RecordedPairs(['taught'], images_of, RIG), PlaceSaver(tmp_path))
+    choose_meters(other, 3)
+    answer = ask(other, 'save', replace=False)
+    assert answer['exists']
+    assert 'exists' in answer['error']
+    assert len(load_place(path).targets[0].primitives) == 4
+    assert ask(other, 'save', replace=True)['saved']
+    assert len(load_place(path).targets[0].primitives) == 3
+
+
+def test_another_pair_may_be_taught_and_that_can_be_undone(answers):
+    assert len(PAIRS) == 2
+    assert ask(answers, 'select_pair', pair=1)['state']['pair'] == 1
+    assert ask(answers, 'undo')['state']['pair'] == 0
+    assert ask(answers, 'redo')['state']['pair'] == 1

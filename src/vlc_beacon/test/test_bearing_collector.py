@@ -1,0 +1,58 @@
+import math
+from functools import partial
+
+import numpy as np
+import pytest
+from lamp_pictures import draw_lamp, photograph, room
+
+from shirube_geometry import PinholeCamera, matrix_from_rpy
+from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.survey.beacon_survey import survey_lamp
+from vlc_beacon.core.survey.bearing_collector import BearingCollector, image_rotation
+
+CAMERA = PinholeCamera(640, 480, 300.0, 300.0, 319.5, 239.5)
+
+
+@pytest.mark.parametrize('turn', [-0.5, 0.1, 1.2])
+def test_a_lamp_goes_round_the_middle_by_the_turn_of_the_image(turn: float) -> None:
+    """Whichever way the camera is mounted, as long as it looks up."""
+    angles = []
+    for yaw in (0.4, 0.4 + turn):
+        rotation = matrix_from_rpy((0.0, 0.0, yaw)) @ matrix_from_rpy((0.0, 0.0, 0.5 * math.pi))
+        (pixel,) = CAMERA.pixels_from_points([rotation.T @ np.array([0.7, -0.3, 2.5])])
+        angles.append((math.atan2(pixel[1] - CAMERA.cy, pixel[0] - CAMERA.cx), rotation))
+    seen = math.remainder(angles[1][0] - angles[0][0], math.tau)
+    assert image_rotation(angles[0][1], angles[1][1]) == pytest.approx(seen)
+
+
+ROLLING = ReceiverSettings(shutter='rolling', row_time=3e-5, exposure_time=6e-5)
+LAMP, BEACON = np.array([1.0, 0.3, 2.5]), 77
+UP = matrix_from_rpy((0.0, 0.0, 0.5 * math.pi))
+
+
+def camera_at(time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return position and ``R_map_camera`` on a drive past the lamp."""
+    place = np.array([0.5 * time - 0.25, 0.2 + 0.1 * math.sin(time), 0.0])
+    return place, matrix_from_rpy((0.0, 0.0, 0.4 * math.sin(2.0 * time))) @ UP
+
+
+@pytest.mark.newest_set_only
+def test_rows_are_seen_from_where_the_camera_was_then() -> None:
+    """A rolling shutter reaches the lamp 7 ms after the stamp, when the camera is 3.5 mm farther on."""
+    light, rng = rs_fsk_waveform([IdPacket(BEACON).to_bytes()], 30.0), np.random.default_rng(3)
+    watch = BearingCollector(CAMERA, ROLLING)
+    for stamp in np.arange(0.0, 5.0, 1.0 / 30.003).tolist():
+        centre = np.array([CAMERA.cx, CAMERA.cy])
+        for _ in range(3):
+            position, rotation = camera_at(stamp + centre[1] * ROLLING.row_time)
+            (centre,) = CAMERA.pixels_from_points([rotation.T @ (LAMP - position)])
+        rows = partial(lambda rows, stamp: light.exposure_means(stamp + rows * 3e-5, 6e-5)[:, 0], stamp=stamp)
+        picture = draw_lamp(room(CAMERA.height, CAMERA.width), centre, 12.0, 180.0, rows=rows)
+        watch.add(stamp, photograph(picture, 1.0, rng), *camera_at(stamp))
+    (beacon, bearings), *others = watch.bearings().items()
+    assert (beacon, others) == (BEACON, [])
+    lamp = survey_lamp(bearings, 0.0)
+    assert lamp.xyz[:2] == pytest.approx(LAMP[:2], abs=0.001)
+    assert (np.abs(np.array(lamp.xyz) - LAMP) < 4.0 * lamp.sigma + 1e-4).all()

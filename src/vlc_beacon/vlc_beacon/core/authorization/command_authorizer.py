@@ -1,0 +1,172 @@
+"""Authorizes commands.
+
+The optical channel is open: an attacker can send arbitrary packets, including recordings of a genuine lamp. A command
+must therefore be signed, not replayed, sent by the lamp that it names and received near that lamp, and its value is
+bounded. Every packet has passed a checksum before, so a wrong signature is not a transmission error.
+
+Remaining risk: a recorded one-shot command that the robot has not received can be replayed later at the same location,
+until the robot receives a newer one of that beacon. An active rule is executed again when the robot is switched on
+within its zone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
+from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.counters import Counters, CounterStore
+from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
+from vlc_beacon.core.authorization.lockout import Lockout
+from vlc_beacon.core.authorization.plausibility import clamp_speed, find_implausibility
+from vlc_beacon.core.authorization.zone_visits import ZoneVisits
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+
+
+class CommandAuthorizer:
+    """Authorizes the commands received by one robot.
+
+    Args:
+        key: key of the commands; None rejects all commands.
+        store: persistent counters; commands are rejected if it cannot be read or written.
+        positions: position x, y of each beacon in the map [m].
+        settings: authorization settings.
+    """
+
+    def __init__(
+        self,
+        key: CommandKey | None,
+        store: CounterStore,
+        positions: Mapping[int, tuple[float, float]],
+        settings: AuthorizationSettings,
+    ) -> None:
+        self._key = key
+        self._store = store
+        self._settings = settings
+        self._positions = positions
+        self._lockout = Lockout(settings.bad_macs_max, settings.lockout_time)
+        self.reset_position()
+        self._counters: Counters | None = None
+        self._permanent_rejection = Rejected(
+            RejectionReason.NO_KEY, 'commands are rejected: no key; set the parameter key_file'
+        )
+        if key is not None:
+            self._read_counters()
+
+    @property
+    def permanent_rejection(self) -> Rejected | None:
+        """Rejection of all commands that requires action by the user, or None."""
+        return self._permanent_rejection if self._key is None or self._counters is None else None
+
+    def reset_position(self) -> None:
+        """Reset the robot's position and visits after a jump back in time; the counters are kept."""
+        self._visits = ZoneVisits(self._positions, self._settings.zone_radius)
+        self._position: tuple[float, tuple[float, float]] | None = None
+
+    def update_position(self, stamp: float, position: tuple[float, float]) -> None:
+        """Update the robot's position x, y in the map [m]; call it with every pose [s]."""
+        self._position = stamp, position
+        self._visits.update_position(position)
+
+    def authorize(self, packet: CommandPacket, sender: int | None, stamp: float) -> Accepted | Rejected:
+        """Accept or reject a command; the counter of an accepted command is stored.
+
+        A zone rule that was rejected for its location can be authorized again when the robot is nearer.
+
+        Args:
+            packet: command packet with a correct checksum.
+            sender: confirmed ID of the sending lamp, None if unconfirmed.
+            stamp: current time [s].
+        """
+        if self._key is None or self._counters is None:
+            return self._permanent_rejection
+        command = packet.command
+        return (
+            self._check_sender(packet, self._key, sender, stamp)
+            or self._check_location(command, stamp)
+            or self._check_replay(command, self._counters)
+            or _check_plausibility(command)
+            or self._store_counter(command, self._counters)
+            or Accepted(clamp_speed(command, self._settings.speed_limit))
+        )
+
+    def _check_sender(
+        self, packet: CommandPacket, key: CommandKey, sender: int | None, stamp: float
+    ) -> Rejected | None:
+        beacon = packet.command.beacon
+        if self._lockout.is_locked(stamp):
+            wait = self._settings.lockout_time
+            return Rejected(
+                RejectionReason.LOCKED_OUT,
+                f'commands are rejected for {wait:g} s after too many wrong authentication codes',
+            )
+        if not key.is_authentic(packet):
+            self._lockout.add_failure(stamp)
+            return Rejected(
+                RejectionReason.BAD_MAC, f'command of beacon {beacon} has a wrong authentication code'
+            )
+        if sender != beacon:
+            source = 'a lamp with an unconfirmed ID' if sender is None else f'beacon {sender}'
+            return Rejected(RejectionReason.WRONG_BEACON, f'command of beacon {beacon} was sent by {source}')
+        return None
+
+    def _check_location(self, command: Command, stamp: float) -> Rejected | None:
+        beacon, settings = command.beacon, self._settings
+        if self._position is None or abs(stamp - self._position[0]) > settings.position_age_max:
+            return Rejected(
+                RejectionReason.NO_POSITION, f'command of beacon {beacon}: the robot has no current position'
+            )
+        distance = self._visits.distance(beacon, self._position[1])
+        if distance is None:
+            return Rejected(
+                RejectionReason.UNKNOWN_BEACON,
+                f'command of beacon {beacon}, which is not in the beacons file',
+            )
+        if not self._visits.is_within(distance):
+            return Rejected(
+                RejectionReason.WRONG_LOCATION,
+                f'command of beacon {beacon} at {distance:.1f} m from it (zone_radius {settings.zone_radius:g} m)',
+            )
+        return None
+
+    def _check_replay(self, command: Command, counters: Counters) -> Rejected | None:
+        description = f'command of beacon {command.beacon} with counter {command.counter}'
+        last_counter = counters.last_counter(command)
+        if command.is_one_shot and command.counter == last_counter:
+            return Rejected(RejectionReason.REPLAYED, f'{description} was received before')
+        if not counters.is_new(command):
+            return Rejected(
+                RejectionReason.OLD_COUNTER, f'{description} is old: the last counter is {last_counter}'
+            )
+        if not command.is_one_shot and self._visits.is_executed(command):
+            return Rejected(RejectionReason.ALREADY_EXECUTED, f'{description} was executed on this visit')
+        return None
+
+    def _read_counters(self) -> None:
+        try:
+            self._counters = self._store.read()
+        except VlcBeaconError as error:
+            self._permanent_rejection = Rejected(
+                RejectionReason.COUNTERS_LOST, f'commands are rejected: {error}'
+            )
+
+    def _store_counter(self, command: Command, counters: Counters) -> Rejected | None:
+        """Store the counter before execution; otherwise the command could be replayed after a restart."""
+        advance = counters.advance(command)
+        if advance != counters:
+            try:
+                self._store.write(advance)
+            except VlcBeaconError as error:
+                return Rejected(RejectionReason.COUNTERS_LOST, f'commands are rejected: {error}')
+            self._counters = advance
+        if not command.is_one_shot:
+            self._visits.mark_executed(command)
+        return None
+
+
+def _check_plausibility(command: Command) -> Rejected | None:
+    flaw = find_implausibility(command)
+    if flaw is None:
+        return None
+    return Rejected(RejectionReason.IMPLAUSIBLE, f'command of beacon {command.beacon}: {flaw}')
