@@ -7,29 +7,13 @@ from typing import Any
 import pytest
 import yaml
 
-from floor_localizer.core.settings import LocalizerSettings
-from floor_localizer.node_settings import NodeSettings
-from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.source_settings import SourceSettings
-from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
 from pose_arbiter.source_parameters import DEFAULT_SOURCES
-from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
+from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
 from shirube_mission.building_files import BuildingFiles
 from shirube_mission.node_parameters import mission_nodes
 from shirube_settings import describe_settings, settings_from_values
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
-from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
-from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.files.beacons_file import load_beacons
-from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -45,21 +29,7 @@ def test_the_page_of_parameters_is_up_to_date() -> None:
     assert module.PAGE.read_text() == module.parameters_page()
 
 
-SETTINGS = {
-    'floor_localizer': (NodeSettings, LocalizerSettings),
-    'motor_bridge': (MotorBridgeSettings, DriveSettings),
-    'pose_arbiter': (PoseArbiterSettings, ArbiterSettings),
-    'reward_planner': (
-        RewardPlannerSettings,
-        VoxelSettings,
-        MappingSettings,
-        PlannerSettings,
-        RewardSettings,
-        DrivingSettings,
-    ),
-    'stereo_landmark': (StereoLandmarkSettings, LandmarkSettings),
-    'vlc_beacon': (VlcBeaconSettings, ReceiverSettings, AuthorizationSettings),
-}
+SETTINGS = {node: tuple(classes.values()) for node, classes in SETTINGS_OF_NODES.items()}
 
 
 def flat(parameters: dict[str, Any], prefix: str = '') -> dict[str, Any]:

@@ -15,9 +15,10 @@ usage: shirube <command> [arguments ...]
   demo floor                      replay the recorded drive through the live node; report in out/demo/
   run <package> <executable> ...  start an executable, as `ros2 run` does
   list                            the packages with their executables, and the benchmarks
-  test [pytest arguments]         run the tests
+  test [--quick] [pytest args]    run the tests; --quick: only those that guard every commit
   check [--fix]                   format, lint and types
   bench <name>                    run one of the benchmarks
+  migrate FILE ...                rename former parameters in your parameter files
 """
 FULL_DISK = {errno.ENOSPC, errno.EDQUOT}
 REFUSALS = {*FULL_DISK, errno.EACCES, errno.EPERM, errno.EROFS}
@@ -30,6 +31,7 @@ COMMANDS = {
     'test': ('shirube_cli.run_tests', 'run_tests'),
     'check': ('shirube_cli.check', 'check'),
     'bench': ('shirube_cli.bench', 'bench'),
+    'migrate': ('shirube_cli.migrate', 'migrate'),
 }
 
 

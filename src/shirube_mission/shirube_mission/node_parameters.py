@@ -78,7 +78,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
                 'camera_height_known': True,
                 'zone_radius': COMMAND_RADIUS,
                 # Without visible lamps, publish nothing instead of odometry.
-                'odometry.gap_way': 0.1,
+                'odometry.gap_distance_max': 0.1,
                 # Wheel separation 0.2 m, slip 5 mm after 1 m.
                 'odometry.slip': 0.004,
                 'odometry.turn_slip': 0.035,

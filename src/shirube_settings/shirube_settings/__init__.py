@@ -4,6 +4,7 @@ from shirube_settings.build import renamed_message, settings_from_values
 from shirube_settings.check import check_settings
 from shirube_settings.definition import SettingDescription, describe_settings, setting
 from shirube_settings.markdown import settings_table
+from shirube_settings.renamed_option import reject_former_option
 from shirube_settings.settings_error import SettingsError
 
 __all__ = [
@@ -11,6 +12,7 @@ __all__ = [
     'SettingsError',
     'check_settings',
     'describe_settings',
+    'reject_former_option',
     'renamed_message',
     'setting',
     'settings_from_values',

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import fields
 from typing import TypeVar
 
-from shirube_settings import check_settings, describe_settings
+from shirube_settings import check_settings, describe_settings, reject_former_option
 
 Settings = TypeVar('Settings')
 
@@ -21,6 +21,8 @@ def add_settings(parser: argparse.ArgumentParser, cls: type) -> None:
             default=each.default,
             help=f'{each.description}{unit} (default: %(default)s)',
         )
+        if each.former_name:
+            reject_former_option(parser, each.former_name, each.name)
 
 
 def settings_from(options: argparse.Namespace, cls: type[Settings]) -> Settings:

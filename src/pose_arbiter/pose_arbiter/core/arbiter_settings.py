@@ -25,7 +25,12 @@ class ArbiterSettings:
         maximum=0.999999,
     )
     odometry_noise_xy: float = setting(
-        0.05, 'standard deviation of odometry along x and y after 1 m', unit='m', minimum=1e-4, maximum=1.0
+        0.05,
+        'standard deviation of odometry along x and y after 1 m',
+        unit='m',
+        minimum=1e-4,
+        maximum=1.0,
+        former_name='way_noise',
     )
     odometry_noise_yaw: float = setting(
         0.04,
@@ -33,12 +38,14 @@ class ArbiterSettings:
         unit='rad',
         minimum=1e-4,
         maximum=1.0,
+        former_name='turn_noise',
     )
     odometry_bias: float = setting(
         0.05,
         'systematic odometry error as a fraction of the distance, or rad per m',
         minimum=1e-3,
         maximum=1.0,
+        former_name='way_bias',
     )
     speed_max: float = setting(
         3.0, 'faster odometry is treated as a jump', unit='m/s', minimum=0.1, maximum=50.0
@@ -53,13 +60,27 @@ class ArbiterSettings:
         0.5, 'assumed yaw rate while there is no odometry', unit='rad/s', minimum=0.01, maximum=10.0
     )
     gate_margin_xy: float = setting(
-        0.005, 'position difference that the gate ignores', unit='m', minimum=0.0, maximum=0.5
+        0.005,
+        'position difference that the gate ignores',
+        unit='m',
+        minimum=0.0,
+        maximum=0.5,
+        former_name='slack_xy',
     )
     gate_margin_yaw: float = setting(
-        0.005, 'yaw difference that the gate ignores', unit='rad', minimum=0.0, maximum=0.5
+        0.005,
+        'yaw difference that the gate ignores',
+        unit='rad',
+        minimum=0.0,
+        maximum=0.5,
+        former_name='slack_yaw',
     )
     bias_fraction: float = setting(
-        0.35, "fraction of a source's variance that is bias, not white noise", minimum=0.0, maximum=0.95
+        0.35,
+        "fraction of a source's variance that is bias, not white noise",
+        minimum=0.0,
+        maximum=0.95,
+        former_name='lasting_share',
     )
     bias_correlation_length: float = setting(
         3.0,
@@ -67,6 +88,7 @@ class ArbiterSettings:
         unit='m',
         minimum=0.1,
         maximum=10000.0,
+        former_name='lasting_way',
     )
     reset_count: int = setting(
         5,
@@ -80,6 +102,7 @@ class ArbiterSettings:
         unit='s',
         minimum=0.1,
         maximum=10.0,
+        former_name='witness_seconds',
     )
     start_seconds: float = setting(
         1.0, 'how long to wait for a second source at start', unit='s', minimum=0.0, maximum=60.0

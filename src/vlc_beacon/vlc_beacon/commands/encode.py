@@ -12,7 +12,7 @@ from pathlib import Path
 
 from light_waveform import waveform_to_csv
 from shirube_files import atomic_write, write_text
-from shirube_settings import SettingsError, check_settings, describe_settings
+from shirube_settings import SettingsError, check_settings, describe_settings, reject_former_option
 from vlc_beacon.core.light_code.code_profile import CodeProfile
 from vlc_beacon.core.transmitter.encoding_settings import TONE_NAME, EncodingSettings
 from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes
@@ -122,6 +122,8 @@ def make_parser() -> argparse.ArgumentParser:
             choices=each.choices or None,
             help=f'{each.description}{unit} (default: %(default)s)',
         )
+        if each.former_name:
+            reject_former_option(parser, each.former_name, each.name)
     return parser
 
 

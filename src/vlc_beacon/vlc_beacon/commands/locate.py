@@ -18,7 +18,7 @@ from shirube_geometry import PinholeCamera
 from shirube_ros.calibration_file import load_calibration
 from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import list_images, load_image
-from shirube_settings import SettingsError, check_settings
+from shirube_settings import SettingsError, check_settings, reject_former_option
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
@@ -193,6 +193,7 @@ def _add_camera_options(parser: argparse.ArgumentParser) -> None:
         default=_LIGHT.segment_bytes,
         help='bytes per Manchester segment (default: %(default)s)',
     )
+    reject_former_option(parser, 'slot_bytes', 'segment_bytes')
     add('--blooming', type=float, default=_LIGHT.blooming,
         help='blooming: increase of the lamp radius, beta of calibrate [px] (default: %(default)s)')  # fmt: skip
     add('--method', default=_LIGHT.method,

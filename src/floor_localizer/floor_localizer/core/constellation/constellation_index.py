@@ -114,7 +114,7 @@ def list_constellations(
     Returns:
         buckets, shape (M,), and entries, shape (M,), of the constellations.
     """
-    neighbourhood = _allocate_neighbourhood()
+    near = _allocate_neighbourhood()
     buffers = _KeyBuffers(
         np.empty((INNER_DOTS, 2)), np.empty(KEY_SIZE, dtype=np.int64), np.empty(2, dtype=np.int64)
     )
@@ -124,30 +124,23 @@ def list_constellations(
     entries = np.empty(len(buckets), dtype=np.uint64)
     total = 0
     for first in range(begin, end):
-        count = _find_neighbours(grid, first, rules.longest, neighbourhood)
+        count = _find_neighbours(grid, first, rules.longest, near)
         for second in range(INNER_DOTS + 1, count):
-            if neighbourhood.dots[second] <= first:
+            if near.dots[second] <= first:
                 continue
-            inside = _dots_in_lune(neighbourhood, second, lune)
+            inside = _dots_in_lune(near, second, lune)
             if inside == 0:
                 continue
-            length = math.sqrt(neighbourhood.squared[second])
-            found = list_quadruples(neighbourhood.points, lune[:inside], length, quadruples)
+            length = math.sqrt(near.squared[second])
+            found = list_quadruples(near.points, lune[:inside], length, quadruples)
             if total + found > len(buckets):
                 buckets = np.concatenate((buckets, np.empty_like(buckets)))
                 entries = np.concatenate((entries, np.empty_like(entries)))
-            stride = rules.stride if inside == INDEX_LUNE_DOTS_MAX else 1
+            chosen = (
+                quadruples[: found : rules.stride] if inside == INDEX_LUNE_DOTS_MAX else quadruples[:found]
+            )
             total = _add_entries(
-                grid,
-                neighbourhood,
-                second,
-                quadruples[:found:stride],
-                index_offset,
-                rules,
-                buffers,
-                buckets,
-                entries,
-                total,
+                grid, near, second, chosen, index_offset, rules, buffers, buckets, entries, total
             )
     return buckets[:total].copy(), entries[:total].copy()
 

@@ -287,11 +287,8 @@ def _add_cells(
         for c in range(count):
             cell_probability = cell_probabilities[c] * odds[k]
             if cell_probability >= probability_range.minimum:
-                hashes[count], cell_probabilities[count], neighbour_bits[count] = (
-                    hashes[c] + hash_steps[k],
-                    cell_probability,
-                    neighbour_bits[c] | 1 << k,
-                )
+                hashes[count], cell_probabilities[count] = hashes[c] + hash_steps[k], cell_probability
+                neighbour_bits[count] = neighbour_bits[c] | 1 << k
                 count += 1
     for c in range(count):
         slot = lookups.counts[1]

@@ -53,34 +53,24 @@ def search_near(
         length = distance(view.points, first, second)
         length_tolerance = view.scale_tolerance * length + math.sqrt(2.0) * position_tolerance
         position = a * view.z[first] + b
-        yaw_displacement = abs(view.z[first]) * (min(yaw_tolerance, 2.0) + view.scale_tolerance)
-        count = dots_within(
-            grid,
-            position.real,
-            position.imag,
-            radius + yaw_displacement + position_tolerance,
-            start_candidates,
-        )
+        displacement = abs(view.z[first]) * (min(yaw_tolerance, 2.0) + view.scale_tolerance)
+        around_start = radius + displacement + position_tolerance
+        around_end = length * yaw_tolerance + length_tolerance
+        count = dots_within(grid, position.real, position.imag, around_start, start_candidates)
         expected_offset = a * (view.z[second] - view.z[first])
         for start in start_candidates[:count]:
             x, y = np.float64(grid.points[start, 0]), np.float64(grid.points[start, 1])
             if yaw_tolerance < _ANY_YAW:
-                found = dots_within(
-                    grid,
-                    x + expected_offset.real,
-                    y + expected_offset.imag,
-                    length * yaw_tolerance + length_tolerance,
-                    end_candidates,
-                )
+                end_x, end_y = x + expected_offset.real, y + expected_offset.imag
+                found = dots_within(grid, end_x, end_y, around_end, end_candidates)
             else:
                 found = dots_within(grid, x, y, length + length_tolerance, end_candidates)
             for end in end_candidates[:found]:
                 if abs(distance(grid.points, start, end) - length) > length_tolerance:
                     continue
-                is_supported, rotation, translation = verify_hypothesis(grid, view, seeds, start, end)
-                is_near = is_supported and _is_within_prior(
-                    view, a, b, rotation, translation, radius, yaw_tolerance
-                )
+                is_near, rotation, translation = verify_hypothesis(grid, view, seeds, start, end)
+                if is_near:
+                    is_near = _is_within_prior(view, a, b, rotation, translation, radius, yaw_tolerance)
                 if is_near and score_hypothesis(grid, view, search, rotation, translation):
                     return True
     return False

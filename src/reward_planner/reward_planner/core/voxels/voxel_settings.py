@@ -50,6 +50,7 @@ class VoxelSettings:
         'a voxel is hit if it has at least this fraction of the points of a surface across it (log_odds)',
         minimum=0.0,
         maximum=1.0,
+        former_name='hit_share_min',
     )
     log_odds_hit: float = setting(0.85, 'log-odds that a hit adds', minimum=0.01, maximum=5.0)
     log_odds_pass: float = setting(

@@ -51,8 +51,7 @@ def fit_patch(
         jacobian: derivatives of the pixel values by homography, gain, blur and the other parameters, shape (n, p).
         soft_slope_ratio: slopes of the blurred patch relative to the slopes of the sharp one.
         scale: half width or height of the patch, the larger one [px].
-        homography: map from patch coordinates to the image, shape (3, 3), off by about a pixel at most; updated in
-            place.
+        homography: map from patch coordinates to the image, shape (3, 3), off by a pixel at most; updated in place.
         inverse: inverse normal matrix, shape (p, p); on return the one with the final weights.
 
     Returns:

@@ -13,7 +13,12 @@ class SearchSettings:
     """Search region of the pose, and acceptance thresholds of a target."""
 
     distance_max: float = setting(
-        0.8, 'maximum distance of the robot from the taught pose', unit='m', minimum=0.05, maximum=10.0
+        0.8,
+        'maximum distance of the robot from the taught pose',
+        unit='m',
+        minimum=0.05,
+        maximum=10.0,
+        former_name='reach',
     )
     yaw_max: float = setting(
         math.radians(20.0),
@@ -21,6 +26,7 @@ class SearchSettings:
         unit='rad',
         minimum=0.02,
         maximum=1.2,
+        former_name='turn',
     )
     window: float = setting(
         12.0,
@@ -30,16 +36,25 @@ class SearchSettings:
         maximum=100.0,
     )
     found_fraction_min: float = setting(
-        0.5, 'minimum fraction of the primitives of a target that must be found', minimum=0.1, maximum=1.0
+        0.5,
+        'minimum fraction of the primitives of a target that must be found',
+        minimum=0.1,
+        maximum=1.0,
+        former_name='seen_min',
     )
     detection_probability: float = setting(
-        0.8, 'probability that a visible primitive is detected', minimum=0.1, maximum=0.99
+        0.8,
+        'probability that a visible primitive is detected',
+        minimum=0.1,
+        maximum=0.99,
+        former_name='found_probability',
     )
     log_likelihood_ratio_min: float = setting(
         4.0,
         'minimum log-likelihood ratio against chance for accepting a pose hypothesis',
         minimum=0.0,
         maximum=100.0,
+        former_name='evidence_min',
     )
     margin: float = setting(
         4.0,

@@ -37,7 +37,12 @@ class OdometrySettings:
         maximum=1.0,
     )
     bias_correlation_length: float = setting(
-        20.0, 'correlation length of the odometry biases', unit='m', minimum=0.1, maximum=10000.0
+        20.0,
+        'correlation length of the odometry biases',
+        unit='m',
+        minimum=0.1,
+        maximum=10000.0,
+        former_name='lasting_way',
     )
     position_sigma_max: float = setting(
         0.3,
@@ -52,4 +57,5 @@ class OdometrySettings:
         unit='m',
         minimum=0.0,
         maximum=1000.0,
+        former_name='gap_way',
     )

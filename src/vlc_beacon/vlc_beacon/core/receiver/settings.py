@@ -40,6 +40,7 @@ class ReceiverSettings:
         'bytes per Manchester segment, as the lamps were encoded',
         minimum=1,
         maximum=SEGMENT_BYTES_MAX,
+        former_name='slot_bytes',
     )
     method: str = setting(
         CENTROID,

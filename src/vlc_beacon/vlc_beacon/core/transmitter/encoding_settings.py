@@ -46,6 +46,7 @@ class EncodingSettings:
         'bytes per Manchester segment: more need larger lamps and reduce overhead; set the same in the receiver',
         minimum=1,
         maximum=SEGMENT_BYTES_MAX,
+        former_name='slot_bytes',
     )
     tone: float = setting(
         4000.0,
