@@ -44,9 +44,8 @@ def search_near(
     """
     a = complex(math.cos(expected[2]), math.sin(expected[2]))
     b = complex(expected[0], expected[1])
-    start_candidates = np.empty(_MAX_CANDIDATES, dtype=np.int64)
-    end_candidates = np.empty(_MAX_CANDIDATES, dtype=np.int64)
-    seeds = np.empty(2, dtype=np.int64)
+    starts, ends = np.empty(_MAX_CANDIDATES, np.int64), np.empty(_MAX_CANDIDATES, np.int64)
+    seeds = np.empty(2, np.int64)
     position_tolerance = GATE * view.sigma
     for first, second in choose_pairs(view, _SHORTEST * grid.cell, _LONGEST * grid.cell)[:max_pairs]:
         seeds[0], seeds[1] = first, second
@@ -56,28 +55,27 @@ def search_near(
         displacement = abs(view.z[first]) * (min(yaw_tolerance, 2.0) + view.scale_tolerance)
         around_start = radius + displacement + position_tolerance
         around_end = length * yaw_tolerance + length_tolerance
-        count = dots_within(grid, position.real, position.imag, around_start, start_candidates)
+        count = dots_within(grid, position.real, position.imag, around_start, starts)
         expected_offset = a * (view.z[second] - view.z[first])
-        for start in start_candidates[:count]:
+        for start in starts[:count]:
             x, y = np.float64(grid.points[start, 0]), np.float64(grid.points[start, 1])
             if yaw_tolerance < _ANY_YAW:
                 end_x, end_y = x + expected_offset.real, y + expected_offset.imag
-                found = dots_within(grid, end_x, end_y, around_end, end_candidates)
+                found = dots_within(grid, end_x, end_y, around_end, ends)
             else:
-                found = dots_within(grid, x, y, length + length_tolerance, end_candidates)
-            for end in end_candidates[:found]:
+                found = dots_within(grid, x, y, length + length_tolerance, ends)
+            for end in ends[:found]:
                 if abs(distance(grid.points, start, end) - length) > length_tolerance:
                     continue
                 is_near, rotation, translation = verify_hypothesis(grid, view, seeds, start, end)
-                if is_near:
-                    is_near = _is_within_prior(view, a, b, rotation, translation, radius, yaw_tolerance)
+                is_near = is_near and _is_expected(view, a, b, rotation, translation, radius, yaw_tolerance)
                 if is_near and score_hypothesis(grid, view, search, rotation, translation):
                     return True
     return False
 
 
 @njit(cache=True)
-def _is_within_prior(
+def _is_expected(
     view: ViewDots,
     a: complex,
     b: complex,
