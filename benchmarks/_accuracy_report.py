@@ -18,10 +18,10 @@ class Outcome:
     """What came of one condition on one map.
 
     Attributes:
-        name: of the condition.
-        scores: without a prior.
-        tracked: with one.
-        noise: of the dots of the views with a right pose without a prior, in the order of the scores.
+        name: name of the condition.
+        scores: scores without a prior.
+        tracked: scores with a prior.
+        noise: dot noise of the views with a right pose without a prior, in the order of the scores.
     """
 
     name: str

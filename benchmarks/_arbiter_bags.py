@@ -28,7 +28,7 @@ from vlc_beacon.commands.locate import make_parser as lamp_parser
 
 BAGS = Path(__file__).parents[1] / 'bags'
 CORRIDORS = ('teach', 'left', 'right', 'light', 'hidden', 'moved')
-_LONGEST_GAP = 400_000_000  # between true poses [ns]
+_GAP_MAX = 400_000_000  # between true poses [ns]
 _MISSION_TOPICS = tuple(
     f'/{name}/pose_with_covariance' for name in ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 )
@@ -49,7 +49,7 @@ class RecordedDrive:
     """One bag.
 
     Attributes:
-        name: of the bag.
+        name: bag name.
         sources: poses of each source, sorted by stamp.
         odometry: stamps [ns] and ``T_odom_base``.
         truth: the true poses.
@@ -73,7 +73,7 @@ class RecordedDrive:
     def errors_at(self, stamps: Sequence[int], poses: Sequence[PlanarPose]) -> NDArray[np.float64]:
         """Return the errors of poses, shape (n, 2): distance [m] and turn [rad]; NaN where the truth is not known."""
         wanted = np.array(stamps, dtype=np.int64)
-        known = can_interpolate(self.truth, wanted, _LONGEST_GAP)
+        known = can_interpolate(self.truth, wanted, _GAP_MAX)
         errors = np.full((len(wanted), 2), np.nan)
         if known.any():
             true = planar_poses(interpolate(self.truth, wanted[known]))

@@ -10,7 +10,7 @@ from _arbiter_bags import PoseSample
 from _arbiter_fusion import add_message, messages_of, new_arbiter, pose_of
 
 from pose_arbiter.core.covariance import diagonal
-from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
+from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_geometry import PlanarPose, wrap_angle
 
 FAULTS = ('offset', 'turned', 'frozen', 'late', 'jumping', 'drifting')
@@ -95,7 +95,7 @@ def _drive(rng: np.random.Generator) -> list[PlanarPose]:
 def _odometry(truth: list[PlanarPose], rng: np.random.Generator) -> list[tuple[int, PlanarPose]]:
     scale, bend = 1.0 + 0.02 * rng.choice([-1, 1]), 0.0026 * rng.choice([-1, 1])  # 2 % and 1 degree a metre
     errors = WheelErrors(0.3, left_scale=scale - bend, right_scale=scale + bend, slip=0.001, tick=8e-5)
-    wheels = measure_odometry(truth, errors, rng)
+    wheels = simulate_odometry(truth, errors, rng)
     return [(BEGIN + k * (1_000_000_000 // RATE), pose) for k, pose in enumerate(wheels)]
 
 

@@ -21,7 +21,7 @@ from scene_simulator.floor_camera import FloorCamera
 from shirube_geometry import PlanarPose
 
 ALONE = 1.3
-"""A chip stands alone when no other centre is nearer than this multiple of the mean of both diameters."""
+"""A chip is isolated when no other centre is nearer than this multiple of the mean of both diameters."""
 
 _STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4])
 _GROUPS = 4
@@ -56,11 +56,11 @@ def dot_noise(
 
     Args:
         floor: the true floor.
-        tree: of its chips' centres.
+        tree: k-d tree of its chips' centres.
         camera: that took the photograph.
-        photograph: with its truth.
+        photograph: the photograph and its true pose.
         fix: the pose found.
-        survey_error: of the map [m].
+        survey_error: standard deviation of the dots in the map [m].
     """
     chips = np.asarray(tree.query(fix.map_points[fix.matched])[1])
     points = floor.points[chips]
@@ -68,7 +68,7 @@ def dot_noise(
     pixels = camera.project(points, photograph.T_map_base, mount)
     distances, others = map(np.asarray, tree.query(points, k=2))
     jacobian = _jacobian(camera, points, photograph)
-    # A dot that lies elsewhere moves in the image as if the robot stood elsewhere.
+    # An error of a dot's map position moves it in the image like an error of the robot's pose.
     by_place = jacobian[:, :, :2]
     means = 0.5 * (floor.diameters[chips] + floor.diameters[others[:, 1]])
     return DotNoise(

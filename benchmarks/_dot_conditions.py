@@ -59,15 +59,15 @@ class Condition:
     """What is photographed, and how.
 
     Attributes:
-        name: as the table calls it.
+        name: name in the table.
         design: the floor.
         camera: intrinsics.
         lighting: lamps and lens.
         sensor: noise.
         colour: whether the camera takes colours.
         blur: length of the motion during the exposure [px].
-        disturbances: what lies about at the place x, y of the camera [m].
-        jpeg_quality: of the compression, 0 for none.
+        disturbances: disturbances of the floor at the place x, y of the camera [m].
+        jpeg_quality: JPEG quality, 0 for no compression.
         images: how many.
     """
 
@@ -86,9 +86,7 @@ class Condition:
 _PALE = replace(DARK_ON_LIGHT, chip_colours=((0.46, 0.56, 0.61),))
 _SPARSE = replace(DARK_ON_LIGHT, count=DARK_ON_LIGHT.count // 4)
 # A third as many: as many as before would cover a quarter of the floor.
-_LARGE = replace(
-    DARK_ON_LIGHT, count=DARK_ON_LIGHT.count // 3, diameters=(0.006, 0.009), least_distance=0.0036
-)
+_LARGE = replace(DARK_ON_LIGHT, count=DARK_ON_LIGHT.count // 3, diameters=(0.006, 0.009), min_distance=0.0036)
 
 CONDITIONS = (
     Condition('clean'),

@@ -13,13 +13,13 @@ from shirube_geometry import PlanarPose
 
 AMBIGUOUS = 'ambiguous: several poses match'
 RIGHT, MISTAKEN, NONE = 'found', 'mistaken', 'none'
-MINE = 'shirube'
-HEADS = (
+OURS = 'shirube'
+HEADERS = (
     *('gaps, surroundings', 'views', 'decidable', 'found', 'mistaken', 'ambiguous', 'no pose'),
     *('not decidable', 'found', 'mistaken', 'ambiguous', 'no pose'),
     *('too little in view', 'found', 'mistaken', 'no pose'),
 )
-METHOD_HEADS = (
+METHOD_HEADERS = (
     *('method', 'decidable', 'found', 'mistaken', 'no pose', 'others', 'found', 'mistaken', 'no pose'),
     *('position mm: median / 95 %', 'heading °: median / 95 %'),
 )
@@ -32,7 +32,7 @@ class Score:
     Attributes:
         answers: how many by method, standing of the view and verdict.
         errors: position [m] and heading [rad] of what each method found.
-        failures: of shirube, each mistake and each decidable view without a pose.
+        failures: failures of shirube: each mistake and each decidable view without a pose.
         untaught: why corridors could not be taught.
     """
 
@@ -51,20 +51,20 @@ class Score:
                 self.errors.setdefault(method, []).append((error, turn))
         else:
             verdict = found or NONE
-        self.answers[method, view.standing, verdict] += 1
-        if method == MINE and verdict != RIGHT and (verdict == MISTAKEN or view.standing == DECIDABLE):
+        self.answers[method, view.status, verdict] += 1
+        if method == OURS and verdict != RIGHT and (verdict == MISTAKEN or view.status == DECIDABLE):
             self.failures.append(_case(lesson, view, verdict))
 
-    def count(self, method: str, standings: Collection[str], verdicts: Collection[str] | None = None) -> int:
+    def count(self, method: str, statuses: Collection[str], verdicts: Collection[str] | None = None) -> int:
         """Return how many answers there are of a method to views of some standings; None for all verdicts."""
         return sum(
             count
             for (who, where, what), count in self.answers.items()
-            if who == method and where in standings and (verdicts is None or what in verdicts)
+            if who == method and where in statuses and (verdicts is None or what in verdicts)
         )
 
 
-def joined(scores: Collection[Score]) -> Score:
+def merge(scores: Collection[Score]) -> Score:
     """Return all answers of some scores."""
     total = Score()
     for score in scores:
@@ -78,11 +78,11 @@ def joined(scores: Collection[Score]) -> Score:
 
 def print_scores(scores: dict[str, Score]) -> None:
     """Print the tables and the failures."""
-    total = joined(scores.values())
-    print(_row(HEADS), '|---' * len(HEADS) + '|', sep='\n')
+    total = merge(scores.values())
+    print(_row(HEADERS), '|---' * len(HEADERS) + '|', sep='\n')
     for name, score in (*scores.items(), ('**all**', total)):
         print(_row(_cells_of_condition(name, score)))
-    print('', _row(METHOD_HEADS), '|---' * len(METHOD_HEADS) + '|', sep='\n')
+    print('', _row(METHOD_HEADERS), '|---' * len(METHOD_HEADERS) + '|', sep='\n')
     for method in dict.fromkeys(method for method, _, _ in total.answers):
         print(_row(_cells_of_method(method, total)))
     print(f'\nCorridors that could not be taught: {len(total.untaught)}.')
@@ -95,14 +95,14 @@ def _row(cells: Collection[str]) -> str:
 
 
 def _cells_of_condition(name: str, score: Score) -> list[str]:
-    cells = [name, str(score.count(MINE, (DECIDABLE, UNDECIDABLE, OUT_OF_VIEW)))]
-    for standing in (DECIDABLE, UNDECIDABLE, OUT_OF_VIEW):
-        views = score.count(MINE, (standing,))
-        parts = [score.count(MINE, (standing,), (verdict,)) for verdict in (RIGHT, MISTAKEN, AMBIGUOUS)]
-        if standing == OUT_OF_VIEW:
+    cells = [name, str(score.count(OURS, (DECIDABLE, UNDECIDABLE, OUT_OF_VIEW)))]
+    for status in (DECIDABLE, UNDECIDABLE, OUT_OF_VIEW):
+        views = score.count(OURS, (status,))
+        parts = [score.count(OURS, (status,), (verdict,)) for verdict in (RIGHT, MISTAKEN, AMBIGUOUS)]
+        if status == OUT_OF_VIEW:
             parts.pop()
         found = str(parts[0])
-        if standing == DECIDABLE:
+        if status == DECIDABLE:
             found += f' ({100.0 * parts[0] / max(views, 1):.1f} %)'
         cells += [str(views), found, *(str(part) for part in parts[1:]), str(views - sum(parts))]
     return cells
@@ -110,9 +110,9 @@ def _cells_of_condition(name: str, score: Score) -> list[str]:
 
 def _cells_of_method(method: str, score: Score) -> list[str]:
     cells = [method]
-    for standings in ((DECIDABLE,), (UNDECIDABLE, OUT_OF_VIEW)):
-        views = score.count(method, standings)
-        found, mistaken = (score.count(method, standings, (verdict,)) for verdict in (RIGHT, MISTAKEN))
+    for statuses in ((DECIDABLE,), (UNDECIDABLE, OUT_OF_VIEW)):
+        views = score.count(method, statuses)
+        found, mistaken = (score.count(method, statuses, (verdict,)) for verdict in (RIGHT, MISTAKEN))
         cells += [str(each) for each in (views, found, mistaken, views - found - mistaken)]
     if method not in score.errors:
         return [*cells, '-', '-']

@@ -26,16 +26,16 @@ T_MAP_LESSON = PlanarPose(-3.0, 0.0, 0.0)
 FOCAL = RIG.left.intrinsics.fx
 TAUGHT = 4
 OFFSET, TURN = 0.5, math.radians(15.0)
-TELLING = 2.0
+DISTINGUISHABLE = 2.0
 """A meter farther from where one is expected is another one [px]: a hundred times what it is measured to."""
 LANDMARKS_MIN = 3
-"""So many other landmarks in view tell the meters apart."""
+"""Number of other landmarks in view that make the meters distinguishable."""
 SEEN_MIN = 3
 """Fewer points are no landmark for shirube."""
 BORDER = 30.0
-"""What lies nearer to the border of an image is not wholly in view [px]; meters have radii of 20 to 32."""
+"""Least distance from the image border of what is wholly in view [px]; meters have radii of 20 to 32."""
 END_WALL = 0.3
-"""Nothing on the end wall stands off farther [m]."""
+"""Greatest depth of anything on the end wall [m]."""
 DECIDABLE, UNDECIDABLE, OUT_OF_VIEW = 'decidable', 'not decidable', 'out of view'
 
 
@@ -44,7 +44,7 @@ class Lesson:
     """A corridor as it is taught.
 
     Attributes:
-        design: of the corridor.
+        design: parameters of the corridor.
         chosen: numbers of the four meters of the target.
         pair: left and right image, each of shape (h, w).
     """
@@ -61,7 +61,7 @@ class Lesson:
     @property
     def spacing(self) -> float:
         """Mean gap between neighbouring meters [m]."""
-        return float(np.mean(np.diff(row_of(self.scene))))
+        return float(np.mean(np.diff(meter_row(self.scene))))
 
 
 @dataclass(frozen=True)
@@ -71,13 +71,13 @@ class MeterView:
     Attributes:
         T_lesson_base: the true pose in the taught frame.
         hidden: number of the meter that is covered, None for none.
-        standing: DECIDABLE, UNDECIDABLE or OUT_OF_VIEW.
+        status: DECIDABLE, UNDECIDABLE or OUT_OF_VIEW.
         pair: left and right image, each of shape (h, w).
     """
 
     T_lesson_base: PlanarPose
     hidden: int | None
-    standing: str
+    status: str
     pair: Pair
 
 
@@ -101,18 +101,18 @@ def views(lesson: Lesson, wanted: int) -> Iterator[MeterView]:
             CorridorDesign(seed=design.seed, even=design.even, bare=design.bare, needles=1 + number)
         )
         hidden = int(rng.integers(METERS)) if number % 2 else None
-        shown = scene if hidden is None else scene.covered(f'meter_{hidden}')
-        standing = standing_of(scene, lesson.chosen, hidden, T_MAP_LESSON @ offset)
-        yield MeterView(offset, hidden, standing, render_pair(shown, RIG, T_MAP_LESSON @ offset, rng))
+        shown = scene if hidden is None else scene.cover_landmark(f'meter_{hidden}')
+        status = classify_view(scene, lesson.chosen, hidden, T_MAP_LESSON @ offset)
+        yield MeterView(offset, hidden, status, render_pair(shown, RIG, T_MAP_LESSON @ offset, rng))
 
 
-def row_of(scene: CorridorScene) -> NDArray[np.float64]:
+def meter_row(scene: CorridorScene) -> NDArray[np.float64]:
     """Return where the meters are along their wall, to the right, shape (METERS,) [m]."""
     points = scene.points_map()
     return np.array([-points[f'meter_{i}'][1] for i in range(METERS)])
 
 
-def standing_of(
+def classify_view(
     scene: CorridorScene, chosen: tuple[int, ...], hidden: int | None, T_map_base: PlanarPose
 ) -> str:
     """Return whether a view can be decided.
@@ -121,12 +121,12 @@ def standing_of(
     the meters, wholly seen by both cameras when taught and now, decide it; else the spacing must.
 
     Args:
-        scene: without what hides a meter.
+        scene: the corridor without the occluder of a meter.
         chosen: numbers of the meters of the target.
         hidden: number of the hidden one, None for none.
         T_map_base: where the robot is.
     """
-    row, height = row_of(scene), float(scene.points_map()['meter_0'][2])
+    row, height = meter_row(scene), float(scene.points_map()['meter_0'][2])
 
     def in_view(along: NDArray[np.float64]) -> NDArray[np.bool_]:
         return seen_by_both(np.column_stack([0.0 * along, -along, 0.0 * along + height]), T_map_base)
@@ -137,26 +137,30 @@ def standing_of(
     if landmarks_in_view(scene, T_map_base) >= LANDMARKS_MIN:
         return DECIDABLE
     distance = -T_map_base.x - RIG.mount.xyz[0]
-    return DECIDABLE if spacing_decides(row, shown, in_view, TELLING * distance / FOCAL) else UNDECIDABLE
+    return (
+        DECIDABLE
+        if is_spacing_unique(row, shown, in_view, DISTINGUISHABLE * distance / FOCAL)
+        else UNDECIDABLE
+    )
 
 
-def spacing_decides(
+def is_spacing_unique(
     row: NDArray[np.float64],
     shown: NDArray[np.bool_],
     in_view: Callable[[NDArray[np.float64]], NDArray[np.bool_]],
     tolerance: float,
 ) -> bool:
-    """Tell whether the taught row fits what is seen in one place only.
+    """Return whether the taught row fits the visible meters in one place only.
 
     A place counts one for each taught meter that falls on a seen one, less one for each that falls where both cameras
     look and nothing is. The right place must count two more than any other where a taught meter falls on another one:
     that is the difference that one meter makes.
 
     Args:
-        row: of the meters along the wall, shape (n,) [m].
+        row: positions of the meters along the wall, shape (n,) [m].
         shown: which of them are seen, shape (n,).
-        in_view: tells which places along the wall, shape (n,), both cameras see.
-        tolerance: within which a meter is where it is expected [m].
+        in_view: function that returns which places along the wall, shape (n,), both cameras see.
+        tolerance: greatest distance of a meter from its expected position [m].
     """
     seen = row[shown]
     right = 2 * int(shown.sum()) - int(in_view(row).sum())

@@ -16,17 +16,17 @@ from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from scene_simulator.demo_scene import DEMO_CAMERA, DEMO_FLOOR_SEED
-from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, lay_floor
+from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import FloorCamera
-from scene_simulator.survey import SURVEY_ERROR, survey_floor
-from scene_simulator.suspension import swayed_mount
+from scene_simulator.simulated_survey import SURVEY_ERROR, survey_floor
+from scene_simulator.suspension import apply_body_motion
 from shirube_geometry import CameraMount, PlanarPose
 
 MOUNT = CameraMount()
 CAMERA = DEMO_CAMERA
 PRIOR_DISTANCE, PRIOR_TURN = 0.002, math.radians(1.0)
 MARGIN = 0.07
-"""A view at this distance from the floor's border lies on the floor however it is turned [m]."""
+"""A view at this distance from the floor's border is on the floor at every yaw [m]."""
 
 # Powers of the inverse of the root of g^4 = g + 1: their multiples fill a cube evenly (Roberts 2018).
 _EVEN_STEPS = np.array([1.2207440846057596**-power for power in (1, 2, 3)])
@@ -38,8 +38,8 @@ class SurveyedFloor:
 
     Attributes:
         design: what the floor looks like.
-        survey_error: standard deviation of the map's dots along each axis; the localizer is told [m].
-        seed: of the floor.
+        survey_error: standard deviation of the map's dots along each axis, known to the localizer [m].
+        seed: random seed of the floor.
     """
 
     design: FloorDesign = DARK_ON_LIGHT
@@ -49,7 +49,7 @@ class SurveyedFloor:
     @cached_property
     def floor(self) -> DotFloor:
         """The true floor."""
-        return lay_floor(self.design, self.seed)
+        return generate_dot_floor(self.design, self.seed)
 
     @cached_property
     def localizer(self) -> FloorLocalizer:
@@ -83,7 +83,7 @@ class Photograph:
 def true_mount(sway: tuple[float, float, float]) -> CameraMount:
     """Return where the camera is on a robot that sways so."""
     scale, roll, pitch = sway
-    return swayed_mount(MOUNT, scale * MOUNT.xyz[2], roll, pitch)
+    return apply_body_motion(MOUNT, scale * MOUNT.xyz[2], roll, pitch)
 
 
 def photographer() -> FloorCamera:
@@ -92,11 +92,11 @@ def photographer() -> FloorCamera:
 
 
 def tracked_prior(truth: PlanarPose, number: int) -> PosePrior:
-    """Return where a tracked robot is expected: 2 mm and 1 degree beside the truth.
+    """Return the predicted pose of a tracked robot: 2 mm and 1 degree from ground truth.
 
     Args:
         truth: where it is.
-        number: of the image; from one to the next the prior is off in another direction.
+        number: index of the image; it sets the direction of the prior's error.
     """
     direction = math.tau * number * _EVEN_STEPS[0]
     turn = PRIOR_TURN if number % 2 else -PRIOR_TURN

@@ -14,10 +14,10 @@ from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.octile import route_length
 from reward_planner.core.route.route import NoRoute
-from scene_simulator.grid_truth import is_driveable
+from scene_simulator.grid_truth import is_traversable
 from scene_simulator.grid_world import GridWorld
 
-REACH = 6.0
+SENSOR_RANGE = 6.0
 GIVE_UP = 20.0
 
 
@@ -26,7 +26,7 @@ class Drive(NamedTuple):
 
     Attributes:
         ended: 'goal', 'unreachable' (the robot says that there is no way) or 'too long'.
-        length: of the way driven [cells].
+        length: distance driven [cells].
         entered: how many cells it entered.
         entered_late: how many of them in the second half of its steps only.
     """
@@ -41,11 +41,11 @@ Driver = Callable[[NDArray[np.bool_], GridTask, float], Drive]
 
 
 def drive_optimally(blocked: NDArray[np.bool_], task: GridTask, length_max: float) -> Drive:
-    """Follow the shortest route on the map known so far; it is mended when the robot sees a new obstacle."""
+    """Follow the shortest route on the map known so far; it is replanned when the robot sees a new obstacle."""
     world, cells, length = GridWorld(blocked), [task.start], 0.0
     routes = DStarLite(np.zeros_like(blocked), task.goal)
     while cells[-1] != task.goal and length <= length_max:
-        routes.update_cells(*world.sense(cells[-1], REACH))
+        routes.update_cells(*world.observe(cells[-1], SENSOR_RANGE))
         route = routes.route_from(cells[-1])
         if isinstance(route, NoRoute):
             return _drive('unreachable', blocked, cells)
@@ -62,7 +62,7 @@ def reward_driver(settings: RewardSettings) -> Driver:
         walk = RewardWalk(blocked.shape, task.start, task.goal, settings)
         routes = DStarLite(np.zeros_like(blocked), task.goal)
         while not walk.is_at_goal and length <= length_max:
-            routes.update_cells(*world.sense(walk.cell, REACH))
+            routes.update_cells(*world.observe(walk.cell, SENSOR_RANGE))
             if isinstance(routes.route_from(walk.cell), NoRoute) or not walk.advance(routes.blocked):
                 return _drive('unreachable', blocked, cells)
             cells.append(walk.cell)
@@ -73,8 +73,11 @@ def reward_driver(settings: RewardSettings) -> Driver:
 
 
 def _drive(ended: str, blocked: NDArray[np.bool_], cells: list[tuple[int, int]]) -> Drive:
-    way = np.array(cells, dtype=np.int64)
-    if not is_driveable(blocked, way):
+    distance = np.array(cells, dtype=np.int64)
+    if not is_traversable(blocked, distance):
         raise AssertionError('the robot drove into an obstacle')
-    entered, early = len(np.unique(way, axis=0)), len(np.unique(way[: len(way) // 2 + 1], axis=0))
-    return Drive(ended, route_length(way), entered, entered - early)
+    entered, early = (
+        len(np.unique(distance, axis=0)),
+        len(np.unique(distance[: len(distance) // 2 + 1], axis=0)),
+    )
+    return Drive(ended, route_length(distance), entered, entered - early)

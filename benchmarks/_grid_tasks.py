@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from scene_simulator.grid_maps import GRID_MAPS
 from scene_simulator.grid_truth import distances_from, step_graph
-from scene_simulator.movingai_file import load_movingai_map
+from scene_simulator.movingai_files import load_movingai_map
 
 
 class GridTask(NamedTuple):
@@ -22,7 +22,7 @@ class GridTask(NamedTuple):
     Attributes:
         start: row and column.
         goal: row and column.
-        length: of the shortest route, by Dijkstra; infinite where there is none [cells].
+        length: length of the shortest route, by Dijkstra; infinite where there is none [cells].
     """
 
     start: tuple[int, int]

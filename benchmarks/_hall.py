@@ -15,7 +15,7 @@ DENSITY = 5384.0
 # Dots lie on a lattice, no two on the same place [m].
 _STEP = 2e-5
 _STRIP_DOTS = 500_000
-_SIDE_BY_SIDE = 10
+_STRIPS_PER_ROW = 10
 
 
 class Hall:
@@ -47,17 +47,17 @@ class Hall:
         height = self._rows * _STEP
         first = max(int((y - reach) / height), 0)
         last = min(int((y + reach) / height), self._strips - 1)
-        dots = np.vstack([self._kept_strip(number) for number in range(first, last + 1)]) * _STEP
+        dots = np.vstack([self._cached_strip(number) for number in range(first, last + 1)]) * _STEP
         return dots[(np.abs(dots - (x, y)) < reach).all(axis=1)]
 
     def places(self, number: int, margin: float) -> NDArray[np.float64]:
         """Return places all over the hall but near its walls, ten side by side, shape (number, 2) [m]."""
         rng = np.random.default_rng([self._seed, number])
         low, high = margin, self.side - margin
-        rows = np.linspace(low, high, -(-number // _SIDE_BY_SIDE)).repeat(_SIDE_BY_SIDE)[:number]
+        rows = np.linspace(low, high, -(-number // _STRIPS_PER_ROW)).repeat(_STRIPS_PER_ROW)[:number]
         return np.column_stack([rng.uniform(low, high, number), rows])
 
-    def _kept_strip(self, number: int) -> NDArray[np.int64]:
+    def _cached_strip(self, number: int) -> NDArray[np.int64]:
         if number not in self._kept:
             if len(self._kept) > 1:
                 self._kept.pop(next(iter(self._kept)))

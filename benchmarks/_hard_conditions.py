@@ -19,20 +19,20 @@ from shirube_geometry import PlanarPose
 Disturbances = Callable[[PlanarPose, np.random.Generator], tuple[Disturbance, ...]]
 
 FEWER = replace(DARK_ON_LIGHT, count=DARK_ON_LIGHT.count // 4)
-LARGER = replace(DARK_ON_LIGHT, diameters=(0.006, 0.009), least_distance=0.0036)
+LARGER = replace(DARK_ON_LIGHT, diameters=(0.006, 0.009), min_distance=0.0036)
 PALE = replace(DARK_ON_LIGHT, chip_colours=((0.50, 0.60, 0.65),))
 
 _MAT, _PAPER = (0.14, 0.13, 0.12), (0.88, 0.90, 0.90)
 _PIXEL = MOUNT.xyz[2] / CAMERA.fx
 
 
-def nothing(_pose: PlanarPose, _rng: np.random.Generator) -> tuple[Disturbance, ...]:
+def no_disturbances(_pose: PlanarPose, _rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Leave the floor as it is."""
     return ()
 
 
 def shadow(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
-    """Lay a shadow's edge near the middle of the view."""
+    """Place a shadow's edge near the middle of the view."""
     point = pose.transform(rng.uniform(-0.015, 0.015, (1, 2)))[0]
     return (ShadowEdge((point[0], point[1]), rng.uniform(0.0, math.tau), rng.uniform(0.4, 0.7)),)
 
@@ -45,7 +45,7 @@ def reflections(_pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbanc
     )
 
 
-def half_covered(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+def cover_half(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Cover the half of the view beyond a line through its middle, with a dark mat or white paper."""
     at_edge = PlanarPose(pose.x, pose.y, rng.uniform(-math.pi, math.pi))
     start, end = at_edge.transform([(-0.2, 0.1), (0.2, 0.1)])
@@ -66,16 +66,16 @@ class HardCondition:
     """What is photographed, and how.
 
     Attributes:
-        name: as the table calls it.
+        name: name in the table.
         design: the floor.
-        disturbances: what lies about at a pose.
+        disturbances: disturbances of the floor at a pose.
         blur: length of the motion during the exposure [px].
-        jpeg_quality: of the compression, None for none.
+        jpeg_quality: JPEG quality, None for no compression.
     """
 
     name: str
     design: FloorDesign = DARK_ON_LIGHT
-    disturbances: Disturbances = nothing
+    disturbances: Disturbances = no_disturbances
     blur: float = 0.0
     jpeg_quality: int | None = None
 
@@ -98,7 +98,7 @@ CONDITIONS = (
     HardCondition('motion blur 3 px', blur=3.0),
     HardCondition('motion blur 6 px', blur=6.0),
     HardCondition('motion blur 10 px', blur=10.0),
-    HardCondition('half covered', disturbances=half_covered),
+    HardCondition('half covered', disturbances=cover_half),
     HardCondition('wet spots', disturbances=wet),
     HardCondition('4x fewer dots', design=FEWER),
     HardCondition('dots 3x larger', design=LARGER),

@@ -17,9 +17,9 @@ class HardOutcome:
     """What came of one condition.
 
     Attributes:
-        name: of the condition.
-        scores: without a prior.
-        tracked: with one.
+        name: name of the condition.
+        scores: scores without a prior.
+        tracked: scores with a prior.
         example: the first picture with its dots, shape (h, w, 3).
     """
 
@@ -45,8 +45,8 @@ def _row(outcome: HardOutcome) -> str:
     ratios = (whitened_rms(scores)[3] for scores in (outcome.scores, outcome.tracked))
     reasons = Counter(score.reason for score in outcome.scores if score.reason)
     return (
-        f'| {outcome.name} | {verdicts(outcome.scores)} | {_exact(outcome.scores)} '
-        f'| {verdicts(outcome.tracked)} | {_exact(outcome.tracked)} '
+        f'| {outcome.name} | {verdicts(outcome.scores)} | {_fraction_exact(outcome.scores)} '
+        f'| {verdicts(outcome.tracked)} | {_fraction_exact(outcome.tracked)} '
         f'| {_spread([1e3 * score.distance for score in right])} '
         f'| {_spread([math.degrees(score.turn) for score in right])} '
         f'| {", ".join(format(ratio, ".2f") for ratio in ratios)} '
@@ -54,7 +54,7 @@ def _row(outcome: HardOutcome) -> str:
     )
 
 
-def _exact(scores: Sequence[PoseScore]) -> str:
+def _fraction_exact(scores: Sequence[PoseScore]) -> str:
     return percent(sum(score.distance < EXACT_WITHIN for score in scores) / len(scores))
 
 

@@ -46,13 +46,13 @@ def _draw_track(axes: Axes, drive: LampDrive) -> None:
         axes.add_patch(Circle(beacon.xyz[:2], 0.06, color=LAMP, zorder=3))
         axes.annotate(f'lamp {beacon.id}', beacon.xyz[:2], (0, -22), textcoords='offset points', ha='center')
     places: dict[tuple[int, ...], list[str]] = {}
-    for each in drive.obeyed:
+    for each in drive.accepted_commands:
         place = tuple(np.round(drive.truth[each.image, :2] * 5.0).astype(int).tolist())
-        places.setdefault(place, []).append(each.words.rsplit(' of ')[0])
+        places.setdefault(place, []).append(each.text.rsplit(' of ')[0])
         axes.plot(*drive.truth[each.image, :2], 'k*', markersize=9.0)
-    for place, words in places.items():
+    for place, text in places.items():
         axes.annotate(
-            '\n'.join(words),
+            '\n'.join(text),
             (place[0] / 5.0, place[1] / 5.0),
             (-92, -34),
             textcoords='offset points',
@@ -73,5 +73,5 @@ def _draw_errors(axes: Axes, drive: LampDrive) -> None:
 
 
 def _draw_lamps(axes: Axes, drive: LampDrive) -> None:
-    axes.step(drive.seconds, drive.named, color='k', linewidth=0.8)
+    axes.step(drive.seconds, drive.identified, color='k', linewidth=0.8)
     axes.set(xlabel='time [s]', ylabel='lamps', title='Lamps with a name in view', ylim=(-0.2, 4.4))

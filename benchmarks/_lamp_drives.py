@@ -9,7 +9,7 @@ import numpy as np
 from _lamp_room import BEACONS, CAMERA, IDS, MOUNT, view_from
 from numpy.typing import NDArray
 
-from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
+from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_geometry import PlanarPose, wrap_angle
 from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
 from vlc_beacon.core.pose.pose_fix import BeaconFix
@@ -41,7 +41,7 @@ def drive(rng: np.random.Generator) -> tuple[list[PlanarPose], list[PlanarPose]]
     sign = rng.choice([-1.0, 1.0], 2)
     scale, bend = 1.0 + sign[0] * SCALE_ERROR, sign[1] * TURN_ERROR * 0.5 * SEPARATION
     errors = WheelErrors(SEPARATION, left_scale=scale - bend, right_scale=scale + bend)
-    return poses, measure_odometry(poses, errors, rng)
+    return poses, simulate_odometry(poses, errors, rng)
 
 
 def lamps_shown(rule: str, k: int, visible: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from scene_simulator.camera_clock import CameraClock
-from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD, CeilingCamera
+from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
+from scene_simulator.distractor_lights import distractors
 from scene_simulator.lamp_drive import LampDrive, LampFrame
 from scene_simulator.lamp_shape import Disc, LampShape, LedGrid
 from scene_simulator.leg_drive import LegDrive
-from scene_simulator.other_lights import distractors
 from scene_simulator.shutter import Shutter
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
@@ -43,11 +43,11 @@ class Film:
     """How a film is taken.
 
     Attributes:
-        name: as the table calls it.
-        shutter: of the camera.
+        name: name in the table.
+        shutter: shutter of the camera.
         rate: images a second.
         ambient: light of the ceiling over that of the lamps.
-        shape: of the lamps.
+        shape: shape of the lamps.
     """
 
     name: str
@@ -73,7 +73,7 @@ class CounterMemory:
     """Keeps the counters of commands while a film runs."""
 
     def __init__(self) -> None:
-        """Begin with no counter heard."""
+        """Begin with no counter received."""
         self._counters = Counters()
 
     def read(self) -> Counters:
@@ -85,7 +85,7 @@ class CounterMemory:
         self._counters = counters
 
 
-def spoken(beacon: int) -> list[bytes]:
+def encode_packets(beacon: int) -> list[bytes]:
     """Return what a lamp plays in turn: its ID twice, and one of them a command."""
     packets = [IdPacket(beacon).to_bytes()] * 2
     if beacon == COMMANDING:
@@ -93,21 +93,21 @@ def spoken(beacon: int) -> list[bytes]:
     return packets
 
 
-def drive_of(film: Film) -> LampDrive:
+def simulate_drive(film: Film) -> LampDrive:
     """Return a slow drive in the middle of the room, other lights about."""
     eye = CeilingCamera(PAPER_OPTICS, film.shutter)
     brightness = eye.brightness_for(LEVEL)
-    packets = [spoken(beacon.id) for beacon in BEACONS]
+    packets = [encode_packets(beacon.id) for beacon in BEACONS]
     is_global = film.shutter.row_time == 0.0
     waveforms = [ufsook_waveform(each) if is_global else rs_fsk_waveform(each, film.rate) for each in packets]
-    room = paper_room(waveforms, film.shape, brightness).lit(film.ambient * brightness)
+    room = paper_room(waveforms, film.shape, brightness).with_ambient_light(film.ambient * brightness)
     # Lamps are switched on one by one and their clocks are not those of the camera.
     lamps = tuple(
         replace(lamp, phase=0.1234 * k, clock_offset=20.0 * k - 30.0) for k, lamp in enumerate(room.lamps)
     )
     room = replace(room, lamps=lamps).with_lights(distractors(brightness))
     route = LegDrive([(0.7, 0.9), (1.1, 0.9)], [0.04], 0.1)
-    return LampDrive(room, route, eye, UPWARD, clock=CameraClock(film.rate), seed=1)
+    return LampDrive(room, route, eye, UPWARD_MOUNT, clock=CameraClock(film.rate), seed=1)
 
 
 def receiver_for(film: Film) -> BeaconReceiver:
@@ -121,11 +121,11 @@ def receiver_for(film: Film) -> BeaconReceiver:
     authorizer = CommandAuthorizer(
         KEY, CounterMemory(), places, AuthorizationSettings(zone_radius=math.hypot(*BEACONS[3].xyz[:2]))
     )
-    return BeaconReceiver(BEACONS, UPWARD, authorizer, settings)
+    return BeaconReceiver(BEACONS, UPWARD_MOUNT, authorizer, settings)
 
 
-def frames_told(drive: LampDrive, receiver: BeaconReceiver, seconds: float) -> Iterator[LampFrame]:
-    """Yield the frames of a drive after the receiver was told what wheels and inertial unit said before each."""
+def receive_frames(drive: LampDrive, receiver: BeaconReceiver, seconds: float) -> Iterator[LampFrame]:
+    """Yield the frames of a drive; the receiver gets the wheel and IMU data that precede each."""
     wheels, tilts = deque(drive.odometry(seconds)), deque(drive.tilt_readings(seconds))
     for frame in drive.frames(seconds):
         while wheels and wheels[0].time <= frame.stamp:

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 import cv2
 import numpy as np
-from _lamp_markers import FAMILIES, Markers, is_there
+from _lamp_markers import FAMILIES, Markers, is_available
 from _lamp_methods import EXACT
 from _lamp_pictures import Light, picture_of
 from _lamp_room import BEACONS, CAMERA, IDS, LEVEL, MOUNT, PLACES, View
@@ -85,32 +85,32 @@ class MarkerFinder:
 
 def finders() -> dict[str, Finder]:
     """Return all that this OpenCV allows."""
-    families = FAMILIES if is_there() else ()
+    families = FAMILIES if is_available() else ()
     return {LAMPS: LampFinder(), **{family: MarkerFinder(family) for family in families}}
 
 
-def seen_by(view: View, found: Found) -> View:
+def rays_to_found(view: View, found: Found) -> View:
     """Return a view of which only what was found is visible."""
     return replace(view, visible=np.isin(IDS, found.ids))
 
 
-def by_centres(_view: View, found: Found) -> Place | None:
+def locate_by_centres(_view: View, found: Found) -> Place | None:
     """Locate by ``centroid``."""
     fix = _LOCATOR.locate(_LOCATOR.rays(CAMERA, found.ids, found.centres, found.sigmas))
     return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
 
 
-def by_radii(view: View, found: Found) -> Place | None:
+def locate_by_radii(view: View, found: Found) -> Place | None:
     """Locate by ``radius_interval``, the yaw given."""
-    return _by_discs(view, found, is_printed=False)
+    return _locate_by_discs(view, found, is_printed=False)
 
 
-def by_printed_equations(view: View, found: Found) -> Place | None:
+def locate_by_printed_equations(view: View, found: Found) -> Place | None:
     """Locate by ``radius_interval_printed``, the yaw given."""
-    return _by_discs(view, found, is_printed=True)
+    return _locate_by_discs(view, found, is_printed=True)
 
 
-def _by_discs(view: View, found: Found, *, is_printed: bool) -> Place | None:
+def _locate_by_discs(view: View, found: Found, *, is_printed: bool) -> Place | None:
     discs = LampDiscs(
         [BEACONS[id_ - 1] for id_ in found.ids],
         found.centres,
@@ -122,7 +122,7 @@ def _by_discs(view: View, found: Found, *, is_printed: bool) -> Place | None:
     return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
 
 
-def by_sqpnp(_view: View, found: Found) -> Place | None:
+def locate_by_sqpnp(_view: View, found: Found) -> Place | None:
     """Locate by six degrees of freedom."""
     if len(found.ids) < len(IDS):
         return None
@@ -133,10 +133,10 @@ def by_sqpnp(_view: View, found: Found) -> Place | None:
 
 
 METHODS: tuple[tuple[str, str, Callable[[View, Found], Place | None]], ...] = (
-    ('`centroid`', LAMPS, by_centres),
-    ('`radius_interval`, yaw given', LAMPS, by_radii),
-    ('`radius_interval_printed`, yaw given', LAMPS, by_printed_equations),
-    ('SQPNP on the lamps', LAMPS, by_sqpnp),
-    *((f'{family}, by its centres', family, by_centres) for family in FAMILIES),
+    ('`centroid`', LAMPS, locate_by_centres),
+    ('`radius_interval`, yaw given', LAMPS, locate_by_radii),
+    ('`radius_interval_printed`, yaw given', LAMPS, locate_by_printed_equations),
+    ('SQPNP on the lamps', LAMPS, locate_by_sqpnp),
+    *((f'{family}, by its centres', family, locate_by_centres) for family in FAMILIES),
 )
 """Name, finder and method."""

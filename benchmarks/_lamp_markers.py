@@ -24,8 +24,8 @@ THRESHOLD, OTSU_DEVIATION = 1.0, 1.0
 """With OpenCV's own, 7 and 5 grey levels, nothing is found at a contrast of 7; these find the most of 1 to 7."""
 
 
-def is_there() -> bool:
-    """Tell whether this OpenCV has markers."""
+def is_available() -> bool:
+    """Return whether this OpenCV has markers."""
     return hasattr(cv2, 'aruco') and hasattr(cv2.aruco, 'ArucoDetector')
 
 

@@ -35,27 +35,27 @@ def least_squares(locator: BeaconLocator) -> Locate:
     return locate
 
 
-def counted_radii(view: View) -> NDArray[np.float64]:
+def pixel_count_radii(view: View) -> NDArray[np.float64]:
     """Return half the number of pixels that each lamp covers along its row, as the paper counts, shape (4,)."""
     u = view.pixels[:, 0]
     return np.asarray(0.5 * (np.floor(u + LAMP_RADIUS) - np.ceil(u - LAMP_RADIUS) + 1.0))
 
 
-def by_radius(
+def locate_by_radius(
     view: View, pixels: NDArray[np.float64], noise: float, *, yaw_error: float = 0.0, printed: bool = False
 ) -> NDArray[np.float64] | None:
     """Locate by the paper's equations with the yaw given, four lamps."""
-    discs = LampDiscs(BEACONS, pixels, counted_radii(view), noise)
+    discs = LampDiscs(BEACONS, pixels, pixel_count_radii(view), noise)
     method = radius_interval_printed if printed else radius_interval
     fix = method(discs, CAMERA, LEVEL, view.pose.yaw + yaw_error)
     return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
 
 
-def by_depth_error_on_both_axes(
+def locate_by_depth_error_on_both_axes(
     view: View, pixels: NDArray[np.float64], _noise: float, *, yaw_error: float = 0.0
 ) -> NDArray[np.float64]:
     """Locate by eqs. (3) to (7) with only what makes them close: focal length, depth and the sign of eq. (5)."""
-    counted = counted_radii(view)[:, None]
+    counted = pixel_count_radii(view)[:, None]
     depth = BEACONS[0].radius * CAMERA.fx / counted
     epsilon = BEACONS[0].radius * CAMERA.fx * (1.0 / (counted - 0.25) - 1.0 / (counted + 0.25))
     yaw = view.pose.yaw + yaw_error
@@ -65,7 +65,7 @@ def by_depth_error_on_both_axes(
     return np.asarray(0.5 * ((places - epsilon).max(axis=0) + (places + epsilon).min(axis=0)))
 
 
-def by_sqpnp(_view: View, pixels: NDArray[np.float64], _noise: float) -> NDArray[np.float64] | None:
+def locate_by_sqpnp(_view: View, pixels: NDArray[np.float64], _noise: float) -> NDArray[np.float64] | None:
     """Locate by six degrees of freedom, four lamps."""
     found, rotation, translation = cv2.solvePnP(PLACES, pixels, CAMERA.matrix, None, flags=cv2.SOLVEPNP_SQPNP)
     if not found:
@@ -76,12 +76,22 @@ def by_sqpnp(_view: View, pixels: NDArray[np.float64], _noise: float) -> NDArray
 
 ALL, TWO = 4, 2
 METHODS: tuple[tuple[str, int, Locate, bool | None], ...] = (
-    ("the paper's eqs. as printed, yaw given", ALL, partial(by_radius, printed=True), None),
-    ('eqs. (3)-(7) with focal length, depth and sign put right', ALL, by_depth_error_on_both_axes, None),
-    ('the same, yaw off by 5°', ALL, partial(by_depth_error_on_both_axes, yaw_error=math.radians(5.0)), None),
-    ('`radius_interval`, all corrections', ALL, by_radius, None),
-    ('the same, yaw off by 5°', ALL, partial(by_radius, yaw_error=math.radians(5.0)), None),
-    ('SQPNP, six degrees of freedom', ALL, by_sqpnp, None),
+    ("the paper's eqs. as printed, yaw given", ALL, partial(locate_by_radius, printed=True), None),
+    (
+        'eqs. (3)-(7) with focal length, depth and sign put right',
+        ALL,
+        locate_by_depth_error_on_both_axes,
+        None,
+    ),
+    (
+        'the same, yaw off by 5°',
+        ALL,
+        partial(locate_by_depth_error_on_both_axes, yaw_error=math.radians(5.0)),
+        None,
+    ),
+    ('`radius_interval`, all corrections', ALL, locate_by_radius, None),
+    ('the same, yaw off by 5°', ALL, partial(locate_by_radius, yaw_error=math.radians(5.0)), None),
+    ('SQPNP, six degrees of freedom', ALL, locate_by_sqpnp, None),
     ('`centroid`', TWO, least_squares(BeaconLocator(BEACONS, MOUNT, None, EXACT)), False),
     (
         '`centroid`, height known',

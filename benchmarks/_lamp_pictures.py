@@ -19,12 +19,12 @@ class Light:
     """How the room and the lamps look.
 
     Attributes:
-        name: as the table calls it.
+        name: name in the table.
         ceiling: level of the ceiling in the middle of the image [grey levels].
-        gradient: by which it is brighter on the right than on the left [grey levels].
+        gradient: brightness of the right edge above the left edge [grey levels].
         lamp: brightness of a lamp over it [grey levels].
         noise: standard deviation of a pixel [grey levels].
-        motion: of the camera during the exposure [px].
+        motion: motion blur during the exposure [px].
     """
 
     name: str
@@ -55,13 +55,13 @@ def picture_of(pixels: NDArray[np.float64], light: Light, rng: np.random.Generat
 def finish_picture(shapes: NDArray[np.float64], light: Light, rng: np.random.Generator) -> NDArray[np.uint8]:
     """Return the image of shapes, shape (h, w), 1 where they are bright, before the ceiling."""
     if light.motion > 1:
-        shapes = _moved(shapes, light.motion)
+        shapes = _motion_blurred(shapes, light.motion)
     picture = light.ceiling + light.gradient * np.linspace(-0.5, 0.5, CAMERA.width)
     picture = picture + light.lamp * shapes + light.noise * rng.standard_normal(shapes.shape)
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
 
 
-def least_centre_sigma(light: Light) -> float:
+def centre_sigma_bound(light: Light) -> float:
     """Return the bound of Cramér and Rao of a lamp's centre, root mean square of u and v [px].
 
     That of whoever knows the lamp's image but for its place; the noise is that of the pixels and of their rounding.
@@ -72,13 +72,13 @@ def least_centre_sigma(light: Light) -> float:
             shapes = np.zeros((2, CAMERA.height, CAMERA.width))
             for shape, sign in zip(shapes, (1.0, -1.0), strict=True):
                 _add_disc(shape, place + sign * shift)
-                shape[:] = _moved(shape, light.motion) if light.motion > 1 else shape
+                shape[:] = _motion_blurred(shape, light.motion) if light.motion > 1 else shape
             slope = light.lamp * (shapes[0] - shapes[1]) / (2.0 * step)
             squares.append((light.noise**2 + 1.0 / 12.0) / float(np.sum(slope**2)))
     return float(np.sqrt(np.mean(squares)))
 
 
-def _moved(lamps: NDArray[np.float64], motion: int) -> NDArray[np.float64]:
+def _motion_blurred(lamps: NDArray[np.float64], motion: int) -> NDArray[np.float64]:
     """Smear along u, centred on the middle of the exposure."""
     kernel = np.ones((1, motion + 1)) / motion
     # An even number of pixels is centred by halves at both ends.

@@ -1,4 +1,4 @@
-"""The paper's room: four lamps under the ceiling of 7 x 6 m, its camera, and the bound of what it can tell."""
+"""The paper's room: four lamps under the ceiling of 7 x 6 m, its camera, and the Cramér-Rao bound of its poses."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""How well the panel's fields let one tell the robot's displacement: the bound of Cramér and Rao.
+"""Cramér-Rao bound of the robot's displacement from the panel's fields.
 
 What is measured are the pixels along the outlines of the fields in four images, the pair that was taught and the one of
 now, with the sensor's noise; unknown are the displacement, the corners in space, and the grey levels within and around
 each field; blur and calibration are known, and the floor is level. The texts and scales within the fields, and that
-fields are rectangles, would tell more, and the method does not use it either.
+fields are rectangles, would add information, and the method does not use it either.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ PIXEL_VARIANCE = 1.0 / 12.0
 MARGIN = 4
 STEP = 1e-3
 SURE = 1e-4
-"""Pixels that are covered to less than this, or all but this, tell nothing of the outline."""
+"""Pixels covered less than this fraction, or more than its complement, are not used for the outline."""
 
 
 class PoseBound:
@@ -74,8 +74,8 @@ def outline_coverage(
 
     Args:
         corners: shape (4, 2), clockwise as seen in an image [px].
-        columns: of the pixels, shape (n,).
-        rows: of the pixels, shape (n,).
+        columns: columns of the pixels, shape (n,).
+        rows: rows of the pixels, shape (n,).
         blur: standard deviation, the square of the pixel included [px].
     """
     covered = np.ones(len(columns))
@@ -92,7 +92,7 @@ def outline_covariance(
     """Return the bound of the covariance of four corners from the pixels along their outline, shape (8, 8) [px²].
 
     Args:
-        image: shape (h, w), tells the grey levels along the outline.
+        image: shape (h, w), grey image with the levels along the outline.
         corners: shape (4, 2), clockwise [px].
         camera: its blur and noise.
     """

@@ -36,8 +36,8 @@ class TaughtCorridor:
     Attributes:
         scene: the corridor.
         cameras: that see it.
-        images: from which it was taught.
-        place: as taught.
+        images: images of the teach pose.
+        place: the taught place.
     """
 
     scene: CorridorScene

@@ -26,8 +26,8 @@ def teach_photographs(rig: StereoRig, pair: Moment, count: int, seed: int) -> Ta
     Args:
         rig: the cameras.
         pair: the one to teach.
-        count: of the quadrilaterals at most.
-        seed: of the choice.
+        count: greatest number of quadrilaterals.
+        seed: random seed of the choice.
     """
     processing = ImageProcessing(edges=EdgeSettings(threshold=THRESHOLD))
     left, right = (detect_scene(image, processing) for image in (pair.left, pair.right))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.place.place_fix import PlaceFix
 
-MINE = 'shirube'
+OURS = 'shirube'
 WITHIN_95 = 7.815
 """The sum of three squared normal deviates is less in 95 %."""
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])

@@ -14,7 +14,7 @@ from scene_simulator.corridor_cabinet import Cabinet
 from scene_simulator.corridor_drawing import Drawing
 from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.corridor_landmark import Landmark, SquareLandmark
-from scene_simulator.corridor_scene import CorridorScene, Thing
+from scene_simulator.corridor_scene import CorridorScene, SceneObject
 from scene_simulator.corridor_shape import FlatShape, Paint
 from scene_simulator.corridor_surface import Surface, facing_wall
 from scene_simulator.stereo_rig import StereoRig, render_pair
@@ -55,20 +55,20 @@ class Panel(Cabinet):
 
 
 @dataclass(frozen=True)
-class TagSheet:
+class PrintedTag:
     """A printed tag.
 
     Attributes:
-        name: in the scene.
+        name: name in the scene.
         surface: the plane.
-        place: its middle, right and up on the plane [m].
+        position: its middle, right and up on the plane [m].
         cells: shape (n, n), true for white, the black border included.
-        side: of the black square [m].
+        side: side length of the black square [m].
     """
 
     name: str
     surface: Surface
-    place: tuple[float, float]
+    position: tuple[float, float]
     cells: tuple[tuple[bool, ...], ...]
     side: float = SIDE
 
@@ -77,7 +77,11 @@ class TagSheet:
 
         Runs along both directions overlap, so that no seam shows between neighbouring white cells.
         """
-        drawing, half, cell = Drawing(self.surface, self.place), 0.5 * self.side, self.side / len(self.cells)
+        drawing, half, cell = (
+            Drawing(self.surface, self.position),
+            0.5 * self.side,
+            self.side / len(self.cells),
+        )
         drawing.rectangle((-half - cell, -half - cell), (half + cell, half + cell), WHITE)
         drawing.rectangle((-half, -half), (half, half), BLACK)
         for row, line in enumerate(self.cells):
@@ -92,7 +96,7 @@ class TagSheet:
 
     def landmarks(self) -> list[Landmark]:
         """Return the black square."""
-        (x, y), half = self.place, 0.5 * self.side
+        (x, y), half = self.position, 0.5 * self.side
         return [SquareLandmark(self.name, self.surface, (x - half, y - half), (x + half, y + half))]
 
 
@@ -115,16 +119,16 @@ class LandmarkWall:
     """A corridor's end wall with nothing but the panel, or the tag.
 
     Args:
-        seed: of the corridor.
-        cells: of the tag, shape (n, n), true for white.
+        seed: random seed of the corridor.
+        cells: cells of the tag, shape (n, n), true for white.
         grain: whether the paint of the panel has grain.
     """
 
     def __init__(self, seed: int, cells: NDArray[np.bool_], *, grain: bool) -> None:
         bare = corridor(CorridorDesign(seed=seed, bare=True))
-        walls: Sequence[Thing] = [thing for thing in bare.things if not thing.name.startswith('meter')]
+        walls: Sequence[SceneObject] = [item for item in bare.objects if not item.name.startswith('meter')]
         rows = tuple(tuple(bool(cell) for cell in row) for row in cells)
-        tag = TagSheet('tag', SURFACE.raised(DEPTH), (0.0, HEIGHT), rows)
+        tag = PrintedTag('tag', SURFACE.offset_plane(DEPTH), (0.0, HEIGHT), rows)
         panel = Panel('panel', SURFACE, (-0.46, HEIGHT - 0.4), (0.92, 0.8), DEPTH, columns=3, grain=grain)
         self.with_panel = CorridorScene((*walls, panel))
         self.with_tag = CorridorScene((*walls, tag))

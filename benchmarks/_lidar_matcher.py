@@ -16,7 +16,7 @@ from shirube_geometry import PlanarPose
 CELL = 0.04
 """Points of the map in a cell become one [m]."""
 NEIGHBOURS = 0.12
-"""Around a point, that tell the direction of its line [m]."""
+"""Radius of the neighbours that define the direction of a point's line [m]."""
 POINTS_MIN = 5
 THIN = 0.015
 """Standard deviation across a line, at the most: corners are none [m]."""

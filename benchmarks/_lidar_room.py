@@ -27,16 +27,16 @@ KINDS = (
     *(((1.4, 0.8), 0.75, False),) * 2,
     *(((0.45, 0.45), 0.9, False),) * 4,
 )
-"""Shelves, a sofa, sideboards, boxes: width and depth [m], height [m], and whether it stands at a wall."""
+"""Shelves, a sofa, sideboards, boxes: width and depth [m], height [m], and whether it is at a wall."""
 
 
 @dataclass(frozen=True)
-class Piece:
+class Furniture:
     """A piece of furniture.
 
     Attributes:
-        pose: of its middle in the map; at a wall it looks into the room.
-        size: along its x and y [m].
+        pose: pose of its centre in the map; at a wall its x axis points into the room.
+        size: lengths along its x and y [m].
         height: [m].
     """
 
@@ -50,7 +50,7 @@ class Piece:
         half = 0.5 * np.array(self.size)
         return self.pose.transform(half * [(-1, -1), (1, -1), (1, 1), (-1, 1)])
 
-    def holds(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
+    def contains(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
         """Return which points, shape (n, 2) [m], are in it or nearer to it than a margin along its axes."""
         inside = np.abs(self.pose.inverse().transform(points)) <= 0.5 * np.array(self.size) + margin
         return np.asarray(inside.all(axis=1))
@@ -60,21 +60,21 @@ class Piece:
 class FurnishedRoom:
     """Four walls and furniture."""
 
-    pieces: tuple[Piece, ...]
+    furniture: tuple[Furniture, ...]
 
     @cached_property
     def _segments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Starts and ends of walls and sides, shapes (n, 2) [m]."""
         half = 0.5 * np.array(ROOM)
         walls = np.array(MIDDLE) + half * [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-        outlines = [walls, *(piece.corners for piece in self.pieces)]
+        outlines = [walls, *(item.corners for item in self.furniture)]
         return np.concatenate(outlines), np.concatenate([np.roll(each, -1, axis=0) for each in outlines])
 
     def is_free(self, pose: PlanarPose) -> bool:
         """Return whether the robot can stand there."""
         place = np.array([[pose.x, pose.y]])
         in_room = (np.abs(place[0] - MIDDLE) <= 0.5 * np.array(ROOM) - ROBOT_RADIUS).all()
-        return bool(in_room) and not any(piece.holds(place, ROBOT_RADIUS)[0] for piece in self.pieces)
+        return bool(in_room) and not any(item.contains(place, ROBOT_RADIUS)[0] for item in self.furniture)
 
     def scan(self, pose: PlanarPose, rng: np.random.Generator) -> NDArray[np.float64]:
         """Return what the lidar on ``base_link`` sees, shape (BEAMS, 2), points in the base frame [m]."""
@@ -92,43 +92,43 @@ class FurnishedRoom:
         nearest = np.where(hit, ranges, np.inf).min(axis=1)
         return (nearest + RANGE_NOISE * rng.standard_normal(BEAMS))[:, None] * directions
 
-    def hides_lamps(self, pose: PlanarPose) -> NDArray[np.bool_]:
+    def occluded_lamps(self, pose: PlanarPose) -> NDArray[np.bool_]:
         """Return which lamps furniture hides from the camera on the floor, shape (4,)."""
         hidden = np.zeros(len(PLACES), dtype=np.bool_)
-        for piece in self.pieces:
+        for item in self.furniture:
             # Up to there the way to the lamp is below the top of the piece.
-            low = np.linspace(0.0, 1.0, 100)[:, None] * min(piece.height / PLACES[0, 2], 1.0)
+            low = np.linspace(0.0, 1.0, 100)[:, None] * min(item.height / PLACES[0, 2], 1.0)
             for k, lamp in enumerate(PLACES):
                 way = np.array([pose.x, pose.y]) + low * (lamp[:2] - [pose.x, pose.y])
-                hidden[k] |= piece.holds(way, 0.0).any()
+                hidden[k] |= item.contains(way, 0.0).any()
         return hidden
 
 
 def furnished_room(rng: np.random.Generator) -> FurnishedRoom:
     """Return a room with all furniture at places of chance."""
-    pieces: list[Piece] = []
+    furniture: list[Furniture] = []
     for size, height, at_wall in KINDS:
         for _ in range(TRIES):
-            piece = Piece(_somewhere(size, rng, at_wall=at_wall), size, height)
-            if _fits(piece, pieces):
-                pieces.append(piece)
+            item = Furniture(_random_furniture(size, rng, at_wall=at_wall), size, height)
+            if _is_placeable(item, furniture):
+                furniture.append(item)
                 break
-    return FurnishedRoom(tuple(pieces))
+    return FurnishedRoom(tuple(furniture))
 
 
-def shifted(room: FurnishedRoom, rng: np.random.Generator) -> FurnishedRoom:
+def move_furniture(room: FurnishedRoom, rng: np.random.Generator) -> FurnishedRoom:
     """Return the room with every piece pushed by 5 to 30 cm and turned by up to 10 degrees."""
-    pieces = []
-    for piece in room.pieces:
+    furniture = []
+    for item in room.furniture:
         way, towards = rng.uniform(0.05, 0.3), rng.uniform(-math.pi, math.pi)
         push = PlanarPose(
             way * math.cos(towards), way * math.sin(towards), math.radians(rng.uniform(-10.0, 10.0))
         )
-        pieces.append(Piece(piece.pose @ push, piece.size, piece.height))
-    return FurnishedRoom(tuple(pieces))
+        furniture.append(Furniture(item.pose @ push, item.size, item.height))
+    return FurnishedRoom(tuple(furniture))
 
 
-def _somewhere(size: tuple[float, float], rng: np.random.Generator, *, at_wall: bool) -> PlanarPose:
+def _random_furniture(size: tuple[float, float], rng: np.random.Generator, *, at_wall: bool) -> PlanarPose:
     half = 0.5 * np.array(ROOM)
     if not at_wall:
         x, y = MIDDLE + rng.uniform(-1.0, 1.0, 2) * (half - 0.5 * max(size))
@@ -139,14 +139,14 @@ def _somewhere(size: tuple[float, float], rng: np.random.Generator, *, at_wall: 
     return PlanarPose(*MIDDLE, 0.0) @ PlanarPose(0.0, 0.0, side * 0.5 * math.pi) @ local
 
 
-def _fits(piece: Piece, others: Sequence[Piece]) -> bool:
+def _is_placeable(item: Furniture, others: Sequence[Furniture]) -> bool:
     """Return whether pieces leave room for the robot between them, or touch with no gap to speak of."""
     return not any(
-        other.holds(_grid(piece), 0.1).any() or piece.holds(_grid(other), 0.1).any() for other in others
+        other.contains(_grid(item), 0.1).any() or item.contains(_grid(other), 0.1).any() for other in others
     )
 
 
-def _grid(piece: Piece) -> NDArray[np.float64]:
-    half = 0.5 * np.array(piece.size)
+def _grid(item: Furniture) -> NDArray[np.float64]:
+    half = 0.5 * np.array(item.size)
     steps = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 7)] * 2), axis=-1).reshape(-1, 2)
-    return piece.pose.transform(half * steps)
+    return item.pose.transform(half * steps)

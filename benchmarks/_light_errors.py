@@ -44,7 +44,7 @@ class Errors:
         wrong_commands: wrong commands with a right code of authentication.
     """
 
-    played: int = 0
+    sent: int = 0
     right: int = 0
     id_misses: int = 0
     wrong_ids: int = 0
@@ -64,8 +64,8 @@ class Errors:
 def random_channel(link: Link, rng: np.random.Generator) -> Channel:
     """Return a channel from good to hopeless."""
     return Channel(
-        exposure=float(link.usual.exposure * rng.uniform(0.3, 1.7)),
-        rows=round(link.usual.rows * float(rng.uniform(0.8, 1.5))),
+        exposure=float(link.default_channel.exposure * rng.uniform(0.3, 1.7)),
+        rows=round(link.default_channel.rows * float(rng.uniform(0.8, 1.5))),
         snr=float(np.exp(rng.uniform(np.log(2.0), np.log(20.0)))),
         clock_offset=float(rng.uniform(-100.0, 100.0)),
         jitter=float(rng.uniform(0.0, 150e-6)),
@@ -81,7 +81,7 @@ def lamp_errors(link_index: int, seed: int) -> Errors:
     waveform = link.play([*[beacon.to_bytes()] * 9, command.to_bytes()], channel)
     confirmation = IdConfirmation()
     counts = Counter[str]()
-    for got in link.received(waveform, link.stamps(ROUNDS * waveform.period, rng), channel, rng):
+    for got in link.simulate_reception(waveform, link.stamps(ROUNDS * waveform.period, rng), channel, rng):
         match got.packet:
             case IdPacket(beacon=heard):
                 counts['id'] += heard != beacon.beacon

@@ -37,10 +37,10 @@ class Channel:
     """Between lamp and decoder.
 
     Attributes:
-        exposure: of a frame or row [s].
+        exposure: exposure time of a frame or row [s].
         rows: that the lamp covers, where the shutter rolls.
         snr: brightness of the lamp over the noise of a half of the panel, or of the mean of a row.
-        clock_offset: of the lamp's clock [ppm].
+        clock_offset: frequency error of the lamp's clock [ppm].
         jitter: standard deviation of the frames' times [s].
         lost: share of frames that are dropped.
     """
@@ -65,17 +65,17 @@ class Link:
     """A light code with a usual camera.
 
     Attributes:
-        name: as the tables call it.
-        frame_rate: of the camera [1/s].
-        usual: its channel.
+        name: name in the tables.
+        frame_rate: frame rate of the camera [1/s].
+        default_channel: its channel.
         profile: what the code states.
-        waveform: of packets and the clock's scale.
+        waveform: function that makes the waveform from packets and the clock's scale.
         decoder: a new one for a channel.
     """
 
     name: str
     frame_rate: float
-    usual: Channel
+    default_channel: Channel
     profile: CodeProfile
     waveform: Callable[[list[bytes], float], Waveform]
     decoder: Callable[[Channel], Decoder]
@@ -84,7 +84,7 @@ class Link:
         """Return what the lamp plays, again and again."""
         return self.waveform(packets, 1.0 + channel.clock_offset * 1e-6)
 
-    def received(
+    def simulate_reception(
         self, waveform: Waveform, stamps: NDArray[np.float64], channel: Channel, rng: np.random.Generator
     ) -> list[ReceivedPacket]:
         """Return what is read from frames at some times, shape (n,) [s]."""
@@ -92,7 +92,7 @@ class Link:
         kept = stamps[rng.random(len(stamps)) >= channel.lost]
         for first in range(0, len(kept), TOGETHER):
             part = kept[first : first + TOGETHER]
-            packets += decode(part, seen_by_camera(waveform, part, channel, rng))
+            packets += decode(part, camera_brightness(waveform, part, channel, rng))
         return packets
 
     def stamps(self, seconds: float, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -100,7 +100,7 @@ class Link:
         return rng.uniform(0.0, 1000.0) + np.arange(round(seconds * self.frame_rate)) / self.frame_rate
 
 
-def seen_by_camera(
+def camera_brightness(
     waveform: Waveform, stamps: NDArray[np.float64], channel: Channel, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Return the brightness that a camera measures, shape (n, halves) or, where the shutter rolls, (n, rows)."""

@@ -1,4 +1,4 @@
-"""An emulated controller in its own process that writes down what it hears: `_logged_controller.py LINK LOG`."""
+"""An emulated controller in a separate process that logs the commands it receives: `_logged_controller.py LINK LOG`."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class LoggedController(EmulatedController):
 
     def _state(self) -> str:
         if self.is_stopped:
-            return 'stands'
+            return 'stopped'
         return 'coasts' if self._firmware.pwm == (0, 0) else 'moves'
 
     def _write(self, text: str) -> None:

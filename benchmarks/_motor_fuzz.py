@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from threading import Event
 
 import numpy as np
-from _spoilt_line import SpoiltLine
+from _corrupted_line import CorruptedLine
 
 from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.base_drive import BaseDrive
@@ -33,22 +33,22 @@ class FuzzTally:
     Attributes:
         replies: that the controller sent.
         exceptions: that came out.
-        over_limit: speeds beyond the limits that the wheels were told.
+        over_limit: number of commanded wheel speeds beyond the limits.
         wrong_sent: well-formed wrong counts that the line made.
-        wrong_taken: of which odometry took so many.
-        wrong_mm: by how much the taken ones were wrong: ways of a wheel [mm].
-        fastest: speed that a wheel was told, as a share of the limit.
-        jump: by which a step of odometry was longer than the true one [m].
+        wrong_accepted: number of these that odometry accepted.
+        wrong_mm: errors of the accepted ones: distance of a wheel [mm].
+        fastest: greatest commanded wheel speed, as a fraction of the limit.
+        jump: greatest excess of an odometry step over the true step [m].
         path: that the wheels made [m].
-        faults: of the line.
-        status_counts: of counts.
+        faults: number of injected line faults by kind.
+        status_counts: number of encoder counts by status.
     """
 
     replies: int = 0
     exceptions: int = 0
     over_limit: int = 0
     wrong_sent: int = 0
-    wrong_taken: int = 0
+    wrong_accepted: int = 0
     wrong_mm: list[float] = field(default_factory=list)
     fastest: float = 0.0
     jump: float = 0.0
@@ -61,12 +61,12 @@ class FuzzTally:
         worst = max(self.wrong_mm, default=0.0)
         return [
             ('replies of the controller', f'{self.replies}'),
-            ('spoilt replies and commands', f'{sum(self.faults.values()) - self.wrong_sent}'),
+            ('corrupted replies and commands', f'{sum(self.faults.values()) - self.wrong_sent}'),
             ('exceptions out of the conversation', f'{self.exceptions}'),
             ('commands beyond the limits', f'{self.over_limit}'),
-            ('greatest speed that a wheel was told, share of the limit', f'{self.fastest:.3f}'),
+            ('greatest commanded wheel speed, fraction of the limit', f'{self.fastest:.3f}'),
             ('well-formed wrong counts', f'{self.wrong_sent}'),
-            ('of these taken by odometry', f'{self.wrong_taken}'),
+            ('of these taken by odometry', f'{self.wrong_accepted}'),
             ('by which a wheel was wrong until the next read, greatest', f'{worst:.2f} mm'),
             ('of these by more than 5 mm', f'{sum(mm > 5.0 for mm in self.wrong_mm)}'),
             ('greatest step of odometry beyond the true one', f'{1e3 * self.jump:.1f} mm'),
@@ -76,15 +76,15 @@ class FuzzTally:
 
 
 class FuzzedDrive:
-    """A robot that is driven at random over a spoilt line."""
+    """A robot that is driven at random over a corrupted line."""
 
-    def __init__(self, seed: int, share: float = 0.05, request_share: float = 0.003) -> None:
+    def __init__(self, seed: int, fraction: float = 0.05, request_fraction: float = 0.003) -> None:
         """Prepare.
 
         Args:
-            seed: of everything.
-            share: of the replies that are spoilt.
-            request_share: of the commands that are spoilt.
+            seed: random seed.
+            fraction: fraction of the replies that are corrupted.
+            request_fraction: fraction of the commands that are corrupted.
         """
         self.rng = np.random.default_rng(seed)
         settings = DriveSettings()
@@ -94,7 +94,7 @@ class FuzzedDrive:
         )
         robot = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0)
         self.controller = EmulatedController(robot, self.rng.spawn(1)[0])
-        self.line = SpoiltLine(self.controller, self.rng.spawn(1)[0], share, request_share)
+        self.line = CorruptedLine(self.controller, self.rng.spawn(1)[0], fraction, request_fraction)
         self.states: list[OdometryState] = []
         drive = BaseDrive(self.base, settings, PERIOD)
         self.odometry = EncoderOdometry(self.base, settings)
@@ -104,12 +104,12 @@ class FuzzedDrive:
         self.over = Event()
         self.tally = FuzzTally()
         self._wanted = Velocity()
-        self._before = self._ways()
+        self._before = self._wheel_distances()
 
     def _now(self) -> float:
         return self.controller.time
 
-    def _ways(self) -> tuple[float, float]:
+    def _wheel_distances(self) -> tuple[float, float]:
         left, right = self.controller._body.wheel_angles  # noqa: SLF001 the truth
         return 0.033 * left, 0.033 * right
 
@@ -141,8 +141,8 @@ class FuzzedDrive:
                 self._count_odometry()
 
     def _count_speeds(self) -> None:
-        told = self.session.drive.velocity
-        ticks = max(map(abs, self.base.to_wheel_ticks(told)))
+        commanded = self.session.drive.velocity
+        ticks = max(map(abs, self.base.to_wheel_ticks(commanded)))
         self.tally.fastest = max(self.tally.fastest, ticks / self.limit)
         self.tally.over_limit += ticks > self.limit + 1e-9
 
@@ -153,13 +153,13 @@ class FuzzedDrive:
             return
         sent = self.line.wrong.get(good[0])
         if sent is not None and good[1] == self._now():
-            self.tally.wrong_taken += 1
+            self.tally.wrong_accepted += 1
             wrong = max(abs(good[0].left - sent.left), abs(good[0].right - sent.right))
             self.tally.wrong_mm.append(1e3 * self.base.metres_per_tick * wrong)
         self.line.wrong.clear()
-        ways = self._ways()
-        true = 0.5 * (ways[0] - self._before[0] + ways[1] - self._before[1])
-        self._before = ways
+        distances = self._wheel_distances()
+        true = 0.5 * (distances[0] - self._before[0] + distances[1] - self._before[1])
+        self._before = distances
         self.tally.path += abs(true)
         if len(self.states) >= 2:
             a, b = self.states[-2].T_odom_base, self.states[-1].T_odom_base
@@ -168,5 +168,5 @@ class FuzzedDrive:
 
 
 def fuzz(replies: int, seed: int) -> FuzzTally:
-    """Drive over a spoilt line until so many replies were sent."""
+    """Drive over a corrupted line until so many replies were sent."""
     return FuzzedDrive(seed).run(replies)

@@ -1,4 +1,4 @@
-"""The bridge on pseudo-terminals in real time: pulled away, killed, held; and how fast a velocity is on the wire."""
+"""The bridge on pseudo-terminals in real time: disconnected, killed, suspended; and its latency to the wire."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Rows = list[tuple[str, str]]
 
 
 class Driver:
-    """Somebody who drives a bridge."""
+    """Node that publishes velocities to a bridge."""
 
     def __init__(self, graph: IsolatedGraph) -> None:
         self._graph = graph
@@ -55,8 +55,8 @@ class Driver:
             self._graph.spin_until(lambda: False, 0.02)
 
 
-def pulled_terminal(pulls: int) -> Rows:
-    """Pull the terminal away again and again while the robot drives to and fro."""
+def disconnect_terminal(disconnections: int) -> Rows:
+    """Disconnect the terminal repeatedly while the robot drives to and fro."""
     robot = EmulatorSettings(slip_sigma=0.0)
     controller, lock = EmulatedController(robot, np.random.default_rng(1)), Lock()
     faults, rng = LineFaults(np.random.default_rng(2)), np.random.default_rng(3)
@@ -69,30 +69,30 @@ def pulled_terminal(pulls: int) -> Rows:
             graph.spin_until(lambda: session.report.is_connected)
             driver.drive(6.0, 0.3)  # where the encoders are not near 0, as they are after a reset
             reconnected, worst = 0, 0.0
-            for pull in range(pulls):
-                driver.drive(0.5, 0.3 if pull % 2 else -0.3)
+            for disconnection in range(disconnections):
+                driver.drive(0.5, 0.3 if disconnection % 2 else -0.3)
                 before = session.report.connections
                 faults.inject(FaultRequest('unplug', float(rng.uniform(0.05, 0.5))))
                 reconnected += graph.spin_until(lambda n=before: session.report.connections > n, 10.0)  # type: ignore[misc]
                 graph.spin_until(lambda: controller.is_stopped, 3.0)
                 graph.spin_until(lambda: False, 0.15)
                 with session.lock, lock:
-                    said = session.odometry.state.T_odom_base
-                    worst = max(worst, said.distance_to(controller.T_world_base))
-            anew = sum(
+                    odometry_pose = session.odometry.state.T_odom_base
+                    worst = max(worst, odometry_pose.distance_to(controller.T_world_base))
+            restarts = sum(
                 n for status, n in session.odometry.status_counts.items() if status.name == 'RESTARTED'
             )
             bridge.stop()
     return [
-        ('times the terminal was pulled away', f'{pulls}'),
-        ('of these the bridge came back', f'{reconnected}'),
-        ('of these odometry took the encoders for new', f'{anew}'),
+        ('disconnections of the terminal', f'{disconnections}'),
+        ('of these the bridge reconnected', f'{reconnected}'),
+        ('of these odometry detected an encoder reset', f'{restarts}'),
         ('greatest error of odometry after any of them', f'{1e3 * worst:.1f} mm'),
     ]
 
 
 @contextmanager
-def _started(*command: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
+def _start_process(*command: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
     process = subprocess.Popen(
         [sys.executable, *command],
         env=os.environ | environment,
@@ -111,7 +111,7 @@ def _started(*command: str, **environment: str) -> Iterator[subprocess.Popen[str
 @contextmanager
 def _logged_controller(link: Path, log: Path) -> Iterator[subprocess.Popen[str]]:
     script = str(Path(__file__).with_name('_logged_controller.py'))
-    with _started(script, str(link), str(log)) as process:
+    with _start_process(script, str(link), str(log)) as process:
         if process.stdout is not None:
             process.stdout.readline()
         yield process
@@ -126,7 +126,7 @@ def _events(log: Path, since: float) -> list[tuple[float, str]]:
 def _bridge(graph: IsolatedGraph, link: Path, *parameters: str) -> Iterator[subprocess.Popen[str]]:
     given = [word for each in (f'port:={link}', *parameters) for word in ('-p', each)]
     arguments = ['-m', 'motor_bridge.node', '--ros-args', *given]
-    with _started(*arguments, ROS_DOMAIN_ID=str(graph.context.get_domain_id())) as process:
+    with _start_process(*arguments, ROS_DOMAIN_ID=str(graph.context.get_domain_id())) as process:
         yield process
 
 
@@ -155,7 +155,7 @@ def wire_latency(commands: int) -> Rows:
     ]
 
 
-def killed_bridge(times: int) -> Rows:
+def kill_bridge(times: int) -> Rows:
     """Kill the bridge's process while it drives; see when the wheels stand."""
     offs: list[float] = []
     stops: list[float] = []
@@ -171,7 +171,7 @@ def killed_bridge(times: int) -> Rows:
                     bridge.kill()
                     driver.drive(AUTO_STOP + 1.0, 0.3)
                 events = _events(log, killed)
-                for words, found in ((('coasts', 'stands'), offs), (('stands',), stops)):
+                for words, found in ((('coasts', 'stopped'), offs), (('stopped',), stops)):
                     found.append(min((at - killed for at, text in events if text in words), default=np.inf))
                 driver.wait_for_bridge(is_there=False)
     return [
@@ -181,7 +181,7 @@ def killed_bridge(times: int) -> Rows:
     ]
 
 
-def held_controller(times: int) -> Rows:
+def suspend_controller(times: int) -> Rows:
     """Hold the controller's process with SIGSTOP while it drives, and let it go; see what it then does."""
     acted, first_is_stop = [], 0
     with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
@@ -195,12 +195,12 @@ def held_controller(times: int) -> Rows:
                 driver.drive(1.5, 0.3)
                 process.send_signal(signal.SIGSTOP)
                 driver.drive(1.5, 0.3)
-                let_go = time.monotonic()
+                resumed = time.monotonic()
                 process.send_signal(signal.SIGCONT)
                 driver.drive(0.3, 0.0)
-                text = ''.join(text for _, text in _events(log, let_go))
+                text = ''.join(text for _, text in _events(log, resumed))
                 motions = [
-                    c for c in text.replace('stands', '').replace('moves', '').split(';') if c[:2] == 'm '
+                    c for c in text.replace('stopped', '').replace('moves', '').split(';') if c[:2] == 'm '
                 ]
                 before = motions.index('m 0 0') if 'm 0 0' in motions else len(motions)
                 acted.append(before)

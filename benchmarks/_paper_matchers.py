@@ -27,7 +27,7 @@ class Answer(NamedTuple):
     Attributes:
         T_map_view: the pose, None if there is none.
         reason: why there is none, in few words without numbers.
-        candidates: all poses that were weighed by their match rate, where the matcher tells them.
+        candidates: all scored poses with their match rates, if the matcher returns them.
     """
 
     T_map_view: PlanarPose | None

@@ -1,4 +1,4 @@
-"""The paper's tables 2 to 5: their cells with the paper's figures, and ours beside them as Markdown."""
+"""The paper's tables 2 to 5: their cells with the paper's figures, and ours, as Markdown."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def print_table_5(scores: list[list[Score]]) -> None:
         lowest.append(
             min((100 * s.match_rate for s in cell_scores if s.verdict == 'right'), default=math.nan)
         )
-        highest.append(max(100 * s.rival_rate for s in cell_scores if not math.isnan(s.rival_rate)))
+        highest.append(max(100 * s.runner_up_rate for s in cell_scores if not math.isnan(s.runner_up_rate)))
         print(
             f'| {_percent(cell.missing)} | {_percent(cell.spurious)} '
             f'| {lowest[-1]:.1f} / {highest[-1]:.1f} | {lowest[-1] - highest[-1]:.1f} | {paper} |'
@@ -125,7 +125,7 @@ def print_table_5(scores: list[list[Score]]) -> None:
 
 
 def print_chance(cell: Cell, scores: list[Score]) -> None:
-    """Print in how many views the truth stands out from chance, and what came of it."""
+    """Print in how many views the true pose exceeds chance alignments, and the outcomes."""
     clear = [score for score in scores if score.chance_alignments < CHANCE_MAX]
     unclear = [score for score in scores if score.chance_alignments >= CHANCE_MAX]
     print(

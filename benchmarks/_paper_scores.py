@@ -38,7 +38,7 @@ class Score:
         position_error: distance from the true place, NaN without a pose [m].
         heading_error: turn from the true heading, NaN without a pose [rad].
         match_rate: the paper's match rate at the pose (2.3.3), NaN without one.
-        rival_rate: the highest match rate of a wrong candidate, NaN where it was not asked for.
+        runner_up_rate: the highest match rate of a wrong candidate, NaN where it was not asked for.
         chance_alignments: expected number of poses that match by chance as well as the truth does.
         seconds: time to the answer.
     """
@@ -48,7 +48,7 @@ class Score:
     position_error: float
     heading_error: float
     match_rate: float
-    rival_rate: float
+    runner_up_rate: float
     chance_alignments: float
     seconds: float
 
@@ -61,7 +61,7 @@ class Scorer:
 
         Args:
             matcher: a name in ``MATCHERS``.
-            seed: of the floor.
+            seed: random seed of the floor.
         """
         self._floor = paper_floor(seed)
         self._tree = KDTree(self._floor)
@@ -74,28 +74,30 @@ class Scorer:
     def _pole_star(self) -> PoleStarMatcher:
         return PoleStarMatcher(self._floor, PoleStarSettings())
 
-    def score(self, view: PaperView, *, with_rivals: bool) -> Score:
+    def score(self, view: PaperView, *, with_runners_up: bool) -> Score:
         """Return what the matcher's answer is worth.
 
         Args:
             view: the dots and the truth.
-            with_rivals: whether the best wrong candidate is asked for; the pole-star pipeline names the
+            with_runners_up: whether the best wrong candidate is asked for; the pole-star pipeline names the
                 candidates of a matcher that does not.
         """
         begin = time.perf_counter()
         answer = self._locate(view.pixels)
         seconds = time.perf_counter() - begin
         points, found, truth = view_points(view.pixels), answer.T_map_view, view.T_map_view
-        rival_rate = math.nan
-        if with_rivals:
-            rival_rate = _rival_rate(answer.candidates or self._pole_star.congruent_poses(points), truth)
+        runner_up_rate = math.nan
+        if with_runners_up:
+            runner_up_rate = _runner_up_rate(
+                answer.candidates or self._pole_star.congruent_poses(points), truth
+            )
         chance = self._chance_alignments(points, view.map_dots)
         if found is None:
-            return Score('none', answer.reason, math.nan, math.nan, math.nan, rival_rate, chance, seconds)
+            return Score('none', answer.reason, math.nan, math.nan, math.nan, runner_up_rate, chance, seconds)
         distance, turn = found.distance_to(truth), abs(found.yaw_to(truth))
         verdict = 'right' if distance <= RIGHT_WITHIN and turn <= RIGHT_TURN else 'wrong'
         rate = match_rate(self._addresses, found.transform(points))
-        return Score(verdict, '', distance, turn, rate, rival_rate, chance, seconds)
+        return Score(verdict, '', distance, turn, rate, runner_up_rate, chance, seconds)
 
     def _chance_alignments(self, points: NDArray[np.float64], map_dots: NDArray[np.intp]) -> float:
         """Return how many poses by chance match as well as the best fit to the true dots."""
@@ -106,8 +108,8 @@ class Scorer:
         on_map = self._floor[map_dots[true]] @ np.array([1.0, 1.0j])
         centred = view[true] - view[true].mean()
         scale_and_turn = np.vdot(centred, on_map) / np.vdot(centred, centred)
-        laid = scale_and_turn * (view - view[true].mean()) + on_map.mean()
-        residuals, _ = self._tree.query(np.column_stack([laid.real, laid.imag]))
+        aligned = scale_and_turn * (view - view[true].mean()) + on_map.mean()
+        residuals, _ = self._tree.query(np.column_stack([aligned.real, aligned.imag]))
         log_chance = log_chance_alignments(
             residuals,
             0.5 * NOISE * MOUNT.xyz[2] / CAMERA.fx,
@@ -119,7 +121,7 @@ class Scorer:
         return math.exp(min(log_chance, 700.0))
 
 
-def _rival_rate(candidates: Sequence[PoleStarPose], truth: PlanarPose) -> float:
+def _runner_up_rate(candidates: Sequence[PoleStarPose], truth: PlanarPose) -> float:
     rates = [pose.match_rate for pose in candidates if pose.T_map_view.distance_to(truth) > ELSEWHERE]
     return max(rates, default=0.0)
 

@@ -48,7 +48,7 @@ class OctoMap:
 def insert_into_octomap(
     points_map: NDArray[np.float32], origin: NDArray[np.float64], settings: VoxelSettings, discretize: bool
 ) -> None:
-    """Put one frame into a tree that holds it already, as a robot that stands does."""
+    """Put one frame into a tree that holds it already, as a stationary robot does."""
     key = (id(points_map), discretize)
     if key not in _TREES:
         _TREES[key] = OctoMap(settings)

@@ -16,7 +16,7 @@ import numpy as np
 from _paper_views import CAMERA, MOUNT, VIEW_SIZE
 from numpy.typing import NDArray
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, lay_floor
+from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.floor_marks import FloorMarks
 from scene_simulator.floor_view import FloorView
@@ -50,14 +50,14 @@ class AddedChips(NamedTuple):
 
     marks: FloorMarks
 
-    def disturb(self, view: FloorView) -> None:
-        """Lay them into the view."""
+    def apply_to(self, view: FloorView) -> None:
+        """Draw them into the view."""
         view.paint(self.marks, dirt=True)
 
 
 def patch_floor(seed: int) -> DotFloor:
     """Return the patch, as dense as the paper's floor."""
-    return lay_floor(FloorDesign(size=PATCH, count=round(DENSITY * math.prod(PATCH))), seed)
+    return generate_dot_floor(FloorDesign(size=PATCH, count=round(DENSITY * math.prod(PATCH))), seed)
 
 
 def pictures(floor: DotFloor, number: int, missing: float, spurious: float, seed: int) -> Iterator[Picture]:
@@ -69,8 +69,10 @@ def pictures(floor: DotFloor, number: int, missing: float, spurious: float, seed
         rng = np.random.default_rng([seed, k])
         x, y = rng.uniform(margin, np.array(PATCH) - margin).tolist()
         pose = PlanarPose(x, y, float(rng.uniform(-math.pi, math.pi)))
-        added = AddedChips(lay_floor(others, 1000 + k).chips)
-        photo = camera.photograph(floor.worn(missing, k), [pose], MOUNT, disturbances=(added,), rng=rng)
+        added = AddedChips(generate_dot_floor(others, 1000 + k).chips)
+        photo = camera.photograph(
+            floor.remove_chips(missing, k), [pose], MOUNT, disturbances=(added,), rng=rng
+        )
         yield Picture(photo.image, pose)
 
 
@@ -113,7 +115,7 @@ class SiftMatcher:
         pairs = self._matcher.knnMatch(features.descriptors, k=3)
         view, on_map = [], []
         for matches in pairs:
-            # Tiles overlap, so that the same feature may come twice: the third tells how good the first is.
+            # Tiles overlap, so that the same feature may come twice: the third is the runner-up of the ratio test.
             best, others = matches[0], matches[1:]
             if len(others) == 2 and best.distance < RATIO * others[1].distance:
                 view.append(features.points[best.queryIdx])

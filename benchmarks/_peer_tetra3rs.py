@@ -49,7 +49,7 @@ class StarSolver:
 
         Args:
             floor: shape (N, 2), the dots [m].
-            seed: of the magnitudes, which are uniformly random.
+            seed: random seed of the magnitudes, which are uniformly distributed.
         """
         self._middle = float(floor[:, 0].max()) / 2.0
         self._magnitudes = np.random.default_rng([seed, 1]).uniform(*MAGNITUDES, len(floor))
@@ -89,7 +89,7 @@ class StarSolver:
         return np.column_stack([view.pixels - (CAMERA.cx, CAMERA.cy), 10.0 ** (-0.4 * magnitudes)])
 
     def locate(self, centroids: NDArray[np.float64]) -> PlanarPose | None:
-        """Return the pose of the view, whose frame lies in the middle of the image."""
+        """Return the pose of the view, whose origin is the middle of the image."""
         found = self._database.solve_from_centroids(
             centroids,
             fov_estimate_deg=FIELD,

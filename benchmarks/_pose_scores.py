@@ -55,7 +55,7 @@ def score_pose(result: Fix | NoFix, truth: PlanarPose) -> PoseScore:
 
 
 def whitened_rms(scores: Sequence[PoseScore]) -> NDArray[np.float64]:
-    """Return the rms error of x, y, yaw and of all three over the stated covariance, shape (4,); 1 is honest.
+    """Return the rms error of x, y, yaw and of all three over the stated covariance, shape (4,); 1 is consistent.
 
     A component is divided by its own standard deviation; all three together count by the square root of the mean
     of e^T C^-1 e / 3.

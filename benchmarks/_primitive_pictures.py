@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.drawn_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
+from scene_simulator.antialiased_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
 
 _GROUND = 150.0
 _SIDES = 4
@@ -105,7 +105,7 @@ def contour_centre(image: NDArray[np.uint8]) -> NDArray[np.float64] | None:
 def lsd_corners(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Return the corners where cv2's LSD segments along the true sides meet, shape (8,); None where one lacks.
 
-    The peer is told the truth to choose with: of the segments along a side it takes the longest.
+    The peer selects by ground truth: of the segments along a side it takes the longest.
 
     Args:
         image: shape (h, w).
@@ -117,14 +117,16 @@ def lsd_corners(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> NDArr
     lines = []
     truth = corners.reshape(4, 2)
     for k in range(_SIDES):
-        line = _longest_along(found.reshape(-1, 2, 2).astype(np.float64), truth[k], truth[(k + 1) % _SIDES])
+        line = _longest_segment_along(
+            found.reshape(-1, 2, 2).astype(np.float64), truth[k], truth[(k + 1) % _SIDES]
+        )
         if line is None:
             return None
         lines.append(line)
-    return np.concatenate([_meeting(lines[k - 1], lines[k]) for k in range(_SIDES)])
+    return np.concatenate([_intersection(lines[k - 1], lines[k]) for k in range(_SIDES)])
 
 
-def _longest_along(
+def _longest_segment_along(
     segments: NDArray[np.float64], begin: NDArray[np.float64], end: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
     direction = (end - begin) / np.hypot(*(end - begin))
@@ -134,7 +136,7 @@ def _longest_along(
     return segments[np.argmax(lengths)] if lengths.max() > 0.0 else None
 
 
-def _meeting(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+def _intersection(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
     a, b = one[1] - one[0], other[1] - other[0]
     along = np.linalg.solve(np.column_stack([a, -b]), other[0] - one[0])
     return np.asarray(one[0] + along[0] * a, dtype=np.float64)

@@ -28,8 +28,8 @@ class Moment:
     Attributes:
         left: shape (h, w), grey, rectified.
         right: the same of the right camera.
-        position: of the base, shape (3,) [m].
-        rpy: of the base in the room [rad].
+        position: position of the base, shape (3,) [m].
+        rpy: roll, pitch and yaw of the base in the room [rad].
     """
 
     left: NDArray[np.uint8]

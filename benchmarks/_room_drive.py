@@ -40,7 +40,7 @@ class Instant:
 
     Attributes:
         stamp: [s].
-        images: of the left, the right and the top camera.
+        images: images of the left, right and top camera.
         truth: ``T_map_base``.
     """
 
@@ -54,8 +54,8 @@ class RoomBag:
     """The bag's contents.
 
     Attributes:
-        instants: in their order.
-        poses: of the localizer, with their stamps [s].
+        instants: instants in order of time.
+        poses: poses of the localizer, with their stamps [s].
         projections: P of the cameras, shape (3, 4), by name.
         truth: the true map.
     """
@@ -139,7 +139,7 @@ def seen_cells(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive) -> NDArray[n
     """Return the solid cells of which the left camera saw a surface, from the true room and poses.
 
     Args:
-        bag: for the true poses.
+        bag: the bag with the true poses.
         truth: the true map.
         scene: the room and the cameras.
     """
@@ -187,26 +187,30 @@ def score(
     """Compare a map with the truth.
 
     Args:
-        occupancy: on the cells of the truth.
+        occupancy: occupancy on the cells of the truth.
         truth: the true map.
         seen: its solid cells that were seen.
         scene: the room.
     """
-    known, solid = OccupancyMap(truth.frame, occupancy).occupied(), truth.occupied()
+    known, occupied_cells = OccupancyMap(truth.frame, occupancy).occupied(), truth.occupied()
     free = occupancy == FREE
     radius = PlannerSettings().robot_radius
     keep_away = radius + DrivingSettings().clearance_margin
     resolution = truth.frame.resolution
-    lets = free & (clearance(known, resolution) > keep_away)
-    knows = clearance(~free, resolution)[lets] > radius
-    gaps = distances_to_solid(truth.frame.centre_of(np.argwhere(lets)), scene)
-    deep = solid & ~grown(~solid, 1)
+    is_passable = free & (clearance(known, resolution) > keep_away)
+    is_known = clearance(~free, resolution)[is_passable] > radius
+    gaps = distances_to_solid(truth.frame.centre_of(np.argwhere(is_passable)), scene)
+    deep = occupied_cells & ~dilate_cells(~occupied_cells, 1)
     return Score(
-        (share(known, solid, 0), share(known, solid, 1), share(known, solid, 2)),
-        (share(seen, known, 0), share(seen, known, 1), share(seen, known, 2)),
-        (int((free & solid).sum()), int((free & deep).sum())),
+        (
+            fraction_within(known, occupied_cells, 0),
+            fraction_within(known, occupied_cells, 1),
+            fraction_within(known, occupied_cells, 2),
+        ),
+        (fraction_within(seen, known, 0), fraction_within(seen, known, 1), fraction_within(seen, known, 2)),
+        (int((free & occupied_cells).sum()), int((free & deep).sum())),
         int(free.sum()),
-        radius - float(gaps[knows].min(initial=radius)),
+        radius - float(gaps[is_known].min(initial=radius)),
         radius - float(gaps.min(initial=radius)),
     )
 
@@ -223,12 +227,12 @@ def distances_to_solid(points_map: NDArray[np.float64], scene: RoomDrive) -> NDA
     return np.asarray(distances)
 
 
-def share(cells: NDArray[np.bool_], others: NDArray[np.bool_], reach: int) -> float:
+def fraction_within(cells: NDArray[np.bool_], others: NDArray[np.bool_], reach: int) -> float:
     """Return the share of cells that have one of the others within a square of this reach [cells]."""
-    return float((cells & grown(others, reach)).sum() / max(cells.sum(), 1))
+    return float((cells & dilate_cells(others, reach)).sum() / max(cells.sum(), 1))
 
 
-def grown(cells: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+def dilate_cells(cells: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     """Return the cells and all around them within a square of this reach [cells]."""
     square = np.ones((2 * reach + 1, 2 * reach + 1), dtype=np.uint8)
     return np.asarray(cv2.dilate(cells.astype(np.uint8), square) > 0)

@@ -1,4 +1,4 @@
-"""Where the processor time of a method goes: functions are replaced by ones that are timed, for a while."""
+"""CPU time of the stages of a method: functions are temporarily replaced by timed wrappers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 @contextmanager
-def clocked(stages: Mapping[str, tuple[object, str]]) -> Iterator[dict[str, float]]:
+def time_stages(stages: Mapping[str, tuple[object, str]]) -> Iterator[dict[str, float]]:
     """Count the processor time of functions by the name of their stage [ms].
 
     Args:
@@ -19,7 +19,7 @@ def clocked(stages: Mapping[str, tuple[object, str]]) -> Iterator[dict[str, floa
     spent = dict.fromkeys(stages, 0.0)
     inner: list[float] = [0.0]
 
-    def timed(stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    def time_call(stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
         def run(*args: Any, **options: Any) -> Any:
             inner.append(0.0)
             begin = time.process_time()
@@ -33,7 +33,7 @@ def clocked(stages: Mapping[str, tuple[object, str]]) -> Iterator[dict[str, floa
 
     originals = {stage: getattr(owner, name) for stage, (owner, name) in stages.items()}
     for stage, (owner, name) in stages.items():
-        setattr(owner, name, timed(stage, originals[stage]))
+        setattr(owner, name, time_call(stage, originals[stage]))
     try:
         yield spent
     finally:

@@ -48,7 +48,7 @@ class TaughtFeatures:
     pixels: NDArray[np.float64]
     descriptors: NDArray[np.generic]
 
-    def among(self, chosen: NDArray[np.bool_]) -> TaughtFeatures:
+    def select(self, chosen: NDArray[np.bool_]) -> TaughtFeatures:
         """Return the features of a mask, shape (n,)."""
         return TaughtFeatures(self.points[chosen], self.pixels[chosen], self.descriptors[chosen])
 

@@ -53,7 +53,7 @@ def measure_growth(size: float, seed: int, settings: SurveySettings, workers: in
     """Survey a simulated floor, pose graph and adjustment in a new process; submaps are kept for the next run."""
     folder = Path(f'out/bench_survey/growth_{size}_{seed}')
     spawn = multiprocessing.get_context('spawn')
-    for step in (_prepare, _link_and_adjust):
+    for step in (_prepare, _match_and_adjust):
         process = spawn.Process(target=step, args=(folder, size, seed, settings, workers))
         process.start()
         process.join()
@@ -72,7 +72,7 @@ def _prepare(folder: Path, size: float, seed: int, settings: SurveySettings, wor
         if checkpoint.load_dots(chunk) is not None:
             continue
         found: dict[int, DetectedDots | str] = {
-            index: _see(survey, tree, floor.points, floor.diameters, index, seed)
+            index: _observe(survey, tree, floor.points, floor.diameters, index, seed)
             for index in chosen[start : start + IMAGES_PER_CHUNK]
         }
         checkpoint.save_dots(chunk, found)
@@ -80,7 +80,7 @@ def _prepare(folder: Path, size: float, seed: int, settings: SurveySettings, wor
         build_all_submaps(survey, MOUNT, settings, checkpoint, runner)
 
 
-def _see(
+def _observe(
     survey: RenderedSurvey, tree: cKDTree, points: np.ndarray, diameters: np.ndarray, index: int, seed: int
 ) -> DetectedDots:
     """Return the simulated dots of an image of the drive."""
@@ -93,7 +93,7 @@ def _see(
     return DetectedDots(pixels[whole], size, np.full(len(size), _NOISE))
 
 
-def _link_and_adjust(folder: Path, size: float, seed: int, settings: SurveySettings, workers: int) -> None:
+def _match_and_adjust(folder: Path, size: float, seed: int, settings: SurveySettings, workers: int) -> None:
     """Build the pose graph, adjust, and write the measurements."""
     for step in (*folder.glob('linked.npz'), *folder.glob('adjusted_*.npz')):
         step.unlink()

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.survey_files.survey_source import Frame
-from scene_simulator.dot_floor import DotFloor, FloorDesign, lay_floor
+from scene_simulator.dot_floor import DotFloor, FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.leg_drive import LegDrive
 from scene_simulator.suspension import Suspension
-from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
+from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 CAMERA = PinholeCamera(320, 320, 260.0, 260.0, 159.5, 159.5)
@@ -49,7 +49,7 @@ class RenderedSurvey:
         drive = LegDrive(_lanes(size), [_SPEED] * (2 * _lane_count(size) - 1), 0.05)
         self._times = np.arange(0.0, drive.duration, _PERIOD)
         poses = [drive.pose_at(float(time)) for time in self._times]
-        odometry = measure_odometry(poses, ERRORS, np.random.default_rng([seed, 1]))
+        odometry = simulate_odometry(poses, ERRORS, np.random.default_rng([seed, 1]))
         self.truth = poses[::_EVERY]
         self.frames = [Frame(f'image {k}', pose) for k, pose in enumerate(odometry[::_EVERY])]
 
@@ -57,7 +57,7 @@ class RenderedSurvey:
     def floor(self) -> DotFloor:
         """The true floor."""
         count = round(DENSITY * self._size**2)
-        return lay_floor(FloorDesign(size=(self._size, self._size), count=count), self._seed)
+        return generate_dot_floor(FloorDesign(size=(self._size, self._size), count=count), self._seed)
 
     @property
     def true_map(self) -> DotMap:

@@ -23,8 +23,8 @@ NAMES = tuple(f'corner {i}' for i in range(4))
 SQUARE = 0.5 * SIDE * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 
 
-def is_there() -> bool:
-    """Tell whether this OpenCV has AprilTags."""
+def is_available() -> bool:
+    """Return whether this OpenCV has AprilTags."""
     return hasattr(cv2, 'aruco') and hasattr(cv2.aruco, 'ArucoDetector')
 
 
@@ -55,7 +55,7 @@ class TagPeer:
         found = corners[np.ravel(ids).tolist().index(ID)]
         return np.asarray(found, dtype=np.float64).reshape(4, 2)
 
-    def from_one(self, then: Pair, now: Pair) -> PlanarPose | None:
+    def locate_from_left(self, then: Pair, now: Pair) -> PlanarPose | None:
         """Return the displacement between the left images of two pairs, in six degrees of freedom each."""
         poses = []
         for image in (then[0], now[0]):
@@ -73,7 +73,7 @@ class TagPeer:
         R_now_then = R_now @ R_then.T
         return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, self._rig)
 
-    def from_both(self, then: Pair, now: Pair) -> PlanarPose | None:
+    def locate_from_both(self, then: Pair, now: Pair) -> PlanarPose | None:
         """Return the displacement that explains the corners in all four images best, on a level floor."""
         seen = []
         for left, right in (then, now):

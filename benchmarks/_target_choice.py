@@ -65,12 +65,12 @@ class TargetChooser:
         """
         rng = np.random.default_rng(seed)
         for draws in range(1, DRAWS_MAX + 1):
-            place = self._teacher.teach('room', [TargetSelection('room', self._drawn(rng))])
+            place = self._teacher.teach('room', [TargetSelection('room', self._draw_target(rng))])
             if not check_place(place, self._moment.left, self._moment.right, self._moment.tilt):
                 return place, draws
         raise StereoLandmarkError(f'seed {seed}: the tools remark on {DRAWS_MAX} sets; choose others')
 
-    def _drawn(self, rng: np.random.Generator) -> dict[str, Primitive]:
+    def _draw_target(self, rng: np.random.Generator) -> dict[str, Primitive]:
         chosen: list[Primitive] = []
         for i in rng.permutation(len(self.candidates)).tolist():
             candidate = self.candidates[i]

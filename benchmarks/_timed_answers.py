@@ -39,7 +39,7 @@ def use_one_core() -> None:
     cv2.setNumThreads(1)
 
 
-def ask(locate: Callable[[Seen], PlanarPose | None], seen: Seen, truth: PlanarPose) -> TimedAnswer:
+def time_answer(locate: Callable[[Seen], PlanarPose | None], seen: Seen, truth: PlanarPose) -> TimedAnswer:
     """Ask for the pose of what is seen."""
     begin = time.process_time()
     found = locate(seen)
@@ -50,13 +50,13 @@ def ask(locate: Callable[[Seen], PlanarPose | None], seen: Seen, truth: PlanarPo
     return TimedAnswer('right' if right else 'wrong', seconds)
 
 
-def times_of(answers: list[TimedAnswer]) -> tuple[float, float]:
+def time_quantiles(answers: list[TimedAnswer]) -> tuple[float, float]:
     """Return the median and the 95th percentile of the times [ms]; an answer without a pose counts with its time."""
     median, high = np.percentile([1e3 * answer.seconds for answer in answers], [50, 95])
     return float(median), float(high)
 
 
-def shares_of(answers: list[TimedAnswer]) -> str:
+def outcome_rates(answers: list[TimedAnswer]) -> str:
     """Return how many are right, none and wrong."""
     count = Counter(answer.verdict for answer in answers)
     return ' / '.join(str(count[verdict]) for verdict in ('right', 'none', 'wrong'))

@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.voxels.sensor_view import SensorView
-from scene_simulator.box_room import BoxRoom, forward_camera, noisy_depth, points_from_depth, with_phantoms
+from scene_simulator.box_room import (
+    BoxRoom,
+    add_disparity_noise,
+    add_spurious_depths,
+    forward_camera,
+    points_from_depth,
+)
 from shirube_geometry import PinholeCamera, PlanarPose
 
 CAMERA = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
@@ -32,7 +38,7 @@ ROOM = BoxRoom(
     ),
 )
 NEAR_WALL = BoxRoom((-4.0, -3.5, 0.0, -0.46, 3.5, 2.6))
-"""A wall 0.85 m ahead fills the view: every point lies within the heights and the range."""
+"""A wall 0.85 m ahead fills the view: every point is within the heights and the range."""
 
 
 def view_at(pose: PlanarPose) -> SensorView:
@@ -50,27 +56,27 @@ def points_at(
     """Return what the camera measures, shape (POINTS, 3), in the optical frame [m].
 
     Args:
-        room: what stands there.
-        pose: of the robot.
+        room: boxes of the room.
+        pose: pose of the robot.
         rng: source of the noise and of the pixels without depth.
         phantoms: their share and the side of a patch [px].
         phantom_rng: source of the phantoms.
     """
-    depth = noisy_depth(
+    depth = add_disparity_noise(
         room.depth_image(CAMERA, view_at(pose).T_map_sensor), FOCAL_BASELINE, DISPARITY_SIGMA, rng
     )
     if phantom_rng is not None:
-        depth = with_phantoms(depth, *phantoms, PHANTOM_DEPTHS, phantom_rng)
+        depth = add_spurious_depths(depth, *phantoms, PHANTOM_DEPTHS, phantom_rng)
     kept = np.sort(rng.permutation(depth.size)[:POINTS])
     return points_from_depth(depth, CAMERA)[kept]
 
 
-def standing(frames: int) -> list[PlanarPose]:
-    """Return the poses of a robot that stands."""
+def stationary_poses(frames: int) -> list[PlanarPose]:
+    """Return the poses of a stationary robot."""
     return [PlanarPose(-1.31, 0.07, 0.03)] * frames
 
 
-def driving(frames: int) -> list[PlanarPose]:
+def moving_poses(frames: int) -> list[PlanarPose]:
     """Return the poses of a robot that drives a slow arc through the room and comes back along it."""
     there = [
         PlanarPose(-2.2 + 0.04 * k, 0.5 * math.sin(0.05 * k), 0.6 * math.sin(0.1 * k))

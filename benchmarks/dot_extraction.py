@@ -1,6 +1,6 @@
 """Dots from simulated images against the truth: `./shirube bench dot_extraction`.
 
-Prints a table of recall, precision, centroid error and time of the detector beside those of Source Extractor
+Prints a table of recall, precision, centroid error and time of the detector and of Source Extractor
 (the package ``sep``, made for stars) where it is installed (``pip install sep``), for one condition after the
 other. One core, CPU time, both detectors in turn on each image.
 """
@@ -25,7 +25,7 @@ from tqdm import tqdm
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
-from scene_simulator.dot_floor import LIGHT_ON_DARK, lay_floor
+from scene_simulator.dot_floor import LIGHT_ON_DARK, generate_dot_floor
 from scene_simulator.floor_camera import FloorCamera
 from shirube_geometry import CameraMount, PlanarPose
 
@@ -43,8 +43,8 @@ HEADS = (
 
 _SIZE = 1.2
 _MARGIN = 0.3
-_ALONE = 1.3
-"""A dot stands alone when no other centre is nearer than this multiple of the mean of both diameters."""
+_ISOLATED = 1.3
+"""A dot is isolated when no other centre is nearer than this multiple of the mean of both diameters."""
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,14 @@ class TrueImage:
         pixels: shape (n, 2), true centres of the chips with their centre in the image [px].
         diameters: shape (n,) [px].
         wanted: shape (n,), chips wholly in the image that no dirt hides.
-        alone: shape (n,), chips that touch no other.
+        isolated: shape (n,), chips that touch no other.
     """
 
     image: NDArray[np.uint8]
     pixels: NDArray[np.float64]
     diameters: NDArray[np.float64]
     wanted: NDArray[np.bool_]
-    alone: NDArray[np.bool_]
+    isolated: NDArray[np.bool_]
 
 
 def photographs(condition: Condition, seed: int) -> Iterator[TrueImage]:
@@ -71,7 +71,7 @@ def photographs(condition: Condition, seed: int) -> Iterator[TrueImage]:
     design = condition.design
     share = _SIZE**2 / (design.size[0] * design.size[1])
     design = replace(design, size=(_SIZE, _SIZE), count=round(share * design.count))
-    floor = lay_floor(design, seed)
+    floor = generate_dot_floor(design, seed)
     camera = FloorCamera(condition.camera, condition.lighting, condition.sensor, condition.colour)
     rng = np.random.default_rng(seed)
     pixel = CameraMount().xyz[2] / condition.camera.fx
@@ -91,7 +91,7 @@ def photographs(condition: Condition, seed: int) -> Iterator[TrueImage]:
         u, v = np.clip(np.rint(pixels).astype(int), 0, size - 1).T
         clean = cv2.blur(photo.dirt, (5, 5))[v, u] < 0.05
         image = _compressed(photo.image, condition.jpeg_quality) if condition.jpeg_quality else photo.image
-        yield TrueImage(image, pixels, diameters, inside & clean, _stand_alone(pixels, diameters))
+        yield TrueImage(image, pixels, diameters, inside & clean, _isolated(pixels, diameters))
 
 
 def _compressed(image: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
@@ -99,11 +99,11 @@ def _compressed(image: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
     return np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)
 
 
-def _stand_alone(pixels: NDArray[np.float64], diameters: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _isolated(pixels: NDArray[np.float64], diameters: NDArray[np.float64]) -> NDArray[np.bool_]:
     distances = np.hypot(*(pixels[:, None] - pixels[None, :]).transpose(2, 0, 1))
     np.fill_diagonal(distances, np.inf)
     mean = 0.5 * (diameters[:, None] + diameters[None, :])
-    return np.asarray((distances > _ALONE * mean).all(axis=1))
+    return np.asarray((distances > _ISOLATED * mean).all(axis=1))
 
 
 def match(dots: DetectedDots, truth: TrueImage) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -140,7 +140,7 @@ class Score:
     wanted: int = 0
     right: int = 0
     touching: int = 0
-    parted: int = 0
+    split: int = 0
     found: int = 0
     false: int = 0
     errors: list[NDArray[np.float64]] = field(default_factory=list)
@@ -150,14 +150,14 @@ class Score:
     def add(self, dots: DetectedDots, truth: TrueImage, seconds: float) -> None:
         """Count the dots of one image; errors are those of chips that stand alone."""
         matched, chips = match(dots, truth)
-        touching = truth.wanted & ~truth.alone
+        touching = truth.wanted & ~truth.isolated
         self.wanted += int(truth.wanted.sum())
         self.right += int(truth.wanted[chips].sum())
         self.touching += int(touching.sum())
-        self.parted += int(touching[chips].sum())
+        self.split += int(touching[chips].sum())
         self.found += len(dots)
         self.false += len(dots) - len(matched)
-        sound = (truth.wanted & truth.alone)[chips]
+        sound = (truth.wanted & truth.isolated)[chips]
         offsets = dots.pixels[matched[sound]] - truth.pixels[chips[sound]]
         self.errors.append(np.hypot(*offsets.T))
         self.normalised.append((offsets / dots.sigmas[matched[sound], None]).ravel())
@@ -168,7 +168,7 @@ class Score:
         error = np.concatenate(self.errors)
         return [
             f'{self.right / self.wanted:.3f}',
-            f'{self.parted / max(self.touching, 1):.2f}',
+            f'{self.split / max(self.touching, 1):.2f}',
             f'{1.0 - self.false / max(self.found, 1):.3f}',
             f'{np.median(error):.3f}',
             f'{_rms(error):.3f}',

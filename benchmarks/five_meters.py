@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterator
 
 import numpy as np
-from _five_score import MINE, Score, print_scores
+from _five_score import OURS, Score, print_scores
 from _five_views import RIG, T_MAP_LESSON, Lesson, MeterView, lessons, views
 from _product_rig import product_rig
 from _stereo_peers import FeaturePipeline, TaughtFeatures
@@ -29,7 +29,7 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-VIEWS_OF_LESSON = 5
+VIEWS_PER_LESSON = 5
 CHOSEN_WITHIN = 5.0
 """The engineer takes the ellipse that is so near to a meter's middle [px]."""
 AROUND_TARGET = 45.0
@@ -49,23 +49,23 @@ class Methods:
         self._localizer = LandmarkLocalizer([taught_place(lesson)])
         self._pipelines = pipelines
         self._taught = [pipeline.teach(lesson.pair) for pipeline in pipelines]
-        self._middles = middles_of(lesson)
+        self._middles = meter_centres(lesson)
 
     def answers(self, view: MeterView) -> Iterator[tuple[str, PlanarPose | str | None]]:
         """Yield each method's name and answer."""
         fix = self._localizer.locate(*view.pair)
-        yield MINE, fix.displacement.T_place_base if isinstance(fix, LandmarkFix) else fix.reason
+        yield OURS, fix.displacement.T_place_base if isinstance(fix, LandmarkFix) else fix.reason
         for pipeline, taught in zip(self._pipelines, self._taught, strict=True):
             now = pipeline.features(view.pair[0])
             yield f'{pipeline.name}, whole image', pipeline.locate(taught, now)
-            yield f'{pipeline.name}, target', pipeline.locate(self._of_target(taught), now)
+            yield f'{pipeline.name}, target', pipeline.locate(self._select_target(taught), now)
 
-    def _of_target(self, taught: TaughtFeatures) -> TaughtFeatures:
+    def _select_target(self, taught: TaughtFeatures) -> TaughtFeatures:
         ways = np.linalg.norm(taught.pixels[:, None] - self._middles, axis=2)
-        return taught.among((ways <= AROUND_TARGET).any(axis=1))
+        return taught.select((ways <= AROUND_TARGET).any(axis=1))
 
 
-def middles_of(lesson: Lesson) -> NDArray[np.float64]:
+def meter_centres(lesson: Lesson) -> NDArray[np.float64]:
     """Return where the left camera sees the meters of the target, shape (4, 2) [px]."""
     points = lesson.scene.points_map()
     places = np.array([points[f'meter_{i}'] for i in lesson.chosen])
@@ -82,7 +82,7 @@ def taught_place(lesson: Lesson) -> TaughtPlace:
     processing = ImageProcessing()
     left, right = (detect_scene(image, processing) for image in lesson.pair)
     chosen = {}
-    for number, middle in zip(lesson.chosen, middles_of(lesson), strict=True):
+    for number, middle in zip(lesson.chosen, meter_centres(lesson), strict=True):
         near = [
             each
             for each in left.kinds[PrimitiveKind.ELLIPSE].primitives
@@ -106,7 +106,7 @@ def run(*, even: bool, bare: bool, wanted: int, seed: int, bar: tqdm[None]) -> S
         except StereoLandmarkError as fault:
             score.untaught.append(f'corridor {lesson.design.seed}: {fault}')
             continue
-        for view in views(lesson, min(VIEWS_OF_LESSON, wanted - done)):
+        for view in views(lesson, min(VIEWS_PER_LESSON, wanted - done)):
             for method, found in methods.answers(view):
                 score.add(method, lesson, view, found)
             done += 1

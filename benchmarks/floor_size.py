@@ -20,7 +20,7 @@ import numpy as np
 from _large_floors import large_floor
 from _paper_matchers import constellation_of
 from _paper_views import FLOOR_DOTS, PaperView, paper_floor, paper_places, paper_views
-from _timed_answers import TimedAnswer, ask, shares_of, times_of, use_one_core
+from _timed_answers import TimedAnswer, outcome_rates, time_answer, time_quantiles, use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
@@ -43,8 +43,8 @@ class Floor:
     Attributes:
         times: its area in the paper's floors.
         build_seconds: processor time to index it.
-        bytes_in_memory: of all arrays of the indexed map.
-        bytes_in_file: of the ``.dotmap`` file.
+        bytes_in_memory: size of all arrays of the indexed map.
+        bytes_in_file: size of the ``.dotmap`` file.
         open_seconds: time to open that.
         in_memory: locates a view on the map in memory.
         from_file: locates it on the memory-mapped map.
@@ -59,7 +59,7 @@ class Floor:
     from_file: Locate
 
 
-def ready(times: int, seed: int, folder: Path) -> Floor:
+def build_floor(times: int, seed: int, folder: Path) -> Floor:
     """Index a floor and write it to a file."""
     dots = large_floor(times, seed)
     unknown = np.full(len(dots), np.nan)
@@ -111,12 +111,12 @@ def print_times(floors: list[Floor], answers: dict[tuple[int, str], list[TimedAn
     )
     print('|---|---|---|---|---|')
     for where in ('in memory', 'from the file'):
-        first = times_of(answers[floors[0].times, where])
+        first = time_quantiles(answers[floors[0].times, where])
         for floor in floors:
-            median, high = times_of(answers[floor.times, where])
+            median, high = time_quantiles(answers[floor.times, where])
             print(
                 f'| {floor.times}x | {where} | {median:.2f} / {high:.2f} '
-                f'| {median / first[0]:.2f} / {high / first[1]:.2f} | {shares_of(answers[floor.times, where])} |'
+                f'| {median / first[0]:.2f} / {high / first[1]:.2f} | {outcome_rates(answers[floor.times, where])} |'
             )
 
 
@@ -128,7 +128,7 @@ def measure(floors: list[Floor], views: list[PaperView]) -> dict[tuple[int, str]
     for begin in tqdm(range(0, len(views), TURN), leave=False):
         for times, where, locate in places:
             for view in views[begin : begin + TURN]:
-                answers[times, where].append(ask(locate, view.pixels, view.T_map_view))
+                answers[times, where].append(time_answer(locate, view.pixels, view.T_map_view))
     return answers
 
 
@@ -147,7 +147,7 @@ def main() -> int:
     places = places[np.linspace(0, len(places) - 1, min(arguments.places, len(places))).round().astype(int)]
     with tempfile.TemporaryDirectory() as folder:
         sizes = tqdm(arguments.times, unit='floor', leave=False)
-        floors = [ready(times, arguments.seed, Path(folder)) for times in sizes]
+        floors = [build_floor(times, arguments.seed, Path(folder)) for times in sizes]
         print_index(floors)
         paper = paper_floor(arguments.seed)
         for missing, spurious in CONDITIONS:

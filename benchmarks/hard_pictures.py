@@ -16,10 +16,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from _contact_sheet import contact_sheet, example_picture, write_picture
 from _floor_photographs import CAMERA, SurveyedFloor, tracked_prior
 from _hard_conditions import CONDITIONS, HardCondition
 from _hard_report import HardOutcome, hard_table
+from _image_grid import annotated_image, image_grid, write_image
 from _pose_scores import score_pose
 from tqdm import tqdm
 
@@ -37,7 +37,7 @@ def hard_outcome(floor: SurveyedFloor, condition: HardCondition, count: int, see
         result.scores.append(score_pose(found, pose))
         result.tracked.append(score_pose(tracked, pose))
         if number == 0:
-            result.example = example_picture(photograph.image, found, condition.name)
+            result.example = annotated_image(photograph.image, found, condition.name)
     return result
 
 
@@ -62,9 +62,9 @@ def main() -> int:
     print(hard_table(outcomes))
     if arguments.pictures:
         for outcome in outcomes:
-            write_picture(arguments.pictures / f'{outcome.name.replace(" ", "_")}.png', outcome.example)
-        sheet = contact_sheet([outcome.example for outcome in outcomes])
-        write_picture(arguments.pictures / 'hard_pictures.png', sheet)
+            write_image(arguments.pictures / f'{outcome.name.replace(" ", "_")}.png', outcome.example)
+        grid = image_grid([outcome.example for outcome in outcomes])
+        write_image(arguments.pictures / 'hard_pictures.png', grid)
     return 0
 
 

@@ -1,7 +1,7 @@
 """Coming back under hard conditions: `./shirube bench hard_repeats`.
 
 Corridors are taught once; then the robot comes back with part of the target hidden, other light, blur, noise, other
-readings, a person before the wall, or one landmark moved. Beside it ORB and SIFT with stereo and PnP, taught with the
+readings, a person before the wall, or one landmark moved. Peers: ORB and SIFT with stereo and PnP, taught with the
 same pair. Prints the markdown of the section "Hard repeats" of stereo_landmark.md.
 """
 
@@ -19,8 +19,8 @@ from _stereo_peers import FeaturePipeline
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
-from scene_simulator.corridor_figure import Person
 from scene_simulator.corridor_generator import CorridorDesign, corridor
+from scene_simulator.corridor_occluder import Person
 from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.corridor_surface import facing_wall
 from scene_simulator.stereo_camera import StereoCamera
@@ -31,17 +31,17 @@ from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 
 LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
-HIDDEN = 0.3
+HIDDEN_FRACTION = 0.3
 """Part of the target's primitives that is covered."""
-REACH, TURN = 0.4, math.radians(10.0)
+OFFSET_MAX, YAW_MAX = 0.4, math.radians(10.0)
 RIGHT_WITHIN, RIGHT_TURN = 0.05, math.radians(1.5)
-MINE = 'stereo_landmark'
+OURS = 'stereo_landmark'
 
 Changed = Callable[[CorridorScene, TaughtCorridor, np.random.Generator], CorridorScene]
 Camera = Callable[[StereoCamera], StereoCamera]
 
 
-def as_taught(scene: CorridorScene, _: TaughtCorridor, __: np.random.Generator) -> CorridorScene:
+def unchanged(scene: CorridorScene, _: TaughtCorridor, __: np.random.Generator) -> CorridorScene:
     """Change nothing."""
     return scene
 
@@ -51,13 +51,13 @@ class Condition:
     """What is otherwise than when the place was taught.
 
     Attributes:
-        name: in the table.
+        name: name in the table.
         scene: changes the corridor.
         camera: changes each camera.
     """
 
     name: str
-    scene: Changed = as_taught
+    scene: Changed = unchanged
     camera: Camera = lambda camera: camera
 
 
@@ -90,37 +90,39 @@ class Score:
         return f'{counts} | {errors}'
 
 
-def hidden(scene: CorridorScene, taught: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
+def hide_landmarks(scene: CorridorScene, taught: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
     """Cover part of the target, chosen at random; not the cabinet as a whole, for its fields are half of the target."""
     names = [part.name.replace(' ', '/') for part in taught.place.targets[0].primitives]
     alone = [name for name in names if not any(other.startswith(f'{name}/') for other in names)]
-    for name in rng.permutation(alone)[: round(HIDDEN * len(names))]:
-        scene = scene.covered(str(name))
+    for name in rng.permutation(alone)[: round(HIDDEN_FRACTION * len(names))]:
+        scene = scene.cover_landmark(str(name))
     return scene
 
 
-def person(scene: CorridorScene, _: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
+def add_person(scene: CorridorScene, _: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
     """Put somebody before the wall."""
     side, away = rng.uniform(-0.7, 0.7), rng.uniform(0.5, 1.5)
-    return scene.with_things([Person('passer_by', facing_wall(-away), (float(side), 0.0))])
+    return scene.with_objects([Person('passer_by', facing_wall(-away), (float(side), 0.0))])
 
 
-def moved(scene: CorridorScene, _: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
+def move_object(scene: CorridorScene, _: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
     """Hang the round sign elsewhere."""
-    return scene.moved('round_sign', float(rng.choice([-0.2, 0.2])), float(rng.uniform(-0.1, 0.15)))
+    return scene.move_object('round_sign', float(rng.choice([-0.2, 0.2])), float(rng.uniform(-0.1, 0.15)))
 
 
-def brighter(factor: float) -> Camera:
+def with_gain(factor: float) -> Camera:
     """Return cameras of another gain."""
     return lambda camera: replace(camera, sensor=replace(camera.sensor, gain=factor * camera.sensor.gain))
 
 
-def blurred(blur: float = 0.6, smear: float = 0.0) -> Camera:
+def with_blur(blur: float = 0.6, motion_blur: float = 0.0) -> Camera:
     """Return cameras out of focus, or in motion [px]."""
-    return lambda camera: replace(camera, optics=replace(camera.optics, blur=blur, smear=(smear, 0.0)))
+    return lambda camera: replace(
+        camera, optics=replace(camera.optics, blur=blur, motion_blur=(motion_blur, 0.0))
+    )
 
 
-def noisy(factor: float) -> Camera:
+def with_noise(factor: float) -> Camera:
     """Return cameras with more noise."""
     return lambda camera: replace(
         camera,
@@ -134,16 +136,16 @@ def noisy(factor: float) -> Camera:
 
 CONDITIONS = (
     Condition('nothing but the readings of the meters'),
-    Condition('30 % of the target hidden', scene=hidden),
-    Condition('a person in front', scene=person),
-    Condition('one landmark moved', scene=moved),
-    Condition('40 % brighter', camera=brighter(1.4)),
-    Condition('40 % darker', camera=brighter(0.6)),
-    Condition('out of focus, sigma 2 px', camera=blurred(blur=2.0)),
-    Condition('out of focus, sigma 3 px', camera=blurred(blur=3.0)),
-    Condition('motion of 3 px', camera=blurred(smear=3.0)),
-    Condition('motion of 6 px', camera=blurred(smear=6.0)),
-    Condition('noise three times as strong', camera=noisy(3.0)),
+    Condition('30 % of the target hidden', scene=hide_landmarks),
+    Condition('a person in front', scene=add_person),
+    Condition('one landmark moved', scene=move_object),
+    Condition('40 % brighter', camera=with_gain(1.4)),
+    Condition('40 % darker', camera=with_gain(0.6)),
+    Condition('out of focus, sigma 2 px', camera=with_blur(blur=2.0)),
+    Condition('out of focus, sigma 3 px', camera=with_blur(blur=3.0)),
+    Condition('motion of 3 px', camera=with_blur(motion_blur=3.0)),
+    Condition('motion of 6 px', camera=with_blur(motion_blur=6.0)),
+    Condition('noise three times as strong', camera=with_noise(3.0)),
 )
 
 
@@ -155,8 +157,8 @@ def repeat(
     scene = condition.scene(scene, taught, rng)
     cameras = taught.cameras
     cameras = replace(cameras, left=condition.camera(cameras.left), right=condition.camera(cameras.right))
-    x, y = rng.uniform(-REACH, REACH, 2).tolist()
-    truth = PlanarPose(x, y, float(rng.uniform(-TURN, TURN)))
+    x, y = rng.uniform(-OFFSET_MAX, OFFSET_MAX, 2).tolist()
+    truth = PlanarPose(x, y, float(rng.uniform(-YAW_MAX, YAW_MAX)))
     return render_pair(scene, cameras, TAUGHT @ truth, rng), truth
 
 
@@ -175,7 +177,7 @@ def main() -> int:
     scores = {
         (condition.name, method): Score()
         for condition in chosen
-        for method in (MINE, *(pipeline.name for pipeline in pipelines))
+        for method in (OURS, *(pipeline.name for pipeline in pipelines))
     }
     for seed in tqdm(range(arguments.places), 'places'):
         taught = teach_corridor(corridor(CorridorDesign(seed=seed)), Cameras(), LANDMARKS)
@@ -187,12 +189,12 @@ def main() -> int:
                 images, truth = repeat(taught, seed, condition, rng)
                 fix = localizer.locate(*images)
                 mine = fix.displacement.T_place_base if isinstance(fix, LandmarkFix) else None
-                scores[condition.name, MINE].add(mine, truth)
+                scores[condition.name, OURS].add(mine, truth)
                 for pipeline, known in zip(pipelines, features, strict=True):
                     found = pipeline.locate(known, pipeline.features(images[0]))
                     scores[condition.name, pipeline.name].add(found, truth)
     print_table(chosen, scores)
-    return int(any(score.wrong for (_, method), score in scores.items() if method == MINE))
+    return int(any(score.wrong for (_, method), score in scores.items() if method == OURS))
 
 
 def print_table(conditions: list[Condition], scores: dict[tuple[str, str], Score]) -> None:

@@ -42,11 +42,11 @@ SPEED_LIMIT = 0.25
 
 
 @dataclass(frozen=True)
-class Obeyed:
+class AcceptedCommand:
     """A command that was accepted: the index of the image, and the words for it."""
 
     image: int
-    words: str
+    text: str
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class LampDrive:
         poses: shape (n, 3), x, y [m], yaw [rad]; NaN where there is none.
         sigmas: shape (n,), stated standard deviation of the position along its worst direction [m].
         truth: shape (n, 3).
-        named: shape (n,), how many lamps with a name were in view.
-        obeyed: the commands.
+        identified: shape (n,), how many lamps with a name were in view.
+        accepted_commands: the commands.
         beacons: the lamps of the file.
     """
 
@@ -67,8 +67,8 @@ class LampDrive:
     poses: NDArray[np.float64]
     sigmas: NDArray[np.float64]
     truth: NDArray[np.float64]
-    named: NDArray[np.int64]
-    obeyed: list[Obeyed]
+    identified: NDArray[np.int64]
+    accepted_commands: list[AcceptedCommand]
     beacons: list[Beacon]
 
     @property
@@ -110,8 +110,8 @@ def read_drive(folder: Path) -> LampDrive:
         np.array([_pose(image) for image in images]),
         np.array([_sigma(image) for image in images]),
         planar_poses(interpolate(truth, stamps)),
-        np.array([_named(image) for image in images]),
-        [Obeyed(i, words) for i, image in enumerate(images) for words in _obeyed(image)],
+        np.array([_identified(image) for image in images]),
+        [AcceptedCommand(i, text) for i, image in enumerate(images) for text in _accepted_command(image)],
         beacons,
     )
 
@@ -129,13 +129,13 @@ def _sigma(image: LocatedImage) -> float:
     return float(np.sqrt(np.linalg.eigvalsh(image.fix.covariance[:2, :2])[-1]))
 
 
-def _named(image: LocatedImage) -> int:
+def _identified(image: LocatedImage) -> int:
     if not isinstance(image.result, ReceiverOutput):
         return 0
     return sum(lamp.beacon is not None and lamp.sample.is_lit for lamp in image.result.lamps)
 
 
-def _obeyed(image: LocatedImage) -> list[str]:
+def _accepted_command(image: LocatedImage) -> list[str]:
     if not isinstance(image.result, ReceiverOutput):
         return []
     accepted = [v.outcome.command for v in image.result.decisions if isinstance(v.outcome, Accepted)]
@@ -163,11 +163,13 @@ def report(drive: LampDrive) -> str:
             f'max {degrees.max():.2f}'
         ),
         'with lamps in view: '
-        + ', '.join(f'{count}: {100.0 * (drive.named[after] == count).mean():.0f} %' for count in range(5)),
+        + ', '.join(
+            f'{count}: {100.0 * (drive.identified[after] == count).mean():.0f} %' for count in range(5)
+        ),
     ]
-    for each in drive.obeyed:
+    for each in drive.accepted_commands:
         x, y, _ = drive.truth[each.image]
-        lines.append(f'{drive.seconds[each.image]:6.2f} s at ({x:.2f}, {y:.2f}) m: {each.words}')
+        lines.append(f'{drive.seconds[each.image]:6.2f} s at ({x:.2f}, {y:.2f}) m: {each.text}')
     return '\n'.join(lines)
 
 

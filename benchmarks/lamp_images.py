@@ -1,6 +1,6 @@
 """Poses from rendered images of lamps and of printed markers in their places: `./shirube bench lamp_images`.
 
-Four kinds of light and a camera that moves. Prints what was found and the errors, the errors beside the bounds of
+Four kinds of light and a camera that moves. Prints what was found and the errors, the errors with the bounds of
 Cramér and Rao, the methods side by side where four lamps are in view, and whether lamps tie with ArUco in a lit room
 and win in the dark and under blur.
 """
@@ -15,15 +15,15 @@ from typing import NamedTuple
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import numpy as np
-from _lamp_finders import LAMPS, METHODS, Found, finders, seen_by
-from _lamp_pictures import LIGHTS, least_centre_sigma
-from _lamp_report import in_centimetres, in_digits
+from _lamp_finders import LAMPS, METHODS, Found, finders, rays_to_found
+from _lamp_pictures import LIGHTS, centre_sigma_bound
+from _lamp_report import format_centimetres, format_number
 from _lamp_room import View, cramer_rao_bound, random_views
 from _timed_answers import use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-TIE = 1.2
+TIE_RATIO = 1.2
 """Median of the lamps over that of the peer, at the most."""
 CLOSE = 1.15
 """Root mean square error over the bound, at the most."""
@@ -42,7 +42,7 @@ Album = dict[str, dict[str, list[Seen]]]
 """What was seen, by light and finder."""
 
 
-def album_of(views: list[View], seed: int) -> Album:
+def simulate_album(views: list[View], seed: int) -> Album:
     """Return what all finders find in images of views."""
     album: Album = {}
     for light in tqdm(LIGHTS, leave=False):
@@ -81,14 +81,14 @@ def print_found(album: Album) -> None:
             rms = math.sqrt(np.mean(offsets**2)) if len(offsets) else math.nan
             posed = errors[np.isfinite(errors)]
             print(
-                f'| {light} | {name} | {shown} | {len(offsets)} | {false} | {in_digits(rms)} '
-                f'| {len(posed)} of {len(errors)} | {in_centimetres(posed)} |'
+                f'| {light} | {name} | {shown} | {len(offsets)} | {false} | {format_number(rms)} '
+                f'| {len(posed)} of {len(errors)} | {format_centimetres(posed)} |'
             )
     print()
 
 
 def print_bounds(album: Album) -> bool:
-    """Print the lamps' errors beside the bounds; return whether all are close to that of the stated deviations."""
+    """Print the lamps' errors and the bounds; return whether all are close to that of the stated deviations."""
     print(
         '| light | centre px: rms / stated / least | rms cm | bound cm, of the stated | rms/bound '
         '| bound cm, of the measured | rms/bound |\n|---|---|---|---|---|---|---|'
@@ -107,7 +107,7 @@ def print_bounds(album: Album) -> bool:
             for value in (
                 math.sqrt(np.mean(measured**2)),
                 math.sqrt(np.mean(stated**2)),
-                least_centre_sigma(light),
+                centre_sigma_bound(light),
             )
         )
         cells = ' | '.join(f'{100.0 * bound:.4f} | {rms / bound:.3f}' for bound in bounds)
@@ -129,7 +129,7 @@ def rms_bound(seen: list[Seen], noise: NDArray[np.float64] | None) -> float:
         sigmas = np.ones((4, 2)) if noise is None else np.broadcast_to(noise, (4, 2))
         if noise is None:
             sigmas[found.ids - 1] = found.sigmas[:, None]
-        squares.append(cramer_rao_bound(seen_by(view, found), sigmas, height_known=False))
+        squares.append(cramer_rao_bound(rays_to_found(view, found), sigmas, height_known=False))
     return math.sqrt(np.mean(squares))
 
 
@@ -141,7 +141,7 @@ def print_methods(album: Album) -> None:
         for by_finder in album.values():
             errors = errors_of(by_finder[finder], name) if finder in by_finder else np.empty(0)
             posed = errors[np.isfinite(errors)]
-            cells.append(f'{in_centimetres(posed)} ({len(posed)})')
+            cells.append(f'{format_centimetres(posed)} ({len(posed)})')
         print(f'| {name} | {" | ".join(cells)} |')
     print()
 
@@ -154,15 +154,18 @@ def print_verdicts(album: Album) -> bool:
         posed, posed_peer = (int(np.isfinite(errors).sum()) for errors in (lamps, peer))
         median = 100.0 * float(np.nanmedian(lamps))
         median_peer = 100.0 * float(np.nanmedian(peer)) if posed_peer else math.inf
-        peer_told = f'{PEER} {median_peer:.3f} cm in {posed_peer}' if posed_peer else f'{PEER} in none'
+        peer_summary = f'{PEER} {median_peer:.3f} cm in {posed_peer}' if posed_peer else f'{PEER} in none'
         if light in TIES:
-            reached, what = median <= TIE * median_peer and posed >= posed_peer, f'tie (median within {TIE})'
+            reached, what = (
+                median <= TIE_RATIO * median_peer and posed >= posed_peer,
+                f'tie (median within {TIE_RATIO})',
+            )
         else:
             reached, what = median < median_peer and posed > posed_peer, 'win'
         good = good and reached
         print(
             f'- {light}: {what} {"reached" if reached else "missed"}: {median:.3f} cm in {posed} of {len(lamps)} '
-            f'images, {peer_told}.'
+            f'images, {peer_summary}.'
         )
     return good
 
@@ -181,15 +184,15 @@ def main() -> int:
         [view for view in views if view.visible.sum() >= least][: arguments.images] for least in (2, 4)
     )
     print('### Two lamps or more in view\n')
-    album = album_of(two, arguments.seed)
+    album = simulate_album(two, arguments.seed)
     print_found(album)
     print('### Comparison with the bound\n')
     good = print_bounds(album)
     print('### Four lamps in view\n\nmedian / 95 % / max cm (poses)\n')
-    print_methods(album_of(four, arguments.seed))
+    print_methods(simulate_album(four, arguments.seed))
     print('### Goals\n')
     if PEER not in finders():
-        print('OpenCV 4.7 or later would show markers beside the lamps.')
+        print('OpenCV 4.7 or later is needed to compare with markers.')
         return 0 if good else 1
     return 0 if print_verdicts(album) and good else 1
 

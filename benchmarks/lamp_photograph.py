@@ -40,7 +40,7 @@ PLAN = ((35.56, 36.83), (-35.56, 36.83), (-35.56, -36.83), (35.56, -36.83), (0.0
 """Of the lamps, in the order of their tones [cm]."""
 BEACONS = [Beacon(k + 1, (x / 100.0, y / 100.0, HEIGHT), 0.02) for k, (x, y) in enumerate(PLAN)]
 LEVEL = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-# A telephone lies about level, and its lens is not calibrated.
+# A telephone is about level, and its lens is not calibrated.
 SETTINGS = PoseSettings(pixel_sigma=3.0, beacon_sigma=0.0, tilt_sigma=0.05)
 
 
@@ -114,7 +114,7 @@ def print_pose(fix: BeaconFix) -> None:
     print(
         f'Pose: x {100.0 * pose.x:.1f} ± {sigmas[0]:.1f} cm, y {100.0 * pose.y:.1f} ± {sigmas[1]:.1f} cm, '
         f'z {100.0 * fix.height:.1f} ± {sigmas[2]:.1f} cm, yaw {np.degrees(pose.yaw):.1f}°, '
-        f'tilt {roll:.2f}° and {pitch:.2f}°; the telephone lay about under the middle lamp, at z = 0.'
+        f'tilt {roll:.2f}° and {pitch:.2f}°; the telephone was about under the middle lamp, at z = 0.'
     )
 
 

@@ -1,6 +1,6 @@
 """Poses from lamps in the paper's room: `./shirube bench lamp_pose`.
 
-Prints the accuracy of the methods beside the bound of Cramér and Rao and the coverage of the room, drives with one lamp
+Prints the accuracy of the methods with the bound of Cramér and Rao and the coverage of the room, drives with one lamp
 and odometry, and the effect of tilt. Rendered images are the matter of `lamp_images`, times of `lamp_speed`.
 """
 
@@ -15,7 +15,7 @@ os.environ['OPENBLAS_NUM_THREADS'] = '1'
 import numpy as np
 from _lamp_drives import errors_of_drive
 from _lamp_methods import METHODS, Locate
-from _lamp_report import in_centimetres, in_digits
+from _lamp_report import format_centimetres, format_number
 from _lamp_room import BEACONS, CAMERA, IDS, MOUNT, View, cramer_rao_bound, random_views, view_from
 from _timed_answers import use_one_core
 from tqdm import tqdm
@@ -64,8 +64,8 @@ def row_of_accuracy(
     compared = f'{100.0 * bound:.3f} | {rms / bound:.3f}' if bounds else '– | –'
     lamps = '4' if least == 4 else f'{least}-4'
     return (
-        f'| {name} | {lamps} | {noise} | {len(errors)} of {len(views)} | {in_centimetres(errors)} '
-        f'| {in_digits(100.0 * rms)} | {compared} |'
+        f'| {name} | {lamps} | {noise} | {len(errors)} of {len(views)} | {format_centimetres(errors)} '
+        f'| {format_number(100.0 * rms)} | {compared} |'
     )
 
 
@@ -83,7 +83,7 @@ def drives(count: int) -> None:
         posed = np.isfinite(rows[:, 0])
         errors, normalised = rows[posed].T
         tqdm.write(
-            f'| {name} | {count} | {100.0 * posed.mean():.1f} | {in_centimetres(errors)} '
+            f'| {name} | {count} | {100.0 * posed.mean():.1f} | {format_centimetres(errors)} '
             f'| {math.sqrt(np.mean(normalised**2)):.2f} |'
         )
 
@@ -107,15 +107,17 @@ def tilt(count: int, seed: int) -> None:
             pose = PlanarPose(x, y, rng.uniform(-math.pi, math.pi))
             view = view_from(pose, *lean)
             pixels = view.pixels + 0.2 * rng.normal(size=(4, 2))
-            told = (np.zeros(2), np.zeros(2), lean + IMU_SIGMA * rng.normal(size=2))
+            measured_tilt = (np.zeros(2), np.zeros(2), lean + IMU_SIGMA * rng.normal(size=2))
             for k, locator in enumerate(locators):
                 # The gate would refuse what does not fit; here the error is asked for.
                 rays = locator.rays(CAMERA, IDS, pixels, np.full(4, 0.2 if k else 20.0))
-                fix = locator.locate(rays, (float(told[k][0]), float(told[k][1])))
+                fix = locator.locate(rays, (float(measured_tilt[k][0]), float(measured_tilt[k][1])))
                 if isinstance(fix, BeaconFix):
                     errors[k].append(fix.T_map_base.distance_to(pose))
         print(
-            f'| {degrees} | ' + ' | '.join(f'{in_centimetres(each)} ({len(each)})' for each in errors) + ' |'
+            f'| {degrees} | '
+            + ' | '.join(f'{format_centimetres(each)} ({len(each)})' for each in errors)
+            + ' |'
         )
 
 

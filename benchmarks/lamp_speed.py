@@ -17,10 +17,10 @@ from functools import partial
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import numpy as np
-from _lamp_films import BEACONS, FILMS, Film, drive_of, frames_told, receiver_for
-from _lamp_markers import Markers, is_there
+from _lamp_films import BEACONS, FILMS, Film, receive_frames, receiver_for, simulate_drive
+from _lamp_markers import Markers, is_available
 from _lamp_pictures import LIGHTS
-from _lamp_report import in_centimetres
+from _lamp_report import format_centimetres
 from _lamp_room import view_from
 from _timed_answers import use_one_core
 from numpy.typing import NDArray
@@ -45,11 +45,11 @@ class Run:
     """What a film gave.
 
     Attributes:
-        times: of each image: whole receiver, detector alone, ArUco on the image, ArUco on markers [ms].
-        errors: of the poses [m].
+        times: CPU time of each image: whole receiver, detector alone, ArUco on the image, ArUco on markers [ms].
+        errors: position errors of the poses [m].
         named: the most lamps with an ID in an image.
-        commands: accepted.
-        images: of the film.
+        commands: number of accepted commands.
+        images: number of images of the film.
     """
 
     times: list[tuple[float, float, float, float]] = field(default_factory=list)
@@ -76,10 +76,10 @@ def milliseconds(work: Callable[[], object]) -> float:
 
 def run_film(film: Film, seconds: float) -> Run:
     """Return what a film gave."""
-    run, drive, receiver, detector = Run(), drive_of(film), receiver_for(film), LampDetector()
-    markers = Markers('ArUco 4x4', sensitive=False) if is_there() else None
+    run, drive, receiver, detector = Run(), simulate_drive(film), receiver_for(film), LampDetector()
+    markers = Markers('ArUco 4x4', sensitive=False) if is_available() else None
     marked = marked_picture(markers, drive.pose_at(0.0)) if markers else None
-    frames = frames_told(drive, receiver, seconds)
+    frames = receive_frames(drive, receiver, seconds)
     for frame in tqdm(frames, film.name, drive.frame_count(seconds), leave=False):
         image = frame.photo.image
         begin = time.process_time()
@@ -108,7 +108,7 @@ def row_of(film: Film, run: Run) -> str:
     return (
         f'| {film.name} | {median:.2f} / {late:.2f} | {1e3 / times[:, WHOLE].mean():.0f} | {detector:.2f} '
         f'| {aruco:.2f} / {marked:.2f} | {run.named} of {len(BEACONS)} | {run.commands} '
-        f'| {len(run.errors)} of {run.images} | {in_centimetres(run.errors)} |'
+        f'| {len(run.errors)} of {run.images} | {format_centimetres(run.errors)} |'
     )
 
 

@@ -1,6 +1,6 @@
 """Displacements from one target at 2, 3 and 5 m against the truth: `./shirube bench landmark_accuracy`.
 
-Prints the markdown of the section "Accuracy" of stereo_landmark.md: errors beside the bound of Cramér and Rao, the
+Prints the markdown of the section "Accuracy" of stereo_landmark.md: errors with the bound of Cramér and Rao, the
 stated covariance, and ORB, SIFT and one AprilTag in the same views.
 """
 
@@ -14,11 +14,11 @@ from itertools import islice
 
 import numpy as np
 from _landmark_bound import CAMERAS, PoseBound
-from _landmark_score import MINE, Result, error_of, print_results
+from _landmark_score import OURS, Result, error_of, print_results
 from _landmark_views import RIG, LandmarkView, LandmarkWall, repeat_poses, teach_pose
 from _product_rig import product_rig
 from _stereo_peers import FeaturePipeline
-from _tag_peer import TagPeer, is_there
+from _tag_peer import TagPeer, is_available
 from _timed_answers import use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
@@ -101,7 +101,7 @@ class Methods:
     Args:
         place: the panel.
         view: when it was taught.
-        pipelines: of features.
+        pipelines: feature pipelines.
         tag: the tag's detector, None where OpenCV has none.
     """
 
@@ -122,14 +122,14 @@ class Methods:
         for pipeline, taught in self._taught:
             yield f'{pipeline.name} + PnP', pipeline.locate(taught, pipeline.features(view.panel[0]))
         if self._tag is not None:
-            yield 'AprilTag, one image', self._tag.from_one(self._view.tag, view.tag)
-            yield 'AprilTag, both images', self._tag.from_both(self._view.tag, view.tag)
+            yield 'AprilTag, one image', self._tag.locate_from_left(self._view.tag, view.tag)
+            yield 'AprilTag, both images', self._tag.locate_from_both(self._view.tag, view.tag)
 
 
 def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None], *, grain: bool) -> Result:
     """Return the errors at one distance, of so many lessons with so many repeats each."""
     result = Result()
-    tag = TagPeer() if is_there() else None
+    tag = TagPeer() if is_available() else None
     pipelines = [FeaturePipeline(name, product_rig(RIG)) for name in ('ORB', 'SIFT')]
     for number in range(wanted):
         rng = np.random.default_rng((seed, round(distance), number))
@@ -147,7 +147,7 @@ def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None], 
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
             fix = methods.fix(view)
-            result.add(MINE, fix.T_place_base if isinstance(fix, PlaceFix) else None, truth)
+            result.add(OURS, fix.T_place_base if isinstance(fix, PlaceFix) else None, truth)
             for name, found in methods.peers(view):
                 result.add(name, found, truth)
             if isinstance(fix, PlaceFix):
@@ -167,7 +167,7 @@ def fit_alone(
         place: taught points, taken for the truth, and their covariances.
         fix: names the points; each is seen with the noise that such points have in the taught images.
         truth: the displacement.
-        rng: of the noise.
+        rng: random generator of the noise.
     """
     true = place.coordinates.select(fix.names)
     state = np.array([truth.x, truth.y, 0.0, truth.yaw, 0.0, 0.0])
@@ -206,7 +206,7 @@ def main() -> int:
                 distance, arguments.lessons, arguments.repeats, arguments.seed, bar, grain=not arguments.plain
             )
     print_results(results)
-    if not is_there():
+    if not is_available():
         print('OpenCV has no AprilTags here: pip install opencv-python-headless>=4.7', file=sys.stderr)
     return 0
 

@@ -22,7 +22,7 @@ import numpy as np
 from _landmark_corridor import TAUGHT, Pair, teach_corridor
 from _landmark_photographs import teach_photographs
 from _real_pairs import load_real_pairs
-from _stage_clock import clocked
+from _stage_clock import time_stages
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
@@ -125,7 +125,7 @@ def print_case(case: Case, repeats: int) -> float:
     shares: dict[str, list[float]] = {name: [] for name in STAGES}
     for _ in tqdm(range(repeats), case.name, leave=False):
         whole.append(milliseconds(locate))
-        with clocked(STAGES) as spent:
+        with time_stages(STAGES) as spent:
             locate()
         for name in STAGES:
             shares[name].append(spent[name])
@@ -136,7 +136,7 @@ def print_case(case: Case, repeats: int) -> float:
         print(f'| {name} | {median_and_late(times)} |')
     print(f'| **whole pair** | **{median_and_late(whole)}** |')
     for name, times in beside.items():
-        print(f'| beside it: {name} | {median_and_late(times)} |')
+        print(f'| peer: {name} | {median_and_late(times)} |')
     return float(np.median(whole))
 
 

@@ -27,7 +27,7 @@ import numpy as np
 from _hall import Hall
 from _paper_matchers import constellation_of
 from _paper_views import VIEW_SIZE, PaperView, paper_views
-from _timed_answers import TimedAnswer, ask, shares_of, times_of, use_one_core
+from _timed_answers import TimedAnswer, outcome_rates, time_answer, time_quantiles, use_one_core
 from numpy.typing import NDArray
 
 from floor_localizer.files.dot_map_file import load_indexed_map
@@ -42,7 +42,7 @@ class Measured:
     """What one hall came to.
 
     Attributes:
-        dots: in the hall.
+        dots: number of dots in the hall.
         file_bytes: size of its map.
         build_seconds: processor time of ``index_map``, NaN where the map was there.
         open_milliseconds: time to open the map.
@@ -96,17 +96,20 @@ def measure(dots: int, path: Path, number: int, cold_number: int, build_seconds:
     _answer(path, views[0][0])  # compiles
     cold, reads = [], []
     for view in views[0][:: max(number // cold_number, 1)]:
-        _forget(path)
+        _drop_from_page_cache(path)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_majflt
         cold.append(_answer(path, view))
         reads.append(resource.getrusage(resource.RUSAGE_SELF).ru_majflt - before)
-    _remember(path)
+    _read_into_page_cache(path)
     begin = time.perf_counter()
     floor = load_indexed_map(path)
     open_milliseconds = 1e3 * (time.perf_counter() - begin)
     locate = constellation_of(floor)
     warm = [
-        [ask(lambda pixels: locate(pixels).T_map_view, view.pixels, view.T_map_view) for view in of_one]
+        [
+            time_answer(lambda pixels: locate(pixels).T_map_view, view.pixels, view.T_map_view)
+            for view in of_one
+        ]
         for of_one in views
     ]
     return Measured(
@@ -129,18 +132,18 @@ def _answer(path: Path, view: PaperView) -> TimedAnswer:
     def pose(pixels: NDArray[np.float64]) -> PlanarPose | None:
         return locate(pixels).T_map_view
 
-    verdict = ask(pose, view.pixels, view.T_map_view).verdict
+    verdict = time_answer(pose, view.pixels, view.T_map_view).verdict
     return TimedAnswer(verdict, time.perf_counter() - begin)
 
 
-def _forget(path: Path) -> None:
+def _drop_from_page_cache(path: Path) -> None:
     """Put a file out of the page cache; nobody maps it now."""
     with path.open('rb') as file:
         os.fsync(file.fileno())
         os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
 
 
-def _remember(path: Path) -> None:
+def _read_into_page_cache(path: Path) -> None:
     """Read a file into the page cache."""
     with path.open('rb') as file:
         while file.read(_BLOCK):
@@ -173,21 +176,21 @@ def print_fixes(halls: list[Measured]) -> None:
         print(f'\n{100 * missing:.0f} % missing, {100 * spurious:.0f} % spurious, file in the page cache:\n')
         print('| dots | time ms: median / 95 % | in units of the first: median | right / none / wrong |')
         print('|---|---|---|---|')
-        first = times_of(halls[0].warm[k])[0]
+        first = time_quantiles(halls[0].warm[k])[0]
         for hall in halls:
-            median, high = times_of(hall.warm[k])
+            median, high = time_quantiles(hall.warm[k])
             print(
-                f'| {hall.dots:,} | {median:.2f} / {high:.2f} | {median / first:.1f} | {shares_of(hall.warm[k])} |'
+                f'| {hall.dots:,} | {median:.2f} / {high:.2f} | {median / first:.1f} | {outcome_rates(hall.warm[k])} |'
             )
-    print('\nCold, opened anew for each view, by the clock:\n')
+    print('\nCold, reopened for each view, wall time:\n')
     print('| dots | time ms: median / 95 % / longest | pages read: median | right / none / wrong |')
     print('|---|---|---|---|')
     for hall in halls:
-        median, high = times_of(hall.cold)
+        median, high = time_quantiles(hall.cold)
         longest = 1e3 * max(answer.seconds for answer in hall.cold)
         print(
             f'| {hall.dots:,} | {median:.0f} / {high:.0f} / {longest:.0f} | {np.median(hall.cold_reads):.0f} '
-            f'| {shares_of(hall.cold)} |'
+            f'| {outcome_rates(hall.cold)} |'
         )
 
 

@@ -1,9 +1,9 @@
-"""Lamps beside a 2-D lidar scan matcher, before and after furniture moves: `./shirube bench lidar_peer`.
+"""Lamps compared with a 2-D lidar scan matcher, before and after furniture moves: `./shirube bench lidar_peer`.
 
 Rooms of 7 x 6 m with furniture of chance under the paper's four lamps. The lidar's map is made of scans at exact poses;
-then pieces are pushed, or all furniture stands elsewhere. At the same places the lidar is matched from a first guess
+then pieces are pushed, or all furniture is elsewhere. At the same places the lidar is matched from a first guess
 within 10 cm and 5 degrees, and lamps that furniture does not hide are found in rendered images of the lit room, without
-a guess: once by a camera that is exactly level, once by one whose tilt an inertial unit tells to 0.1 degrees.
+a guess: once by a camera that is exactly level, once by one whose tilt an IMU measures to 0.1 degrees.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ import numpy as np
 from _lamp_finders import LampFinder
 from _lamp_methods import EXACT
 from _lamp_pictures import LIGHTS
-from _lamp_report import in_centimetres
+from _lamp_report import format_centimetres
 from _lamp_room import BEACONS, CAMERA, MOUNT, View, random_views, view_from
 from _lidar_matcher import ScanMatcher
-from _lidar_room import BEAMS, RANGE_NOISE, FurnishedRoom, furnished_room, shifted
+from _lidar_room import BEAMS, RANGE_NOISE, FurnishedRoom, furnished_room, move_furniture
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
@@ -40,7 +40,7 @@ LIGHT = next(light for light in LIGHTS if light.name == 'lit room')
 FAR = 0.05
 """Errors beyond it are counted [m]."""
 TILT = math.radians(0.1)
-"""Standard deviation of roll and of pitch that nobody tells [rad]."""
+"""Standard deviation of the unmeasured roll and pitch [rad]."""
 LIDAR, LEVEL_LAMPS, LAMPS = f'lidar, {BEAMS} beams', 'lamps, tilt exact', 'lamps, tilt within 0.1°'
 
 
@@ -73,7 +73,7 @@ class Score:
         far = sum(error > FAR for error in self.errors)
         turn = np.degrees(np.percentile(self.turns, [50.0, 95.0])) if self.turns else (math.nan, math.nan)
         return (
-            f'{len(self.errors)} of {self.places} | {in_centimetres(self.errors)} | {far} '
+            f'{len(self.errors)} of {self.places} | {format_centimetres(self.errors)} | {far} '
             f'| {turn[0]:.2f} / {turn[1]:.2f} | {np.median(self.times):.1f}'
         )
 
@@ -97,7 +97,7 @@ def by_lamps(
     finder: LampFinder, locator: BeaconLocator, room: FurnishedRoom, view: View, rng: np.random.Generator
 ) -> Answer:
     """Return where the camera is; the time is that of the pose from found lamps."""
-    unhidden = replace(view, visible=view.visible & ~room.hides_lamps(view.pose))
+    unhidden = replace(view, visible=view.visible & ~room.occluded_lamps(view.pose))
     found = finder.find(unhidden, LIGHT, rng)
     begin = time.process_time()
     fix = locator.locate(locator.rays(CAMERA, found.ids, found.centres, found.sigmas))
@@ -115,7 +115,7 @@ def answers_in_room(seed: int, places: int) -> Iterator[tuple[str, str, Answer, 
     matcher = map_of(room, rng)
     states = {
         'as the map was made': room,
-        'pieces pushed by 5–30 cm': shifted(room, rng),
+        'pieces pushed by 5–30 cm': move_furniture(room, rng),
         'all furniture elsewhere': furnished_room(rng),
     }
     free = (

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from _light_errors import LINKS, ROUNDS, Errors, lamp_errors, random_command, random_id
-from _light_links import Channel, Link, manchester_link, seen_by_camera
+from _light_links import Channel, Link, camera_brightness, manchester_link
 from tqdm import tqdm
 
 from vlc_beacon.core.packet.data_packet import DataPacket
@@ -49,12 +49,12 @@ def packets_right_and_wrong(
 ) -> tuple[float, int, int]:
     """Return how often a packet was played whole, and how many plays were read right and packets read wrong."""
     waveform = link.play([packet.to_bytes()], channel)
-    got = link.received(waveform, link.stamps(seconds, rng), channel, rng)
+    got = link.simulate_reception(waveform, link.stamps(seconds, rng), channel, rng)
     # Slots of one play may be enough for two readings; that counts once.
     right = len({int(one.stamp / waveform.period) for one in got if one.packet == packet})
     # The last packet is known a little after its end; what the ends of a run cut off was not played whole.
-    played = max(right, int(seconds / waveform.period - 1.0))
-    return played, right, sum(one.packet != packet for one in got)
+    sent = max(right, int(seconds / waveform.period - 1.0))
+    return sent, right, sum(one.packet != packet for one in got)
 
 
 def difficulty_row(link: Link, channel: Channel, runs: int, seed: int) -> str:
@@ -63,8 +63,8 @@ def difficulty_row(link: Link, channel: Channel, runs: int, seed: int) -> str:
     for run in range(runs):
         rng = np.random.default_rng([seed, run])
         sums += packets_right_and_wrong(link, channel, random_id(rng), RUN_SECONDS, rng)
-    played, right, wrong = sums
-    return f'{100 * right / played:.1f} / {wrong:.0f} / {100 - 100 * right / played:.1f}'
+    sent, right, wrong = sums
+    return f'{100 * right / sent:.1f} / {wrong:.0f} / {100 - 100 * right / sent:.1f}'
 
 
 def print_profiles(runs: int) -> None:
@@ -80,10 +80,10 @@ def print_profiles(runs: int) -> None:
         for run in range(runs):
             rng = np.random.default_rng([99, run])
             data = DataPacket(rng.bytes(100))
-            right += packets_right_and_wrong(link, link.usual, data, seconds, rng)[1]
+            right += packets_right_and_wrong(link, link.default_channel, data, seconds, rng)[1]
         measured = f'{runs * seconds / right:.2f}' if right else 'none read'
         print(
-            f'| {link.name} | {stated.rows_min if link.usual.rows else "–"} | {stated.id_seconds:.2f} '
+            f'| {link.name} | {stated.rows_min if link.default_channel.rows else "–"} | {stated.id_seconds:.2f} '
             f'| {stated.command_seconds:.2f} | {stated.seconds_per_100_bytes:.2f} '
             f'| {800.0 / stated.seconds_per_100_bytes:.0f} | {measured} |',
             flush=True,
@@ -103,12 +103,12 @@ def print_difficulties(runs: int) -> None:
     for name, changes in DIFFICULTIES.items():
         for change in changes:
             value = next(iter(change.values()))
-            cells = [difficulty_row(link, replace(link.usual, **change), runs, 1) for link in LINKS]
+            cells = [difficulty_row(link, replace(link.default_channel, **change), runs, 1) for link in LINKS]
             print(f'| {name} {value:g} | {" | ".join(cells)} |', flush=True)
     for global_one, rolling in zip(*EXPOSURES.values(), strict=True):
         exposures = (global_one, rolling, rolling)
         cells = [
-            difficulty_row(link, replace(link.usual, exposure=exposure), runs, 2)
+            difficulty_row(link, replace(link.default_channel, exposure=exposure), runs, 2)
             for link, exposure in zip(LINKS, exposures, strict=True)
         ]
         print(
@@ -118,8 +118,10 @@ def print_difficulties(runs: int) -> None:
     for factor in ROW_FACTORS:
         cells = ['–']
         for link in LINKS[1:]:
-            rows = round(factor * link.usual.rows)
-            cells.append(f'{difficulty_row(link, replace(link.usual, rows=rows), runs, 3)} ({rows} rows)')
+            rows = round(factor * link.default_channel.rows)
+            cells.append(
+                f'{difficulty_row(link, replace(link.default_channel, rows=rows), runs, 3)} ({rows} rows)'
+            )
         print(f'| rows × {factor:g} | {" | ".join(cells)} |', flush=True)
     print()
 
@@ -130,9 +132,13 @@ def at_distance(link: Link, distance: float) -> Channel:
     A pixel in the lamp's image is as bright as before; there are fewer of them to average, in the lamp and in a row.
     """
     nearer = USUAL_DISTANCE / distance
-    if link.usual.rows:
-        return replace(link.usual, rows=round(LAMP_PIXELS / distance), snr=link.usual.snr * nearer**0.5)
-    return replace(link.usual, snr=link.usual.snr * nearer)
+    if link.default_channel.rows:
+        return replace(
+            link.default_channel,
+            rows=round(LAMP_PIXELS / distance),
+            snr=link.default_channel.snr * nearer**0.5,
+        )
+    return replace(link.default_channel, snr=link.default_channel.snr * nearer)
 
 
 def print_distances(runs: int) -> None:
@@ -156,7 +162,7 @@ def print_latencies(runs: int) -> None:
     )
     print('| code | lamp plays | median s | 95 % s | not within 60 s |\n|---|---|---|---|---|')
     for link in (*LINKS, LARGE):
-        channel = replace(link.usual, lost=0.01)
+        channel = replace(link.default_channel, lost=0.01)
         for name, ids in (('command only', 0), ('ID, ID, command', 2)):
             waits = []
             for run in range(runs):
@@ -167,7 +173,7 @@ def print_latencies(runs: int) -> None:
                 stamps = link.stamps(60.0, rng)
                 ends = [
                     got.stamp
-                    for got in link.received(waveform, stamps, channel, rng)
+                    for got in link.simulate_reception(waveform, stamps, channel, rng)
                     if got.packet == command
                 ]
                 waits.append(min(ends, default=np.inf) - stamps[0])
@@ -204,11 +210,11 @@ def print_times() -> None:
     for link, lamps in ((LINKS[0], 4), (LINKS[1], 4), (LINKS[2], 2), (LARGE, 1)):
         rng = np.random.default_rng(6)
         stamps = link.stamps(60.0, rng)
-        seen, decoders = [], [link.decoder(link.usual) for _ in range(lamps)]
+        seen, decoders = [], [link.decoder(link.default_channel) for _ in range(lamps)]
         for beacon in (random_id(rng) for _ in range(lamps)):
             command = random_command(rng, beacon.beacon).to_bytes()
-            waveform = link.play([beacon.to_bytes(), beacon.to_bytes(), command], link.usual)
-            seen.append(seen_by_camera(waveform, stamps, link.usual, rng))
+            waveform = link.play([beacon.to_bytes(), beacon.to_bytes(), command], link.default_channel)
+            seen.append(camera_brightness(waveform, stamps, link.default_channel, rng))
         times = []
         for k in range(len(stamps)):
             begin = time.process_time()
@@ -217,7 +223,7 @@ def print_times() -> None:
             times.append(1e6 * (time.process_time() - begin))
         counted = times[round(3.0 * link.frame_rate) :]
         median, late = np.quantile(counted, [0.5, 0.99])
-        rows = f' of {link.usual.rows} rows' if link.usual.rows else ''
+        rows = f' of {link.default_channel.rows} rows' if link.default_channel.rows else ''
         print(f'| {lamps} {link.name}{rows} | {median:.0f} | {late:.0f} | {max(counted):.0f} |', flush=True)
 
 

@@ -43,7 +43,7 @@ class Robot:
         key: that it shares with its host.
         counter_file: its memory.
         now: its clock [s].
-        counter: of the last true command.
+        counter: counter of the last true command.
     """
 
     key: CommandKey
@@ -59,7 +59,7 @@ class Robot:
         """Forget all but the file."""
         self.authorizer = CommandAuthorizer(self.key, self.counter_file, PLACES, SETTINGS)
 
-    def hear(self, packet: CommandPacket, speaker: int, place: tuple[float, float]) -> str:
+    def receive(self, packet: CommandPacket, speaker: int, place: tuple[float, float]) -> str:
         """Return what becomes of a packet: 'accepted' or the reason of the refusal."""
         self.now += 1.0
         self.authorizer.update_position(self.now, place)
@@ -78,7 +78,7 @@ class Robot:
 Attack = Callable[[Robot, Command, np.random.Generator], tuple[CommandPacket, int, tuple[float, float]]]
 
 
-def forged(
+def forge(
     robot: Robot, old: Command, rng: np.random.Generator
 ) -> tuple[CommandPacket, int, tuple[float, float]]:
     """A command as it could come next, with a guessed code of authentication."""
@@ -88,7 +88,7 @@ def forged(
     return CommandPacket(command, rng.bytes(MAC_BYTES)), command.beacon, PLACES[command.beacon]
 
 
-def flipped(
+def flip_bit(
     robot: Robot, old: Command, rng: np.random.Generator
 ) -> tuple[CommandPacket, int, tuple[float, float]]:
     """A true command with one to eight wrong bits, and a checksum that was made right again."""
@@ -102,7 +102,7 @@ def flipped(
             return packet, beacon, PLACES.get(beacon, (0.0, 0.0))
 
 
-def replayed_later(
+def replay_later(
     robot: Robot, old: Command, rng: np.random.Generator
 ) -> tuple[CommandPacket, int, tuple[float, float]]:
     """A recorded command that another one has followed; a rule of the same counter would be in force still."""
@@ -110,7 +110,7 @@ def replayed_later(
     return robot.key.sign(old), old.beacon, PLACES[old.beacon]
 
 
-def repeated(
+def repeat(
     robot: Robot, old: Command, rng: np.random.Generator
 ) -> tuple[CommandPacket, int, tuple[float, float]]:
     """A recorded one-shot command that no other one has followed."""
@@ -118,31 +118,31 @@ def repeated(
     return robot.key.sign(replace(old, is_one_shot=True)), old.beacon, PLACES[old.beacon]
 
 
-def replayed_by_another(
+def replay_by_other_lamp(
     robot: Robot, old: Command, rng: np.random.Generator
 ) -> tuple[CommandPacket, int, tuple[float, float]]:
-    """A command that was never heard, recorded at one lamp and spoken by another."""
+    """A command that was never received, recorded at one lamp and sent by another."""
     fresh = replace(old, counter=robot.counter + 1)
     other = (old.beacon + int(rng.integers(1, 64))) % 64
     return robot.key.sign(fresh), other, PLACES[other]
 
 
-def replayed_elsewhere(
+def replay_elsewhere(
     robot: Robot, old: Command, rng: np.random.Generator
 ) -> tuple[CommandPacket, int, tuple[float, float]]:
-    """A command that was never heard, spoken by a copy of its lamp at another place."""
+    """A command that was never received, sent by a copy of its lamp at another place."""
     fresh = replace(old, counter=robot.counter + 1)
     return robot.key.sign(fresh), old.beacon, PLACES[(old.beacon + int(rng.integers(1, 64))) % 64]
 
 
 ATTACKS_BY_NAME: dict[str, tuple[Attack, bool]] = {
-    'forged': (forged, False),
-    'bits flipped, checksum made right': (flipped, False),
-    'old counter': (replayed_later, False),
-    'old counter, after a restart': (replayed_later, True),
-    'the last one-shot command again, after a restart': (repeated, True),
-    'sent by another beacon': (replayed_by_another, False),
-    'outside the zone of the beacon': (replayed_elsewhere, False),
+    'forged': (forge, False),
+    'bits flipped, checksum made right': (flip_bit, False),
+    'old counter': (replay_later, False),
+    'old counter, after a restart': (replay_later, True),
+    'the last one-shot command again, after a restart': (repeat, True),
+    'sent by another beacon': (replay_by_other_lamp, False),
+    'outside the zone of the beacon': (replay_elsewhere, False),
 }
 
 
@@ -154,16 +154,16 @@ def attack(
     for k in range(count):
         if k % TRUE_EVERY == 0:
             old = robot.true_command(rng)
-            if kind is repeated:
+            if kind is repeat:
                 old = replace(old, is_one_shot=True)
-            yield True, robot.hear(robot.key.sign(old), old.beacon, PLACES[old.beacon])
-            if kind is replayed_later:
+            yield True, robot.receive(robot.key.sign(old), old.beacon, PLACES[old.beacon])
+            if kind is replay_later:
                 robot.counter += 1
                 newer = replace(old, counter=robot.counter)
-                yield True, robot.hear(robot.key.sign(newer), newer.beacon, PLACES[newer.beacon])
+                yield True, robot.receive(robot.key.sign(newer), newer.beacon, PLACES[newer.beacon])
             if restarts:
                 robot.restart()
-        yield False, robot.hear(*kind(robot, old, rng))
+        yield False, robot.receive(*kind(robot, old, rng))
 
 
 def main() -> int:
@@ -179,14 +179,14 @@ def main() -> int:
         counter_file.reset(0)
         robot = Robot(read_key(Path(folder) / 'key'), counter_file)
         for seed, (name, (kind, restarts)) in enumerate(ATTACKS_BY_NAME.items()):
-            fates = {True: Counter[str](), False: Counter[str]()}
+            outcomes = {True: Counter[str](), False: Counter[str]()}
             packets = attack(robot, kind, count, seed, restarts=restarts)
-            for is_true, fate in tqdm(packets, total=count, desc=name, leave=False):
-                fates[is_true][fate] += 1
+            for is_true, outcome in tqdm(packets, total=count, desc=name, leave=False):
+                outcomes[is_true][outcome] += 1
             refusals = ', '.join(
-                f'{fate} {n}' for fate, n in fates[False].most_common() if fate != 'accepted'
+                f'{outcome} {n}' for outcome, n in outcomes[False].most_common() if outcome != 'accepted'
             )
-            accepted, true = fates[False]['accepted'], fates[True]
+            accepted, true = outcomes[False]['accepted'], outcomes[True]
             wrong += accepted + true.total() - true['accepted']
             print(
                 f'| {name} | {count} | {accepted} | {refusals} | {true["accepted"]} of {true.total()} |',

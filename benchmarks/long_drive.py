@@ -42,7 +42,7 @@ class Place(NamedTuple):
     room: BoxRoom
 
 
-def lanes_of_the_hall(length: float) -> Iterator[Place]:
+def hall_lanes(length: float) -> Iterator[Place]:
     """Yield places along lanes up and down the hall, over and over, for a length [m]."""
     rng = np.random.default_rng(3)
     boxes = []
@@ -61,7 +61,7 @@ def lanes_of_the_hall(length: float) -> Iterator[Place]:
         yield Place(pose, BoxRoom((0.0, 0.0, 0.0, HALL, HALL, 4.0), near(boxes, pose)))
 
 
-def along_the_corridor(length: float) -> Iterator[Place]:
+def corridor_places(length: float) -> Iterator[Place]:
     """Yield places along a corridor that runs askew to the map's axes, for a length [m]."""
     rng = np.random.default_rng(4)
     for way in np.arange(0.0, length, STEP):
@@ -104,9 +104,9 @@ def main() -> int:
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     print('## Memory over long drives\n\n`./shirube bench long_drive`')
     print(f'\n### In a hall of {HALL:.0f} x {HALL:.0f} m\n')
-    print_drive(lanes_of_the_hall(metres), metres, metres / 10.0)
+    print_drive(hall_lanes(metres), metres, metres / 10.0)
     print('\n### Over new ground, askew to the axes\n')
-    print_drive(along_the_corridor(metres), metres, metres / 10.0)
+    print_drive(corridor_places(metres), metres, metres / 10.0)
     return 0
 
 

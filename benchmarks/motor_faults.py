@@ -1,6 +1,6 @@
 """What motor_bridge makes of faults of line and controller: `./shirube bench motor_faults [--replies 1000000]`.
 
-Prints a table: replies and commands that are spoilt (in memory), a terminal that is pulled away, the time from cmd_vel
+Prints a table: replies and commands corrupted in memory, a disconnected terminal, the time from cmd_vel
 to the wire, a bridge that is killed while it drives, and a controller that is held and let go (all on
 pseudo-terminals, in real time).
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 
 from _motor_fuzz import fuzz
-from _motor_line import held_controller, killed_bridge, pulled_terminal, wire_latency
+from _motor_line import disconnect_terminal, kill_bridge, suspend_controller, wire_latency
 
 
 def main() -> None:
@@ -24,10 +24,10 @@ def main() -> None:
     print('| what | figure |\n|---|---|')
     for rows in (
         fuzz(options.replies, 7).rows(),
-        pulled_terminal(options.pulls),
+        disconnect_terminal(options.disconnections),
         wire_latency(options.commands),
-        killed_bridge(options.stops),
-        held_controller(options.stops),
+        kill_bridge(options.stops),
+        suspend_controller(options.stops),
     ):
         for name, figure in rows:
             print(f'| {name} | {figure} |', flush=True)

@@ -1,4 +1,4 @@
-"""The paper's tables 2 to 5 and its two failed cases again, on its conditions, with its figures beside.
+"""The paper's tables 2 to 5 and its two failed cases again, on its conditions, with its figures.
 
     shirube bench paper_tables --matcher constellation
     shirube bench paper_tables --matcher pole_star --places 100 --tables 4
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 # The pole-star pipeline, which names the wrong candidates, takes most of the time: it is asked this seldom.
-RIVALS_EVERY = 10
+RUNNERS_UP_EVERY = 10
 
 
 @dataclass(frozen=True)
@@ -35,12 +35,12 @@ class Task:
     matcher: str
     seed: int
     view: PaperView
-    with_rivals: bool
+    with_runners_up: bool
 
 
 def score(task: Task) -> Score:
     """Score one view with this process's matcher."""
-    return scorer(task.matcher, task.seed).score(task.view, with_rivals=task.with_rivals)
+    return scorer(task.matcher, task.seed).score(task.view, with_runners_up=task.with_runners_up)
 
 
 def tasks(matcher: str, tables: list[str], places_max: int, seed: int) -> Iterator[Task]:
@@ -50,7 +50,7 @@ def tasks(matcher: str, tables: list[str], places_max: int, seed: int) -> Iterat
         for cell in TABLES[table]:
             views = paper_views(floor, places_of(cell, places_max), cell.missing, cell.spurious, seed)
             for number, view in enumerate(views):
-                yield Task(matcher, seed, view, table == '4' and number % RIVALS_EVERY == 0)
+                yield Task(matcher, seed, view, table == '4' and number % RUNNERS_UP_EVERY == 0)
 
 
 def places_of(cell: Cell, places_max: int) -> NDArray[np.float64]:

@@ -27,7 +27,7 @@ from scipy.spatial import cKDTree
 from tqdm import tqdm
 
 from floor_localizer.core.fix import Fix
-from scene_simulator.survey import SURVEY_ERROR
+from scene_simulator.simulated_survey import SURVEY_ERROR
 
 RISE, TILT = 0.05, math.radians(2.0)
 LINES = 20
@@ -38,9 +38,9 @@ class Condition:
     """How the robot sways.
 
     Attributes:
-        name: as the table calls it.
-        rise: of the camera, as a share of its height.
-        tilt: of the robot, about an axis that goes around from image to image [rad].
+        name: name in the table.
+        rise: rise of the camera, as a fraction of its height.
+        tilt: tilt of the robot, about an axis that rotates from image to image [rad].
     """
 
     name: str

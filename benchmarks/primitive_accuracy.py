@@ -188,7 +188,7 @@ def stages(image: NDArray[np.uint8], settings: EdgeSettings) -> Iterable[tuple[s
         yield name, 1e3 * (time.process_time() - start), len(found)
     start = time.process_time()
     lines = cv2.createLineSegmentDetector().detect(image)[0]
-    yield 'beside it: cv2 LSD, segments only', 1e3 * (time.process_time() - start), len(lines)
+    yield 'peer: cv2 LSD, segments only', 1e3 * (time.process_time() - start), len(lines)
 
 
 def settings_for(image: NDArray[np.uint8], wanted: int) -> EdgeSettings:

@@ -22,7 +22,7 @@ from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
 from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, OccupancyMap
-from scene_simulator.box_room import with_phantoms
+from scene_simulator.box_room import add_spurious_depths
 from scene_simulator.room_drive import RoomDrive
 
 PHANTOMS, PATCH, PHANTOM_DEPTHS = 0.03, 3, (0.4, 6.0)
@@ -54,7 +54,7 @@ def methods(bag: RoomBag, scene: RoomDrive) -> dict[str, DepthOf]:
         'three cameras, agreement': lambda i: agreement.compute(*i.images).depth,
         'two cameras': lambda i: depth_from_disparity(pair.match(*i.images[:2]), first),
         'true depth': lambda i: boxes.depth_image(rig.camera, rig.views(i.truth)['left']),
-        'true depth, 3 % phantoms': lambda i: with_phantoms(
+        'true depth, 3 % phantoms': lambda i: add_spurious_depths(
             boxes.depth_image(rig.camera, rig.views(i.truth)['left']), PHANTOMS, PATCH, PHANTOM_DEPTHS, rng
         ),
     }
@@ -69,9 +69,9 @@ def print_scores(results: dict[str, tuple[Replay, Score]]) -> None:
     print('|---|---|---|---|---|---|---|')
     for name, (_, result) in results.items():
         precision, recall = (', '.join(f'{v:.3f}' for v in vs) for vs in (result.precision, result.recall))
-        solid, deep = result.false_free
+        occupied_cells, deep = result.false_free
         print(
-            f'| {name} | {precision} | {recall} | {result.free} | {solid} ({deep}) '
+            f'| {name} | {precision} | {recall} | {result.free} | {occupied_cells} ({deep}) '
             f'| {1e3 * result.overlap:.0f} mm | {1e3 * result.unseen_overlap:.0f} mm |'
         )
 
@@ -90,13 +90,13 @@ def picture(
     occupancy: NDArray[np.int8], truth: OccupancyMap, seen: NDArray[np.bool_], bag: RoomBag
 ) -> NDArray[np.uint8]:
     """Return the map against the truth with the way driven and a key, north up, shape (height, width, 3)."""
-    solid, free, occupied = truth.occupied(), occupancy == FREE, occupancy == OCCUPIED
+    occupied_cells, free, occupied = truth.occupied(), occupancy == FREE, occupancy == OCCUPIED
     image = np.full((*truth.frame.shape, 3), COLOURS['unknown'], dtype=np.uint8)
     for name, cells in (
         ('free, and it is', free),
         ('occupied, and it is', occupied),
-        ('occupied, but free', occupied & ~solid),
-        ('free, but solid', free & solid),
+        ('occupied, but free', occupied & ~occupied_cells),
+        ('free, but solid', free & occupied_cells),
         ('seen and solid, but unknown', seen & ~free & ~occupied),
     ):
         image[cells] = COLOURS[name]

@@ -1,4 +1,4 @@
-"""Lengths of routes on known maps, beside MovingAI's scenario file and a second implementation.
+"""Lengths of routes on known maps, compared with MovingAI's scenario file and a second implementation.
 
 MovingAI's arena with all pairs of its scenario file (``SHIRUBE_DATA`` names the folder with planner/arena.map), and
 made-up maps with scipy's Dijkstra as the truth. Every route is checked: neighbouring free cells, no corner cut.
@@ -16,8 +16,8 @@ from tqdm import tqdm
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.grid_truth import is_driveable
-from scene_simulator.movingai_file import load_movingai_scenarios
+from scene_simulator.grid_truth import is_traversable
+from scene_simulator.movingai_files import load_movingai_scenarios
 
 ALLOWED = 1e-3
 
@@ -28,24 +28,24 @@ def errors_of(
     """Return how much longer or shorter than the truth each route is [cells]; infinite where it cannot be driven."""
     errors = []
     for route, task in zip(routes, tasks, strict=True):
-        good = isinstance(route, Route) and is_driveable(blocked, route.cells)
+        good = isinstance(route, Route) and is_traversable(blocked, route.cells)
         errors.append(abs(route.length - task.length) if isinstance(route, Route) and good else np.inf)
     return errors
 
 
 def print_map(name: str, truth: str, blocked: NDArray[np.bool_], tasks: list[GridTask], lost: int) -> bool:
     """Print a line; return whether all is as it must be."""
-    anew = errors_of([shortest_route(blocked, t.start, t.goal) for t in tasks], tasks, blocked)
-    mended = errors_of([DStarLite(blocked, t.goal).route_from(t.start) for t in tasks], tasks, blocked)
-    hopeless = unsolvable_tasks(blocked, lost, 3)
-    told = sum(isinstance(shortest_route(blocked, t.start, t.goal), NoRoute) for t in hopeless)
-    equal = sum(max(pair) <= ALLOWED for pair in zip(anew, mended, strict=True))
+    astar = errors_of([shortest_route(blocked, t.start, t.goal) for t in tasks], tasks, blocked)
+    dstar_lite = errors_of([DStarLite(blocked, t.goal).route_from(t.start) for t in tasks], tasks, blocked)
+    unsolvable = unsolvable_tasks(blocked, lost, 3)
+    no_route_count = sum(isinstance(shortest_route(blocked, t.start, t.goal), NoRoute) for t in unsolvable)
+    equal = sum(max(pair) <= ALLOWED for pair in zip(astar, dstar_lite, strict=True))
     rows, columns = blocked.shape
     print(
-        f'| {name} | {columns}x{rows} | {truth} | {equal} of {len(tasks)} | {max(anew):.1e} | {max(mended):.1e} '
-        f'| {told} of {len(hopeless)} |'
+        f'| {name} | {columns}x{rows} | {truth} | {equal} of {len(tasks)} | {max(astar):.1e} | {max(dstar_lite):.1e} '
+        f'| {no_route_count} of {len(unsolvable)} |'
     )
-    return equal == len(tasks) and told == len(hopeless)
+    return equal == len(tasks) and no_route_count == len(unsolvable)
 
 
 def main() -> int:
@@ -59,7 +59,7 @@ def main() -> int:
     arguments = parser.parse_args()
     maps = benchmark_maps(arguments.side, arguments.seeds)
     print(
-        '\n| map | cells | truth | equal to 1e-3 | greatest difference: A* | D* Lite | goals without a way told |'
+        '\n| map | cells | truth | equal to 1e-3 | greatest difference: A* | D* Lite | unreachable goals reported |'
     )
     print('|---|---|---|---|---|---|---|')
     scenarios = load_movingai_scenarios(arena_file().with_suffix('.map.scen'))

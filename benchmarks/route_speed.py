@@ -1,8 +1,8 @@
-"""Time of plans on maps of 1024x1024 cells: from scratch beside nano-astar, and mended beside from scratch.
+"""Time of plans on maps of 1024x1024 cells: from scratch against nano-astar, and replanning against from scratch.
 
 Known maps: all methods find the same lengths by the same corner rule; they take turns on the same pairs, warm. The time
 of ours holds all it does, from the array of the map to the route. Unknown maps: a robot that sees 6 cells far follows
-its plan; at every step where it sees a new obstacle, the plan is mended, and at every tenth also made from scratch.
+its plan; at every step where it sees a new obstacle, the plan is repaired, and at every tenth also made from scratch.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from _grid_drives import REACH
+from _grid_drives import SENSOR_RANGE
 from _timed_answers import use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
@@ -34,18 +34,18 @@ class Replans(NamedTuple):
     """Times of one map [s].
 
     Attributes:
-        first: of the first route, with all that is kept for later.
-        mended: of each mended one.
-        in_the_way: of those where the new obstacle lay on the route.
-        scratch: of `shortest_route` on the same map.
-        anew: of the incremental search begun anew.
+        first: times of the first plan, including all state kept for replanning.
+        repaired: time of each replan.
+        on_route: times of the replans whose new obstacle was on the route.
+        scratch: times of `shortest_route` on the same map.
+        reinitialized: times of the incremental search restarted from scratch.
     """
 
     first: list[float]
-    mended: list[float]
-    in_the_way: list[float]
+    repaired: list[float]
+    on_route: list[float]
     scratch: list[float]
-    anew: list[float]
+    reinitialized: list[float]
 
 
 def speed_maps(side: int) -> dict[str, NDArray[np.bool_]]:
@@ -76,7 +76,7 @@ def route_of(answer: Route | NoRoute) -> Route:
     return answer
 
 
-def timed(call: Callable[..., Any], *arguments: object) -> tuple[float, Any]:
+def time_call(call: Callable[..., Any], *arguments: object) -> tuple[float, Any]:
     """Return the processor time of a call [s], and its result."""
     begin = time.process_time()
     result = call(*arguments)
@@ -93,7 +93,7 @@ def compare(blocked: NDArray[np.bool_], count: int, peer: Callable[..., Any]) ->
     times = []
     for number, pair in enumerate(pairs_of(blocked, count)):
         order = (0, 1) if number % 2 else (1, 0)
-        answers = {k: timed(methods[k], pair) for k in order}
+        answers = {k: time_call(methods[k], pair) for k in order}
         if abs(answers[0][1] - answers[1][1]) > 1e-6:
             raise AssertionError(f'{pair}: lengths {answers[0][1]} and {answers[1][1]}')
         times.append((answers[0][0], answers[1][0]))
@@ -116,15 +116,15 @@ def _drive(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, 
     found.first.append(time.process_time() - begin)
     way, place = route.cells, 0
     for _ in range(STEPS_MAX):
-        cells, occupied = world.sense(cell, REACH)
+        cells, occupied = world.observe(cell, SENSOR_RANGE)
         new = cells[occupied & ~known[tuple(cells.T)]]
         known[tuple(new.T)] = True
         if len(new):
-            seconds, route = timed(_mend, routes, new, cell)
-            found.mended.append(seconds)
+            seconds, route = time_call(_repair, routes, new, cell)
+            found.repaired.append(seconds)
             if known[tuple(way[place:].T)].any():
-                found.in_the_way.append(seconds)
-            if len(found.mended) % EVERY == 0:
+                found.on_route.append(seconds)
+            if len(found.repaired) % EVERY == 0:
                 _compare_with_scratch(known, cell, goal, route.length, found)
             way, place = route.cells, 0
         if cell == goal:
@@ -133,7 +133,7 @@ def _drive(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, 
         cell = (int(way[place, 0]), int(way[place, 1]))
 
 
-def _mend(routes: DStarLite, new: NDArray[np.int64], cell: tuple[int, int]) -> object:
+def _repair(routes: DStarLite, new: NDArray[np.int64], cell: tuple[int, int]) -> object:
     routes.update_cells(new, True)
     return routes.route_from(cell)
 
@@ -141,15 +141,15 @@ def _mend(routes: DStarLite, new: NDArray[np.int64], cell: tuple[int, int]) -> o
 def _compare_with_scratch(
     known: NDArray[np.bool_], cell: tuple[int, int], goal: tuple[int, int], length: float, found: Replans
 ) -> None:
-    seconds, route = timed(shortest_route, known, cell, goal)
+    seconds, route = time_call(shortest_route, known, cell, goal)
     found.scratch.append(seconds)
-    found.anew.append(timed(lambda: DStarLite(known, goal).route_from(cell))[0])
+    found.reinitialized.append(time_call(lambda: DStarLite(known, goal).route_from(cell))[0])
     if abs(route.length - length) > 1e-6:
         raise AssertionError(f'{cell} to {goal}: lengths {route.length} and {length}')
 
 
 def print_comparison(maps: dict[str, NDArray[np.bool_]], count: int, peer: Callable[..., Any]) -> None:
-    """Print ours beside the peer's."""
+    """Print our times and the peer's."""
     print(
         '\n| known map | ours ms: median / 95 % | nano-astar | ratio of medians | ratio a pair: median / 95 % |'
     )
@@ -171,19 +171,21 @@ def _print_times(name: str, times: NDArray[np.float64]) -> None:
 
 
 def print_replans(maps: dict[str, NDArray[np.bool_]], count: int) -> None:
-    """Print mended beside from scratch."""
+    """Print replanning against planning from scratch."""
     print(
-        '\n| unknown map | replans | mended ms: median / 95 % / mean | new obstacle on the route '
-        '| from scratch: median | times faster | D* Lite begun anew |'
+        '\n| unknown map | replans | replan ms: median / 95 % / mean | new obstacle on the route '
+        '| from scratch: median | times faster | D* Lite from scratch |'
     )
     print('|---|---|---|---|---|---|---|')
     for name in GRID_MAPS:
         found = replan(maps[name], count)
-        median, high = np.percentile(1e3 * np.array(found.mended), [50, 95])
-        hit, scratch, anew = (1e3 * np.median(part) for part in (found.in_the_way, found.scratch, found.anew))
+        median, high = np.percentile(1e3 * np.array(found.repaired), [50, 95])
+        hit, scratch, reinitialized = (
+            1e3 * np.median(part) for part in (found.on_route, found.scratch, found.reinitialized)
+        )
         print(
-            f'| {name} | {len(found.mended)} | {median:.3f} / {high:.2f} / {1e3 * np.mean(found.mended):.3f} '
-            f'| {len(found.in_the_way)}: {hit:.3f} | {scratch:.2f} | {scratch / median:.0f} | {anew:.1f} |'
+            f'| {name} | {len(found.repaired)} | {median:.3f} / {high:.2f} / {1e3 * np.mean(found.repaired):.3f} '
+            f'| {len(found.on_route)}: {hit:.3f} | {scratch:.2f} | {scratch / median:.0f} | {reinitialized:.1f} |'
         )
 
 

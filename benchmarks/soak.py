@@ -4,7 +4,7 @@
 
 The bag is played in real time, by default once a minute for an hour. The loop makes the clock jump back, so
 each round begins with a search of the whole map. The bag's images are small; whoever wants to know more puts
-a bag of his own beside it.
+a separate bag.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Time to a fix without a prior beside other methods, on the paper's conditions and the same views, in one run.
+"""Time to a fix without a prior compared with other methods, on the paper's conditions and the same views, in one run.
 
     shirube bench time_to_fix
     shirube bench time_to_fix --places 100 --slow-places 10
@@ -8,7 +8,7 @@ time. Times are processor time on one core, from centroids to the pose.
 
 - shirube: dot sizes not used; 5 % of scale and 2 degrees of tilt are searched.
 - tetra3rs, a star solver: the right scale and no tilt given; with sizes that are exactly those of the map, its best
-  case, and with sizes that tell nothing.
+  case, and with uninformative sizes.
 - pole star: the paper's method written out plainly (`core/pole_star`), right scale and no tilt given.
 - SIFT: FLANN and a vote on pictures of a patch of an eighth of the area; extraction is not counted.
 """
@@ -24,7 +24,7 @@ from _paper_matchers import constellation, pole_star
 from _paper_views import PaperView, paper_floor, paper_places, paper_views
 from _peer_sift import SiftMatcher, patch_floor, pictures
 from _peer_tetra3rs import INSTALL, IS_INSTALLED, StarSolver
-from _timed_answers import TimedAnswer, ask, shares_of, times_of, use_one_core
+from _timed_answers import TimedAnswer, outcome_rates, time_answer, time_quantiles, use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
@@ -40,7 +40,7 @@ class Method(NamedTuple):
     """One method.
 
     Attributes:
-        name: as the table calls it.
+        name: name in the table.
         prepare: makes of a view what the method takes; not timed.
         locate: finds the pose.
         is_slow: asked about few views.
@@ -73,7 +73,9 @@ def _centroids_of(solver: StarSolver, with_sizes: bool) -> Callable[[PaperView],
     return lambda view: solver.centroids(view, with_sizes=with_sizes)
 
 
-def ask_all(compared: list[Method], views: list[PaperView], slow_places: int) -> dict[str, list[TimedAnswer]]:
+def time_all(
+    compared: list[Method], views: list[PaperView], slow_places: int
+) -> dict[str, list[TimedAnswer]]:
     """Ask all methods about the views by turns; slow ones about some, spread over all."""
     asked = set(np.linspace(0, len(views) - 1, min(slow_places, len(views))).round().astype(int).tolist())
     answers: dict[str, list[TimedAnswer]] = {method.name: [] for method in compared}
@@ -82,14 +84,14 @@ def ask_all(compared: list[Method], views: list[PaperView], slow_places: int) ->
         for number in range(begin, min(begin + TURN, len(views))):
             if not method.is_slow or number in asked:
                 prepared = method.prepare(views[number])
-                answers[method.name].append(ask(method.locate, prepared, views[number].T_map_view))
+                answers[method.name].append(time_answer(method.locate, prepared, views[number].T_map_view))
     return answers
 
 
 def sift_answers(matcher: SiftMatcher, missing: float, spurious: float, number: int) -> list[TimedAnswer]:
     """Ask SIFT about pictures of its patch."""
     views = tqdm(pictures(patch_floor(1), number, missing, spurious, 1), total=number, leave=False)
-    return [ask(matcher.locate, matcher.features(view.image), view.T_map_view) for view in views]
+    return [time_answer(matcher.locate, matcher.features(view.image), view.T_map_view) for view in views]
 
 
 def print_times(answers: dict[str, list[TimedAnswer]]) -> None:
@@ -98,12 +100,12 @@ def print_times(answers: dict[str, list[TimedAnswer]]) -> None:
         '| method | views | time ms: median / 95 % | in units of ours: median / 95 % | right / none / wrong |'
     )
     print('|---|---|---|---|---|')
-    ours = times_of(answers[OURS])
+    ours = time_quantiles(answers[OURS])
     for name, given in answers.items():
-        median, high = times_of(given)
+        median, high = time_quantiles(given)
         print(
             f'| {name} | {len(given)} | {median:.3g} / {high:.3g} '
-            f'| {median / ours[0]:.3g} / {high / ours[1]:.3g} | {shares_of(given)} |'
+            f'| {median / ours[0]:.3g} / {high / ours[1]:.3g} | {outcome_rates(given)} |'
         )
 
 
@@ -124,7 +126,7 @@ def main() -> int:
     sift = SiftMatcher(patch_floor(1))
     for missing, spurious in CONDITIONS:
         views = list(paper_views(floor, places, missing, spurious, arguments.seed))
-        answers = ask_all(compared, views, arguments.slow_places)
+        answers = time_all(compared, views, arguments.slow_places)
         answers['SIFT on a patch of 1.8 x 1.2 m'] = sift_answers(
             sift, missing, spurious, arguments.slow_places
         )

@@ -31,7 +31,7 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
-from scene_simulator.dot_floor import FloorDesign, lay_floor
+from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from shirube_geometry import PinholeCamera, PlanarPose
 
@@ -77,7 +77,7 @@ def moments_of_points(count: int) -> tuple[FloorLocalizer, list[Moment]]:
 def moments_of_images(camera: PinholeCamera, count: int) -> tuple[FloorLocalizer, list[Moment]]:
     """Return a rendered floor and images along it."""
     design = FloorDesign(size=(1.2, 1.2), count=round(5384 * 1.2**2))
-    floor, photographer = lay_floor(design, 1), FloorCamera(camera)
+    floor, photographer = generate_dot_floor(design, 1), FloorCamera(camera)
     rng = np.random.default_rng(2)
     moments = []
     for k in tqdm(range(count), desc='rendering', leave=False):

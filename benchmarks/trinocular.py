@@ -19,7 +19,7 @@ os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import cv2
 import numpy as np
-from _voxel_scenes import CAMERA, ROOM, driving, view_at
+from _voxel_scenes import CAMERA, ROOM, moving_poses, view_at
 from numpy.typing import NDArray
 from tqdm import tqdm
 
@@ -27,7 +27,7 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
-from scene_simulator.box_room_picture import picture_of
+from scene_simulator.box_room_rendering import render_picture
 
 Image = NDArray[np.uint8]
 BASELINE = 0.1
@@ -66,12 +66,12 @@ def tsukuba(folder: Path) -> Scene:
 
 def rendered(place: int) -> Scene:
     """Return what an L of cameras sees at a place of the furnished room."""
-    T = view_at(driving(4 * PLACES)[2 * place]).T_map_sensor
+    T = view_at(moving_poses(4 * PLACES)[2 * place]).T_map_sensor
     right, top = T.copy(), T.copy()
     right[:3, 3] += BASELINE * T[:3, 0]
     top[:3, 3] -= BASELINE * T[:3, 1]
     rng = np.random.default_rng(place)
-    first, second, third = (picture_of(ROOM, CAMERA, view, NOISE, rng) for view in (T, right, top))
+    first, second, third = (render_picture(ROOM, CAMERA, view, NOISE, rng) for view in (T, right, top))
     depth = ROOM.depth_image(CAMERA, T).astype(np.float64)
     return Scene(first, second, third, RIGHT.focal_baseline / depth)
 

@@ -19,12 +19,12 @@ from tqdm import tqdm
 from reward_planner.core.reward.reward_settings import RewardSettings
 from scene_simulator.grid_truth import distances_from
 
-LET_GO_ON = 500.0
-THOUGHT_MAX = 1000
+LENGTH_RATIO_MAX = 500.0
+PLANNED_MAX = 1000
 METHODS: dict[str, Driver] = {
     '`optimal`': drive_optimally,
-    '`reward`, visits once (the paper)': reward_driver(RewardSettings('once', THOUGHT_MAX)),
-    '`reward`, visits counted': reward_driver(RewardSettings('counted', THOUGHT_MAX)),
+    '`reward`, visits once (the paper)': reward_driver(RewardSettings('once', PLANNED_MAX)),
+    '`reward`, visits counted': reward_driver(RewardSettings('counted', PLANNED_MAX)),
     'visits once, no virtual search': reward_driver(RewardSettings('once', 0)),
     'visits counted, no virtual search': reward_driver(RewardSettings('counted', 0)),
 }
@@ -75,7 +75,7 @@ def print_failures(maps: dict[str, NDArray[np.bool_]], method: str, drives: Driv
         for task, drive in pairs:
             if drive.ended == 'goal':
                 continue
-            longer = METHODS[method](maps[name], task, LET_GO_ON * task.length)
+            longer = METHODS[method](maps[name], task, LENGTH_RATIO_MAX * task.length)
             arrives = f'{longer.length / task.length:.1f} x' if longer.ended == 'goal' else longer.ended
             straight = np.hypot(*np.subtract(task.start, task.goal))
             reachable = np.isfinite(distances_from(maps[name], task.start)).sum()
@@ -87,13 +87,13 @@ def print_failures(maps: dict[str, NDArray[np.bool_]], method: str, drives: Driv
 
 def print_unsolvable(maps: dict[str, NDArray[np.bool_]], count: int) -> None:
     """Print what is said of goals that cannot be reached."""
-    print('\n| method | goals without a way | told so | length driven until then: median cells |')
+    print('\n| method | unreachable goals | reported | length driven until then: median cells |')
     print('|---|---|---|---|')
     tasks = [(blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, count, 2)]
     for method in EXPLAINED:
         drives = [METHODS[method](blocked, task, 1e5) for blocked, task in tqdm(tasks, leave=False)]
-        told = [drive.length for drive in drives if drive.ended == 'unreachable']
-        print(f'| {method} | {len(tasks)} | {len(told)} | {np.median(told):.0f} |')
+        reported = [drive.length for drive in drives if drive.ended == 'unreachable']
+        print(f'| {method} | {len(tasks)} | {len(reported)} | {np.median(reported):.0f} |')
 
 
 def main() -> int:

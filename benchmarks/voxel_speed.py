@@ -1,7 +1,7 @@
-"""Time of counting and of free rays, beside numpy.bincount and OctoMap: `./shirube bench voxel_speed`.
+"""Time of counting and of free rays, compared with numpy.bincount and OctoMap: `./shirube bench voxel_speed`.
 
 All methods get the same 272 000 points and run in a new random order in each round, on CPU time of this process, which
-is let onto one core only. Ratios are taken within rounds. The settings are the defaults, which `ghosts` uses too.
+runs on one core. Ratios are taken within rounds. The settings are the defaults, which `spurious_obstacles` uses too.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 import numpy as np
 from _peer_octomap import INSTALL, IS_INSTALLED, insert_into_octomap
-from _voxel_scenes import CAMERA, CAMERA_HEIGHT, NEAR_WALL, POINTS, ROOM, points_at, standing, view_at
+from _voxel_scenes import CAMERA, CAMERA_HEIGHT, NEAR_WALL, POINTS, ROOM, points_at, stationary_poses, view_at
 from numpy.typing import NDArray
 from tqdm import tqdm
 
@@ -53,7 +53,7 @@ def lean_bincount(points_map: NDArray[np.float32], window: FrameWindow) -> NDArr
 
 def jobs_of(room: BoxRoom, settings: VoxelSettings) -> dict[str, Job]:
     """Return what is timed, by name."""
-    pose = standing(1)[0]
+    pose = stationary_poses(1)[0]
     points, view = points_at(room, pose, np.random.default_rng(0)), view_at(pose)
     R, t = view.T_map_sensor[:3, :3].astype(np.float32), view.origin.astype(np.float32)
     points_map = points @ R.T + t
@@ -81,7 +81,7 @@ def check_counts(
     counts: NDArray[np.int64], counter: FrameVoxelizer, points: NDArray[np.float32], settings: VoxelSettings
 ) -> None:
     """Say how many points both counts have, and how far they differ."""
-    frame = counter.count(points, view_at(standing(1)[0]))
+    frame = counter.count(points, view_at(stationary_poses(1)[0]))
     ours = np.zeros_like(counts)
     ours[frame.cells] = frame.counts
     print(

@@ -38,17 +38,17 @@ DUST = (5, 90)
 BATCH = 100
 
 
-class Kind(NamedTuple):
+class ViewKind(NamedTuple):
     """One kind of view.
 
     Attributes:
-        name: for people.
+        name: description for the table.
         views: how many.
         missing: share of the dots that is missing.
         spurious: spurious dots as a share of the dots.
         other_floor: whether the floor is not that of the map.
         mirrored: whether the image is mirrored.
-        scale: of the image over that of the camera.
+        scale: scale of the image relative to the camera's.
     """
 
     name: str
@@ -62,22 +62,22 @@ class Kind(NamedTuple):
 
 DUST_ALONE = 'dust alone'
 KINDS = (
-    Kind('the right floor, clean', 20000),
-    Kind('25 % missing, 30 % spurious', 10000, 0.25, 0.3),
-    Kind('25 % missing, 50 % spurious', 10000, 0.25, 0.5),
-    Kind('another floor', 10000, other_floor=True),
-    Kind('another floor, 25 % missing, 30 % spurious', 10000, 0.25, 0.3, other_floor=True),
-    Kind(DUST_ALONE, 20000),
-    Kind('mirrored', 10000, mirrored=True),
-    Kind('10 % too large', 5000, scale=1.1),
-    Kind('10 % too small', 5000, scale=0.9),
+    ViewKind('the right floor, clean', 20000),
+    ViewKind('25 % missing, 30 % spurious', 10000, 0.25, 0.3),
+    ViewKind('25 % missing, 50 % spurious', 10000, 0.25, 0.5),
+    ViewKind('another floor', 10000, other_floor=True),
+    ViewKind('another floor, 25 % missing, 30 % spurious', 10000, 0.25, 0.3, other_floor=True),
+    ViewKind(DUST_ALONE, 20000),
+    ViewKind('mirrored', 10000, mirrored=True),
+    ViewKind('10 % too large', 5000, scale=1.1),
+    ViewKind('10 % too small', 5000, scale=0.9),
 )
 
 
 class Batch(NamedTuple):
     """Views of a kind, for another process."""
 
-    kind: Kind
+    kind: ViewKind
     number: int
     views: int
     effort: float
@@ -94,7 +94,7 @@ def views_of(batch: Batch) -> list[PaperView]:
     )
 
 
-def pixels_of(kind: Kind, view: PaperView, rng: np.random.Generator) -> NDArray[np.float64]:
+def pixels_of(kind: ViewKind, view: PaperView, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return what the camera sees of a view, shape (n, 2) [px]."""
     if kind.name == DUST_ALONE:
         return rng.uniform(-0.5, CAMERA.width - 0.5, (int(rng.integers(DUST[0], DUST[1] + 1)), 2))
@@ -119,8 +119,8 @@ def run_batch(batch: Batch) -> Counter[str]:
     return counts
 
 
-def is_right(kind: Kind, fix: Fix, view: PaperView) -> bool:
-    """Tell whether a pose is that of the view; of another floor, of dust and of a mirror image there is none."""
+def is_right(kind: ViewKind, fix: Fix, view: PaperView) -> bool:
+    """Return whether a pose is that of the view; of another floor, of dust and of a mirror image there is none."""
     if kind.other_floor or kind.mirrored or kind.name == DUST_ALONE:
         return False
     pose, truth = fix.T_map_base, view.T_map_view
@@ -140,7 +140,7 @@ def localizer_of_process() -> FloorLocalizer:
     return FloorLocalizer(index_map(DotMap(floor, np.full(len(floor), np.nan))), MOUNT)
 
 
-def print_table(counts: dict[Kind, Counter[str]]) -> None:
+def print_table(counts: dict[ViewKind, Counter[str]]) -> None:
     """Print a line a kind and the sum of all."""
     print('| views | number | right | wrong | none | why none |\n|---|---|---|---|---|---|')
     for kind, count in counts.items():
@@ -176,7 +176,7 @@ def main() -> None:
         for kind in KINDS
         for number, start in enumerate(range(0, round(arguments.share * kind.views), BATCH))
     ]
-    counts: dict[Kind, Counter[str]] = {kind: Counter() for kind in KINDS}
+    counts: dict[ViewKind, Counter[str]] = {kind: Counter() for kind in KINDS}
     with (
         multiprocessing.get_context('spawn').Pool(arguments.processes) as pool,
         tqdm(total=sum(batch.views for batch in batches), unit='view') as bar,

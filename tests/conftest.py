@@ -1,4 +1,4 @@
-"""Lets tests import the modules that lie beside them, and the light channel of the beacon's tests."""
+"""Makes the helper modules of this folder and the light channel of the beacon's tests importable."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""How far the result of a run may be from the golden one."""
+"""Tolerances between the result of a run and its golden file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A firmware of ours in simavr: built, powered and spoken to on its serial line."""
+"""Builds a firmware, runs it in simavr and communicates over its serial line."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class SimulatedChip:
         self.send(request.encode() + b'\r')
         self._command(f'l {ANSWER_US}')
         answer = self._sent().decode()
-        assert answer.endswith('\r\n'), f'{request} was answered {answer!r}'
+        assert answer.endswith('\r\n'), f'{request}: unexpected reply {answer!r}'
         return answer.strip()
 
     def end(self) -> None:
@@ -70,7 +70,7 @@ class SimulatedChip:
     def _answer(self) -> str:
         assert self._process.stdout is not None
         answer = self._process.stdout.readline()
-        assert answer.endswith('\n'), 'the simulator died'
+        assert answer.endswith('\n'), 'the simulator exited'
         return answer
 
     def _sent(self) -> bytes:

@@ -1,4 +1,4 @@
-"""The firmware of the LED beacon in simavr: powered, spoken to, and its light recorded."""
+"""The LED beacon firmware in simavr: serial communication and recorded light output."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Light:
     def waveform(self, start: int, period: float, periods: int) -> Waveform:
         """Return whole periods [ticks] of it as a waveform."""
         end = start + round(periods * period)
-        assert self.ticks[-1] >= end - period, 'not recorded for so long'
+        assert self.ticks[-1] >= end - period, 'the recording is too short'
         inside = (self.ticks > start) & (self.ticks < end)
         first = int(self.states[np.searchsorted(self.ticks, start, side='right') - 1])
         states = np.append(first, self.states[inside])

@@ -1,4 +1,4 @@
-"""The rules that keep the code in its places: imports, what a core may do, how long things get."""
+"""Architecture rules: allowed imports, pure cores, and limits on the length of files and functions."""
 
 import ast
 import re
@@ -53,11 +53,11 @@ NOT_PURE = (
     'scene_simulator/scene_simulator/commands',
     'scene_simulator/scene_simulator/floor_bag.py',
     'scene_simulator/scene_simulator/lamp_bag.py',
-    'scene_simulator/scene_simulator/movingai_file.py',
+    'scene_simulator/scene_simulator/movingai_files.py',
     'scene_simulator/scene_simulator/room_bag.py',
     'scene_simulator/scene_simulator/stereo_bag.py',
     'scene_simulator/scene_simulator/scene_messages.py',
-    'scene_simulator/scene_simulator/survey.py',
+    'scene_simulator/scene_simulator/simulated_survey.py',
 )
 PURE_LIBRARIES = {
     'numpy',
@@ -228,7 +228,7 @@ def test_packages_depend_on_each_other_without_circles() -> None:
     waiting = {p: set(declared(p, 'exec_depend')) & set(PACKAGES) for p in PACKAGES}
     while waiting:
         free = [package for package, needs in waiting.items() if not needs & set(waiting)]
-        assert free, f'circle among {sorted(waiting)}'
+        assert free, f'import cycle among {sorted(waiting)}'
         for package in free:
             del waiting[package]
 
@@ -241,7 +241,7 @@ def test_pip_users_get_every_package() -> None:
 
 
 @pytest.mark.parametrize('folder', FOLDERS)
-def test_files_and_functions_stay_short_and_speak(folder: str) -> None:
+def test_files_and_functions_are_short_and_documented(folder: str) -> None:
     for path in (ROOT / folder).rglob('*.py'):
         assert len(path.read_text().splitlines()) <= 300, relative(path)
         assert not re.fullmatch(r'_?(utils?|common|helpers?|misc)', path.stem), relative(path)

@@ -1,4 +1,4 @@
-"""The committed bags of the corridor are the drives that the simulator describes today."""
+"""The committed corridor bags match the simulator's current drives."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from scene_simulator.corridor_runs import RUNS, SECONDS, corridor_drive
+from scene_simulator.corridor_recordings import RUNS, SECONDS, make_corridor_drive
 from scene_simulator.stereo_drive import StereoDrive
 from scene_simulator.stereo_rig import raw_rig
 from shirube_bags.bag_reader import BagReader
@@ -23,7 +23,7 @@ DRIVES = {f'corridor_{name}': (name, False) for name in RUNS} | {'corridor_raw':
 
 def drive_of(name: str) -> StereoDrive:
     run, is_raw = DRIVES[name]
-    return corridor_drive(run, rig=raw_rig() if is_raw else None)
+    return make_corridor_drive(run, rig=raw_rig() if is_raw else None)
 
 
 def test_the_bags_are_small() -> None:

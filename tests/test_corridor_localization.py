@@ -1,4 +1,4 @@
-"""A place that is taught from one recorded drive is found on the others, and no other camera is believed."""
+"""A place taught from one recorded drive is found on the others; images of other cameras are rejected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of parameters and the example configuration say what the code says."""
+"""The parameter documentation and the example configuration match the code."""
 
 import importlib.util
 from pathlib import Path

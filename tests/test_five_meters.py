@@ -1,4 +1,4 @@
-"""Which views of five meters count as decidable, and the peers and scores of the stereo benchmarks."""
+"""Which views of five meters are decidable, and the baselines and scores of the stereo benchmarks."""
 
 import importlib
 import sys
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.newest_set_only
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 EVEN = np.array([0.0, 0.3, 0.6, 0.9, 1.2])
 UNEVEN = np.array([0.0, 0.3, 0.65, 0.95, 1.33])
-AHEAD = PlanarPose(-3.0, 0.0, 0.0)
+FORWARD_MOUNT = PlanarPose(-3.0, 0.0, 0.0)
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -68,7 +68,7 @@ def test_gaps_within_the_tolerance_are_even(five):
 def test_panels_and_doors_decide_what_an_even_row_does_not(five):
     for bare, standing in ((True, five.UNDECIDABLE), (False, five.DECIDABLE)):
         scene = corridor(CorridorDesign(seed=5, even=True, bare=bare))
-        assert five.standing_of(scene, (0, 1, 2, 3), 0, AHEAD) == standing
+        assert five.standing_of(scene, (0, 1, 2, 3), 0, FORWARD_MOUNT) == standing
 
 
 def test_a_robot_that_looks_aside_has_too_little_in_view(five):

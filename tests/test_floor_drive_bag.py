@@ -1,4 +1,4 @@
-"""The committed bag is the scene that the simulator describes today."""
+"""The committed bag matches the simulator's current scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.demo_scene import DemoScene
-from scene_simulator.floor_bag import DIRTY_SHARE, START_NS
+from scene_simulator.floor_bag import DIRTY_FRACTION, START_NS
 from shirube_bags.bag_reader import BagReader
 from shirube_geometry import yaw_from_quaternion
 
@@ -38,6 +38,6 @@ def test_pictures_and_marks_of_the_bag_are_those_of_the_scene() -> None:
             time = (message.stamp_ns - START_NS) / 1e9
             rendered = SCENE.photograph(time, np.random.default_rng(1))
             assert np.abs(image.astype(int) - rendered.image).mean() < 4.0
-            assert marks[message.stamp_ns] == (rendered.dirt_share > DIRTY_SHARE)
+            assert marks[message.stamp_ns] == (rendered.dirt_fraction > DIRTY_FRACTION)
     assert len(marks) == 600
     assert 20 < sum(marks.values()) < 60

@@ -1,4 +1,4 @@
-"""The nodes still do what they did: short runs on the committed bags give the committed results.
+"""Regression test of the nodes: short runs on the committed bags give the committed results.
 
 `./shirube test --renew-goldens` writes the results anew; the reason for it goes into the changelog.
 """

@@ -1,4 +1,4 @@
-"""Hard pictures give the right pose or none, never a wrong one; the benchmark of that name counts more of them."""
+"""Difficult images give the right pose or none, never a wrong one; the benchmark of that name runs more."""
 
 import importlib
 import sys

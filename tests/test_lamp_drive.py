@@ -1,4 +1,4 @@
-"""The recorded drive under lamps holds what its page says: IDs, commands and poses, and a survey finds its lamps."""
+"""The recorded drive under lamps decodes as documented: IDs, commands and poses; a survey finds its lamps."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def test_a_survey_finds_the_lamps_of_the_bag(tmp_path: Path, capsys: pytest.Capt
     assert (np.abs(errors) < 3.0 * sigmas + 0.0001).all()
 
 
-def test_a_rolling_shutter_finds_the_same_way(tmp_path: Path) -> None:
+def test_a_rolling_shutter_gives_the_same_path(tmp_path: Path) -> None:
     bag = BAG.with_name('lamp_drive_rolling')
     arguments = ['--beacons', str(bag / 'beacons.yaml'), '--bag', str(bag), '--out', str(tmp_path)]
     camera = ['--shutter', 'rolling', '--exposure-time', '60e-6', '--camera-xyz', '0', '0', '0']

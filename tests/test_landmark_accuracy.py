@@ -1,4 +1,4 @@
-"""The bound and the scores of the accuracy of landmarks, against a second computation and normal deviates."""
+"""The accuracy bound and scores of landmarks, against a second computation and normal deviates."""
 
 import importlib
 import sys

@@ -1,4 +1,4 @@
-"""What the lamp's firmware keeps while the power is off, and when it goes off at the worst time."""
+"""What the LED beacon firmware stores in EEPROM, also when power fails during a write."""
 
 from pathlib import Path
 

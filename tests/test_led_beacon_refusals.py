@@ -1,4 +1,4 @@
-"""What the lamp's firmware refuses on its serial line, and that it plays on all the same."""
+"""Serial commands that the LED beacon firmware rejects while it continues to transmit."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the lamp's firmware does when it is asked on its serial line."""
+"""Serial commands of the LED beacon firmware."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -98,7 +98,7 @@ def test_upload_that_rests_gives_way_to_the_kept_frame(firmware: Path, eeprom: P
     lamp.power_off()
 
 
-def test_frame_that_waits_is_told_apart_from_the_one_that_plays(firmware: Path, eeprom: Path) -> None:
+def test_the_pending_frame_differs_from_the_transmitted_one(firmware: Path, eeprom: Path) -> None:
     slow, next_one = (frame_to_bytes(ufsook_frame([packet])) for packet in (ID, bytes(20)))
     lamp = SimulatedLamp(firmware, eeprom)
     lamp.load(slow)
@@ -147,7 +147,7 @@ def test_commands_are_streamed_with_a_rising_counter(firmware: Path, eeprom: Pat
     assert got[-1] == IdPacket(4711)
 
 
-def test_host_speaks_with_the_lamp(firmware: Path, eeprom: Path) -> None:
+def test_host_communicates_with_the_lamp(firmware: Path, eeprom: Path) -> None:
     frame = frame_to_bytes(ufsook_frame([ID]))
     streamed = [frame_to_bytes(constant_tone_frame(tone)) for tone in (3000.0, 4000.0)]
     lamp = SimulatedLamp(firmware, eeprom)

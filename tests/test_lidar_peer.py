@@ -1,4 +1,4 @@
-"""The lidar that stands beside the lamps is a good one: it finds the truth, and furniture hides what it should."""
+"""The lidar baseline of the lamp benchmarks: it finds the true pose, and furniture occludes its beams."""
 
 import importlib
 import math
@@ -46,7 +46,7 @@ def test_an_empty_room_is_scanned_to_its_walls(rooms: ModuleType) -> None:
     assert np.std(ranges - walls) < 0.012
 
 
-def test_a_piece_is_in_the_way_of_its_beams(rooms: ModuleType) -> None:
+def test_furniture_blocks_its_beams(rooms: ModuleType) -> None:
     box = rooms.Piece(PlanarPose(rooms.MIDDLE[0] + 1.0, rooms.MIDDLE[1], 0.3), (0.4, 0.4), 0.9)
     scan = rooms.FurnishedRoom((box,)).scan(PlanarPose(*rooms.MIDDLE, math.pi), np.random.default_rng(1))
     assert 0.7 < np.hypot(*scan[rooms.BEAMS // 2]) < 0.85
@@ -66,7 +66,7 @@ def test_scans_are_matched_with_the_map_of_the_same_room(rooms: ModuleType, matc
         assert abs(found.yaw_to(pose)) < 0.002
 
 
-def test_shelves_hide_lamps_behind_them_and_low_ones_do_not(rooms: ModuleType) -> None:
+def test_racks_hide_lamps_behind_them_and_low_ones_do_not(rooms: ModuleType) -> None:
     camera = PlanarPose(-1.0, 0.0, 0.5)
     shelf = PlanarPose(-0.7, 0.0, math.pi / 2.0)
     for height, hidden in ((SHELF_HEIGHT, True), (0.4, False)):

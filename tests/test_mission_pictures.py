@@ -1,4 +1,4 @@
-"""The recorded pictures of the mission through the localizers: each finds the robot, or says that it cannot."""
+"""The recorded images of the mission through the localizers: each gives the pose or reports why not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bridge's own conversation with the motor controller's firmware: no emulator stands between them."""
+"""Serial communication of the motor bridge with the motor controller firmware, without the emulator."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What the motor controller's firmware does when it is told to."""
+"""Serial commands of the motor controller firmware."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What the motor controller's firmware refuses, and that the motors do not notice."""
+"""Serial commands that the motor controller firmware rejects without effect on the motors."""
 
 import re
 from collections.abc import Iterator

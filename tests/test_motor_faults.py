@@ -17,12 +17,12 @@ def benchmarks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Lets the benchmarks be imported."""
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     yield
-    for name in ('_motor_fuzz', '_motor_line', '_spoilt_line'):
+    for name in ('_motor_fuzz', '_motor_line', '_corrupted_line'):
         sys.modules.pop(name, None)
 
 
 @pytest.mark.parametrize('seed', [1, 2])
-def test_corrupted_replies_move_nothing_that_should_not(seed: int) -> None:
+def test_corrupted_replies_cause_no_wrong_motion(seed: int) -> None:
     fuzz = import_module('_motor_fuzz').fuzz
     tally = fuzz(4000, seed)
     assert sum(tally.faults.values()) > 100

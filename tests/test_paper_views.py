@@ -1,4 +1,4 @@
-"""The simulated views of the benchmarks keep the paper's conditions."""
+"""The simulated views of the benchmarks match the paper's conditions."""
 
 import importlib
 import sys

@@ -13,7 +13,7 @@ import pytest
 from scipy.stats import chi2
 
 from scene_simulator.dot_floor import DARK_ON_LIGHT
-from scene_simulator.survey import SURVEY_ERROR
+from scene_simulator.simulated_survey import SURVEY_ERROR
 from shirube_geometry import PlanarPose
 
 pytestmark = pytest.mark.newest_set_only

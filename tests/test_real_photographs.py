@@ -15,14 +15,14 @@ from floor_localizer.core.dot_extraction import DotDetector, DotDetectorSettings
 BENCHMARK = Path(__file__).resolve().parents[1] / 'benchmarks' / 'real_photographs'
 DATA = Path(os.environ.get('SHIRUBE_DATA', 'not given'))
 MODULES = (
-    *('card_edge', 'frame_finder', 'random_dot_sheets', 'sheet_trials', 'sheet_truth'),
+    *('card_edge', 'frame_finder', 'random_dot_pages', 'page_trials', 'page_truth'),
     *('terrazzo_trials', 'terrazzo_views'),
 )
 
 # Sheets that a human sees with all four corners, in frames of the movie: near, a stick over 0 and 3, oblique, far.
 SEEN_IN_MOVIE = {5: {0, 1}, 28: {1}, 77: {0, 1}, 165: {0, 1, 7}}
 
-needs_sheets = pytest.mark.skipif(
+needs_pages = pytest.mark.skipif(
     not (DATA / 'floor_random_dots').is_dir(), reason='SHIRUBE_DATA names no floor_random_dots/'
 )
 needs_terrazzo = pytest.mark.skipif(
@@ -47,37 +47,37 @@ def test_the_edge_of_a_card_is_found_above_its_side(bench):
     assert last == pytest.approx(0.8, abs=0.15)
 
 
-@needs_sheets
-def test_the_visible_sheets_of_the_photograph_are_located(bench):
+@needs_pages
+def test_the_visible_pages_of_the_photograph_are_located(bench):
     folder = DATA / 'floor_random_dots'
-    sheets = bench.random_dot_sheets.load_sheets(folder)
-    image, camera = bench.random_dot_sheets.load_photograph(folder)
-    photograph = bench.sheet_truth.look_at(0, image, camera.matrix, sheets)
+    pages = bench.random_dot_pages.load_pages(folder)
+    image, camera = bench.random_dot_pages.load_photograph(folder)
+    photograph = bench.page_truth.detect_pages(0, image, camera.matrix, pages)
     assert all(frame.is_printed for frame in photograph.frames)
-    trials = list(bench.sheet_trials.SheetBench(sheets).trials(photograph, np.random.default_rng(1)))
-    assert sorted(trial.sheet for trial in trials) == [3, 86, 87]
+    trials = list(bench.page_trials.PageBench(pages).trials(photograph, np.random.default_rng(1)))
+    assert sorted(trial.page for trial in trials) == [3, 86, 87]
     assert {trial.outcome for trial in trials} == {'right'}
     assert {trial.without_it for trial in trials} == {'none'}
 
 
-@needs_sheets
-def test_the_visible_sheets_of_the_movie_are_located(bench):
+@needs_pages
+def test_the_visible_pages_of_the_movie_are_located(bench):
     folder = DATA / 'floor_random_dots'
-    sheets = bench.random_dot_sheets.load_sheets(folder)
-    matrix = bench.random_dot_sheets.load_movie_camera(folder).matrix
-    sheet_bench = bench.sheet_trials.SheetBench(sheets)
-    for number, image in bench.random_dot_sheets.movie_images(folder):
+    pages = bench.random_dot_pages.load_pages(folder)
+    matrix = bench.random_dot_pages.load_movie_camera(folder).matrix
+    page_bench = bench.page_trials.PageBench(pages)
+    for number, image in bench.random_dot_pages.movie_images(folder):
         if number in SEEN_IN_MOVIE:
-            photograph = bench.sheet_truth.look_at(number, image, matrix, sheets)
-            trials = list(sheet_bench.trials(photograph, np.random.default_rng(1)))
-            assert {trial.sheet for trial in trials} >= SEEN_IN_MOVIE[number]
-            assert None not in {trial.sheet for trial in trials}
+            photograph = bench.page_truth.detect_pages(number, image, matrix, pages)
+            trials = list(page_bench.trials(photograph, np.random.default_rng(1)))
+            assert {trial.page for trial in trials} >= SEEN_IN_MOVIE[number]
+            assert None not in {trial.page for trial in trials}
             assert {trial.outcome for trial in trials} == {'right'}
             assert {trial.without_it for trial in trials} == {'none'}
 
 
 @needs_terrazzo
-def test_a_picture_without_sheets_has_no_frames(bench):
+def test_a_picture_without_pages_has_no_frames(bench):
     picture = bench.terrazzo_views.load_terrazzo(DATA)
     assert bench.frame_finder.find_frames(picture[:256, :256, 1].copy(), np.diag([300.0, 300.0, 1.0])) == []
 

@@ -1,4 +1,4 @@
-"""The recorded drive through a room is the simulator's, and the map that is made of it is the room."""
+"""The recorded drive through a room matches the simulator, and its map matches the room."""
 
 from __future__ import annotations
 

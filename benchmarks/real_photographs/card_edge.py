@@ -18,7 +18,7 @@ SLOPE_OF_WIDTH = 0.5  # greatest, from one end of the edge to the other [px]
 
 
 def fit_card_edge(profiles: Array, depth: Array) -> tuple[float, float] | None:
-    """Return how far the edge of the face lies beyond depth 0 at the edge's start and end [px].
+    """Return how far the edge of the face is beyond depth 0 at the edge's start and end [px].
 
     Brightness falls from the face to the side at the edge, and from the side to the ground a width further. The side
     may have no width. Edge and width are linear along the edge.

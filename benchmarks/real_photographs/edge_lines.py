@@ -15,8 +15,8 @@ REACHES = (6.0, 4.0, 4.0)  # of the profiles across an edge to either side, step
 STEP = 0.25  # of the profiles [px]
 TRIM = 0.06  # share of a side left out at either end
 CHUNKS = 16  # pieces of a side whose profiles are averaged
-FIRST_EDGE = 0.35  # least steepness of the sheet's edge, relative to the steepest in the profile
-FAINTEST_EDGE = 0.04  # per pixel, relative to the sheet's brightness
+FIRST_EDGE = 0.35  # least steepness of the page's edge, relative to the steepest in the profile
+FAINTEST_EDGE = 0.04  # per pixel, relative to the page's brightness
 STRAY = 3.5  # a fitted line's distance from the first guess at either end [px]
 ON_LINE = 0.5  # distance from the line of what belongs to it [px]
 
@@ -36,7 +36,7 @@ class RefinedQuad:
 
 @dataclass(frozen=True)
 class _Side:
-    edge: Array  # (a, b, c) of the line where the sheet's brightness ends
+    edge: Array  # (a, b, c) of the line where the page's brightness ends
     middle: Array | None  # (a, b, c) of the middle of a thin dark line, None where it is none
 
 
@@ -109,9 +109,9 @@ def _card_side(image: NDArray[np.uint8], start: Array, end: Array) -> Array:
 
 
 def _edges_in_profile(profile: Array, depth: Array, reach: float) -> tuple[float, float]:
-    """Return where a profile from the sheet outwards leaves the sheet, and the middle of the thin line there [px].
+    """Return where a profile from the page outwards leaves the page, and the middle of the thin line there [px].
 
-    NaN stands for an edge that is not there, and for the middle where it is dark behind the edge.
+    NaN means that there is no edge, and for the middle where it is dark behind the edge.
     """
     nothing = (np.nan, np.nan)
     smooth = cv2.GaussianBlur(profile[None], (0, 0), 0.4 / STEP)[0]

@@ -1,6 +1,6 @@
-"""Find the bright quadrilateral frames of printed sheets in a photograph, by their edges alone.
+"""Find the bright quadrilateral frames of printed pages in a photograph, by their edges alone.
 
-A frame is a closed chain of four corners. A corner is where two edges meet, both with the bright sheet on the
+A frame is a closed chain of four corners. A corner is where two edges meet, both with the bright page on the
 same side; between two corners an edge may be hidden by a hand or a stick, as long as its seen pieces lie on one
 line. The dots inside take no part but for their number, so that a frame's pose is independent of its dots.
 """
@@ -14,26 +14,26 @@ import cv2
 import numpy as np
 from edge_lines import card_corners, refine_quad
 from numpy.typing import NDArray
-from sheet_dots import find_sheet_dots
+from page_dots import find_page_dots
 
 Array = NDArray[np.float64]
 
 ENLARGEMENT = 2  # of the image, for short pieces of edges and for thin lines
-MINIMUM_PIECE = 5.0  # length of an edge piece [px]
-INSIDE = 2.5  # from an edge to where the sheet's brightness is taken [px]
+SEGMENT_MIN = 5.0  # length of an edge piece [px]
+INSIDE = 2.5  # from an edge to where the page's brightness is taken [px]
 ON_LINE = 1.2  # distance from an edge piece's line of what continues it [px]
 GROWTH_GAP = 30.0  # between two pieces that are one edge [px]
 CORNER_GAP = 8.0  # from an edge piece's end to the corner [px] ...
-CORNER_SHARE = 0.25  # ... or as a share of the piece's length
+CORNER_FRACTION = 0.25  # ... or as a share of the piece's length
 SAME_CORNER = 1.5  # [px]
 SAME_DIRECTION = 0.15  # [rad]
 STRAIGHTNESS = 3.0  # distance of an edge piece from its side's chord [px]
 MINIMUM_SIDE = 40.0  # [px]
-BRIGHTNESS = 0.65  # of a sheet, relative to the brightest hundredth of the image
+BRIGHTNESS = 0.65  # of a page, relative to the brightest hundredth of the image
 ASPECTS = (0.9, 1.0, 1.11)  # of the rectangles that a frame may be
 MISFIT = 0.013  # root mean square distance from such a rectangle's image, relative to the side
 REFINEMENT = 4.0  # greatest, of a corner [px]
-WHITE_SHARE = 0.6  # least, of a frame's inside
+WHITE_FRACTION = 0.6  # least, of a frame's inside
 MUCH_LARGER = 1.12  # ratio of areas
 BLACK = 2.0  # grey level where undistortion has no picture
 MINIMUM_DOTS = 12  # seen inside a frame
@@ -41,11 +41,11 @@ MINIMUM_DOTS = 12  # seen inside a frame
 
 @dataclass(frozen=True)
 class FoundFrame:
-    """A sheet's frame in an undistorted image.
+    """A page's frame in an undistorted image.
 
     Attributes:
         corners: shape (4, 2), clockwise as seen in the image [px].
-        is_printed: whether the frame is a printed line; else it is the edge of the sheet.
+        is_printed: whether the frame is a printed line; else it is the edge of the page.
         dots: number of dots seen inside.
     """
 
@@ -63,11 +63,11 @@ class _Corners:
 
 def find_frames(image: NDArray[np.uint8], camera_matrix: Array) -> list[FoundFrame]:
     """Return the frames in an undistorted grey image, taken by a camera with the matrix given, shape (3, 3)."""
-    pieces = _edge_pieces(image)
-    corners = _corners(pieces)
-    dots = find_sheet_dots(image)
+    segments = _edge_segments(image)
+    corners = _corners(segments)
+    dots = find_page_dots(image)
     found: list[FoundFrame] = []
-    for quad in _chains(corners, pieces):
+    for quad in _chains(corners, segments):
         inside = _count_inside(quad, dots)
         if inside < MINIMUM_DOTS:
             continue
@@ -76,7 +76,7 @@ def find_frames(image: NDArray[np.uint8], camera_matrix: Array) -> list[FoundFra
             continue
         if (
             _is_squarish(refined.corners, camera_matrix)
-            and _white_share(image, refined.corners) > WHITE_SHARE
+            and _white_fraction(image, refined.corners) > WHITE_FRACTION
         ):
             found.append(FoundFrame(refined.corners, refined.is_printed, inside))
     return [
@@ -85,66 +85,66 @@ def find_frames(image: NDArray[np.uint8], camera_matrix: Array) -> list[FoundFra
     ]
 
 
-def _edge_pieces(image: NDArray[np.uint8]) -> Array:
+def _edge_segments(image: NDArray[np.uint8]) -> Array:
     """Return straight edge pieces, shape (n, 2, 2): start and end [px], with the bright side to the right."""
     large = cv2.resize(image, None, fx=ENLARGEMENT, fy=ENLARGEMENT, interpolation=cv2.INTER_CUBIC)
     lines = cv2.createLineSegmentDetector().detect(large)[0]
     if lines is None:
         return np.empty((0, 2, 2))
-    pieces = (lines.reshape(-1, 2, 2).astype(np.float64) + 0.5) / ENLARGEMENT - 0.5
-    pieces = pieces[_lengths(pieces) >= MINIMUM_PIECE]
-    normal = _turned(_directions(pieces))
-    turn = _mean_along(image, pieces, -normal) > _mean_along(image, pieces, normal)
-    pieces[turn] = pieces[turn][:, ::-1]
+    segments = (lines.reshape(-1, 2, 2).astype(np.float64) + 0.5) / ENLARGEMENT - 0.5
+    segments = segments[_lengths(segments) >= SEGMENT_MIN]
+    normal = _normals(_directions(segments))
+    turn = _mean_along(image, segments, -normal) > _mean_along(image, segments, normal)
+    segments[turn] = segments[turn][:, ::-1]
     normal[turn] *= -1.0
     white = BRIGHTNESS * np.percentile(image, 99.0)
-    is_sheet = _mean_along(image, pieces, INSIDE * normal) > white
-    is_border = _mean_along(image, pieces, -INSIDE * normal) < BLACK
-    pieces = pieces[is_sheet & ~is_border]
-    return np.concatenate([pieces, *[_grown(piece, pieces)[None] for piece in pieces]])
+    is_page = _mean_along(image, segments, INSIDE * normal) > white
+    is_border = _mean_along(image, segments, -INSIDE * normal) < BLACK
+    segments = segments[is_page & ~is_border]
+    return np.concatenate([segments, *[_extend(segment, segments)[None] for segment in segments]])
 
 
-def _lengths(pieces: Array) -> Array:
-    return np.linalg.norm(pieces[:, 1] - pieces[:, 0], axis=1)
+def _lengths(segments: Array) -> Array:
+    return np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
 
 
-def _directions(pieces: Array) -> Array:
-    return (pieces[:, 1] - pieces[:, 0]) / _lengths(pieces)[:, None]
+def _directions(segments: Array) -> Array:
+    return (segments[:, 1] - segments[:, 0]) / _lengths(segments)[:, None]
 
 
-def _grown(piece: Array, pieces: Array) -> Array:
+def _extend(segment: Array, segments: Array) -> Array:
     """Return a piece lengthened by those that lie on its line, over small gaps."""
-    directions = _directions(pieces)
+    directions = _directions(segments)
     for forward in (True, False, True, False):
         while True:
-            along = (piece[1] - piece[0]) / np.linalg.norm(piece[1] - piece[0])
+            along = (segment[1] - segment[0]) / np.linalg.norm(segment[1] - segment[0])
             across = np.array([-along[1], along[0]])
-            on_line = (np.abs((pieces - piece[0]) @ across) < ON_LINE).all(axis=1) & (
+            on_line = (np.abs((segments - segment[0]) @ across) < ON_LINE).all(axis=1) & (
                 directions @ along > 0.98
             )
-            gap = (pieces[:, 0] - piece[1]) @ along if forward else (piece[0] - pieces[:, 1]) @ along
+            gap = (segments[:, 0] - segment[1]) @ along if forward else (segment[0] - segments[:, 1]) @ along
             usable = np.nonzero(on_line & (gap > -3.0) & (gap < GROWTH_GAP))[0]
             if len(usable) == 0:
                 break
-            other = pieces[usable[np.argmin(gap[usable])]]
-            piece = np.array([piece[0], other[1]] if forward else [other[0], piece[1]])
-    return piece
+            other = segments[usable[np.argmin(gap[usable])]]
+            segment = np.array([segment[0], other[1]] if forward else [other[0], segment[1]])
+    return segment
 
 
-def _mean_along(image: NDArray[np.uint8], pieces: Array, offset: Array) -> Array:
+def _mean_along(image: NDArray[np.uint8], segments: Array, offset: Array) -> Array:
     """Return the mean grey level along pieces moved by an offset, shape (n,)."""
     share = np.linspace(0.1, 0.9, 9)
-    points = pieces[:, :1] + share[None, :, None] * (pieces[:, 1:] - pieces[:, :1]) + offset[:, None]
+    points = segments[:, :1] + share[None, :, None] * (segments[:, 1:] - segments[:, :1]) + offset[:, None]
     maps = points.astype(np.float32)
     values = cv2.remap(image, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return values.reshape(len(pieces), -1).astype(np.float64).mean(axis=1)
+    return values.reshape(len(segments), -1).astype(np.float64).mean(axis=1)
 
 
-def _corners(pieces: Array) -> _Corners:
+def _corners(segments: Array) -> _Corners:
     """Return where an edge piece ends and another begins with a turn to the right."""
-    start, end = pieces[:, 0], pieces[:, 1]
-    along = _directions(pieces)
-    reach = np.maximum(CORNER_GAP, CORNER_SHARE * _lengths(pieces))
+    start, end = segments[:, 0], segments[:, 1]
+    along = _directions(segments)
+    reach = np.maximum(CORNER_GAP, CORNER_FRACTION * _lengths(segments))
     near = np.linalg.norm(end[:, None] - start[None], axis=2) < reach[:, None] + reach[None]
     sine = along[:, None, 0] * along[None, :, 1] - along[:, None, 1] * along[None, :, 0]
     before, after = np.nonzero(near & (sine > 0.4))
@@ -153,12 +153,12 @@ def _corners(pieces: Array) -> _Corners:
     points = end[before] + to_end[:, None] * along[before]
     to_start = np.linalg.norm(points - start[after], axis=1)
     good = (np.abs(to_end) < reach[before]) & (to_start < reach[after])
-    return _distinct(_Corners(points[good], before[good], after[good]), pieces)
+    return _distinct(_Corners(points[good], before[good], after[good]), segments)
 
 
-def _distinct(corners: _Corners, pieces: Array) -> _Corners:
+def _distinct(corners: _Corners, segments: Array) -> _Corners:
     """Keep one of corners at one place with equal directions, the one with the longest edge pieces."""
-    vectors = pieces[:, 1] - pieces[:, 0]
+    vectors = segments[:, 1] - segments[:, 0]
     length = np.linalg.norm(vectors, axis=1)
     angle = np.arctan2(vectors[:, 1], vectors[:, 0])
     kept: list[int] = []
@@ -174,7 +174,7 @@ def _distinct(corners: _Corners, pieces: Array) -> _Corners:
     return _Corners(corners.points[kept], corners.before[kept], corners.after[kept])
 
 
-def _chains(corners: _Corners, pieces: Array) -> list[Array]:
+def _chains(corners: _Corners, segments: Array) -> list[Array]:
     """Return the quadrilaterals that chains of four corners close, each of shape (4, 2)."""
     points = corners.points
     follows: list[list[int]] = [[] for _ in points]
@@ -183,9 +183,9 @@ def _chains(corners: _Corners, pieces: Array) -> list[Array]:
         length = np.linalg.norm(chord, axis=1)
         with np.errstate(divide='ignore', invalid='ignore'):
             unit = chord / length[:, None]
-        out, into = pieces[corners.after[i]], pieces[corners.before]
-        off_out = np.abs(np.einsum('nk,pk->np', _turned(unit), out - points[i]))
-        off_into = np.abs(np.einsum('nk,npk->np', _turned(unit), into - points[i]))
+        out, into = segments[corners.after[i]], segments[corners.before]
+        off_out = np.abs(np.einsum('nk,pk->np', _normals(unit), out - points[i]))
+        off_into = np.abs(np.einsum('nk,npk->np', _normals(unit), into - points[i]))
         ahead = np.einsum('nk,k->n', unit, out[1] - out[0]) > 0.0
         ahead &= np.einsum('nk,nk->n', unit, into[:, 1] - into[:, 0]) > 0.0
         good = (length > MINIMUM_SIDE) & ahead
@@ -212,7 +212,7 @@ def _is_squarish(corners: Array, camera_matrix: Array) -> bool:
     return False
 
 
-def _white_share(image: NDArray[np.uint8], corners: Array) -> float:
+def _white_fraction(image: NDArray[np.uint8], corners: Array) -> float:
     inside = np.zeros_like(image)
     cv2.fillConvexPoly(inside, np.round(corners).astype(np.int32), 1)
     return float((image[inside > 0] > BRIGHTNESS * np.percentile(image, 99.0)).mean())
@@ -224,7 +224,7 @@ def _paths(follows: list[list[int]], a: int) -> itertools.chain[tuple[int, int, 
     )
 
 
-def _turned(vectors: Array) -> Array:
+def _normals(vectors: Array) -> Array:
     return np.column_stack([-vectors[:, 1], vectors[:, 0]])
 
 

@@ -1,4 +1,4 @@
-"""Locate real photographs without a prior: printed random-dot sheets and terrazzo. Prints markdown.
+"""Locate real photographs without a prior: printed random-dot pages and terrazzo. Prints markdown.
 
 ``SHIRUBE_DATA`` names the folder that holds ``floor_random_dots/`` and ``floor_terrazzo/`` (BoofCV-Data, CC BY 4.0, and
 terrazzo018 of ambientCG, CC0).
@@ -15,10 +15,10 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from random_dot_sheets import FOLDER, load_movie_camera, load_photograph, load_sheets, movie_images
-from sheet_report import sheet_report
-from sheet_trials import SheetBench, SheetTrial
-from sheet_truth import Photograph, examine
+from page_report import page_report
+from page_trials import PageBench, PageTrial
+from page_truth import Photograph, detect_all_pages
+from random_dot_pages import FOLDER, load_movie_camera, load_pages, load_photograph, movie_images
 from terrazzo_report import chip_report, view_report
 from terrazzo_trials import TerrazzoBench
 from terrazzo_views import load_terrazzo
@@ -47,24 +47,24 @@ def main() -> int:
     data = Path(os.environ['SHIRUBE_DATA'])
     print('# Real photographs\n')
     print(f'Python {platform.python_version()}, numpy {np.__version__}, OpenCV {cv2.__version__}.\n')
-    _run_sheets(data / FOLDER, arguments.every)
+    _run_pages(data / FOLDER, arguments.every)
     _run_terrazzo(data, arguments.views)
     return 0
 
 
-def _run_sheets(folder: Path, every: int) -> None:
-    sheets = load_sheets(folder)
+def _run_pages(folder: Path, every: int) -> None:
+    pages = load_pages(folder)
     image, camera = load_photograph(folder)
-    photograph = examine([(0, image)], camera.matrix, sheets)
+    photograph = detect_all_pages([(0, image)], camera.matrix, pages)
     images = tqdm(movie_images(folder, every), 'frames', (MOVIE_LENGTH - 1) // every + 1, leave=False)
-    movie = examine(images, load_movie_camera(folder).matrix, sheets)
-    bench = SheetBench(sheets)
-    print('## Printed sheets among the map of all 120\n')
-    print(sheet_report('image00.jpg', photograph, _locate(bench, photograph), is_printed=True))
-    print(sheet_report('movie.mp4', movie, _locate(bench, movie), is_printed=False))
+    movie = detect_all_pages(images, load_movie_camera(folder).matrix, pages)
+    bench = PageBench(pages)
+    print('## Printed pages among the map of all 120\n')
+    print(page_report('image00.jpg', photograph, _locate(bench, photograph), is_printed=True))
+    print(page_report('movie.mp4', movie, _locate(bench, movie), is_printed=False))
 
 
-def _locate(bench: SheetBench, photographs: Iterable[Photograph]) -> list[SheetTrial]:
+def _locate(bench: PageBench, photographs: Iterable[Photograph]) -> list[PageTrial]:
     generator = np.random.default_rng(SEED)
     return [trial for photograph in photographs for trial in bench.trials(photograph, generator)]
 

@@ -29,9 +29,9 @@ def chip_report(picture: Image, detector: DotDetector) -> str:
     for colour, name in enumerate(COLOURS):
         cells = []
         for low, high in limits:
-            own = (chips.colours == colour) & (chips.diameters >= low) & (chips.diameters < high)
-            own &= ~chips.at_border
-            cells.append(f'{(single & own).sum()} of {own.sum()}')
+            matched = (chips.colours == colour) & (chips.diameters >= low) & (chips.diameters < high)
+            matched &= ~chips.at_border
+            cells.append(f'{(single & matched).sum()} of {matched.sum()}')
         rows.append([name, *cells])
     heads = [f'{low:g} to {high:g} px' for low, high in limits]
     return (

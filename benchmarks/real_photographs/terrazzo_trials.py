@@ -22,7 +22,7 @@ class TerrazzoTrial:
 
     Attributes:
         outcome: ``right``, ``none`` or ``wrong``.
-        error: of the position [m], NaN without a pose.
+        error: position error [m], NaN without a pose.
         turn: error of the heading [rad], NaN without a pose.
         dots: number of dots in the view.
         match_rate: share of the view's dots that were found on the map.

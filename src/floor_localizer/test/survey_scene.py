@@ -12,7 +12,7 @@ from floor_localizer.commands.build_map import main
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.camera_files import save_intrinsics
 from floor_localizer.files.csv_format import save_csv
-from scene_simulator.dot_floor import FloorDesign, lay_floor
+from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.scene_messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
@@ -26,7 +26,7 @@ START_NS, STEP_NS = 1_700_000_000_000_000_000, 100_000_000
 
 def record_drive(folder: Path) -> Path:
     """Write a folder of images with their odometry, a bag of the same, and the true map."""
-    floor = lay_floor(FloorDesign(size=SIZE, count=round(5384 * SIZE[0] * SIZE[1])), seed=1)
+    floor = generate_dot_floor(FloorDesign(size=SIZE, count=round(5384 * SIZE[0] * SIZE[1])), seed=1)
     save_csv(folder / 'true.csv', DotMap(floor.points, floor.diameters))
     save_intrinsics(folder / 'camera.yaml', PAPER_CAMERA)
     truth, rng, camera = lane_poses(SIZE), np.random.default_rng(1), FloorCamera()

@@ -13,7 +13,7 @@ import yaml
 from floor_localizer.commands.locate import main
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.csv_format import save_csv
-from scene_simulator.dot_floor import FloorDesign, lay_floor
+from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.scene_messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
@@ -31,7 +31,7 @@ BLANK = 5  # index of the image without dots
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a map, a calibration, images and a bag of the same images."""
     folder = tmp_path_factory.mktemp('scene')
-    floor = lay_floor(FloorDesign(size=(0.5, 0.5), count=1346), seed=1)
+    floor = generate_dot_floor(FloorDesign(size=(0.5, 0.5), count=1346), seed=1)
     save_csv(folder / 'floor.csv', DotMap(floor.points, floor.diameters))
     rng, camera = np.random.default_rng(1), FloorCamera()
     images = [camera.photograph(floor, [pose], mount=MOUNT, rng=rng).image for pose in TRUTH]
@@ -130,7 +130,7 @@ def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(
 def test_images_of_another_floor_have_no_pose_and_leave_no_old_file(
     scene: Path, run: Run, tmp_path: Path
 ) -> None:
-    other = lay_floor(FloorDesign(size=(0.5, 0.5), count=1346), seed=2)
+    other = generate_dot_floor(FloorDesign(size=(0.5, 0.5), count=1346), seed=2)
     save_csv(tmp_path / 'other.csv', DotMap(other.points, other.diameters))
     (tmp_path / 'out').mkdir()
     (tmp_path / 'out' / 'poses.tum').write_text('old')

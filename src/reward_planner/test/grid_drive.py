@@ -16,8 +16,8 @@ from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
-from scene_simulator.driven_robot import DrivenRobot, MotorLimits
 from scene_simulator.grid_world import GridWorld
+from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
 from shirube_geometry import PlanarPose
 
 TICK = 0.05
@@ -35,7 +35,7 @@ class GridDrive:
         self.settings = settings or DrivingSettings()
         planner, reward = PlannerSettings(mode, RADIUS), RewardSettings(visits=visits)
         self.controller = DriveController(self.global_map, planner, reward, self.settings)
-        self.robot = DrivenRobot(start, MotorLimits(0.6, 4.0))
+        self.robot = SimulatedRobot(start, MotorLimits(0.6, 4.0))
         self.senses_pose = self.senses_map = True
         self.error = PlanarPose(0.0, 0.0, 0.0)  # error of the reported pose
         self.drives, self.poses, self.room = [], [start], []
@@ -48,7 +48,7 @@ class GridDrive:
 
     def sense(self):
         row, column = self.frame.cell_of((self.pose.x, self.pose.y))
-        cells, occupied = GridWorld(self.walls).sense((row, column), REACH / self.resolution)
+        cells, occupied = GridWorld(self.walls).observe((row, column), REACH / self.resolution)
         self._seen[:] = UNKNOWN
         self._seen[cells[:, 0], cells[:, 1]] = np.where(occupied, OCCUPIED, FREE)
         local = LocalMap(self.frame, self._seen, self._seen != UNKNOWN)

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from scene_simulator.box_room import BoxRoom, forward_camera
-from scene_simulator.box_room_picture import picture_of
+from scene_simulator.box_room_rendering import render_picture
 from shirube_geometry import PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5)
@@ -30,7 +30,7 @@ def picture(x=0.0, y=0.0, noise=1.0, seed=0, room=ROOM):
     """Image of a camera at that position."""
     T = forward_camera(0.0, 0.0, 0.6, 0.1)
     T[:3, 3] += T[:3, 0] * x + T[:3, 1] * y
-    return picture_of(
+    return render_picture(
         room, CAMERA, T, noise, np.random.default_rng([seed, int(1e3 * x) % 997, int(1e3 * y) % 997])
     )
 

@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 
 from reward_planner.node import RewardPlannerNode
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
-from scene_simulator.driven_robot import DrivenRobot, MotorLimits
+from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
 from shirube_geometry import PinholeCamera, PlanarPose
 from shirube_ros.point_cloud_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
@@ -38,7 +38,7 @@ class Robot:
     def __init__(self, graph, **parameters):
         self._graph = graph
         self.now = 100.0
-        self.body = DrivenRobot(START, MotorLimits(1.0, 6.0))
+        self.body = SimulatedRobot(START, MotorLimits(1.0, 6.0))
         parameters = {'use_sim_time': True, 'resolution': 0.1, 'range_max': 4.0} | parameters
         self.node = graph.add(RewardPlannerNode, **parameters)
         self.robot = graph.add(lambda **options: Node('robot', **options))

@@ -9,7 +9,7 @@ from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_maps import GRID_MAPS
-from scene_simulator.grid_truth import is_driveable
+from scene_simulator.grid_truth import is_traversable
 from scene_simulator.grid_world import GridWorld
 
 
@@ -23,7 +23,7 @@ def assert_as_from_scratch(routes: DStarLite, blocked, start, goal) -> Route | N
         assert mended.length == pytest.approx(anew.length, abs=1e-9)
         assert tuple(mended.cells[0]) == start
         assert tuple(mended.cells[-1]) == goal
-        assert is_driveable(blocked, mended.cells)
+        assert is_traversable(blocked, mended.cells)
     return mended
 
 
@@ -53,7 +53,7 @@ def test_a_drive_through_unknown_terrain_replans_as_from_scratch(kind: str) -> N
         known, world = np.zeros_like(occupied), GridWorld(occupied)
         routes = DStarLite(known, goal)
         while cell != goal:
-            seen, are_occupied = world.sense(cell, 6.0)
+            seen, are_occupied = world.observe(cell, 6.0)
             routes.update_cells(seen, are_occupied)
             known[tuple(seen.T)] = are_occupied
             route = assert_as_from_scratch(routes, known, cell, goal)

@@ -18,8 +18,8 @@ from reward_planner.core.mapping.pose_message_filter import DropReason
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import BoxRoom, forward_camera, noisy_depth, points_from_depth
-from scene_simulator.driven_robot import DrivenRobot, MotorLimits
+from scene_simulator.box_room import BoxRoom, add_disparity_noise, forward_camera, points_from_depth
+from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 CAMERA = PinholeCamera(120, 90, 90.0, 90.0, 59.5, 44.5)
@@ -43,7 +43,7 @@ class RoomDrive:
     def __init__(self, boxes, settings=SETTINGS):
         self.room = BoxRoom(SIZE, boxes)
         self.navigator = Navigator(MOUNT, settings)
-        self.robot = DrivenRobot(PlanarPose(0.0, 0.0, 0.0), MotorLimits(0.6, 4.0))
+        self.robot = SimulatedRobot(PlanarPose(0.0, 0.0, 0.0), MotorLimits(0.6, 4.0))
         self.rng = np.random.default_rng(1)
         self.gap = math.inf
         self.drive = None
@@ -55,7 +55,7 @@ class RoomDrive:
     def points(self):
         camera = self.pose @ PlanarPose(*MOUNT.xyz[:2], 0.0)
         depth = self.room.depth_image(CAMERA, forward_camera(camera.x, camera.y, MOUNT.xyz[2], camera.yaw))
-        return points_from_depth(noisy_depth(depth, 9.0, 0.1, self.rng), CAMERA).astype(np.float32)
+        return points_from_depth(add_disparity_noise(depth, 9.0, 0.1, self.rng), CAMERA).astype(np.float32)
 
     def tick(self):
         now = self.robot.time

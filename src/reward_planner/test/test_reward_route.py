@@ -7,7 +7,7 @@ import numpy as np
 from reward_planner.core.reward.reward_route import reward_route
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRoute, NoRouteReason
-from scene_simulator.grid_truth import is_driveable
+from scene_simulator.grid_truth import is_traversable
 
 FREE = np.zeros((30, 40), dtype=bool)
 COUNTED = RewardSettings(visits='counted')
@@ -16,7 +16,7 @@ COUNTED = RewardSettings(visits='counted')
 def test_the_way_is_straight_where_nothing_hinders():
     route = reward_route(FREE, (3, 3), (3, 30), COUNTED)
     assert route.length == 27.0
-    assert is_driveable(FREE, route.cells)
+    assert is_traversable(FREE, route.cells)
 
 
 def test_a_partial_route_is_the_start_of_the_whole_route():
@@ -55,4 +55,4 @@ def test_a_partial_route_has_no_loops():
         piece = reward_route(dead_end(), (12, 8), (12, 35), COUNTED, steps_max=steps)
         assert len(np.unique(piece.cells, axis=0)) == len(piece.cells)
         assert len(piece.cells) == steps + 1 or (piece.cells[-1] == (12, 35)).all()
-        assert is_driveable(dead_end(), piece.cells)
+        assert is_traversable(dead_end(), piece.cells)

@@ -6,7 +6,7 @@ import pytest
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk
 from scene_simulator.grid_maps import GRID_MAPS
-from scene_simulator.grid_truth import distances_from, is_driveable
+from scene_simulator.grid_truth import distances_from, is_traversable
 
 
 def go(blocked, start, goal, settings, steps_max=3000) -> list[tuple[int, int]]:
@@ -30,14 +30,14 @@ def test_no_sum_makes_the_robot_enter_an_occupied_cell(kind: str, visits: str) -
     blocked = GRID_MAPS[kind](40, 4)
     start, goal = (tuple(c) for c in np.random.default_rng(1).permutation(np.argwhere(~blocked))[:2].tolist())
     cells = go(blocked, start, goal, RewardSettings(visits=visits, virtual_steps_max=500), steps_max=500)
-    assert is_driveable(blocked, np.array(cells))
+    assert is_traversable(blocked, np.array(cells))
 
 
 def test_far_from_the_goal_where_a_collision_scores_best_it_is_still_not_taken() -> None:
     blocked = np.zeros((3, 3000), dtype=bool)
     blocked[1, 1] = True
     cells = go(blocked, (1, 0), (1, 2999), RewardSettings(), steps_max=50)
-    assert is_driveable(blocked, np.array(cells))
+    assert is_traversable(blocked, np.array(cells))
 
 
 def test_counted_visits_leave_a_trap_that_one_penalty_does_not() -> None:

@@ -9,8 +9,8 @@ import pytest
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_maps import GRID_MAPS
-from scene_simulator.grid_truth import distances_from, is_driveable
-from scene_simulator.movingai_file import load_movingai_map, load_movingai_scenarios
+from scene_simulator.grid_truth import distances_from, is_traversable
+from scene_simulator.movingai_files import load_movingai_map, load_movingai_scenarios
 
 ARENA = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'arena.map'
 
@@ -26,7 +26,7 @@ def assert_routes_are_shortest(blocked, start, goals) -> None:
         assert route.length == pytest.approx(truth[goal], abs=1e-9)
         assert tuple(route.cells[0]) == start
         assert tuple(route.cells[-1]) == goal
-        assert is_driveable(blocked, route.cells)
+        assert is_traversable(blocked, route.cells)
 
 
 def free_cells(blocked, rng, count) -> list[tuple[int, int]]:

@@ -1,4 +1,4 @@
-"""The motion along an arc, exact for any turn."""
+"""Exact motion along an arc."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from shirube_geometry import PlanarPose
 
 
-def arc_motion(way: float, turn: float) -> PlanarPose:
+def arc_motion(distance: float, yaw: float) -> PlanarPose:
     """Return the pose after an arc in the frame of its start.
 
     Args:
-        way: length of the arc, forward positive [m].
-        turn: turn along it, counter-clockwise positive [rad].
+        distance: length of the arc, forward positive [m].
+        yaw: yaw change along the arc, counter-clockwise positive [rad].
     """
-    chord = way * float(np.sinc(0.5 * turn / math.pi))
-    return PlanarPose(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
+    chord = distance * float(np.sinc(0.5 * yaw / math.pi))
+    return PlanarPose(chord * math.cos(0.5 * yaw), chord * math.sin(0.5 * yaw), yaw)

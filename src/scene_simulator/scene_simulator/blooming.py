@@ -9,9 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 
-_STEEPEST = 3.0
+_MAX_SLOPE = 3.0
 """Steepest edge that pixels still sample well [1/px]: as soft as 0.6 px of standard deviation make it."""
 
 
@@ -42,7 +42,7 @@ class Blooming:
         Raises:
             SceneError: a number outside its range.
         """
-        if not (0.0 < self.slope <= _STEEPEST and 0.0 <= self.spread < math.inf):
+        if not (0.0 < self.slope <= _MAX_SLOPE and 0.0 <= self.spread < math.inf):
             raise SceneError(
                 f'blooming has slope {self.slope} and spread {self.spread}: give above 0 to 3, 0 or more'
             )
@@ -70,7 +70,7 @@ class Blooming:
         return np.asarray(glow + (1.0 - np.array(glow)) * edge).reshape(flat.shape)
 
 
-SHARP = Blooming(slope=_STEEPEST, spread=0.0, glow=0.0)
+SHARP = Blooming(slope=_MAX_SLOPE, spread=0.0, glow=0.0)
 """A lens without blooming."""
 
 

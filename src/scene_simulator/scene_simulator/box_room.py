@@ -1,4 +1,4 @@
-"""A room with boxes, and what a depth camera sees of it: boxes, shelves, table tops and overhangs are all boxes."""
+"""A room of boxes and its depth images: racks, table tops and overhangs are all boxes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 from shirube_geometry import PinholeCamera
 
 Box = tuple[float, float, float, float, float, float]
@@ -22,7 +22,7 @@ class BoxRoom:
 
     Attributes:
         size: the room's own corners; its floor, ceiling and walls are seen.
-        boxes: what stands, lies or hangs in it.
+        boxes: boxes in the room.
 
     Raises:
         SceneError: a box without volume.
@@ -40,7 +40,7 @@ class BoxRoom:
         """Return the depth along the optical axis, shape (height, width) [m].
 
         Args:
-            camera: without distortion.
+            camera: pinhole intrinsics without distortion.
             T_map_camera: shape (4, 4), takes points from the optical frame to the map frame; the camera is in the room.
         """
         intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
@@ -80,7 +80,7 @@ class BoxRoom:
         return solid
 
 
-def noisy_depth(
+def add_disparity_noise(
     depth: NDArray[np.float32], focal_baseline: float, sigma: float, rng: np.random.Generator
 ) -> NDArray[np.float32]:
     """Return depths as a stereo camera measures them, with normal noise of the disparity f b / Z.
@@ -95,25 +95,25 @@ def noisy_depth(
     return (focal_baseline / np.maximum(disparity, 1e-3)).astype(np.float32)
 
 
-def with_phantoms(
+def add_spurious_depths(
     depth: NDArray[np.float32],
-    share: float,
+    fraction: float,
     patch: int,
     depths: tuple[float, float],
     rng: np.random.Generator,
 ) -> NDArray[np.float32]:
-    """Return the image with square patches that show nothing real, at uniformly random places and depths.
+    """Return the image with square patches of spurious depth at uniformly random positions and depths.
 
     Args:
         depth: shape (height, width) [m].
-        share: of the pixels that are phantoms, less where patches overlap.
+        fraction: fraction of the pixels in spurious patches; less where patches overlap.
         patch: side of a patch [px]; 1 gives single points.
-        depths: nearest and farthest phantom [m].
-        rng: source of the phantoms.
+        depths: smallest and largest spurious depth [m].
+        rng: random number generator.
     """
     height, width = depth.shape
     image = depth.copy()
-    count = round(share * depth.size / patch**2)
+    count = round(fraction * depth.size / patch**2)
     rows, columns = rng.integers(0, height - patch + 1, count), rng.integers(0, width - patch + 1, count)
     for row, column, z in zip(rows, columns, rng.uniform(*depths, count), strict=True):
         image[row : row + patch, column : column + patch] = z
@@ -125,7 +125,7 @@ def points_from_depth(depth: NDArray[np.float32], camera: PinholeCamera) -> NDAr
 
     Args:
         depth: shape (height, width), along the optical axis [m].
-        camera: without distortion.
+        camera: pinhole intrinsics without distortion.
     """
     u = (np.arange(camera.width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
     v = (np.arange(camera.height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy)
@@ -136,7 +136,7 @@ def forward_camera(x: float, y: float, height: float, yaw: float) -> NDArray[np.
     """Return T_map_camera, shape (4, 4), of a level camera.
 
     Args:
-        x: of the camera in the map frame [m].
+        x: x of the camera in the map frame [m].
         y: the same [m].
         height: the same [m].
         yaw: direction of the optical axis [rad].
@@ -161,26 +161,26 @@ def _cast_rays(
             a, b = (column - intrinsics[2]) / intrinsics[0], (row - intrinsics[3]) / intrinsics[1]
             for k in range(3):
                 ray[k] = T[k, 0] * a + T[k, 1] * b + T[k, 2]
-            nearest = _through(size, T[:, 3], ray)[1]
+            nearest = _intersect_box(size, T[:, 3], ray)[1]
             for box in boxes:
-                enters, leaves = _through(box, T[:, 3], ray)
-                if 0.0 < enters < leaves and enters < nearest:
-                    nearest = enters
+                t_entry, t_exit = _intersect_box(box, T[:, 3], ray)
+                if 0.0 < t_entry < t_exit and t_entry < nearest:
+                    nearest = t_entry
             depth[row, column] = nearest
     return depth
 
 
 @njit(cache=True)
-def _through(
+def _intersect_box(
     box: NDArray[np.float64], start: NDArray[np.float64], ray: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Return where a ray enters and leaves a box, in lengths of the ray."""
-    enters, leaves = -math.inf, math.inf
+    t_entry, t_exit = -math.inf, math.inf
     for k in range(3):
         if ray[k] == 0.0:
             if not box[k] < start[k] < box[k + 3]:
                 return math.inf, -math.inf
             continue
         first, second = (box[k] - start[k]) / ray[k], (box[k + 3] - start[k]) / ray[k]
-        enters, leaves = max(enters, min(first, second)), min(leaves, max(first, second))
-    return enters, leaves
+        t_entry, t_exit = max(t_entry, min(first, second)), min(t_exit, max(first, second))
+    return t_entry, t_exit

@@ -24,7 +24,7 @@ def box_shapes(box: Box, grey: float) -> list[FlatShape]:
 
     Args:
         box: its corners [m].
-        grey: of its paint.
+        grey: reflectance of the paint, 0 to 1.
     """
     x0, y0, z0, x1, y1, z1 = box
     wide, deep, high = x1 - x0, y1 - y0, z1 - z0
@@ -46,16 +46,16 @@ def box_shapes(box: Box, grey: float) -> list[FlatShape]:
     return shapes
 
 
-def farthest_first(boxes: Iterable[Box], eye: NDArray[np.float64]) -> list[Box]:
+def sort_farthest_first(boxes: Iterable[Box], camera_position: NDArray[np.float64]) -> list[Box]:
     """Return boxes in the order in which they are painted, by the distance of their nearest points.
 
     Args:
         boxes: that do not overlap.
-        eye: shape (3,), whence they are seen, in the map frame [m].
+        camera_position: shape (3,), camera position in the map frame [m].
     """
 
     def distance(box: Box) -> float:
         corners = np.array(box)
-        return float(np.linalg.norm(np.clip(eye, corners[:3], corners[3:]) - eye))
+        return float(np.linalg.norm(np.clip(camera_position, corners[:3], corners[3:]) - camera_position))
 
     return sorted(boxes, key=distance, reverse=True)

@@ -1,4 +1,4 @@
-"""When a camera takes its frames, which of them arrive, and what their stamps say."""
+"""Frame times of a camera with stamp jitter and dropped frames."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 
 
 @dataclass(frozen=True)
 class CameraClock:
-    """The rhythm of a camera. The default is exact and loses nothing.
+    """Frame timing of a camera. The default has no jitter and drops no frames.
 
     Attributes:
         rate: frames in a second [1/s].
         stamp_jitter: standard deviation of a stamp from the true start of the frame [s].
-        drop_share: share of the frames that get lost, 0 to below 1.
+        drop_fraction: fraction of dropped frames, 0 to below 1.
     """
 
     rate: float = 60.0
     stamp_jitter: float = 0.0
-    drop_share: float = 0.0
+    drop_fraction: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what no camera does.
@@ -35,9 +35,9 @@ class CameraClock:
             raise SceneError(
                 f'the camera has rate {self.rate} and jitter {self.stamp_jitter}: give above 0, 0 or more'
             )
-        if not 0.0 <= self.drop_share < 1.0:
+        if not 0.0 <= self.drop_fraction < 1.0:
             raise SceneError(
-                f'the camera loses a share of {self.drop_share} of its frames: give 0 to below 1'
+                f'the camera drops a fraction of {self.drop_fraction} of its frames: give 0 to below 1'
             )
 
     def frames(
@@ -59,5 +59,5 @@ class CameraClock:
             raise SceneError(f'the recording is {seconds} s long: give a positive number of seconds')
         starts = np.arange(math.ceil(seconds * self.rate - 1e-9)) / self.rate
         stamps = starts + self.stamp_jitter * rng.standard_normal(len(starts))
-        arrives = rng.random(len(starts)) >= self.drop_share
+        arrives = rng.random(len(starts)) >= self.drop_fraction
         return starts[arrives], stamps[arrives]

@@ -1,4 +1,4 @@
-"""Where a camera is in space, at an instant and during a frame."""
+"""Camera pose at an instant and its interpolation during a frame."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from shirube_geometry import CameraMount, PlanarPose, matrix_from_rpy
 
 _KNOTS = 5
-"""Poses asked for in a frame; between them the camera moves evenly: at 1 m/s^2 an error of 2 um in 16 ms."""
+"""Poses sampled per frame, with linear interpolation between them: at 1 m/s^2 an error of 2 um in 16 ms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ def camera_pose(T_map_base: PlanarPose, mount: CameraMount) -> CameraPose:
     """Return the pose of a camera on a robot.
 
     Args:
-        T_map_base: where the robot stands.
+        T_map_base: pose of the robot.
         mount: the camera in ``base_link``, or, for a robot that sways, in the upright frame under it
             (``Suspension.mount_at``).
     """
@@ -50,7 +50,7 @@ def camera_pose(T_map_base: PlanarPose, mount: CameraMount) -> CameraPose:
 
 
 class CameraMotion:
-    """The camera's way during one frame."""
+    """Camera trajectory during one frame."""
 
     def __init__(self, pose_at: PoseAt, start: float, stop: float) -> None:
         """Ask for the poses between two times [s]."""
@@ -78,7 +78,7 @@ class CameraMotion:
 def _rotations(turns: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return rotation matrices, shape (n, 3, 3), of rotation vectors, shape (n, 3) [rad], by Rodrigues' formula.
 
-    It stands here because scipy's rotations take too long for the few poses that each lamp needs.
+    scipy's Rotation is too slow for the few poses that each lamp needs.
     """
     angles = np.linalg.norm(turns, axis=1)[:, None, None]
     cross = np.zeros((len(turns), 3, 3))

@@ -16,9 +16,9 @@ class CameraRig:
     """An L of rectified cameras.
 
     Attributes:
-        camera: all are alike, without distortion.
-        mount: of the left camera's optical frame in ``base_link``.
-        baseline: from the left camera to each of the others [m].
+        camera: intrinsics of all three cameras, without distortion.
+        mount: pose of the left camera's optical frame in ``base_link``.
+        baseline: distance from the left camera to each of the others [m].
     """
 
     camera: PinholeCamera
@@ -26,8 +26,8 @@ class CameraRig:
     baseline: float
 
     @property
-    def places(self) -> dict[str, tuple[float, float]]:
-        """Where the cameras are in the left one's optical frame, x to the right and y down [m], by name."""
+    def camera_offsets(self) -> dict[str, tuple[float, float]]:
+        """Camera positions in the left camera's optical frame, x to the right and y down [m], by name."""
         return {'left': (0.0, 0.0), 'right': (self.baseline, 0.0), 'top': (0.0, -self.baseline)}
 
     @property
@@ -35,15 +35,15 @@ class CameraRig:
         """The matrices P of the cameras, shape (3, 4), by name."""
         matrix = self.camera.matrix
         return {
-            name: np.column_stack([matrix, 0.0 - matrix @ (*place, 0.0)])
-            for name, place in self.places.items()
+            name: np.column_stack([matrix, 0.0 - matrix @ (*offset, 0.0)])
+            for name, offset in self.camera_offsets.items()
         }
 
     def views(self, T_map_base: PlanarPose) -> dict[str, NDArray[np.float64]]:
         """Return ``T_map_camera`` of each camera, shape (4, 4), by name."""
         pose = camera_pose(T_map_base, self.mount)
         views = {}
-        for name, (x, y) in self.places.items():
+        for name, (x, y) in self.camera_offsets.items():
             view = np.eye(4)
             view[:3, :3] = pose.rotation
             view[:3, 3] = pose.position + pose.rotation @ (x, y, 0.0)

@@ -16,20 +16,20 @@ from scene_simulator.ceiling_surface import CeilingSurface
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.lamp_light import LampLight
 from scene_simulator.lamp_profile import face_homographies
-from scene_simulator.lamp_sighting import LampSighting, smear
+from scene_simulator.lamp_projection import LampProjection, image_motion
 from scene_simulator.shutter import Shutter
 from shirube_geometry import CameraMount, PinholeCamera
 
 PAPER_OPTICS = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
 """The paper's camera (3.1): 1280 x 1024 pixels of 5.5 um behind 3.5 mm."""
 
-UPWARD = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2.0))
+UPWARD_MOUNT = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2.0))
 """Straight up with the image's upper edge ahead; what is left of the robot is right in the image.
 
 The paper counts heights from the camera: its lamps hang 2.5 m above this mount.
 """
 
-_CEILING_SMEAR = 2.0
+_MAX_CEILING_MOTION = 2.0
 """Smear of the ceiling between two instants of an exposure [px]; its texture has nothing finer."""
 
 
@@ -42,14 +42,14 @@ class CeilingPhoto:
         stamp: when the first row starts to collect light, see ``Shutter`` [s].
         middle: middle of the frame's exposure [s].
         pose: ``T_map_camera`` at the middle.
-        sightings: the lamps whose centres are in the image.
+        lamp_projections: true projections of the lamps whose centres are in the image.
     """
 
     image: NDArray[np.uint8]
     stamp: float
     middle: float
     pose: CameraPose
-    sightings: tuple[LampSighting, ...]
+    lamp_projections: tuple[LampProjection, ...]
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class CeilingCamera:
     Attributes:
         intrinsics: pinhole and distortion.
         shutter: when rows are exposed.
-        lens: vignetting, defocus, blooming, ghosts.
+        lens: vignetting, defocus, blooming, lens flare.
         sensor: gain, noise and saturation.
     """
 
@@ -80,10 +80,12 @@ class CeilingCamera:
             rng: source of the sensor's noise, none for a picture without.
         """
         motion = self._motion(pose_at, stamp)
-        light, sightings = self._expose(room, motion, stamp)
+        light, lamp_projections = self._expose(room, motion, stamp)
         image = self.sensor.expose(light, rng)
         middle = self.shutter.frame_middle(stamp, self.intrinsics.height)
-        return CeilingPhoto(image, stamp, middle, pose_at(middle), tuple(filter(self._is_inside, sightings)))
+        return CeilingPhoto(
+            image, stamp, middle, pose_at(middle), tuple(filter(self._is_inside, lamp_projections))
+        )
 
     def light(self, room: CeilingRoom, pose_at: PoseAt, stamp: float) -> NDArray[np.float32]:
         """Return the light that the pixels of a frame collect, before the sensor: 1 fills the well.
@@ -102,15 +104,15 @@ class CeilingCamera:
 
     def _expose(
         self, room: CeilingRoom, motion: CameraMotion, stamp: float
-    ) -> tuple[NDArray[np.float32], list[LampSighting]]:
+    ) -> tuple[NDArray[np.float32], list[LampProjection]]:
         """Return the light of a frame and where the lamps are."""
         light = np.zeros((self.intrinsics.height, self.intrinsics.width), dtype=np.float32)
         if room.surface is not None and room.surface.ambient > 0.0:
             self._add_surface(light, room.surface, motion, stamp)
         lamps = LampLight(self.intrinsics, self.shutter, self.lens, self._rays, motion, stamp)
-        found = [lamps.add_lamp(light, index, lamp) for index, lamp in enumerate(room.lamps)]
+        projections = [lamps.add_lamp(light, index, lamp) for index, lamp in enumerate(room.lamps)]
         light *= self._transmission
-        return light, [sighting for sighting in found if sighting is not None]
+        return light, [projection for projection in projections if projection is not None]
 
     def _add_surface(
         self, light: NDArray[np.float32], surface: CeilingSurface, motion: CameraMotion, stamp: float
@@ -118,10 +120,10 @@ class CeilingCamera:
         """Add the light of the ceiling, smeared by the motion in the exposure."""
         exposure, height = self.shutter.exposure, self.intrinsics.height
         middle = self.shutter.frame_middle(stamp, height)
-        before, now, after = (motion.pose(middle + share * exposure) for share in (-0.5, 0.0, 0.5))
+        before, now, after = (motion.pose(middle + fraction * exposure) for fraction in (-0.5, 0.0, 0.5))
         ahead = now.position + now.rotation[:, 2] * (surface.height - now.position[2])
-        count = max(1, math.ceil(smear(ahead, self.intrinsics, before, after) / _CEILING_SMEAR))
-        times = self.shutter.exposure_cuts(stamp, slice(0, height), count)
+        count = max(1, math.ceil(image_motion(ahead, self.intrinsics, before, after) / _MAX_CEILING_MOTION))
+        times = self.shutter.exposure_boundaries(stamp, slice(0, height), count)
         starts, stops = times[:, :-1], times[:, 1:]
         poses = motion.poses(0.5 * (starts + stops).ravel())
         homographies = face_homographies((0.0, 0.0, surface.height), np.eye(3), *poses)
@@ -129,11 +131,11 @@ class CeilingCamera:
         surface.add_light(light, self._rays, homographies.reshape(height, count, 3, 3), levels)
 
     def _motion(self, pose_at: PoseAt, stamp: float) -> CameraMotion:
-        """Return the camera's way from the start of the first row's exposure to the end of the last row's."""
+        """Return the camera trajectory from the start of the first row's exposure to the end of the last row's."""
         return CameraMotion(pose_at, stamp, self.shutter.frame_end(stamp, self.intrinsics.height))
 
-    def _is_inside(self, sighting: LampSighting) -> bool:
-        u, v = sighting.centre
+    def _is_inside(self, projection: LampProjection) -> bool:
+        u, v = projection.centre
         return -0.5 < u < self.intrinsics.width - 0.5 and -0.5 < v < self.intrinsics.height - 0.5
 
     @cached_property
@@ -145,5 +147,5 @@ class CeilingCamera:
 
     @cached_property
     def _transmission(self) -> NDArray[np.float32]:
-        """Share of the light that passes the lens, shape (height, width)."""
+        """Fraction of the light that passes the lens, shape (height, width)."""
         return self.lens.transmission(self.intrinsics)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from light_waveform import Waveform, steady_light
+from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import Disc, LampShape
-from scene_simulator.scene_error import SceneError
 from shirube_geometry import matrix_from_rpy
 
 
@@ -64,12 +64,12 @@ class CeilingLamp:
             starts: array-like, any shape [s].
             stops: array-like, same shape [s].
         """
-        return self.waveform.mean_levels(self._own_time(starts), self._own_time(stops))
+        return self.waveform.mean_levels(self._lamp_time(starts), self._lamp_time(stops))
 
     def map_points(self, points_face: ArrayLike) -> NDArray[np.float64]:
         """Take points of the face, shape (n, 2) [m], to the map frame, shape (n, 3) [m]."""
         return np.asarray(np.asarray(points_face, dtype=np.float64) @ self.rotation[:, :2].T + self.xyz)
 
-    def _own_time(self, times: ArrayLike) -> NDArray[np.float64]:
+    def _lamp_time(self, times: ArrayLike) -> NDArray[np.float64]:
         """Return what the lamp's clock shows at true times [s]."""
         return np.asarray(np.asarray(times, dtype=np.float64) * (1.0 + 1e-6 * self.clock_offset) + self.phase)

@@ -1,4 +1,4 @@
-"""What a lens does to the light of lamps: vignetting, defocus, blooming and ghosts."""
+"""Lens model: vignetting, defocus, blooming and lens flare."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from scene_simulator.blooming import Blooming
 from shirube_geometry import PinholeCamera
 
-_GHOST_SOFTNESS = 1.0
-"""Slope of a ghost's edge [1/px]."""
+_FLARE_EDGE_SLOPE = 1.0
+"""Edge slope of a flare [1/px]."""
 
 
 @dataclass(frozen=True)
-class LensGhost:
-    """A faint image of every lamp, mirrored between the lenses, at ``scale`` times its place from the middle.
+class LensFlare:
+    """Lens flare: a faint reflected image of every lamp, at ``scale`` times its offset from the principal point.
 
     Attributes:
-        scale: place relative to the principal point; negative lies on the other side.
+        scale: position relative to the principal point; negative is on the opposite side.
         strength: brightness relative to the lamp.
-        radius: of the spot [px].
+        radius: radius of the flare spot [px].
     """
 
     scale: float = -0.55
@@ -30,12 +30,12 @@ class LensGhost:
 
     @property
     def margin(self) -> float:
-        """Distance from its middle beyond which a ghost is not seen [px]."""
-        return self.radius + 12.0 / _GHOST_SOFTNESS
+        """Distance from the centre beyond which a flare is not visible [px]."""
+        return self.radius + 12.0 / _FLARE_EDGE_SLOPE
 
     def profile(self, distances: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the brightness relative to the lamp at distances from the ghost's middle [px]."""
-        edge = 0.5 * _GHOST_SOFTNESS * (distances - self.radius)
+        """Return the brightness relative to the lamp at distances from the flare's centre [px]."""
+        edge = 0.5 * _FLARE_EDGE_SLOPE * (distances - self.radius)
         return np.asarray(self.strength * (0.5 - 0.5 * np.tanh(edge)))
 
 
@@ -44,16 +44,16 @@ class CeilingLens:
     """A wide lens.
 
     Attributes:
-        vignetting: share of the light that is missing in the corners, rising with the square of the distance.
+        vignetting: fraction of the light that is missing in the corners, rising with the square of the distance.
         defocus: standard deviation of its point-spread function [px]; 0 is in focus.
         blooming: the glow about bright lamps.
-        ghosts: mirrored images of the lamps.
+        flares: lens flares, mirrored images of the lamps.
     """
 
     vignetting: float = 0.3
     defocus: float = 0.0
     blooming: Blooming = field(default_factory=Blooming)
-    ghosts: tuple[LensGhost, ...] = ()
+    flares: tuple[LensFlare, ...] = ()
 
     @property
     def margin(self) -> float:
@@ -61,7 +61,7 @@ class CeilingLens:
         return self.blooming.margin + 4.0 * self.defocus
 
     def transmission(self, camera: PinholeCamera) -> NDArray[np.float32]:
-        """Return the share of the light that reaches each pixel, shape (height, width)."""
+        """Return the fraction of the light that reaches each pixel, shape (height, width)."""
         u = np.arange(camera.width) - camera.cx
         v = np.arange(camera.height) - camera.cy
         corner = max(np.abs(u[[0, -1]])) ** 2 + max(np.abs(v[[0, -1]])) ** 2

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from light_waveform import Waveform
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.ceiling_surface import CeilingSurface, panelled_ceiling
+from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import LampShape, LedGrid
-from scene_simulator.scene_error import SceneError
 
 PAPER_LAMPS = ((0.0, 0.0, 2.5), (0.0, 1.8, 2.5), (1.8, 0.0, 2.5), (1.8, 1.8, 2.5))
 """Places of the paper's panels (3.1) in the map frame [m]."""
@@ -20,7 +20,7 @@ PAPER_AREA = ((-2.6, -2.1), (4.4, 3.9))
 
 @dataclass(frozen=True)
 class CeilingRoom:
-    """What there is to see above.
+    """Ceiling and lights.
 
     Attributes:
         lamps: every light, coded or not.
@@ -34,23 +34,23 @@ class CeilingRoom:
         """Return the room with more lights, counted after the others."""
         return CeilingRoom((*self.lamps, *lights), self.surface)
 
-    def lit(
+    def with_ambient_light(
         self, ambient: float, contrast: float = 0.1, seed: int = 0, flicker: Waveform | None = None
     ) -> CeilingRoom:
         """Return the room with its ceiling in the light: panels just above the first lamp.
 
         Args:
             ambient: mean light of the ceiling, in full wells per second of exposure [1/s].
-            contrast: of its stains and joints relative to that.
-            seed: of the stains.
+            contrast: contrast of the stains and joints relative to the mean light.
+            seed: seed of the stains.
             flicker: how the light on the ceiling changes, steady by default.
 
         Raises:
-            SceneError: without a lamp, or as for ``panelled_ceiling``.
+            SceneError: the room has no lamp, or as for ``panelled_ceiling``.
         """
         if not self.lamps:
             raise SceneError('a room without a lamp has no height: make its ceiling with panelled_ceiling')
-        # A finger's breadth above, so that the lamps' faces are never in its plane.
+        # 2 cm above, so that the lamps' faces are never in its plane.
         height = self.lamps[0].xyz[2] + 0.02
         return CeilingRoom(self.lamps, panelled_ceiling(height, ambient, contrast, seed, flicker))
 
@@ -63,7 +63,7 @@ def paper_room(
     Args:
         waveforms: what the four lamps send, in the order of ``PAPER_LAMPS``.
         shape: another shape for all four.
-        brightness: of the lamps, in full wells per second of exposure [1/s].
+        brightness: brightness of the lamps, in full wells per second of exposure [1/s].
 
     Raises:
         SceneError: not four waveforms.

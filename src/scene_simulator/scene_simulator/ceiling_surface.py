@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from light_waveform import Waveform, steady_light
-from scene_simulator.scene_error import SceneError, check_seed
+from scene_simulator.errors import SceneError, check_seed
 
 _TILE = 1024
 _SPACING = 0.0046875
@@ -81,7 +81,7 @@ def panelled_ceiling(
         flicker: how the light changes, steady by default.
 
     Raises:
-        SceneError: for a negative seed, or light or contrast outside their range.
+        SceneError: negative seed, or light or contrast outside their range.
     """
     check_seed(seed)
     if not (0.0 <= ambient < float('inf') and 0.0 <= contrast <= 0.25):

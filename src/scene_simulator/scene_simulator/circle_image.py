@@ -19,7 +19,7 @@ class CircleImage:
     Attributes:
         centre: u and v [px].
         semi_axes: the longer and the shorter one [px].
-        tilt: of the longer one, from u towards v, from -pi/2 to pi/2 [rad].
+        tilt: angle of the major axis, from u towards v, -pi/2 to pi/2 [rad].
     """
 
     centre: tuple[float, float]
@@ -39,12 +39,12 @@ def circle_image(circle: RoundLandmark, camera: PinholeCamera, pose: CameraPose)
     """
     u, v = circle.centre
     origin, right, up = pose.camera_points(circle.surface.points_map([(u, v), (u + 1.0, v), (u, v + 1.0)]))
-    places_from_pixels = np.linalg.inv(camera.matrix @ np.column_stack([right - origin, up - origin, origin]))
-    conic = places_from_pixels.T @ np.diag([1.0, 1.0, -(circle.radius**2)]) @ places_from_pixels
+    plane_from_pixels = np.linalg.inv(camera.matrix @ np.column_stack([right - origin, up - origin, origin]))
+    conic = plane_from_pixels.T @ np.diag([1.0, 1.0, -(circle.radius**2)]) @ plane_from_pixels
     quadratic, linear = conic[:2, :2], conic[:2, 2]
     centre = -np.linalg.solve(quadratic, linear)
     value = -(conic[2, 2] + linear @ centre)
-    bends, axes = np.linalg.eigh(quadratic * math.copysign(1.0, float(value)))
-    longer, shorter = np.sqrt(abs(float(value)) / bends).tolist()
+    eigenvalues, axes = np.linalg.eigh(quadratic * math.copysign(1.0, float(value)))
+    longer, shorter = np.sqrt(abs(float(value)) / eigenvalues).tolist()
     tilt = math.remainder(math.atan2(axes[1, 0], axes[0, 0]), math.pi)
     return CircleImage((float(centre[0]), float(centre[1])), (longer, shorter), tilt)

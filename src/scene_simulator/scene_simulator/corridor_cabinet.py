@@ -1,4 +1,4 @@
-"""A switch cabinet that stands off the wall, with windows, lamps and switches on its front."""
+"""A switch cabinet mounted on the wall, with windows, lamps and switches on its front."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.corridor_drawing import Drawing, Place
+from scene_simulator.corridor_drawing import Drawing, PlanePoint
 from scene_simulator.corridor_landmark import Landmark, SquareLandmark
 from scene_simulator.corridor_screw import draw_screws
 from scene_simulator.corridor_shape import FlatShape, Paint
@@ -24,18 +24,18 @@ class Cabinet:
     Attributes:
         name: unique in the corridor.
         surface: the wall.
-        place: of its lower left corner [m].
+        position: lower left corner on the plane, right and up [m].
         size: width and height [m].
-        depth: how far its front stands off the wall [m].
-        grey: of its paint.
-        columns: of the fields on its front.
-        rows: of fields; they are windows, name plates, rows of lamps and switches, in turn.
-        label: on its upper edge.
+        depth: distance of the front from the wall [m].
+        grey: reflectance of the paint, 0 to 1.
+        columns: number of columns of fields on the front.
+        rows: number of rows of fields; fields alternate: windows, name plates, lamps with switches.
+        label: label on the upper edge.
     """
 
     name: str
     surface: Surface
-    place: Place
+    position: PlanePoint
     size: tuple[float, float] = (0.9, 0.7)
     depth: float = 0.12
     grey: float = 0.45
@@ -44,11 +44,11 @@ class Cabinet:
     label: str = 'MCC 1'
 
     def shapes(self) -> list[FlatShape]:
-        """Return what is painted, the lowest first."""
-        wall = Drawing(self.surface, self.place)
+        """Return the painted shapes, bottom first."""
+        wall = Drawing(self.surface, self.position)
         wall.shadow((0.0, 0.0), self.size, 0.5 * self.depth)
-        front, (width, height) = Drawing(self._front, self.place), self.size
-        front.rectangle((0.0, 0.0), self.size, Paint(self.grey, 0.015, 1.0, self.place))
+        front, (width, height) = Drawing(self._front, self.position), self.size
+        front.rectangle((0.0, 0.0), self.size, Paint(self.grey, 0.015, 1.0, self.position))
         draw_screws(front, (0.025, 0.025), (width - 0.025, height - 0.025), 0.009)
         front.text(self.label, (0.5 * width, height - 0.05), 0.045, Paint(0.93))
         for index, (low, high) in enumerate(self._fields()):
@@ -57,7 +57,7 @@ class Cabinet:
 
     def landmarks(self) -> list[Landmark]:
         """Return the front and its fields."""
-        x, y = self.place
+        x, y = self.position
         fields = [
             SquareLandmark(
                 f'{self.name}/field_{i}', self._front, (x + low[0], y + low[1]), (x + high[0], y + high[1])
@@ -68,9 +68,9 @@ class Cabinet:
 
     @property
     def _front(self) -> Surface:
-        return self.surface.raised(self.depth)
+        return self.surface.offset_plane(self.depth)
 
-    def _fields(self) -> list[tuple[Place, Place]]:
+    def _fields(self) -> list[tuple[PlanePoint, PlanePoint]]:
         """Return the lower left and upper right corner of each field on the front [m]."""
         (width, height), margin = self.size, 0.06
         pitch = (width - margin) / self.columns, (height - 0.1 - margin) / self.rows
@@ -83,7 +83,7 @@ class Cabinet:
 
     def _sides(self) -> list[FlatShape]:
         """Return the four sides, each reaching under the front, so that no seam shows the wall between them."""
-        (x, y), (width, height) = self.place, self.size
+        (x, y), (width, height) = self.position, self.size
         corners = np.array([(x, y), (x + width, y), (x + width, y + height), (x, y + height)])
         back, front = self.surface.points_map(corners), self._front.points_map(corners)
         middle = front.mean(axis=0)
@@ -97,36 +97,36 @@ class Cabinet:
 
 
 def _side_surface(start: NDArray[np.float64], stop: NDArray[np.float64], out: NDArray[np.float64]) -> Surface:
-    """Return the plane through an edge on the wall that stands off the wall."""
+    """Return the plane through an edge on the wall, perpendicular to the wall."""
     x, y, z = start.tolist()
     right = (stop - start) / np.linalg.norm(stop - start)
     return Surface((x, y, z), (right[0], right[1], right[2]), (out[0], out[1], out[2]))
 
 
-def _draw_window(drawing: Drawing, low: Place, high: Place) -> None:
+def _draw_window(drawing: Drawing, low: PlanePoint, high: PlanePoint) -> None:
     """Draw an instrument with a dark frame and a scale."""
     drawing.rectangle(low, high, Paint(0.1))
     inner_low, inner_high = (low[0] + _FRAME, low[1] + _FRAME), (high[0] - _FRAME, high[1] - _FRAME)
     drawing.rectangle(inner_low, inner_high, Paint(0.85))
     width, height = inner_high[0] - inner_low[0], inner_high[1] - inner_low[1]
-    for index, share in enumerate(np.linspace(0.1, 0.9, 11)):
-        x, top = inner_low[0] + share * width, 0.75 if index % 5 else 0.85
+    for index, fraction in enumerate(np.linspace(0.1, 0.9, 11)):
+        x, top = inner_low[0] + fraction * width, 0.75 if index % 5 else 0.85
         ends = [(x, inner_low[1] + 0.55 * height), (x, inner_low[1] + top * height)]
         drawing.stroke(ends, 0.004, Paint(0.1))
     middle = (0.5 * (low[0] + high[0]), inner_low[1] + 0.25 * height)
     drawing.text('KV', middle, 0.2 * height, Paint(0.15))
 
 
-def _draw_lamps(drawing: Drawing, low: Place, high: Place) -> None:
+def _draw_lamps(drawing: Drawing, low: PlanePoint, high: PlanePoint) -> None:
     """Draw two lamps over two switches on a plate."""
     drawing.rectangle(low, high, Paint(0.78))
     width, height = high[0] - low[0], high[1] - low[1]
     radius = 0.11 * min(width, height)
-    for share, grey in ((0.3, 0.25), (0.7, 0.95)):
-        lamp = (low[0] + share * width, low[1] + 0.7 * height)
+    for fraction, grey in ((0.3, 0.25), (0.7, 0.95)):
+        lamp = (low[0] + fraction * width, low[1] + 0.7 * height)
         drawing.disc(lamp, 1.35 * radius, Paint(0.2))
         drawing.disc(lamp, radius, Paint(grey))
-        switch = (low[0] + share * width, low[1] + 0.3 * height)
+        switch = (low[0] + fraction * width, low[1] + 0.3 * height)
         drawing.disc(switch, 1.5 * radius, Paint(0.12))
         drawing.rectangle(
             (switch[0] - 0.3 * radius, switch[1] - 1.3 * radius),
@@ -135,10 +135,10 @@ def _draw_lamps(drawing: Drawing, low: Place, high: Place) -> None:
         )
 
 
-def _draw_plate(drawing: Drawing, low: Place, high: Place) -> None:
+def _draw_plate(drawing: Drawing, low: PlanePoint, high: PlanePoint) -> None:
     """Draw a name plate with three lines."""
     drawing.rectangle(low, high, Paint(0.92))
     height = high[1] - low[1]
-    for share, text in ((0.75, 'PUMP'), (0.5, '400 V'), (0.25, 'KEEP OUT')):
-        place = (0.5 * (low[0] + high[0]), low[1] + share * height)
-        drawing.text(text, place, min(0.13 * height, 0.11 * (high[0] - low[0])), Paint(0.12))
+    for fraction, text in ((0.75, 'PUMP'), (0.5, '400 V'), (0.25, 'KEEP OUT')):
+        position = (0.5 * (low[0] + high[0]), low[1] + fraction * height)
+        drawing.text(text, position, min(0.13 * height, 0.11 * (high[0] - low[0])), Paint(0.12))

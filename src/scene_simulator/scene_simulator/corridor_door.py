@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scene_simulator.corridor_drawing import Drawing, Place
+from scene_simulator.corridor_drawing import Drawing, PlanePoint
 from scene_simulator.corridor_landmark import Landmark, SquareLandmark
 from scene_simulator.corridor_shape import FlatShape, Paint
 from scene_simulator.corridor_surface import Surface
@@ -17,27 +17,27 @@ class Door:
     Attributes:
         name: unique in the corridor.
         surface: the wall.
-        place: of the middle of its sill [m].
+        position: middle of the sill on the plane, right and up [m].
         size: width and height of the leaf [m].
-        grey: of the leaf.
+        grey: reflectance of the leaf, 0 to 1.
         label: number on the leaf.
         handle_left: the handle is on the left.
     """
 
     name: str
     surface: Surface
-    place: Place
+    position: PlanePoint
     size: tuple[float, float] = (0.9, 2.05)
     grey: float = 0.38
     label: str = '17'
     handle_left: bool = True
 
     def shapes(self) -> list[FlatShape]:
-        """Return what is painted, the lowest first."""
-        drawing, (width, height) = Drawing(self.surface, self.place), self.size
+        """Return the painted shapes, bottom first."""
+        drawing, (width, height) = Drawing(self.surface, self.position), self.size
         half, frame = 0.5 * width, 0.06
         drawing.rectangle((-half - frame, 0.0), (half + frame, height + frame), Paint(0.2))
-        drawing.rectangle((-half, 0.01), (half, height), Paint(self.grey, 0.03, 1.0, self.place))
+        drawing.rectangle((-half, 0.01), (half, height), Paint(self.grey, 0.03, 1.0, self.position))
         drawing.rectangle((-0.3 * half, 1.3), (0.3 * half, height - 0.2), Paint(0.12))
         drawing.rectangle((-0.25 * half, 1.32), (0.25 * half, height - 0.22), Paint(0.3, 0.05))
         drawing.rectangle((-0.9 * half, 0.04), (0.9 * half, 0.24), Paint(0.62, 0.03))
@@ -53,7 +53,7 @@ class Door:
 
     def landmarks(self) -> list[Landmark]:
         """Return the leaf and its window."""
-        (x, y), (width, height) = self.place, self.size
+        (x, y), (width, height) = self.position, self.size
         half = 0.5 * width
         leaf = SquareLandmark(self.name, self.surface, (x - half, y + 0.01), (x + half, y + height))
         low, high = (x - 0.25 * half, y + 1.32), (x + 0.25 * half, y + height - 0.22)

@@ -12,7 +12,7 @@ from scene_simulator.corridor_shape import FlatShape, Paint
 from scene_simulator.corridor_surface import Surface
 from scene_simulator.stroke_font import ADVANCE, text_strokes
 
-Place = tuple[float, float]
+PlanePoint = tuple[float, float]
 
 _SAGITTA = 1e-5
 """Distance of a disc's chords from its circle [m]: at 2 m and f = 700 px less than 0.004 px."""
@@ -22,15 +22,15 @@ class Drawing:
     """Shapes on one plane; places count from the drawing's own origin, right and up [m].
 
     Attributes:
-        shapes: what was drawn, the first one lies lowest.
+        shapes: drawn shapes, bottom first.
     """
 
-    def __init__(self, surface: Surface, origin: Place = (0.0, 0.0)) -> None:
+    def __init__(self, surface: Surface, origin: PlanePoint = (0.0, 0.0)) -> None:
         """Begin an empty drawing.
 
         Args:
             surface: the plane.
-            origin: of the drawing on the plane [m].
+            origin: origin of the drawing on the plane [m].
         """
         self.surface, self.origin = surface, origin
         self.shapes: list[FlatShape] = []
@@ -40,16 +40,16 @@ class Drawing:
         places = np.asarray(outline, dtype=np.float64) + self.origin
         self.shapes.append(FlatShape(self.surface.points_map(places), self.surface, paint))
 
-    def rectangle(self, low: Place, high: Place, paint: Paint) -> None:
+    def rectangle(self, low: PlanePoint, high: PlanePoint, paint: Paint) -> None:
         """Draw an upright rectangle between its lower left and its upper right corner."""
         self.polygon(rectangle_corners(low, high), paint)
 
-    def disc(self, centre: Place, radius: float, paint: Paint) -> None:
+    def disc(self, centre: PlanePoint, radius: float, paint: Paint) -> None:
         """Draw a disc."""
         self.polygon(np.array(centre) + circle(radius), paint)
 
     def stroke(self, points: ArrayLike, width: float, paint: Paint) -> None:
-        """Draw straight pieces of a width between points, shape (n, 2), with square ends."""
+        """Draw straight segments of a width between points, shape (n, 2), with square ends."""
         places = np.asarray(points, dtype=np.float64)
         for start, stop in pairwise(places):
             along = 0.5 * width * (stop - start) / math.hypot(*(stop - start))
@@ -57,23 +57,23 @@ class Drawing:
             ends = [start - along - across, stop + along - across, stop + along + across]
             self.polygon([*ends, start - along + across], paint)
 
-    def text(self, text: str, place: Place, height: float, paint: Paint) -> None:
+    def text(self, text: str, position: PlanePoint, height: float, paint: Paint) -> None:
         """Write a line of capital letters and digits; the place is the middle of the line."""
         width = ADVANCE * (len(text) - 1) + 0.6
-        left, bottom = place[0] - 0.5 * width * height, place[1] - 0.5 * height
+        left, bottom = position[0] - 0.5 * width * height, position[1] - 0.5 * height
         for stroke in text_strokes(text):
             self.stroke((left, bottom) + height * stroke, 0.16 * height, paint)
 
-    def shadow(self, low: Place, high: Place, depth: float = 0.02) -> None:
-        """Draw what a thing that stands off the plane takes of the light below it [m]."""
-        for share in (1.0, 0.66, 0.33):
-            reach = share * depth
+    def shadow(self, low: PlanePoint, high: PlanePoint, depth: float = 0.02) -> None:
+        """Draw the shadow of an object that protrudes from the plane by ``depth`` [m]."""
+        for fraction in (1.0, 0.66, 0.33):
+            reach = fraction * depth
             shift = 0.3 * reach, -reach
             corners = ((low[0] + shift[0], low[1] + shift[1]), (high[0] + shift[0], high[1] + shift[1]))
             self.rectangle(*corners, Paint(0.0, opacity=0.13))
 
 
-def rectangle_corners(low: Place, high: Place) -> NDArray[np.float64]:
+def rectangle_corners(low: PlanePoint, high: PlanePoint) -> NDArray[np.float64]:
     """Return upper left, upper right, lower right and lower left corner, shape (4, 2)."""
     (left, bottom), (right, top) = low, high
     return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])

@@ -1,4 +1,4 @@
-"""Corridors at random: no two seeds give the same, all have five meters in a row."""
+"""Random corridors with five meters in a row; each seed gives a different one."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 from scene_simulator.corridor_cabinet import Cabinet
 from scene_simulator.corridor_door import Door
-from scene_simulator.corridor_figure import Person
 from scene_simulator.corridor_meter import Meter
+from scene_simulator.corridor_occluder import Person
 from scene_simulator.corridor_pipe import Pipe
-from scene_simulator.corridor_scene import CorridorScene, Thing
+from scene_simulator.corridor_scene import CorridorScene, SceneObject
 from scene_simulator.corridor_shell import CorridorShell
 from scene_simulator.corridor_sign import NoticeBoard, RoundSign, Sign
 from scene_simulator.corridor_surface import Surface, facing_wall
-from scene_simulator.scene_error import SceneError, check_seed
+from scene_simulator.errors import SceneError, check_seed
 
 METERS = 5
 """As in the paper's experiment (5)."""
@@ -33,13 +33,13 @@ _TEXTS = (
 
 @dataclass(frozen=True)
 class CorridorDesign:
-    """What is chosen about a corridor; the rest is left to the seed.
+    """Parameters of a generated corridor; the seed decides the rest.
 
     Attributes:
-        seed: of all that is random.
+        seed: random seed.
         even: the meters are evenly spaced; otherwise their gaps differ by up to a quarter.
-        bare: nothing else is on the end wall, so that nothing tells the meters apart but their spacing.
-        people: how many stand in the corridor.
+        bare: nothing else is on the end wall, so that only the spacing distinguishes the meters.
+        people: number of people in the corridor.
         tile: width of the tiles on the walls, 0 is plaster [m]; small ones make many segments.
         needles: seed of what the meters read; the corridor itself does not depend on it.
     """
@@ -56,7 +56,7 @@ class CorridorDesign:
         check_seed(self.seed)
         check_seed(self.needles)
         if self.people < 0:
-            raise SceneError(f'{self.people} people cannot stand in a corridor: give zero or more')
+            raise SceneError(f'{self.people} people in a corridor are impossible: give zero or more')
         if self.tile != 0.0 and not 0.02 <= self.tile < math.inf:
             raise SceneError(f'tiles of {self.tile} m cannot be drawn: give 0 for plaster, or 0.02 or more')
 
@@ -64,7 +64,7 @@ class CorridorDesign:
 def corridor(design: CorridorDesign | None = None) -> CorridorScene:
     """Return a corridor that ends at a wall with meters, panels and doors.
 
-    The end wall is the map's plane x = 0, seen along x; a robot at (-3, 0) with yaw 0 looks at its middle.
+    The end wall is the map's plane x = 0, seen along x; a robot at (-3, 0) with yaw 0 faces its centre.
     Names: ``meter_0`` to ``meter_4`` from left to right, ``cabinet``, ``fuse_box``, ``door``, ``board``, ``sign_0``...
     """
     chosen = design or CorridorDesign()
@@ -76,15 +76,15 @@ def corridor(design: CorridorDesign | None = None) -> CorridorScene:
         (float(rng.uniform(0.0, 4.0)), float(rng.uniform(0.0, 4.0))),
         chosen.tile,
     )
-    things: list[Thing] = [shell, *_side_walls(shell, rng)]
+    objects: list[SceneObject] = [shell, *_side_walls(shell, rng)]
     if not chosen.bare:
-        things += _end_wall(shell, rng)
-    things += _meters(chosen, rng)
-    return CorridorScene((*things, *people(chosen.people, rng)))
+        objects += _end_wall(shell, rng)
+    objects += _meters(chosen, rng)
+    return CorridorScene((*objects, *people(chosen.people, rng)))
 
 
 def people(count: int, rng: np.random.Generator) -> list[Person]:
-    """Return people who stand about before the end wall, those behind first."""
+    """Return people in front of the end wall, farthest first."""
     distances = np.sort(rng.uniform(0.5, 1.8, count)).tolist()
     sides = rng.uniform(-1.3, 1.3, count).tolist()
     found = []
@@ -112,8 +112,8 @@ def _meters(design: CorridorDesign, rng: np.random.Generator) -> list[Meter]:
     ]
 
 
-def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[Thing]:
-    """Return what is beside, below and above the meters; a coin decides what is on which side."""
+def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[SceneObject]:
+    """Return the objects around the meters; their side is random."""
     wall, mirror = shell.surface, float(rng.choice([-1.0, 1.0]))
     half = 0.5 * shell.width
     door_at, board_at = mirror * (half - rng.uniform(0.62, 0.7)), -mirror * (half - rng.uniform(0.62, 0.75))
@@ -159,12 +159,12 @@ def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[Thing]:
 def _cabinet(wall: Surface, rng: np.random.Generator) -> Cabinet:
     """Return the large cabinet below the meters."""
     size = float(rng.uniform(0.85, 1.1)), float(rng.uniform(0.6, 0.72))
-    place = float(rng.uniform(-0.1, 0.1)) - 0.5 * size[0], float(rng.uniform(0.5, 0.55))
+    position = float(rng.uniform(-0.1, 0.1)) - 0.5 * size[0], float(rng.uniform(0.5, 0.55))
     columns, label = int(rng.integers(3, 5)), f'MCC {rng.integers(1, 9)}'
     return Cabinet(
         'cabinet',
         wall,
-        place,
+        position,
         size,
         float(rng.uniform(0.08, 0.16)),
         float(rng.uniform(0.35, 0.5)),
@@ -174,13 +174,13 @@ def _cabinet(wall: Surface, rng: np.random.Generator) -> Cabinet:
     )
 
 
-def _side_walls(shell: CorridorShell, rng: np.random.Generator) -> list[Thing]:
+def _side_walls(shell: CorridorShell, rng: np.random.Generator) -> list[SceneObject]:
     """Return doors, boxes and pipes on the walls to the left and to the right."""
-    things: list[Thing] = []
+    objects: list[SceneObject] = []
     for side, wall, towards in (('left', shell.left_wall, -1.0), ('right', shell.right_wall, 1.0)):
         first = float(rng.uniform(1.0, 1.6))
         for index, at in enumerate((first, first + 2.6, first + 5.2)):
-            things += [
+            objects += [
                 Door(f'{side}_door_{index}', wall, (towards * at, 0.0), label=f'{rng.integers(10, 99)}'),
                 Sign(
                     f'{side}_sign_{index}',
@@ -202,5 +202,5 @@ def _side_walls(shell: CorridorShell, rng: np.random.Generator) -> list[Thing]:
                 ),
             ]
         start = 0.0 if towards > 0.0 else -12.0
-        things.append(Pipe(f'{side}_pipe', wall, (start, shell.height - 0.25), (12.0, 0.0), 0.06, 0.65))
-    return things
+        objects.append(Pipe(f'{side}_pipe', wall, (start, shell.height - 0.25), (12.0, 0.0), 0.06, 0.65))
+    return objects

@@ -1,4 +1,4 @@
-"""What of a corridor can be taught, and where it truly is."""
+"""Corridor landmarks that can be taught, with their true positions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.corridor_drawing import Place, rectangle_corners
+from scene_simulator.corridor_drawing import PlanePoint, rectangle_corners
 from scene_simulator.corridor_surface import Surface
 
 
@@ -17,18 +17,18 @@ class RoundLandmark:
 
     Attributes:
         name: unique in the corridor.
-        surface: the plane in which it lies.
+        surface: plane of the landmark.
         centre: right and up on the plane [m].
         radius: [m].
     """
 
     name: str
     surface: Surface
-    centre: Place
+    centre: PlanePoint
     radius: float
 
     @property
-    def extent(self) -> tuple[Place, Place]:
+    def extent(self) -> tuple[PlanePoint, PlanePoint]:
         """Lower left and upper right corner of the rectangle about it [m]."""
         (x, y), r = self.centre, self.radius
         return (x - r, y - r), (x + r, y + r)
@@ -36,7 +36,7 @@ class RoundLandmark:
     def points_map(self) -> dict[str, NDArray[np.float64]]:
         """Return its centre by name, shape (3,), in the map frame [m].
 
-        The middle of its picture, an ellipse, lies a little off the picture of its centre; ``circle_image`` tells.
+        The centre of the image ellipse is not the image of the circle's centre; see ``circle_image``.
         """
         return {self.name: self.surface.points_map([self.centre])[0]}
 
@@ -47,18 +47,18 @@ class SquareLandmark:
 
     Attributes:
         name: unique in the corridor.
-        surface: the plane in which it lies.
+        surface: plane of the landmark.
         low: its lower left corner, right and up on the plane [m].
         high: its upper right corner [m].
     """
 
     name: str
     surface: Surface
-    low: Place
-    high: Place
+    low: PlanePoint
+    high: PlanePoint
 
     @property
-    def extent(self) -> tuple[Place, Place]:
+    def extent(self) -> tuple[PlanePoint, PlanePoint]:
         """Its lower left and upper right corner [m]."""
         return self.low, self.high
 

@@ -20,25 +20,25 @@ _FACE = 0.85
 
 @dataclass(frozen=True)
 class Meter:
-    """A meter on a wall; all meters of a size look alike but for the needle.
+    """A meter on a wall; meters of one size differ only in the needle.
 
     Attributes:
         name: unique in the corridor.
         surface: the wall.
-        place: of its middle [m].
-        radius: of its rim [m].
-        reading: of the needle, 0 to 1.
+        position: centre on the plane, right and up [m].
+        radius: radius of the rim [m].
+        reading: needle position, 0 to 1.
     """
 
     name: str
     surface: Surface
-    place: tuple[float, float]
+    position: tuple[float, float]
     radius: float = 0.1
     reading: float = 0.3
 
     def shapes(self) -> list[FlatShape]:
-        """Return what is painted, the lowest first."""
-        drawing, r = Drawing(self.surface, self.place), self.radius
+        """Return the painted shapes, bottom first."""
+        drawing, r = Drawing(self.surface, self.position), self.radius
         drawing.disc((0.0, 0.0), r, Paint(0.13, 0.02))
         drawing.disc((0.0, 0.0), _FACE * r, Paint(0.93, 0.01))
         self._scale(drawing)
@@ -47,7 +47,7 @@ class Meter:
 
     def landmarks(self) -> list[Landmark]:
         """Return the rim."""
-        return [RoundLandmark(self.name, self.surface, self.place, self.radius)]
+        return [RoundLandmark(self.name, self.surface, self.position, self.radius)]
 
     def _scale(self, drawing: Drawing) -> None:
         """Draw ticks, a red zone at the end and the unit."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scene_simulator.corridor_drawing import Drawing, Place
+from scene_simulator.corridor_drawing import Drawing, PlanePoint
 from scene_simulator.corridor_landmark import Landmark
 from scene_simulator.corridor_shape import FlatShape, Paint
 from scene_simulator.corridor_surface import Surface
@@ -21,43 +21,43 @@ class Pipe:
     Attributes:
         name: unique in the corridor.
         surface: the wall.
-        place: of the beginning of its middle line [m].
-        reach: from there to the other end, right and up [m].
+        position: start of the centre line on the plane, right and up [m].
+        extent: vector from the start to the end, right and up [m].
         radius: [m].
-        grey: of its paint where it faces the light.
+        grey: reflectance of the paint on the lit side, 0 to 1.
     """
 
     name: str
     surface: Surface
-    place: Place
-    reach: tuple[float, float]
+    position: PlanePoint
+    extent: tuple[float, float]
     radius: float = 0.04
     grey: float = 0.7
 
     def shapes(self) -> list[FlatShape]:
-        """Return what is painted, the lowest first."""
+        """Return the painted shapes, bottom first."""
         wall, pipe = (
-            Drawing(self.surface, self.place),
-            Drawing(self.surface.raised(1.5 * self.radius), self.place),
+            Drawing(self.surface, self.position),
+            Drawing(self.surface.offset_plane(1.5 * self.radius), self.position),
         )
-        reach, r = np.array(self.reach), self.radius
-        length = float(np.hypot(*reach))
-        along = reach / length
+        extent, r = np.array(self.extent), self.radius
+        length = float(np.hypot(*extent))
+        along = extent / length
         across = np.array([-along[1], along[0]])
         shade = np.array([0.4, -0.9]) * r
-        wall.stroke(shade + np.outer([0.0, 1.0], reach), 2.0 * r, Paint(0.0, opacity=0.25))
-        pipe.stroke(np.outer([0.0, 1.0], reach), 2.0 * r, Paint(0.55 * self.grey))
+        wall.stroke(shade + np.outer([0.0, 1.0], extent), 2.0 * r, Paint(0.0, opacity=0.25))
+        pipe.stroke(np.outer([0.0, 1.0], extent), 2.0 * r, Paint(0.55 * self.grey))
         for strip in range(1, _STRIPS):
-            # Each narrower strip lies on the one before, shifted to the side of the light.
-            share = strip / _STRIPS
-            offset = 0.35 * share * r * across
-            bright = self.grey * (0.55 + 0.5 * share)
-            pipe.stroke([offset, reach + offset], 2.0 * r * (1.0 - 0.95 * share) ** 0.6, Paint(bright))
+            # Each narrower strip overlays the previous one, shifted towards the light.
+            fraction = strip / _STRIPS
+            offset = 0.35 * fraction * r * across
+            bright = self.grey * (0.55 + 0.5 * fraction)
+            pipe.stroke([offset, extent + offset], 2.0 * r * (1.0 - 0.95 * fraction) ** 0.6, Paint(bright))
         for at in np.arange(0.35, length, 1.1):
             middle, half = at * along, 1.25 * r * across
             pipe.stroke([middle - half, middle + half], 0.035, Paint(0.3))
         return [*wall.shapes, *pipe.shapes]
 
     def landmarks(self) -> list[Landmark]:
-        """Return nothing: the outline of a pipe is no line on the pipe."""
+        """Return nothing: the occluding contour of a pipe is not a fixed line on it."""
         return []

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from scene_simulator.corridor_drawing import Drawing, Place, rectangle_corners
+from scene_simulator.corridor_drawing import Drawing, PlanePoint, rectangle_corners
 from scene_simulator.corridor_shape import Paint
 
 
-def draw_screws(drawing: Drawing, low: Place, high: Place, radius: float) -> None:
+def draw_screws(drawing: Drawing, low: PlanePoint, high: PlanePoint, radius: float) -> None:
     """Draw a screw with its slot at each corner of a rectangle [m]."""
     for index, (x, y) in enumerate(rectangle_corners(low, high).tolist()):
         drawing.disc((x, y), radius, Paint(0.75))

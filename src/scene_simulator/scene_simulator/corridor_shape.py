@@ -19,7 +19,7 @@ class Paint:
         grey: reflectance, 1 is white.
         grain: standard deviation of its texture relative to the grey.
         opacity: 1 hides what is behind.
-        shift: of the texture along the plane's axes [m]; shapes with other shifts look differently.
+        shift: offset of the texture along the plane's axes [m]; shapes with different offsets look different.
     """
 
     grey: float
@@ -34,7 +34,7 @@ class FlatShape:
 
     Attributes:
         points: shape (n, 3), the outline in the map frame [m].
-        surface: the plane that it lies in.
+        surface: plane of the shape.
         paint: its look.
     """
 
@@ -67,11 +67,11 @@ def shape_table(shapes: Iterable[FlatShape]) -> ShapeTable:
     ordered = list(shapes)
     indices: dict[Surface, int] = {}
     surface_of = [indices.setdefault(shape.surface, len(indices)) for shape in ordered]
-    looks = [(s.paint.grey, s.paint.grain, s.paint.opacity, *s.paint.shift) for s in ordered]
+    paint_rows = [(s.paint.grey, s.paint.grain, s.paint.opacity, *s.paint.shift) for s in ordered]
     return ShapeTable(
         np.concatenate([np.empty((0, 3)), *(shape.points for shape in ordered)]),
         np.cumsum([0, *(len(shape.points) for shape in ordered)], dtype=np.int64),
         np.array(surface_of, dtype=np.int64),
         tuple(indices),
-        np.array(looks, dtype=np.float64).reshape(-1, 5),
+        np.array(paint_rows, dtype=np.float64).reshape(-1, 5),
     )

@@ -12,13 +12,13 @@ from scene_simulator.corridor_shape import FlatShape, Paint
 from scene_simulator.corridor_surface import Surface, facing_wall
 
 LENGTH = 12.0
-"""From the end wall, which is at x = 0, to where the corridor begins [m]."""
+"""Length of the corridor from the end wall at x = 0 [m]."""
 
 _BEYOND = 0.5
 """How far floor, ceiling and side walls go on behind the walls that end them, so that no seam is seen [m]."""
 
 _JOINT = 0.005
-"""Between tiles [m]."""
+"""Joint width between tiles [m]."""
 
 _PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07
 """Standard deviations of the textures."""
@@ -28,15 +28,15 @@ _PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07
 class CorridorShell:
     """Walls, floor and ceiling.
 
-    The end wall is the map's plane x = 0; its middle line stands on the map's origin.
+    The end wall is the map's plane x = 0; its vertical centre line passes through the map's origin.
 
     Attributes:
-        width: of the corridor [m].
-        height: of the ceiling [m].
+        width: corridor width [m].
+        height: ceiling height [m].
         dado: height of the darker paint at the bottom of the walls [m]; 0 is none.
-        shift: of the textures [m].
+        shift: offset of the textures [m].
         tile: width of the walls' tiles [m]; 0 is plaster.
-        name: in the scene.
+        name: name of the object in the scene.
     """
 
     width: float = 4.4
@@ -47,7 +47,7 @@ class CorridorShell:
     name: str = 'shell'
 
     @property
-    def place(self) -> tuple[float, float]:
+    def position(self) -> tuple[float, float]:
         """The origin."""
         return 0.0, 0.0
 
@@ -58,16 +58,16 @@ class CorridorShell:
 
     @property
     def left_wall(self) -> Surface:
-        """The wall on the left of one who looks at the end wall; right on it is towards the end wall."""
+        """The left wall when facing the end wall; its right axis points towards the end wall."""
         return Surface((0.0, 0.5 * self.width, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
     @property
     def right_wall(self) -> Surface:
-        """The wall on the right; right on it is away from the end wall."""
+        """The right wall; its right axis points away from the end wall."""
         return Surface((0.0, -0.5 * self.width, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
     def shapes(self) -> list[FlatShape]:
-        """Return what is painted, the lowest first."""
+        """Return the painted shapes, bottom first."""
         half = 0.5 * self.width
         walls = (
             (self.left_wall, -LENGTH, _BEYOND, 0.56),

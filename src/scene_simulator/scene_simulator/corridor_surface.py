@@ -12,7 +12,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Surface:
-    """A plane with axes to the right and up, as seen by one who looks at its front.
+    """A plane with axes to the right and up, seen from its front.
 
     Attributes:
         origin: where the axes begin, in the map frame [m].
@@ -34,17 +34,17 @@ class Surface:
         axes = np.array([self.right, self.up])
         return np.asarray(places, dtype=np.float64) @ axes + self.origin
 
-    def raised(self, height: float) -> Surface:
-        """Return the parallel plane that lies nearer to the viewer by a height [m]."""
+    def offset_plane(self, height: float) -> Surface:
+        """Return the parallel plane shifted towards the viewer by a height [m]."""
         x, y, z = (self.origin + height * self.normal).tolist()
         return Surface((x, y, z), self.right, self.up)
 
 
 def facing_wall(x: float, y: float = 0.0) -> Surface:
-    """Return an upright plane across the corridor, seen by one who looks along the map's x axis.
+    """Return a vertical plane across the corridor that faces a viewer looking along the map's x axis.
 
     Args:
-        x: of the plane [m].
-        y: of its origin, on the floor [m].
+        x: x of the plane [m].
+        y: y of the origin, which is on the floor [m].
     """
     return Surface((x, y, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))

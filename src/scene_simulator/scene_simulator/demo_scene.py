@@ -8,17 +8,17 @@ from functools import cached_property
 
 import numpy as np
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, lay_floor
+from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, generate_dot_floor
+from scene_simulator.errors import check_seed
 from scene_simulator.floor_camera import Disturbance, FloorCamera, FloorPhoto
 from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
 from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs, scratches
 from scene_simulator.robot_drive import RobotDrive, Waypoint
-from scene_simulator.scene_error import check_seed
 from scene_simulator.suspension import Suspension
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 DEMO_FLOOR_SEED = 1812
-"""Seed of the demo floor: its dot map is installed with the localizer."""
+"""Seed of the demo floor, whose dot map is installed with the localizer."""
 
 DEMO_CAMERA = PinholeCamera(235, 235, 335.0, 335.4, 117.6, 116.3, (-0.26, 0.08, 0.0007, -0.0004, 0.0))
 """The paper's camera with a lens that bends; what it sees is 92 mm wide."""
@@ -45,7 +45,7 @@ ROUTE = (
 """Out on the left half of the floor, a turn about, a stop, and back on the right half."""
 
 EXPOSURE = 0.0015
-"""Of the camera [s]: a smear of two pixels at 0.5 m/s."""
+"""Exposure time [s]: motion blur of two pixels at 0.5 m/s."""
 
 _INSTANTS = 5
 _WEAR = 0.03
@@ -67,13 +67,13 @@ class DemoScene:
 
     @cached_property
     def floor(self) -> DotFloor:
-        """The floor as it was laid and surveyed."""
-        return lay_floor(DARK_ON_LIGHT, DEMO_FLOOR_SEED)
+        """The floor as surveyed."""
+        return generate_dot_floor(DARK_ON_LIGHT, DEMO_FLOOR_SEED)
 
     @cached_property
     def worn_floor(self) -> DotFloor:
         """The floor as it is driven on: 3 % of its chips have gone since."""
-        return self.floor.worn(_WEAR, self.seed)
+        return self.floor.remove_chips(_WEAR, self.seed)
 
     @cached_property
     def drive(self) -> RobotDrive:
@@ -97,7 +97,7 @@ class DemoScene:
 
     @cached_property
     def disturbances(self) -> Sequence[Disturbance]:
-        """An ordinary day's dirt, dirtier for a stretch out, filthy and with a mat for one back."""
+        """Everyday dirt, with a dirtier section on the way out and a very dirty one with a mat on the way back."""
         everywhere = FloorArea((0.0, 0.0), self.floor.design.size)
         return (
             Tape((0.0, 2.10), (1.8, 2.35), 0.02),

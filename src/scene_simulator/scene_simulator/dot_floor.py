@@ -1,4 +1,4 @@
-"""A floor with random chips, as the paper's vinyl sheet (3.1), and how one is laid."""
+"""Random-dot floors, such as the paper's vinyl floor (3.1)."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from scene_simulator.errors import SceneError, check_seed
 from scene_simulator.floor_marks import FloorMarks
 from scene_simulator.outlines import random_chips
-from scene_simulator.scene_error import SceneError, check_seed
 
 Colour = tuple[float, float, float]
 
-_FILLABLE_SHARE = 0.4
-"""Share of the floor that random discs of the least distance fill before redrawing stops to succeed."""
+_MAX_FILL_FRACTION = 0.4
+"""Fraction of the floor that discs of the minimum distance may fill; beyond it redrawing fails."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class FloorDesign:
         size: extent along x and y of the map frame, whose origin is a corner [m].
         count: number of chips.
         diameters: least and greatest diameter of the disc of equal area [m].
-        least_distance: centres are never nearer than this; nearer ones would be one chip to any eye [m].
+        min_distance: centres are never nearer than this; nearer ones would be one chip to any eye [m].
         ground: reflectance of the ground in blue, green and red, 0 to 1.
         chip_colours: colours of the chips, drawn with equal odds.
         colour_spread: standard deviation of a chip's brightness about its colour.
@@ -37,7 +37,7 @@ class FloorDesign:
     size: tuple[float, float] = (1.8, 9.45)
     count: int = 91_582
     diameters: tuple[float, float] = (0.002, 0.003)
-    least_distance: float = 0.0012
+    min_distance: float = 0.0012
     ground: Colour = (0.58, 0.70, 0.76)
     chip_colours: tuple[Colour, ...] = ((0.07, 0.07, 0.07),)
     colour_spread: float = 0.025
@@ -78,26 +78,26 @@ class DotFloor:
         """Area centroids of the chips in the map frame, shape (n, 2) [m]."""
         return self.chips.centres
 
-    def worn(self, share: float, seed: int) -> DotFloor:
-        """Return the floor after wear has taken a random share (0 to 1) of its chips."""
-        kept = np.random.default_rng(seed).uniform(size=len(self)) >= share
+    def remove_chips(self, fraction: float, seed: int) -> DotFloor:
+        """Return the floor without a random fraction (0 to 1) of its chips."""
+        kept = np.random.default_rng(seed).uniform(size=len(self)) >= fraction
         return DotFloor(self.design, self.chips.select(kept), self.diameters[kept], self.seed)
 
 
-def lay_floor(design: FloorDesign, seed: int) -> DotFloor:
-    """Lay a floor: chips of random shape, size and turn at uniformly random places.
+def generate_dot_floor(design: FloorDesign, seed: int) -> DotFloor:
+    """Generate a floor: chips of random shape, size and orientation at uniformly random positions.
 
-    Some chips touch or overlap, as on a real sheet.
+    Some chips touch or overlap, as on a real floor.
 
     Args:
         design: what the floor looks like.
-        seed: the same seed lays the same floor.
+        seed: the same seed gives the same floor.
 
     Returns:
         the floor.
 
     Raises:
-        SceneError: for a floor without extent, a negative number, or more chips than fit.
+        SceneError: floor without extent, negative count or seed, or more chips than fit.
     """
     check_seed(seed)
     rng = np.random.default_rng(seed)
@@ -115,18 +115,18 @@ def lay_floor(design: FloorDesign, seed: int) -> DotFloor:
 def _spaced_points(design: FloorDesign, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return random points, shape (n, 2) [m]; of a pair that is too near the later one is redrawn."""
     width, length = design.size
-    filled = design.count * math.pi * (0.5 * design.least_distance) ** 2
+    filled = design.count * math.pi * (0.5 * design.min_distance) ** 2
     if not (0.0 < width < math.inf and 0.0 < length < math.inf and design.count >= 0):
         raise SceneError(
             f'{design.count} chips on {width} x {length} m is no floor: give a size and number above zero'
         )
-    if filled > _FILLABLE_SHARE * width * length:
+    if filled > _MAX_FILL_FRACTION * width * length:
         raise SceneError(
-            f'{design.count} chips at least {design.least_distance} m apart do not fit on '
-            f'{width} x {length} m: lay fewer chips or a larger floor'
+            f'{design.count} chips at least {design.min_distance} m apart do not fit on '
+            f'{width} x {length} m: use fewer chips or a larger floor'
         )
     points = rng.uniform((0.0, 0.0), design.size, (design.count, 2))
-    while len(pairs := cKDTree(points).query_pairs(design.least_distance, output_type='ndarray')):
+    while len(pairs := cKDTree(points).query_pairs(design.min_distance, output_type='ndarray')):
         redrawn = np.unique(pairs.max(axis=1))
         points[redrawn] = rng.uniform((0.0, 0.0), design.size, (len(redrawn), 2))
     return points

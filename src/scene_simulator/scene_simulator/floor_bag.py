@@ -1,4 +1,4 @@
-"""Recording of the demo drive as a rosbag2 bag, as the robot would record it, with the truth beside."""
+"""Records the demo drive as a rosbag2 bag, with ground truth."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from scene_simulator import scene_messages
 from scene_simulator.demo_scene import DemoScene
-from scene_simulator.scene_error import SceneError
-from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
+from scene_simulator.errors import SceneError
+from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_geometry import PlanarPose
 
@@ -20,8 +20,8 @@ CAMERA_FRAME = 'belly_camera_optical_frame'
 START_NS = 1_780_000_000_000_000_000
 """Stamp of the first message [ns since the epoch]."""
 
-DIRTY_SHARE = 0.05
-"""An image is marked dirty when dirt hides more than this share of the view, twice what its chips fill."""
+DIRTY_FRACTION = 0.05
+"""An image is marked dirty when dirt hides more than this fraction of the view, twice the area of its chips."""
 
 _IMAGE_NOISE, _WHEEL_NOISE = 1, 2
 _IMAGE_PERIOD_NS = 100_000_000
@@ -33,11 +33,11 @@ def record_drive(scene: DemoScene, path: Path, seconds: float) -> Iterator[int]:
 
     Args:
         scene: what to record.
-        path: folder of the bag, which must not stand there.
+        path: folder of the bag; must not exist.
         seconds: length of the recording [s].
 
     Yields:
-        the number of each image after it is written, for those who show progress.
+        the number of each image after it is written, for progress display.
 
     Raises:
         BagError: the bag cannot be written.
@@ -47,16 +47,16 @@ def record_drive(scene: DemoScene, path: Path, seconds: float) -> Iterator[int]:
     with BagWriter(path) as bag:
         rng = np.random.default_rng((scene.seed, _WHEEL_NOISE))
         odometry = odometry_messages(scene.pose_at, seconds, rng)
-        waiting = next(odometry, None)
+        pending = next(odometry, None)
         for index, time_ns in enumerate(times):
-            while waiting is not None and waiting[0] <= time_ns:
-                bag.write('/odom', 'nav_msgs/msg/Odometry', waiting[1], START_NS + waiting[0])
-                waiting = next(odometry, None)
+            while pending is not None and pending[0] <= time_ns:
+                bag.write('/odom', 'nav_msgs/msg/Odometry', pending[1], START_NS + pending[0])
+                pending = next(odometry, None)
             _write_image(bag, scene, index, time_ns)
             yield index
-        while waiting is not None:
-            bag.write('/odom', 'nav_msgs/msg/Odometry', waiting[1], START_NS + waiting[0])
-            waiting = next(odometry, None)
+        while pending is not None:
+            bag.write('/odom', 'nav_msgs/msg/Odometry', pending[1], START_NS + pending[0])
+            pending = next(odometry, None)
 
 
 def image_count(seconds: float) -> int:
@@ -80,7 +80,7 @@ def _write_image(bag: BagWriter, scene: DemoScene, index: int, time_ns: int) -> 
     stamp = START_NS + time_ns
     photo = scene.photograph(time_ns / 1e9, np.random.default_rng((scene.seed, _IMAGE_NOISE, index)))
     truth = scene_messages.pose_stamped(scene.pose_at(time_ns / 1e9), 'map', stamp)
-    dirty = scene_messages.flag(photo.dirt_share > DIRTY_SHARE)
+    dirty = scene_messages.flag(photo.dirt_fraction > DIRTY_FRACTION)
     info = scene_messages.camera_info(scene.camera.intrinsics, CAMERA_FRAME, stamp)
     image = scene_messages.compressed_image(photo.image, CAMERA_FRAME, stamp)
     bag.write('/ground_truth', 'geometry_msgs/msg/PoseStamped', truth, stamp)
@@ -102,7 +102,7 @@ def odometry_messages(
     times_ns = range(0, round(seconds * 1e9), _ODOMETRY_PERIOD_NS)
     true_poses = [pose_at(time_ns / 1e9) for time_ns in times_ns]
     before = None
-    for time_ns, pose in zip(times_ns, measure_odometry(true_poses, WheelErrors(), rng), strict=True):
+    for time_ns, pose in zip(times_ns, simulate_odometry(true_poses, WheelErrors(), rng), strict=True):
         motion = (before or pose).inverse() @ pose
         velocity = (motion.x * 1e9 / _ODOMETRY_PERIOD_NS, motion.yaw * 1e9 / _ODOMETRY_PERIOD_NS)
         yield time_ns, scene_messages.odometry(pose, velocity, START_NS + time_ns)

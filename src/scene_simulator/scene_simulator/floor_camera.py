@@ -11,23 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.dot_floor import DotFloor
+from scene_simulator.errors import SceneError
 from scene_simulator.floor_view import FloorView
 from scene_simulator.ground_texture import GroundTexture, mottled_ground
 from scene_simulator.imaging import Lighting, Sensor
-from scene_simulator.scene_error import SceneError
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 PAPER_CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 """The paper's camera (3.1): 90 mm square in 235 pixels square from 130 mm."""
 
-DOWNWARD = CameraMount()
+DOWNWARD_MOUNT = CameraMount()
 
 
 class Disturbance(Protocol):
     """Something between the clean floor and the picture."""
 
-    def disturb(self, view: FloorView) -> None:
-        """Paint itself over the view."""
+    def apply_to(self, view: FloorView) -> None:
+        """Apply the disturbance to the view."""
 
 
 @dataclass(frozen=True)
@@ -36,15 +36,15 @@ class FloorPhoto:
 
     Attributes:
         image: shape (height, width) grey or (height, width, 3) blue-green-red, uint8.
-        dirt: shape (height, width), share of each pixel in which dirt hides the floor, 0 to 1.
+        dirt: shape (height, width), fraction of each pixel in which dirt hides the floor, 0 to 1.
     """
 
     image: NDArray[np.uint8]
     dirt: NDArray[np.float32]
 
     @property
-    def dirt_share(self) -> float:
-        """Share of the whole view in which dirt hides the floor."""
+    def dirt_fraction(self) -> float:
+        """Fraction of the whole view in which dirt hides the floor."""
         return float(self.dirt.mean())
 
 
@@ -68,7 +68,7 @@ class FloorCamera:
         self,
         floor: DotFloor,
         poses: Sequence[PlanarPose],
-        mount: CameraMount = DOWNWARD,
+        mount: CameraMount = DOWNWARD_MOUNT,
         disturbances: Sequence[Disturbance] = (),
         rng: np.random.Generator | None = None,
     ) -> FloorPhoto:
@@ -78,29 +78,29 @@ class FloorCamera:
             floor: the floor.
             poses: ``T_map_base`` at evenly spaced instants of the exposure; one for a robot at rest.
             mount: pose of the camera in the frame of the poses.
-            disturbances: what lies on the floor or falls on it, from the lowest to the uppermost.
+            disturbances: dirt, objects and light on the floor, bottom first.
             rng: source of the sensor's noise, none for a picture without.
 
         Returns:
             the picture; its truth is the pose at the middle of the exposure.
 
         Raises:
-            SceneError: without a pose.
+            SceneError: no pose was given.
         """
         if not poses:
             raise SceneError('an exposure needs at least one pose')
         view = FloorView(self.intrinsics, mount, poses, self._rays, colour=self.colour)
-        ground = _ground_of(floor.design.mottling, floor.seed).sample(view.floor_points)
+        ground = _cached_ground(floor.design.mottling, floor.seed).sample(view.floor_points)
         view.layers[:] = ground[..., None] * view.channels([floor.design.ground]).astype(np.float32)
         view.paint(floor.chips, dirt=False)
         for disturbance in disturbances:
-            disturbance.disturb(view)
+            disturbance.apply_to(view)
         light = view.layers.mean(axis=0) * self._white[..., None] + view.glare[..., None]
         image = self.sensor.expose(self.lighting.spread(light), rng)
         return FloorPhoto(image if self.colour else image[..., 0], view.covered.mean(axis=0))
 
     def project(
-        self, points: NDArray[np.float64], pose: PlanarPose, mount: CameraMount = DOWNWARD
+        self, points: NDArray[np.float64], pose: PlanarPose, mount: CameraMount = DOWNWARD_MOUNT
     ) -> NDArray[np.float64]:
         """Return the pixels u, v of floor points.
 
@@ -116,7 +116,7 @@ class FloorCamera:
         return self.intrinsics.pixels_from_points(mount.camera_points_from_floor(points_base))
 
     def visible_chips(
-        self, floor: DotFloor, pose: PlanarPose, mount: CameraMount = DOWNWARD
+        self, floor: DotFloor, pose: PlanarPose, mount: CameraMount = DOWNWARD_MOUNT
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the chips whose centres are in the image.
 
@@ -148,6 +148,6 @@ class FloorCamera:
 
 
 @lru_cache(maxsize=4)
-def _ground_of(mottling: float, seed: int) -> GroundTexture:
+def _cached_ground(mottling: float, seed: int) -> GroundTexture:
     """Return the ground of a floor; making it takes longer than a picture."""
     return mottled_ground(mottling, seed)

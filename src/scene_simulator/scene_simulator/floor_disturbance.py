@@ -34,7 +34,7 @@ class Tape:
     width: float
     colour: tuple[float, float, float] = (0.88, 0.90, 0.90)
 
-    def disturb(self, view: FloorView) -> None:
+    def apply_to(self, view: FloorView) -> None:
         """Cover the floor with the band."""
         dx, dy = self.end[0] - self.start[0], self.end[1] - self.start[1]
         length = math.hypot(dx, dy)
@@ -47,12 +47,12 @@ class Tape:
 
 @dataclass(frozen=True)
 class ShadowEdge:
-    """A straight edge beyond which the floor lies in shadow.
+    """A straight shadow edge.
 
     Attributes:
         point: a point of the edge in the map frame [m].
         direction: direction from the light into the shadow, counter-clockwise from the map's x [rad].
-        depth: share of the light that the shadow takes.
+        depth: fraction of the light that the shadow takes.
         penumbra: width over which the light fades [m].
     """
 
@@ -61,7 +61,7 @@ class ShadowEdge:
     depth: float = 0.5
     penumbra: float = 0.006
 
-    def disturb(self, view: FloorView) -> None:
+    def apply_to(self, view: FloorView) -> None:
         """Darken the floor beyond the edge."""
         normal = (math.cos(self.direction), math.sin(self.direction))
         beyond = (view.floor_points - self.point) @ normal
@@ -75,7 +75,7 @@ class WetSpot:
     Attributes:
         centre: middle in the map frame [m].
         radius: mean radius [m].
-        depth: share of the light that the water takes.
+        depth: fraction of the light that the water takes.
         shine: strength of the mirrored lamp, 1 saturates.
         seed: seed of its outline.
         rim_shine: strength of the lamp in the rim, 1 saturates; brightest where the rim faces map's x.
@@ -88,7 +88,7 @@ class WetSpot:
     seed: int = 0
     rim_shine: float = 0.0
 
-    def disturb(self, view: FloorView) -> None:
+    def apply_to(self, view: FloorView) -> None:
         """Darken the floor under the water and add the mirrored lamp."""
         if math.dist(self.centre, view.centre) > view.reach + 2.0 * self.radius:
             return
@@ -100,7 +100,7 @@ class WetSpot:
         view.blend(self.depth * (_ramp(inside, 0.0015) + 0.5 * rim), _BLACK, dirt=False)
         crescent = np.exp(-0.5 * np.square((distance - 0.4 * self.radius) / (0.05 * self.radius)))
         facing = 0.5 + 0.5 * np.cos(bearing)
-        view.dazzle(self.shine * crescent * np.square(facing) ** 2 + self.rim_shine * rim * facing)
+        view.add_glare(self.shine * crescent * np.square(facing) ** 2 + self.rim_shine * rim * facing)
 
     def _edge(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the outline's radius [m] in directions [rad]."""
@@ -125,13 +125,13 @@ class SpecularReflection:
     radius: float = 0.06
     strength: float = 1.2
 
-    def disturb(self, view: FloorView) -> None:
+    def apply_to(self, view: FloorView) -> None:
         """Add the lamp's light."""
         height, width = view.glare.shape
         right = (np.arange(width) - 0.5 * (width - 1)) / (0.5 * width) - self.place[0]
         down = (np.arange(height) - 0.5 * (height - 1)) / (0.5 * width) - self.place[1]
         squares = np.square(right)[None, :] + np.square(down)[:, None]
-        view.dazzle(self.strength * np.exp(-0.5 * squares / self.radius**2))
+        view.add_glare(self.strength * np.exp(-0.5 * squares / self.radius**2))
 
 
 def _ramp(distance: NDArray[np.float64], width: float) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Small dirt that lies about on a floor: crumbs, dust, hairs, scratches."""
+"""Small dirt on a floor: crumbs, dust, hairs, scratches."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_simulator.errors import SceneError
 from scene_simulator.floor_marks import FloorMarks
 from scene_simulator.floor_view import FloorView
 from scene_simulator.outlines import random_chips, random_ribbons
-from scene_simulator.scene_error import SceneError
 
 _CRUMB_COLOURS = np.array([[0.10, 0.14, 0.18], [0.22, 0.28, 0.34], [0.12, 0.12, 0.12], [0.80, 0.83, 0.84]])
 _DUST_COLOURS = np.array([[0.20, 0.22, 0.24], [0.45, 0.48, 0.50]])
@@ -35,7 +35,7 @@ class FloorArea:
         """Return uniformly random points, as many as chance gives at a density [1/m^2], shape (n, 2) [m].
 
         Raises:
-            SceneError: for a density that is negative or not finite, or an area without extent.
+            SceneError: density negative or not finite, or area without extent.
         """
         width, length = self.high[0] - self.low[0], self.high[1] - self.low[1]
         if not (0.0 <= density < math.inf and width > 0.0 and length > 0.0):
@@ -50,12 +50,12 @@ class Litter:
     """Marks that hide the floor.
 
     Attributes:
-        marks: what lies there.
+        marks: shapes of the litter.
     """
 
     marks: FloorMarks
 
-    def disturb(self, view: FloorView) -> None:
+    def apply_to(self, view: FloorView) -> None:
         """Paint the marks as dirt."""
         view.paint(self.marks, dirt=True)
 

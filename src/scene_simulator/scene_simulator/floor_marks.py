@@ -18,7 +18,7 @@ class FloorMarks:
         centres: shape (n, 2), reference points [m].
         outlines: shape (n, v, 2), corners relative to the reference points [m].
         colours: shape (n, 3), reflectance in blue, green and red, 0 to 1.
-        opacities: shape (n,), share of the ground's light that a mark hides, 0 to 1.
+        opacities: shape (n,), fraction of the ground's light that a mark hides, 0 to 1.
     """
 
     centres: NDArray[np.float64]

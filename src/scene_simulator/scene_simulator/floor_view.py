@@ -15,8 +15,8 @@ from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])
 """Weights of blue, green and red in a mono camera's grey (ITU-R BT.601)."""
 
-DAZZLING = 0.5
-"""Glare above which a light floor and a dark chip can no longer be told apart."""
+MAX_GLARE = 0.5
+"""Glare above which a dark chip is indistinguishable from a light floor."""
 
 
 class FloorView:
@@ -27,7 +27,7 @@ class FloorView:
 
     Attributes:
         layers: shape (instants, height, width, channels), reflectance, blue-green-red or grey.
-        covered: shape (instants, height, width), share of each pixel that dirt hides.
+        covered: shape (instants, height, width), fraction of each pixel that dirt hides.
         glare: shape (height, width), light that does not come from the floor, 1 saturates.
     """
 
@@ -57,7 +57,7 @@ class FloorView:
 
     @cached_property
     def floor_points(self) -> NDArray[np.float64]:
-        """Where each pixel looks at the middle instant, in the map frame, shape (height, width, 2) [m]."""
+        """Floor point of each pixel at the middle instant, in the map frame, shape (height, width, 2) [m]."""
         points = self._mount.floor_points_from_rays(self._rays)
         middle = self._poses[len(self._poses) // 2]
         return middle.transform(points).reshape(self._camera.height, self._camera.width, 2)
@@ -93,24 +93,24 @@ class FloorView:
             hidden = covered if dirt else np.zeros_like(covered)
             paint_polygons(layer, hidden, pixels, colours, seen.opacities)
 
-    def blend(self, share: NDArray[np.floating], colour: ArrayLike, *, dirt: bool) -> None:
-        """Lay a colour over the view.
+    def blend(self, fraction: NDArray[np.floating], colour: ArrayLike, *, dirt: bool) -> None:
+        """Blend a colour over the view.
 
         Args:
-            share: shape (height, width), share of each pixel's light that the colour takes, 0 to 1.
+            fraction: shape (height, width), opacity of the colour at each pixel, 0 to 1.
             colour: array-like, shape (3,), reflectance in blue, green and red.
             dirt: whether it counts as hidden floor.
         """
-        alpha = share.astype(np.float32)
+        alpha = fraction.astype(np.float32)
         colours = self.channels(np.reshape(colour, (1, 3))).astype(np.float32)
         self.layers += alpha[None, :, :, None] * (colours - self.layers)
         if dirt:
             self.covered += alpha * (1.0 - self.covered)
 
-    def dazzle(self, light: NDArray[np.floating]) -> None:
-        """Add light that is not the floor's, shape (height, width); where it dazzles, the floor is hidden."""
+    def add_glare(self, light: NDArray[np.floating]) -> None:
+        """Add light that is not the floor's, shape (height, width); above ``DAZZLING`` it hides the floor."""
         self.glare += light.astype(np.float32)
-        self.covered += (light > DAZZLING) * (1.0 - self.covered)
+        self.covered += (light > MAX_GLARE) * (1.0 - self.covered)
 
     def _project(self, pose: PlanarPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the pixels of map points, shape (n, 2), seen by the robot at ``pose`` (``T_map_base``)."""

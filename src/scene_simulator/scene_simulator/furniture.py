@@ -1,4 +1,4 @@
-"""Pieces of furniture made of boxes, each with its lower left corner at (0, 0) until it is moved."""
+"""Furniture made of boxes, with the lower left corner at (0, 0)."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _LEG = 0.05
 
 @dataclass(frozen=True)
 class Furniture:
-    """A piece of furniture.
+    """A furniture item.
 
     Attributes:
-        kind: crate, table, shelf or overhang.
-        boxes: of which it is made.
+        kind: crate, table, rack or overhang.
+        boxes: boxes that the item consists of.
     """
 
     kind: str
@@ -34,8 +34,8 @@ class Furniture:
         (x0, y0), (x1, y1) = corners[:, :2].min(axis=0).tolist(), corners[:, 3:5].max(axis=0).tolist()
         return x0, y0, x1, y1
 
-    def moved(self, x: float, y: float) -> Furniture:
-        """Return the same piece farther along x and y [m]."""
+    def translate(self, x: float, y: float) -> Furniture:
+        """Return the item translated along x and y [m]."""
         boxes = ((a + x, b + y, c, d + x, e + y, f) for a, b, c, d, e, f in self.boxes)
         return Furniture(self.kind, tuple(boxes))
 
@@ -59,8 +59,8 @@ def table(size_x: float, size_y: float, height: float) -> Furniture:
     return Furniture('table', ((0.0, 0.0, height - _BOARD, size_x, size_y, height), *legs))
 
 
-def shelf(size_x: float, size_y: float, height: float, boards: int) -> Furniture:
-    """Return an open shelf: boards between two panels at the ends of its longer side, nothing behind [m]."""
+def rack(size_x: float, size_y: float, height: float, boards: int) -> Furniture:
+    """Return an open rack: boards between two panels at the ends of its longer side, nothing behind [m]."""
     if size_x >= size_y:
         panels = (
             (0.0, 0.0, 0.0, _BOARD, size_y, height),
@@ -72,7 +72,7 @@ def shelf(size_x: float, size_y: float, height: float, boards: int) -> Furniture
             (0.0, size_y - _BOARD, 0.0, size_x, size_y, height),
         )
     levels = np.linspace(0.1, height - _BOARD, boards).tolist()
-    return Furniture('shelf', (*panels, *((0.0, 0.0, z, size_x, size_y, z + _BOARD) for z in levels)))
+    return Furniture('rack', (*panels, *((0.0, 0.0, z, size_x, size_y, z + _BOARD) for z in levels)))
 
 
 def overhang(size_x: float, size_y: float, low: float, high: float) -> Furniture:

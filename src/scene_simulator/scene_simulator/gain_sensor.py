@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 _POOL = 1 << 21
-"""Normal numbers drawn once: each row of each frame starts to read them at a place of its own."""
+"""Normal random numbers drawn once; each row of each frame reads them from a random start."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class GainSensor:
     Attributes:
         full_well: electrons at which a pixel overflows; their random arrival is the shot noise.
         read_noise: standard deviation of the read-out before the gain [electrons].
-        gain: grey level 255 stands for ``full_well / gain`` electrons.
+        gain: grey level 255 equals ``full_well / gain`` electrons.
         black_level: grey level of darkness, 255 is 1.
     """
 

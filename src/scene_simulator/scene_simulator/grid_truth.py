@@ -1,4 +1,4 @@
-"""The truth about routes in grid worlds, by another way than the planner's: Dijkstra over the graph of all steps.
+"""Ground truth of shortest paths in grid worlds: Dijkstra over the graph of all steps.
 
 Steps go to the eight neighbours, straight ones are 1 and diagonal ones sqrt(2) cells long, and no corner is cut.
 """
@@ -25,11 +25,11 @@ def step_graph(blocked: NDArray[np.bool_]) -> csr_array[np.float64, tuple[int, i
         for right in (-1, 0, 1):
             if down == right == 0:
                 continue
-            ways = [(0, 0), (down, right), (down, 0), (0, right)]
-            can = np.logical_and.reduce(
-                [free[1 + a : 1 + a + rows, 1 + b : 1 + b + columns] for a, b in ways]
+            adjacent_cells = [(0, 0), (down, right), (down, 0), (0, right)]
+            is_allowed = np.logical_and.reduce(
+                [free[1 + a : 1 + a + rows, 1 + b : 1 + b + columns] for a, b in adjacent_cells]
             )
-            row, column = np.nonzero(can)
+            row, column = np.nonzero(is_allowed)
             lengths = np.full(len(row), np.hypot(down, right))
             steps.append((numbers[row, column], numbers[row + down, column + right], lengths))
     begins, ends, lengths = (np.concatenate(parts) for parts in zip(*steps, strict=True))
@@ -46,7 +46,7 @@ def distances_from(
     Args:
         blocked: shape (rows, columns).
         start: row and column.
-        graph: its `step_graph`, where many starts are asked for.
+        graph: precomputed `step_graph`, for many starts.
 
     Returns:
         shape (rows, columns).
@@ -57,8 +57,8 @@ def distances_from(
     )
 
 
-def is_driveable(blocked: NDArray[np.bool_], cells: NDArray[np.int64]) -> bool:
-    """Return whether every step goes to a neighbour, through free cells and past no blocked corner.
+def is_traversable(blocked: NDArray[np.bool_], cells: NDArray[np.int64]) -> bool:
+    """Return whether every step is to a neighbour, through free cells, without cutting corners.
 
     Args:
         blocked: shape (rows, columns).

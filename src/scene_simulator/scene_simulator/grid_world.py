@@ -1,4 +1,4 @@
-"""A world of free and occupied cells that a robot sees only near by and in line of sight."""
+"""A grid world observed within range and line of sight."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ class GridWorld:
 
     occupied: NDArray[np.bool_]
 
-    def sense(self, cell: tuple[int, int], reach: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Return what a robot sees from the centre of its cell, all around.
+    def observe(self, cell: tuple[int, int], max_range: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+        """Return the cells visible from the centre of the robot's cell.
 
         Args:
             cell: row and column of the robot.
-            reach: how far its rays go [cells].
+            max_range: sensor range [cells].
 
         Returns:
             shape (n, 2), the cells that a ray enters before it is stopped and those that stop one, row and column, and
             shape (n,), whether they are occupied.
         """
-        cells = visible_cells(self.occupied, cell[0], cell[1], reach)
+        cells = visible_cells(self.occupied, cell[0], cell[1], max_range)
         return cells, self.occupied[cells[:, 0], cells[:, 1]]
 
 
 @njit(cache=True)
-def visible_cells(occupied: NDArray[np.bool_], row: int, column: int, reach: float) -> NDArray[np.int64]:
+def visible_cells(occupied: NDArray[np.bool_], row: int, column: int, max_range: float) -> NDArray[np.int64]:
     """Return the cells that rays from the centre of a cell enter, up to the first occupied one, shape (n, 2)."""
-    span = int(reach) + 1
+    span = int(max_range) + 1
     seen = np.zeros((2 * span + 1, 2 * span + 1), np.bool_)
     seen[span, span] = True
     for k in range(_RAYS):
-        _cast(occupied, row, column, (k + 0.5) * 2.0 * math.pi / _RAYS, reach, seen)
+        _trace_ray(occupied, row, column, (k + 0.5) * 2.0 * math.pi / _RAYS, max_range, seen)
     offsets = np.argwhere(seen)
     for k in range(len(offsets)):
         offsets[k, 0] += row - span
@@ -53,8 +53,13 @@ def visible_cells(occupied: NDArray[np.bool_], row: int, column: int, reach: flo
 
 
 @njit(cache=True)
-def _cast(
-    occupied: NDArray[np.bool_], row: int, column: int, angle: float, reach: float, seen: NDArray[np.bool_]
+def _trace_ray(
+    occupied: NDArray[np.bool_],
+    row: int,
+    column: int,
+    angle: float,
+    max_range: float,
+    seen: NDArray[np.bool_],
 ) -> None:
     """Follow a ray from cell to cell (Amanatides and Woo 1987); it runs along no axis."""
     up, right = math.sin(angle), math.cos(angle)
@@ -71,7 +76,7 @@ def _cast(
             to_column += column_step
             next_column += 1.0 / abs(right)
         inside = 0 <= to_row < occupied.shape[0] and 0 <= to_column < occupied.shape[1]
-        if travelled > reach or not inside:
+        if travelled > max_range or not inside:
             return
         seen[to_row - row + len(seen) // 2, to_column - column + len(seen) // 2] = True
         if occupied[to_row, to_column]:

@@ -13,7 +13,7 @@ from shirube_geometry import PinholeCamera
 
 @dataclass(frozen=True)
 class Lighting:
-    """Lamps beside the camera and what the lens takes away.
+    """Illumination by the camera's lamps, and lens losses.
 
     Attributes:
         level: grey level of a white floor in the middle of the image, 1 saturates.

@@ -1,4 +1,4 @@
-"""Recording of a drive under lamps as a rosbag2 bag, as the robot would record it, with the truth beside."""
+"""Records a drive under lamps as a rosbag2 bag, with ground truth."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from operator import itemgetter
 from pathlib import Path
 
 from scene_simulator import scene_messages
+from scene_simulator.errors import SceneError
 from scene_simulator.floor_bag import START_NS
 from scene_simulator.lamp_drive import LampDrive, LampFrame
-from scene_simulator.scene_error import SceneError
 from shirube_bags.bag_writer import BagWriter
 from shirube_files import write_text
 
@@ -29,11 +29,11 @@ def record_lamp_drive(drive: LampDrive, path: Path, seconds: float) -> Iterator[
 
     Args:
         drive: what to record.
-        path: folder of the bag, which must not stand there.
+        path: folder of the bag; must not exist.
         seconds: length of the recording [s].
 
     Yields:
-        the number of each image after it is written, for those who show progress.
+        the number of each image after it is written, for progress display.
 
     Raises:
         BagError: the bag cannot be written.
@@ -58,8 +58,8 @@ def write_beacons(lamps: Sequence[tuple[int, tuple[float, float, float]]], radiu
 
     Args:
         lamps: ID and place of each [m].
-        radius: of their bright disc [m].
-        path: file to write; one that stands there is replaced.
+        radius: radius of the luminous disc of each lamp [m].
+        path: file to write; an existing file is replaced.
 
     Raises:
         SceneError: the file cannot be written.
@@ -67,8 +67,8 @@ def write_beacons(lamps: Sequence[tuple[int, tuple[float, float, float]]], radiu
     rows = [f'  - {{id: {beacon}, xyz: [{x}, {y}, {z}], radius: {radius}}}\n' for beacon, (x, y, z) in lamps]
     try:
         write_text(path, ''.join(['beacons:\n', *rows]))
-    except OSError as fault:
-        raise SceneError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault
+    except OSError as error:
+        raise SceneError(f'{path}: cannot be written ({error.strerror}); choose a writable place') from error
 
 
 def _nanoseconds(time: float) -> int:
@@ -91,7 +91,7 @@ def _image_entries(drive: LampDrive, frame: LampFrame) -> Iterator[_Entry]:
 def _odometry_entries(drive: LampDrive, seconds: float) -> Iterator[_Entry]:
     for reading in drive.odometry(seconds):
         stamp = _nanoseconds(reading.time)
-        message = scene_messages.odometry(reading.pose, (reading.forward, reading.turn), stamp)
+        message = scene_messages.odometry(reading.pose, (reading.forward, reading.yaw_rate), stamp)
         yield stamp, '/odom', 'nav_msgs/msg/Odometry', message
 
 

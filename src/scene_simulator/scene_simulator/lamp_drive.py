@@ -11,18 +11,18 @@ import numpy as np
 
 from scene_simulator.camera_clock import CameraClock
 from scene_simulator.camera_motion import CameraPose, camera_pose
-from scene_simulator.ceiling_camera import UPWARD, CeilingCamera, CeilingPhoto
+from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera, CeilingPhoto
 from scene_simulator.ceiling_room import CeilingRoom
-from scene_simulator.scene_error import check_seed
+from scene_simulator.errors import check_seed
 from scene_simulator.suspension import Suspension
-from scene_simulator.tilt_sensor import TiltErrors, TiltReading, measure_tilt
-from scene_simulator.wheel_odometry import WheelErrors, WheelReading, read_wheels
+from scene_simulator.tilt_sensor import TiltErrors, TiltReading, simulate_tilt
+from scene_simulator.wheel_odometry import WheelErrors, WheelReading, simulate_wheel_readings
 from shirube_geometry import CameraMount, PlanarPose
 
-GOOD_WHEELS = WheelErrors(left_scale=1.0195, right_scale=1.0205, slip=0.0002)
-"""Good wheels: 2 % of the way and of each turn too much, and 0.2 degrees a metre to the left."""
+GOOD_WHEEL_ERRORS = WheelErrors(left_scale=1.0195, right_scale=1.0205, slip=0.0002)
+"""Good wheels: 2 % too much distance and rotation, and 0.2 degrees a metre to the left."""
 
-FIRM = Suspension(heave=0.001, tilt=math.radians(1.0))
+FIRM_SUSPENSION = Suspension(heave=0.001, tilt=math.radians(1.0))
 """A body that heaves by a millimetre and tilts by up to a degree."""
 
 _IMAGE_NOISE, _CLOCK, _WHEELS, _TILT = range(4)
@@ -40,8 +40,8 @@ class LampFrame:
     """A frame of the camera and the truth about it.
 
     Attributes:
-        stamp: what the camera says [s].
-        photo: image, true times and sightings.
+        stamp: stamp of the image [s].
+        photo: image, true times and projections of the lamps.
         pose: ``T_map_base`` at the true start of the frame, of which the stamp is the reading.
     """
 
@@ -59,20 +59,20 @@ class LampDrive:
         route: the true drive, a ``LegDrive`` or a ``RobotDrive``.
         camera: looks up.
         mount: pose of the camera in ``base_link`` while the body is at rest.
-        suspension: how the body sways.
+        suspension: heave and tilt of the body.
         clock: rhythm of the camera.
         wheels: errors of the odometry.
         tilt: errors of the inertial unit.
-        seed: of noise, losses and all errors; the sway has its own.
+        seed: seed of noise, losses and errors; the suspension has a separate seed.
     """
 
     room: CeilingRoom
     route: Route
     camera: CeilingCamera = field(default_factory=CeilingCamera)
-    mount: CameraMount = UPWARD
-    suspension: Suspension = FIRM
+    mount: CameraMount = UPWARD_MOUNT
+    suspension: Suspension = FIRM_SUSPENSION
     clock: CameraClock = field(default_factory=CameraClock)
-    wheels: WheelErrors = GOOD_WHEELS
+    wheels: WheelErrors = GOOD_WHEEL_ERRORS
     tilt: TiltErrors = field(default_factory=TiltErrors)
     seed: int = 0
 
@@ -111,12 +111,12 @@ class LampDrive:
 
     def odometry(self, seconds: float, period: float = 0.02) -> list[WheelReading]:
         """Return the wheel odometry of the first seconds, a reading each period [s]."""
-        return read_wheels(self.pose_at, seconds, period, self.wheels, self._rng(_WHEELS))
+        return simulate_wheel_readings(self.pose_at, seconds, period, self.wheels, self._rng(_WHEELS))
 
     def tilt_readings(self, seconds: float, period: float = 0.01) -> list[TiltReading]:
         """Return the inertial unit's tilt in the first seconds, a reading each period [s]."""
         times = np.arange(0.0, seconds, period).tolist()
-        return measure_tilt(self.tilt_at, times, self.tilt, self._rng(_TILT))
+        return simulate_tilt(self.tilt_at, times, self.tilt, self._rng(_TILT))
 
     def _rng(self, *purpose: int) -> np.random.Generator:
         return np.random.default_rng((self.seed, *purpose))

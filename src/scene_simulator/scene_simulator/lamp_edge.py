@@ -21,7 +21,7 @@ def edge_distance(
         s: place along the face's x [m].
         t: place along the face's y [m].
         kind: a ``ShapeKind``.
-        sizes: of the shape.
+        sizes: dimensions of the shape, see ``LampShape.sizes``.
 
     Returns:
         signed distance, outside positive [m], and its gradient along s and t, a unit vector.
@@ -41,10 +41,10 @@ def half_edge_distance(
     """Return the distance of a point from the edge of one half of a shape, the line between the halves included.
 
     Args:
-        s: as in ``edge_distance``.
-        t: as in ``edge_distance``.
-        kind: as in ``edge_distance``.
-        sizes: as in ``edge_distance``.
+        s: see ``edge_distance``.
+        t: see ``edge_distance``.
+        kind: see ``edge_distance``.
+        sizes: see ``edge_distance``.
         side: 1 for the half with negative s, -1 for the other.
 
     Returns:
@@ -63,9 +63,9 @@ def half_edge_distance(
 
 
 @njit(cache=True)
-def _from_led(place: float, pitch: float, last: float, highest: float) -> float:
+def _from_led(place: float, pitch: float, last: float, last_included: float) -> float:
     """Return a place along an axis relative to the nearest of the LEDs 0 to ``highest`` of 0 to ``last`` [m]."""
-    index = min(max(round(place / pitch + 0.5 * last), 0.0), highest)
+    index = min(max(round(place / pitch + 0.5 * last), 0.0), last_included)
     return place - pitch * (index - 0.5 * last)
 
 
@@ -92,10 +92,10 @@ def _half_circle(s: float, t: float, radius: float) -> tuple[float, float, float
 
 @njit(cache=True)
 def _box(s: float, t: float, half_width: float, half_length: float) -> tuple[float, float, float]:
-    beside, above = abs(s) - half_width, abs(t) - half_length
-    if beside > 0.0 and above > 0.0:
-        distance = math.hypot(beside, above)
-        return distance, math.copysign(beside, s) / distance, math.copysign(above, t) / distance
-    if beside > above:
-        return beside, math.copysign(1.0, s), 0.0
-    return above, 0.0, math.copysign(1.0, t)
+    outside_s, outside_t = abs(s) - half_width, abs(t) - half_length
+    if outside_s > 0.0 and outside_t > 0.0:
+        distance = math.hypot(outside_s, outside_t)
+        return distance, math.copysign(outside_s, s) / distance, math.copysign(outside_t, t) / distance
+    if outside_s > outside_t:
+        return outside_s, math.copysign(1.0, s), 0.0
+    return outside_t, 0.0, math.copysign(1.0, t)

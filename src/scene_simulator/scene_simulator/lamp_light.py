@@ -1,4 +1,4 @@
-"""Adds the light of lamps, and of their ghosts, to a frame; only their neighbourhood is computed."""
+"""Renders lamps and their lens flares into a frame; computes only their neighbourhood."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from scene_simulator.camera_motion import CameraMotion
 from scene_simulator.ceiling_lamp import CeilingLamp
-from scene_simulator.ceiling_lens import CeilingLens, LensGhost
+from scene_simulator.ceiling_lens import CeilingLens, LensFlare
 from scene_simulator.lamp_profile import face_homographies, lamp_profiles
-from scene_simulator.lamp_sighting import LampSighting, in_cone, sight_lamp
+from scene_simulator.lamp_projection import LampProjection, is_in_view, project_lamp
 from scene_simulator.shutter import Shutter
 from shirube_geometry import PinholeCamera
 
-_SMEAR = 0.7
+_MAX_LAMP_MOTION = 0.7
 """Smear of a lamp between two instants of an exposure [px]: its edges are softer."""
 
 Window = tuple[slice, slice]
@@ -42,14 +42,14 @@ class LampLight:
             shutter: its timing.
             lens: its lens.
             rays: shape (height + 2, width + 2, 2), rays of all pixels and of a border of one pixel, z = 1.
-            motion: the camera's way during the frame.
-            stamp: of the frame [s].
+            motion: camera trajectory during the frame.
+            stamp: stamp of the frame [s].
         """
         self._camera, self._shutter, self._lens, self._rays = camera, shutter, lens, rays
         self._motion, self._stamp = motion, stamp
 
-    def add_lamp(self, light: NDArray[np.float32], index: int, lamp: CeilingLamp) -> LampSighting | None:
-        """Add a lamp and its ghosts to a picture.
+    def add_lamp(self, light: NDArray[np.float32], index: int, lamp: CeilingLamp) -> LampProjection | None:
+        """Add a lamp and its lens flares to a picture.
 
         Args:
             light: shape (height, width), in full wells, changed in place; the lens has not dimmed it yet.
@@ -57,24 +57,24 @@ class LampLight:
             lamp: the lamp.
 
         Returns:
-            where it is; none for a lamp that leaves the cone of the lens.
+            true projection; None for a lamp outside the view cone.
         """
-        sighting = sight_lamp(index, lamp, self._camera, self._shutter, self._stamp, self._motion)
-        time = sighting.time if sighting else self._shutter.frame_middle(self._stamp, self._camera.height)
-        window = self._window(lamp)
+        projection = project_lamp(index, lamp, self._camera, self._shutter, self._stamp, self._motion)
+        time = projection.time if projection else self._shutter.frame_middle(self._stamp, self._camera.height)
+        window = self._lamp_window(lamp)
         if window is not None:
-            light[window] += self._patch(lamp, window, self._instants(lamp, time))
-        if sighting is not None:
-            for ghost in self._lens.ghosts:
-                self._add_ghost(light, lamp, ghost, sighting)
-        return sighting
+            light[window] += self._render_lamp(lamp, window, self._count_instants(lamp, time))
+        if projection is not None:
+            for flare in self._lens.flares:
+                self._add_flare(light, lamp, flare, projection)
+        return projection
 
-    def _patch(self, lamp: CeilingLamp, window: Window, count: int) -> NDArray[np.float32]:
+    def _render_lamp(self, lamp: CeilingLamp, window: Window, count: int) -> NDArray[np.float32]:
         """Return the light of a lamp in a window, whose exposure is cut into ``count`` equal parts."""
         rows, columns = window
         rays = self._rays[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
         light = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
-        times = self._shutter.exposure_cuts(self._stamp, rows, count)
+        times = self._shutter.exposure_boundaries(self._stamp, rows, count)
         for starts, stops in pairwise(times.T):
             poses = self._motion.poses(0.5 * (starts + stops))
             homographies = face_homographies(lamp.xyz, lamp.rotation, *poses)
@@ -89,48 +89,52 @@ class LampLight:
             light += np.einsum('ri,irc->rc', weights.astype(np.float32), profiles)
         return light
 
-    def _add_ghost(
-        self, light: NDArray[np.float32], lamp: CeilingLamp, ghost: LensGhost, sighting: LampSighting
+    def _add_flare(
+        self, light: NDArray[np.float32], lamp: CeilingLamp, flare: LensFlare, projection: LampProjection
     ) -> None:
-        """Add a ghost, which shines as bright as the lamp while its own rows are exposed."""
+        """Add a lens flare; its brightness follows the lamp during the exposure of the flare's own rows."""
         middle = np.array([self._camera.cx, self._camera.cy])
-        u, v = middle + ghost.scale * (np.array(sighting.centroid) - middle)
-        window = self._clipped(np.array([[u, v]]), ghost.margin)
+        u, v = middle + flare.scale * (np.array(projection.centroid) - middle)
+        window = self._clip_to_image(np.array([[u, v]]), flare.margin)
         if window is None:
             return
-        starts, stops = self._shutter.exposure_cuts(self._stamp, window[0], 1).T
+        starts, stops = self._shutter.exposure_boundaries(self._stamp, window[0], 1).T
         levels = lamp.mean_levels(starts, stops).mean(axis=-1)
         right = np.arange(window[1].start, window[1].stop) - u
         down = np.arange(window[0].start, window[0].stop) - v
-        spot = ghost.profile(np.hypot(right[None, :], down[:, None]))
+        spot = flare.profile(np.hypot(right[None, :], down[:, None]))
         light[window] += (lamp.brightness * self._shutter.exposure * levels[:, None] * spot).astype(
             np.float32
         )
 
-    def _instants(self, lamp: CeilingLamp, time: float) -> int:
+    def _count_instants(self, lamp: CeilingLamp, time: float) -> int:
         """Return into how many parts the exposure is cut, so that a lamp moves little within each."""
-        points = lamp.map_points(lamp.shape.reach_points())
+        points = lamp.map_points(lamp.shape.bounding_points())
         half = 0.5 * self._shutter.exposure
-        before, after = (self._motion.pose(time + share).camera_points(points) for share in (-half, half))
-        seen = in_cone(before, self._camera) & in_cone(after, self._camera)
-        if not seen.any():
+        before, after = (
+            self._motion.pose(time + fraction).camera_points(points) for fraction in (-half, half)
+        )
+        visible = is_in_view(before, self._camera) & is_in_view(after, self._camera)
+        if not visible.any():
             return 1
-        way = self._camera.pixels_from_points(after[seen]) - self._camera.pixels_from_points(before[seen])
-        return max(1, math.ceil(float(np.hypot(*way.T).max()) / _SMEAR))
+        shift = self._camera.pixels_from_points(after[visible]) - self._camera.pixels_from_points(
+            before[visible]
+        )
+        return max(1, math.ceil(float(np.hypot(*shift.T).max()) / _MAX_LAMP_MOTION))
 
-    def _window(self, lamp: CeilingLamp) -> Window | None:
+    def _lamp_window(self, lamp: CeilingLamp) -> Window | None:
         """Return the part of the image that a lamp can reach in the frame, none when it reaches no pixel."""
-        points = lamp.map_points(lamp.shape.reach_points())
+        points = lamp.map_points(lamp.shape.bounding_points())
         end = self._shutter.frame_end(self._stamp, self._camera.height)
-        moments = np.linspace(self._stamp, end, 3).tolist()
-        seen = [self._motion.pose(moment).camera_points(points) for moment in moments]
-        inside = np.vstack(seen)
-        inside = inside[in_cone(inside, self._camera)]
+        times = np.linspace(self._stamp, end, 3).tolist()
+        visible = [self._motion.pose(time).camera_points(points) for time in times]
+        inside = np.vstack(visible)
+        inside = inside[is_in_view(inside, self._camera)]
         if len(inside) == 0:
             return None
-        return self._clipped(self._camera.pixels_from_points(inside), self._lens.margin)
+        return self._clip_to_image(self._camera.pixels_from_points(inside), self._lens.margin)
 
-    def _clipped(self, pixels: NDArray[np.float64], margin: float) -> Window | None:
+    def _clip_to_image(self, pixels: NDArray[np.float64], margin: float) -> Window | None:
         """Return rows and columns about pixels, shape (n, 2), with a margin [px], clipped to the image."""
         size = np.array([self._camera.width, self._camera.height])
         left, top = np.clip(np.floor(pixels.min(axis=0) - margin), 0, size).astype(int).tolist()

@@ -51,7 +51,7 @@ def lamp_profiles(
 ) -> NDArray[np.float32]:
     """Return how much of the light of each part of a lamp falls on each pixel of a window.
 
-    Where both parts shine alike, their sum is eq. (4) for the whole lamp. It is shared out among them in proportion
+    Where both parts are equally bright, their sum is eq. (4) for the whole lamp. It is divided among them in proportion
     to eq. (4) for the outline of each part alone, with the glow of the whole lamp: so blooming and glow carry light of
     one part over the other.
 
@@ -91,9 +91,9 @@ def _fill(
                 continue
             first = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, 1.0), bloom)
             second = edge_light(_pixels_from_edge(rays, row, column, h, kind, sizes, -1.0), bloom)
-            share = (glow + (1.0 - glow) * first) / (2.0 * glow + (1.0 - glow) * (first + second))
-            profiles[0, row, column] = light * share
-            profiles[1, row, column] = light * (1.0 - share)
+            fraction = (glow + (1.0 - glow) * first) / (2.0 * glow + (1.0 - glow) * (first + second))
+            profiles[0, row, column] = light * fraction
+            profiles[1, row, column] = light * (1.0 - fraction)
 
 
 @njit(cache=True)
@@ -109,12 +109,12 @@ def _pixels_from_edge(
     """Return the signed distance of a pixel from the edge of a shape, outside positive [px].
 
     Args:
-        rays: as in ``lamp_profiles``.
-        row: of the pixel in the window.
-        column: of the pixel in the window.
+        rays: see ``lamp_profiles``.
+        row: row of the pixel in the window.
+        column: column of the pixel in the window.
         h: homography from rays to the face.
-        kind: of the shape.
-        sizes: of the shape.
+        kind: ``ShapeKind`` of the lamp.
+        sizes: dimensions of the shape, see ``LampShape.sizes``.
         side: 1 or -1 for one half of it, see ``half_edge_distance``; 0 for the whole.
     """
     v, u, pixels = row + 1.0, column + 1.0, 0.0

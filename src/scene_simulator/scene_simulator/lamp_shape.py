@@ -45,7 +45,7 @@ class Disc:
         """Return the outline counter-clockwise, shape (n, 2) [m]."""
         return self.radius * _unit_circle()
 
-    def reach_points(self) -> NDArray[np.float64]:
+    def bounding_points(self) -> NDArray[np.float64]:
         """Return points whose hull holds the shape, shape (n, 2) [m]."""
         return self.outline()
 
@@ -80,7 +80,7 @@ class LedGrid:
         """Return the square about all LEDs counter-clockwise, shape (n, 2) [m]."""
         return Rectangle(2.0 * self.radius, 2.0 * self.radius).outline()
 
-    def reach_points(self) -> NDArray[np.float64]:
+    def bounding_points(self) -> NDArray[np.float64]:
         """Return points whose hull holds the shape, shape (n, 2) [m]."""
         return self.outline()
 
@@ -111,7 +111,7 @@ class Rectangle:
         corners = [(side, -one), (one, side), (-side, one), (-one, -side)]
         return np.concatenate([np.column_stack(xy) for xy in corners]) * self.sizes[:2]
 
-    def reach_points(self) -> NDArray[np.float64]:
+    def bounding_points(self) -> NDArray[np.float64]:
         """Return points all over the shape, because a large one may be in view without its outline."""
         side = np.linspace(-1.0, 1.0, _GRID)
         return np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2) * self.sizes[:2]

@@ -7,14 +7,14 @@ from functools import cached_property
 
 import numpy as np
 
-from scene_simulator.dot_floor import DotFloor, FloorDesign, lay_floor
+from scene_simulator.dot_floor import DotFloor, FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import Disturbance, FloorCamera, FloorPhoto
 from scene_simulator.floor_disturbance import SpecularReflection, Tape
 from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs
 from scene_simulator.mission_layout import CARPET, ROOM
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
-DESIGN = FloorDesign(size=(ROOM[3], ROOM[4]), count=57_600, diameters=(0.004, 0.006), least_distance=0.0035)
+DESIGN = FloorDesign(size=(ROOM[3], ROOM[4]), count=57_600, diameters=(0.004, 0.006), min_distance=0.0035)
 """1200 chips a square meter; about fifty are in view."""
 
 BELLY_CAMERA = FloorCamera(PinholeCamera(235, 235, 150.0, 150.0, 117.0, 117.0))
@@ -31,8 +31,8 @@ _CARPET_COLOUR = (0.22, 0.2, 0.3)
 
 
 def surveyed_floor() -> DotFloor:
-    """Return the floor as it was laid; the building's is always the same."""
-    return lay_floor(DESIGN, _FLOOR_SEED)
+    """Return the floor as surveyed; it is always the same."""
+    return generate_dot_floor(DESIGN, _FLOOR_SEED)
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class MissionFloor:
     """The floor as it is driven on.
 
     Attributes:
-        seed: of wear and dirt.
-        surveyed: as it was laid.
+        seed: seed of wear and dirt.
+        surveyed: floor as surveyed, before wear.
     """
 
     seed: int
@@ -50,11 +50,11 @@ class MissionFloor:
     @cached_property
     def worn(self) -> DotFloor:
         """The floor without the chips that have gone."""
-        return self.surveyed.worn(_WEAR, self.seed)
+        return self.surveyed.remove_chips(_WEAR, self.seed)
 
     @cached_property
     def disturbances(self) -> tuple[Disturbance, ...]:
-        """What lies on it, the carpet last."""
+        """Disturbances of the floor, the carpet last."""
         everywhere = FloorArea((0.0, 0.0), DESIGN.size)
         (left, low), (right, high) = CARPET.low, CARPET.high
         middle = 0.5 * (low + high)
@@ -71,7 +71,7 @@ class MissionFloor:
 
         Args:
             poses: ``T_map_base`` at evenly spaced instants of it.
-            mount: of the camera, in the upright frame under the robot.
+            mount: pose of the camera in the upright frame under the robot.
             rng: source of the noise.
         """
         return BELLY_CAMERA.photograph(self.worn, poses, mount, self.disturbances, rng)

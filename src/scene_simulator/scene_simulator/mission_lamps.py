@@ -1,4 +1,4 @@
-"""The mission's ceiling: lamps that tell their names, two that give orders, four that are off."""
+"""The mission's ceiling: lamps that send their IDs, two that send commands, four that are off."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.ceiling_lens import CeilingLens
 from scene_simulator.ceiling_room import CeilingRoom
+from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.mission_layout import ROOM
-from scene_simulator.scene_error import SceneError
 from scene_simulator.shutter import Shutter
 from shirube_geometry import CameraMount, PinholeCamera
 
 LAMP_RADIUS = 0.12
-"""Of the frosted discs [m]: 27 rows of the picture."""
+"""Radius of the frosted discs [m]: 27 image rows."""
 
 LAMPS = {
     1 + 4 * row + column: (x, y, ROOM[5] - 0.1)
@@ -33,7 +33,7 @@ DARK_LAMPS = (7, 8, 11, 12)
 """IDs of those that are off."""
 
 SLOW_LAMP, FAST_LAMP = 3, 10
-"""IDs of the lamps that give orders: before the first goal to drive slowly, before the last one to speed up again."""
+"""IDs of the lamps that send commands: slow down before the first goal, speed up before the last one."""
 
 CEILING_CAMERA = CeilingCamera(
     PinholeCamera(480, 384, 240.0, 240.0, 239.5, 191.5),
@@ -43,36 +43,38 @@ CEILING_CAMERA = CeilingCamera(
 """A cheap camera with a rolling shutter; its exposure is too short for the dim ceiling."""
 
 CEILING_MOUNT = CameraMount((0.0, 0.0, 1.0), (0.0, 0.0, 0.5 * math.pi))
-"""On the mast, straight up with the image's upper edge ahead."""
+"""Camera on the mast, looking straight up with the image's upper edge ahead."""
 
 LAMP_RATE = 25.0
-"""Pictures a second, for which the lamps play."""
+"""Frame rate that the lamps' waveforms are designed for [Hz]."""
 
-_CLOCKS = 20.0
-"""Standard deviation of the lamps' clocks [ppm]."""
-_PHASES = 12
+_CLOCK_SIGMA = 20.0
+"""Standard deviation of the lamps' clock rates [ppm]."""
+_PHASE_STREAM = 12
 
 
 def mission_ceiling(waveforms: Mapping[int, Waveform], seed: int) -> CeilingRoom:
     """Return the ceiling.
 
     Args:
-        waveforms: what each lamp plays, by its ID.
-        seed: of when the lamps were switched on and how their clocks go.
+        waveforms: waveform of each lamp, by its ID.
+        seed: seed of the phases and clock errors of the lamps.
 
     Raises:
         SceneError: a lamp without a waveform, or a negative seed.
     """
     missing = sorted(set(LAMPS) - set(waveforms))
     if missing:
-        raise SceneError(f'lamp {missing[0]} plays nothing: give a waveform for each of {sorted(LAMPS)}')
-    rng = np.random.default_rng((seed, _PHASES))
+        raise SceneError(f'lamp {missing[0]} has no waveform: give a waveform for each of {sorted(LAMPS)}')
+    rng = np.random.default_rng((seed, _PHASE_STREAM))
     lamps = []
-    for name, place in LAMPS.items():
-        phase, offset = float(rng.uniform(0.0, 10.0)), float(rng.normal(0.0, _CLOCKS))
-        if name not in DARK_LAMPS:
+    for lamp_id, position in LAMPS.items():
+        phase, offset = float(rng.uniform(0.0, 10.0)), float(rng.normal(0.0, _CLOCK_SIGMA))
+        if lamp_id not in DARK_LAMPS:
             brightness = CEILING_CAMERA.brightness_for(1.0)
-            lamps.append(CeilingLamp(place, Disc(LAMP_RADIUS), waveforms[name], brightness, phase, offset))
+            lamps.append(
+                CeilingLamp(position, Disc(LAMP_RADIUS), waveforms[lamp_id], brightness, phase, offset)
+            )
     return CeilingRoom(tuple(lamps))
 
 

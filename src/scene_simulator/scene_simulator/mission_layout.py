@@ -1,7 +1,7 @@
-"""The mission: where the robot begins, where it is to go, and where which of its localizers is left without anything.
+"""The mission: start, goals, and the zones in which one localizer has no measurements.
 
-The room's lower left corner is the origin of the map. The building is always the same; the seed decides what stands
-in it and how exactly start and goals lie.
+The room's lower left corner is the origin of the map. The building is always the same; the seed decides the furniture
+and the exact start and goals.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from scene_simulator.box_room import Box
-from scene_simulator.scene_error import check_seed
+from scene_simulator.errors import check_seed
 from shirube_geometry import PlanarPose
 
 ROOM: Box = (0.0, 0.0, 0.0, 8.0, 6.0, 3.2)
 """Corners of the room in the map frame [m]."""
 
 ROBOT_RADIUS, ROBOT_HEIGHT = 0.2, 1.3
-"""Of the upright cylinder that holds the robot, with its mast [m]."""
+"""Radius and height of the robot's bounding cylinder, mast included [m]."""
 
 _START = PlanarPose(0.9, 1.1, 0.0)
 _GOALS = (
@@ -29,8 +29,8 @@ _GOALS = (
 )
 """Each faces a wall with landmarks, 2.2 m before it."""
 
-_SHIFT, _TURN = 0.1, math.radians(4.0)
-"""By how much the seed moves and turns start and goals at most [m, rad]."""
+_MAX_SHIFT, _MAX_ROTATION = 0.1, math.radians(4.0)
+"""Maximum random shift and rotation of start and goals [m, rad]."""
 
 _LAYOUT = 11
 
@@ -56,10 +56,10 @@ CARPET = Zone((4.4, 0.4), (7.0, 2.0))
 """A carpet hides the floor's dots."""
 
 DARK = Zone((5.4, 3.0), (7.4, 4.6))
-"""Here no lamp is seen: those above it are off."""
+"""No lamp is visible here: those above are off."""
 
 COVERED = Zone((1.4, 3.8), (4.8, 5.4))
-"""Here the landmarks of the west wall would be seen, but a sheet hangs over them."""
+"""The landmarks of the west wall are hidden by a curtain here."""
 
 ZONES = {'carpet': CARPET, 'dark': DARK, 'covered': COVERED}
 """The zones by name: without floor dots, without lamps, without landmarks."""
@@ -90,10 +90,10 @@ def mission_layout(seed: int) -> MissionLayout:
     """
     check_seed(seed)
     rng = np.random.default_rng((seed, _LAYOUT))
-    start, *goals = (_moved(pose, rng) for pose in (_START, *_GOALS))
+    start, *goals = (_perturb(pose, rng) for pose in (_START, *_GOALS))
     return MissionLayout(start, tuple(goals))
 
 
-def _moved(pose: PlanarPose, rng: np.random.Generator) -> PlanarPose:
+def _perturb(pose: PlanarPose, rng: np.random.Generator) -> PlanarPose:
     x, y, turn = rng.uniform(-1.0, 1.0, 3).tolist()
-    return PlanarPose(pose.x + _SHIFT * x, pose.y + _SHIFT * y, pose.yaw + _TURN * turn)
+    return PlanarPose(pose.x + _MAX_SHIFT * x, pose.y + _MAX_SHIFT * y, pose.yaw + _MAX_ROTATION * turn)

@@ -1,4 +1,4 @@
-"""What stands in the mission's room: low crates and tables that nobody told of, with a way left to each goal."""
+"""Obstacles of the mission: low crates and tables that are not on the map, with a free path to each goal."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 
+from scene_simulator.errors import SceneError
 from scene_simulator.furnished_room import FurnishedRoom, Furnishing, furnish
 from scene_simulator.mission_layout import ROBOT_HEIGHT, ROBOT_RADIUS, ROOM, MissionLayout
-from scene_simulator.scene_error import SceneError
 
-FURNISHING = Furnishing(crates=8, tables=3, shelves=0, overhangs=0)
+FURNISHING = Furnishing(crates=8, tables=3, racks=0, overhangs=0)
 """Nothing is higher than a meter: it hides neither lamps nor landmarks from the mast."""
 
 PASSAGE = 0.25
-"""A way to the goals leaves at least so much room between the robot's rim and obstacles [m]."""
+"""Minimum clearance between the robot and obstacles on the path to the goals [m]."""
 
-_KEEP_FREE = 0.6
-"""Of start and goals [m]: room to turn."""
+_CLEARANCE = 0.6
+"""Clearance around start and goals [m]: room to turn."""
 _CELL = 0.05
 _TRIES = 100
 
@@ -32,25 +32,25 @@ def mission_obstacles(seed: int, layout: MissionLayout) -> FurnishedRoom:
     """
     stops = [(pose.x, pose.y) for pose in (layout.start, *layout.goals)]
     for attempt in range(_TRIES):
-        room = furnish(ROOM, FURNISHING, _TRIES * seed + attempt, stops, _KEEP_FREE)
+        room = furnish(ROOM, FURNISHING, _TRIES * seed + attempt, stops, _CLEARANCE)
         if is_connected(room, stops):
             return room
-    raise SceneError(f'no room of seed {seed} leaves a way to all goals; take another seed')
+    raise SceneError(f'no room of seed {seed} has a free path to all goals; use another seed')
 
 
 def is_connected(room: FurnishedRoom, stops: list[tuple[float, float]]) -> bool:
     """Return whether the robot can drive from each of some places [m] to all others."""
-    parts = _drivable_parts(room)
-    found = {int(parts[math.floor(y / _CELL), math.floor(x / _CELL)]) for x, y in stops}
+    components = _connected_components(room)
+    found = {int(components[math.floor(y / _CELL), math.floor(x / _CELL)]) for x, y in stops}
     return len(found) == 1 and 0 not in found
 
 
-def _drivable_parts(room: FurnishedRoom) -> NDArray[np.int32]:
+def _connected_components(room: FurnishedRoom) -> NDArray[np.int32]:
     """Return the number of the connected part of each cell, 0 for cells that are too near to something."""
     shape = round(ROOM[4] / _CELL), round(ROOM[3] / _CELL)
     solid = np.pad(
         room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, ROBOT_HEIGHT)), 1, constant_values=True
     )
-    away = _CELL * distance_transform_edt(~solid)[1:-1, 1:-1]
-    parts, _ = label(away > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
-    return np.asarray(parts, dtype=np.int32)
+    distance = _CELL * distance_transform_edt(~solid)[1:-1, 1:-1]
+    components, _ = label(distance > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
+    return np.asarray(components, dtype=np.int32)

@@ -1,4 +1,4 @@
-"""What the mission's robot sees: each picture depends on the seed, its number and the true motion alone."""
+"""Sensors of the mission's robot: each image depends only on the seed, its number and the true motion."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from light_waveform import Waveform
-from scene_simulator.box_room import noisy_depth
+from scene_simulator.box_room import add_disparity_noise
 from scene_simulator.camera_motion import CameraPose, camera_pose
 from scene_simulator.ceiling_room import CeilingRoom
 from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.furnished_room import FurnishedRoom
 from scene_simulator.mission_floor import BELLY_MOUNT, EXPOSURE, MissionFloor
 from scene_simulator.mission_lamps import CEILING_CAMERA, CEILING_MOUNT, lamps_near, mission_ceiling
+from scene_simulator.mission_landmarks import FurnishedScene, covered_walls
 from scene_simulator.mission_layout import MissionLayout, mission_layout
 from scene_simulator.mission_obstacles import mission_obstacles
-from scene_simulator.mission_walls import FurnishedWalls, covered_walls
-from scene_simulator.stereo_drive import STIFF
+from scene_simulator.stereo_drive import STIFF_SUSPENSION
 from scene_simulator.stereo_rig import StereoRig
 from scene_simulator.suspension import Suspension
 from scene_simulator.tilt_sensor import TiltErrors, TiltReading
@@ -37,13 +37,13 @@ DEPTH_MOUNT = CameraMount((0.1, 0.0, 0.4), (-0.5 * math.pi, 0.0, -0.5 * math.pi)
 STEREO_RIG = StereoRig()
 
 _DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.02
-"""Of the depth camera's two eyes [m], and the noise of its disparities [px]."""
+"""Baseline of the depth camera [m] and its disparity noise [px]."""
 
 _INSTANTS = 3
-"""Of the floor camera's exposure."""
+"""Number of instants per exposure of the floor camera."""
 
 _FLOOR, _CEILING, _STEREO, _DEPTH, _TILT, _BIAS = range(6)
-"""Sources of noise."""
+"""Random number streams."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ class MissionSensors:
     """The room of a seed and the robot's sensors in it.
 
     Attributes:
-        seed: of room, errors and noise.
-        waveforms: what each lamp plays, by its ID.
-        walls: with their landmarks.
+        seed: seed of room, errors and noise.
+        waveforms: waveform of each lamp, by its ID.
+        walls: walls with their landmarks.
         tilt: errors of the inertial unit.
     """
 
@@ -69,7 +69,7 @@ class MissionSensors:
 
     @cached_property
     def room(self) -> FurnishedRoom:
-        """What stands in the room."""
+        """The furnished room."""
         return mission_obstacles(self.seed, self.layout)
 
     @cached_property
@@ -84,8 +84,8 @@ class MissionSensors:
 
     @cached_property
     def suspension(self) -> Suspension:
-        """How the body sways."""
-        return replace(STIFF, seed=self.seed)
+        """Heave and tilt of the body."""
+        return replace(STIFF_SUSPENSION, seed=self.seed)
 
     def floor_picture(self, index: int, time: float, pose_at: PoseAt) -> NDArray[np.uint8]:
         """Return the belly camera's picture, shape (height, width), the middle of whose exposure is at a time [s].
@@ -95,19 +95,19 @@ class MissionSensors:
             time: [s].
             pose_at: gives the true pose during the exposure.
         """
-        shares = np.linspace(-0.5, 0.5, _INSTANTS).tolist()
-        poses = [pose_at(time + share * EXPOSURE) for share in shares]
+        fractions = np.linspace(-0.5, 0.5, _INSTANTS).tolist()
+        poses = [pose_at(time + fraction * EXPOSURE) for fraction in fractions]
         mount = self.suspension.mount_at(time, BELLY_MOUNT)
         return self.floor.photograph(poses, mount, self._rng(_FLOOR, index)).image
 
     def ceiling_picture(self, index: int, time: float, pose_at: PoseAt) -> NDArray[np.uint8]:
         """Return the ceiling camera's picture, shape (height, width), whose first row begins at a time [s]."""
 
-        def camera_pose_at(moment: float) -> CameraPose:
-            return camera_pose(pose_at(moment), self.suspension.mount_at(moment, CEILING_MOUNT))
+        def camera_pose_at(exposure_time: float) -> CameraPose:
+            return camera_pose(pose_at(exposure_time), self.suspension.mount_at(exposure_time, CEILING_MOUNT))
 
-        robot = pose_at(time)
-        near = lamps_near(self.ceiling, robot.x, robot.y)
+        pose = pose_at(time)
+        near = lamps_near(self.ceiling, pose.x, pose.y)
         return CEILING_CAMERA.photograph(near, camera_pose_at, time, self._rng(_CEILING, index)).image
 
     def stereo_pair(
@@ -115,11 +115,11 @@ class MissionSensors:
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
         """Return the pictures of the left and the right camera at a time [s], each of shape (height, width)."""
         rig = replace(STEREO_RIG, mount=self.suspension.mount_at(time, STEREO_RIG.mount))
-        rng, walls = self._rng(_STEREO, index), FurnishedWalls(self.walls, self.room.boxes.boxes)
+        rng, walls = self._rng(_STEREO, index), FurnishedScene(self.walls, self.room.boxes.boxes)
         left, right = rig.camera_poses(pose_at(time))
         return (
-            rig.left.photograph(walls.seen_from(left.position), left, rng),
-            rig.right.photograph(walls.seen_from(right.position), right, rng),
+            rig.left.photograph(walls.order_for_camera(left.position), left, rng),
+            rig.right.photograph(walls.order_for_camera(right.position), right, rng),
         )
 
     def depth_picture(self, index: int, time: float, pose_at: PoseAt) -> NDArray[np.float32]:
@@ -128,10 +128,12 @@ class MissionSensors:
         view = np.eye(4)
         view[:3, :3], view[:3, 3] = pose.rotation, pose.position
         depth = self.room.boxes.depth_image(DEPTH_CAMERA, view)
-        return noisy_depth(depth, DEPTH_CAMERA.fx * _DEPTH_BASELINE, _DEPTH_SIGMA, self._rng(_DEPTH, index))
+        return add_disparity_noise(
+            depth, DEPTH_CAMERA.fx * _DEPTH_BASELINE, _DEPTH_SIGMA, self._rng(_DEPTH, index)
+        )
 
     def tilt_reading(self, index: int, time: float) -> TiltReading:
-        """Return what the inertial unit tells at a time [s]."""
+        """Return the reading of the inertial unit at a time [s]."""
         _, *true = self.suspension.motion_at(time).tolist()
         bias = self.tilt.bias * self._rng(_BIAS).standard_normal(2)
         roll, pitch = (true + bias + self.tilt.noise * self._rng(_TILT, index).standard_normal(2)).tolist()

@@ -49,14 +49,14 @@ def random_chips(
 ) -> NDArray[np.float64]:
     """Return irregular, nearly convex polygons as crushed plastic leaves them.
 
-    Corners lie at uneven steps around an ellipse and are pushed inwards at random; then each polygon is
+    Corners are at uneven steps around an ellipse and are pushed inwards at random; then each polygon is
     turned at random, moved to have its area centroid at the origin and scaled to its area.
 
     Args:
         diameters: shape (n,), diameters of the discs of equal area [m].
         rng: source of randomness.
         corners: least and greatest number of corners.
-        roughness: greatest share of the radius by which a corner is pushed inwards.
+        roughness: largest fraction of the radius by which a corner is pushed inwards.
         elongation: greatest ratio of length to width.
 
     Returns:
@@ -70,7 +70,7 @@ def random_chips(
     angles = math.tau * (places + steps) / counts
     stretch = np.sqrt(rng.uniform(1.0, elongation, (n, 1)))
     outlines = np.stack([radii * np.cos(angles) * stretch, radii * np.sin(angles) / stretch], axis=-1)
-    outlines = _turned(outlines, rng.uniform(0.0, math.tau, n))
+    outlines = _rotate(outlines, rng.uniform(0.0, math.tau, n))
     outlines -= polygon_centroids(outlines)[:, None]
     scale = 0.5 * diameters * np.sqrt(math.pi / polygon_areas(outlines))
     return np.asarray(outlines * scale[:, None, None])
@@ -112,7 +112,7 @@ def _cross(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[n
     return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
 
 
-def _turned(outlines: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rotate(outlines: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return each outline turned about the origin by its angle [rad]."""
     cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
     x, y = outlines[..., 0], outlines[..., 1]

@@ -18,11 +18,11 @@ def paint_polygons(
 ) -> None:
     """Paint polygons over a picture, one after the other.
 
-    A pixel that a polygon covers by the share a becomes ``(1 - a * opacity) * pixel + a * opacity * colour``.
+    A pixel that a polygon covers by the fraction a becomes ``(1 - a * opacity) * pixel + a * opacity * colour``.
 
     Args:
         layer: shape (height, width, channels), the picture, changed in place.
-        covered: shape (height, width), share of each pixel that is hidden, changed in place in the same way.
+        covered: shape (height, width), fraction of each pixel that is hidden, changed in place in the same way.
         corners: shape (n, v, 2), u and v [px], origin in the centre of the upper left pixel.
         colours: shape (n, channels).
         opacities: shape (n,), 0 to 1.
@@ -62,10 +62,10 @@ def _paint(
 def _coverage(
     polygon: NDArray[np.float64], left: int, right: int, top: int, bottom: int
 ) -> NDArray[np.float64]:
-    """Return the signed share of each pixel of a window that lies inside a polygon.
+    """Return the signed fraction of each pixel of a window that is inside a polygon.
 
     The area right of an edge within a pixel is the integral over the edge's rise of the part of the pixel's
-    width that lies right of the edge; summed with sign over all edges it is the polygon's area in the pixel.
+    width that is right of the edge; summed with sign over all edges it is the polygon's area in the pixel.
     """
     coverage = np.zeros((bottom - top, right - left))
     for i in range(len(polygon)):

@@ -2,7 +2,7 @@
 
 The robot starts along x, turns by 90 degrees to the right about under lamp A, drives slowly along -y, turns by 90
 degrees to the right about under lamp B and drives off along -x. The drive is the one that the commands ask
-for; what the lamps say is the caller's.
+for; the caller chooses the waveforms.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from collections.abc import Sequence
 from light_waveform import Waveform
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
+from scene_simulator.distractor_lights import distractors
 from scene_simulator.lamp_drive import LampDrive
 from scene_simulator.lamp_shape import LampShape
 from scene_simulator.leg_drive import LegDrive
-from scene_simulator.other_lights import distractors
 
 LAMP_A, LAMP_B = 3, 2
 """Indices into ``PAPER_LAMPS``: A at (1.8, 1.8), B at (1.8, 0)."""
 
-_BESIDE = 0.05
-"""How far the legs pass beside the lamps [m]."""
+_OFFSET = 0.05
+"""Lateral distance between the legs and the lamps [m]."""
 
-_RADIUS = 0.3
+_CORNER_RADIUS = 0.3
 
 
 def paper_run(
@@ -42,21 +42,21 @@ def paper_run(
 
     Args:
         waveforms: what the four lamps of ``PAPER_LAMPS`` send.
-        speed: before A and after B [m/s].
-        slow_speed: between A and B [m/s].
+        speed: speed before A and after B [m/s].
+        slow_speed: speed between A and B [m/s].
         camera: the camera, by default the paper's with a global shutter and 0.5 ms of exposure.
-        seed: of everything that is random.
-        rest: how long the robot stands at the start [s].
-        shape: of the lamps, by default the paper's panels of 8 x 8 LEDs.
+        seed: random seed.
+        rest: pause at the start [s].
+        shape: shape of the lamps, by default the paper's panels of 8 x 8 LEDs.
 
     Raises:
         SceneError: not four waveforms, or speeds that are not positive.
     """
-    eye = camera or CeilingCamera()
-    brightness = eye.brightness_for(1.0)
-    room = paper_room(waveforms, shape, brightness).lit(0.03 * brightness, seed=seed)
+    chosen = camera or CeilingCamera()
+    brightness = chosen.brightness_for(1.0)
+    room = paper_room(waveforms, shape, brightness).with_ambient_light(0.03 * brightness, seed=seed)
     a, b = PAPER_LAMPS[LAMP_A], PAPER_LAMPS[LAMP_B]
-    x = a[0] - _BESIDE
-    corners = [(-0.1, a[1] - _BESIDE), (x, a[1] - _BESIDE), (x, b[1] + _BESIDE), (-1.0, b[1] + _BESIDE)]
-    route = LegDrive(corners, [speed, slow_speed, speed], _RADIUS, rest)
-    return LampDrive(room.with_lights(distractors(brightness)), route, eye, seed=seed)
+    x = a[0] - _OFFSET
+    corners = [(-0.1, a[1] - _OFFSET), (x, a[1] - _OFFSET), (x, b[1] + _OFFSET), (-1.0, b[1] + _OFFSET)]
+    route = LegDrive(corners, [speed, slow_speed, speed], _CORNER_RADIUS, rest)
+    return LampDrive(room.with_lights(distractors(brightness)), route, chosen, seed=seed)

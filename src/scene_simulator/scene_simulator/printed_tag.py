@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import Rectangle
-from scene_simulator.scene_error import SceneError
 from shirube_geometry import matrix_from_rpy
 
 
@@ -23,8 +23,8 @@ def printed_tag(
             towards the face's x; the white margin that detectors need belongs to it.
         cell: width of a cell [m].
         xyz: middle of the tag in the map frame [m].
-        brightness: of white paper, in full wells per second of exposure [1/s].
-        yaw: of the tag's face in the map frame [rad].
+        brightness: brightness of white paper, in full wells per second of exposure [1/s].
+        yaw: yaw of the tag's face in the map frame [rad].
 
     Raises:
         SceneError: cells of another shape, or a width that is not positive.

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 from shirube_geometry import PlanarPose
 
 _STEP = 0.005
 """Distance between the points of a route at which the speed is planned [m]."""
 
-_APART = 1e-3
+_MIN_SEPARATION = 1e-3
 """A place that is nearer to a waypoint is left out [steps]."""
 
 
@@ -28,7 +28,7 @@ class Waypoint:
         x: place in the map frame [m].
         y: place in the map frame [m].
         speed: greatest speed on the way to the next point [m/s].
-        pause: time the robot stands at the point; 0 drives through [s].
+        pause: stop time at the point; 0 drives through [s].
     """
 
     x: float
@@ -51,7 +51,7 @@ class DriveLimits:
 
 
 class RobotDrive:
-    """A drive along a route; the robot always looks along it and stands at both ends.
+    """A drive along a route; the robot always faces along it and is stationary at both ends.
 
     Attributes:
         duration: time from the start to the end, pauses included [s].
@@ -61,11 +61,11 @@ class RobotDrive:
         """Plan a drive.
 
         Args:
-            route: at least two points, none twice in a row.
+            route: two or more waypoints; consecutive ones differ.
             limits: what the robot allows, by default a small robot's.
 
         Raises:
-            SceneError: a route that is too short, not finite, stands still or allows no speed.
+            SceneError: a route that is too short, not finite, has a repeated point or no speed.
         """
         points = np.array([(waypoint.x, waypoint.y) for waypoint in route])
         if not np.isfinite(points).all():
@@ -76,18 +76,18 @@ class RobotDrive:
             raise SceneError('a route needs a speed above zero on every leg')
         knots = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         self._spline = CubicSpline(knots, points)
-        places = _planned_places(knots)
-        stops = np.searchsorted(places, knots)
-        times, rates = self._timing(places, stops, route, limits or DriveLimits())
+        parameters = _plan_parameters(knots)
+        stops = np.searchsorted(parameters, knots)
+        times, rates = self._compute_timing(parameters, stops, route, limits or DriveLimits())
         # The curve of given places and rates is exact where the acceleration is constant.
-        self._place_at = CubicHermiteSpline(*_with_pauses(times, places, rates, stops, route))
-        self.duration = float(self._place_at.x[-1])
+        self._parameter_at = CubicHermiteSpline(*_insert_pauses(times, parameters, rates, stops, route))
+        self.duration = float(self._parameter_at.x[-1])
 
     def pose_at(self, time: float) -> PlanarPose:
-        """Return ``T_map_base`` at a time since the start [s]; outside the drive the robot stands."""
-        place = float(self._place_at(min(max(time, 0.0), self.duration)))
-        x, y = self._spline(place)
-        ahead_x, ahead_y = self._spline(place, 1)
+        """Return ``T_map_base`` at a time since the start [s]; outside the drive the robot is stationary."""
+        parameter = float(self._parameter_at(min(max(time, 0.0), self.duration)))
+        x, y = self._spline(parameter)
+        ahead_x, ahead_y = self._spline(parameter, 1)
         return PlanarPose(float(x), float(y), math.atan2(ahead_y, ahead_x))
 
     def poses_during(self, middle: float, exposure: float, count: int) -> list[PlanarPose]:
@@ -101,38 +101,40 @@ class RobotDrive:
         instants = (np.arange(count) + 0.5) / count - 0.5
         return [self.pose_at(middle + exposure * float(instant)) for instant in instants]
 
-    def _timing(
+    def _compute_timing(
         self,
-        places: NDArray[np.float64],
+        parameters: NDArray[np.float64],
         stops: NDArray[np.int64],
         route: Sequence[Waypoint],
         limits: DriveLimits,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return when the robot is at each place, pauses left out [s], and the places' rate [1/s]."""
-        velocity, bend = self._spline(places, 1), self._spline(places, 2)
-        stretch = np.hypot(*velocity.T)
-        curvature = np.abs(velocity[:, 0] * bend[:, 1] - velocity[:, 1] * bend[:, 0]) / stretch**3
-        legs = np.clip(np.searchsorted(stops, np.arange(len(places)), side='right') - 1, 0, len(route) - 2)
+        velocity, second = self._spline(parameters, 1), self._spline(parameters, 2)
+        norm = np.hypot(*velocity.T)
+        curvature = np.abs(velocity[:, 0] * second[:, 1] - velocity[:, 1] * second[:, 0]) / norm**3
+        legs = np.clip(
+            np.searchsorted(stops, np.arange(len(parameters)), side='right') - 1, 0, len(route) - 2
+        )
         speeds = np.array([waypoint.speed for waypoint in route])[legs]
         speeds = np.minimum(speeds, np.sqrt(limits.lateral_acceleration / np.maximum(curvature, 1e-9)))
-        standing = [0, len(route) - 1, *(i for i, waypoint in enumerate(route) if waypoint.pause > 0.0)]
-        speeds[stops[standing]] = 0.0
-        lengths = np.diff(places) * 0.5 * (stretch[1:] + stretch[:-1])
-        speeds = _within_acceleration(speeds, lengths, limits.acceleration)
+        stationary = [0, len(route) - 1, *(i for i, waypoint in enumerate(route) if waypoint.pause > 0.0)]
+        speeds[stops[stationary]] = 0.0
+        lengths = np.diff(parameters) * 0.5 * (norm[1:] + norm[:-1])
+        speeds = _limit_acceleration(speeds, lengths, limits.acceleration)
         times = np.concatenate([[0.0], np.cumsum(2.0 * lengths / (speeds[1:] + speeds[:-1]))])
-        return times, speeds / stretch
+        return times, speeds / norm
 
 
-def _planned_places(knots: NDArray[np.float64]) -> NDArray[np.float64]:
+def _plan_parameters(knots: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the knots and even steps between them, rising, shape (n,) [m]."""
     steps = np.arange(0.0, knots[-1], _STEP)
     after = np.searchsorted(knots, steps)
     gaps = np.minimum(np.abs(knots[after] - steps), np.abs(knots[after - 1] - steps))
     # A step that rounding alone parts from a knot would be reached at the same time.
-    return np.sort(np.concatenate([knots, steps[gaps > _APART * _STEP]]))
+    return np.sort(np.concatenate([knots, steps[gaps > _MIN_SEPARATION * _STEP]]))
 
 
-def _within_acceleration(
+def _limit_acceleration(
     speeds: NDArray[np.float64], lengths: NDArray[np.float64], acceleration: float
 ) -> NDArray[np.float64]:
     """Return speeds lowered until no step of the route changes them faster than allowed."""
@@ -144,9 +146,9 @@ def _within_acceleration(
     return np.sqrt(squares)
 
 
-def _with_pauses(
+def _insert_pauses(
     times: NDArray[np.float64],
-    places: NDArray[np.float64],
+    parameters: NDArray[np.float64],
     rates: NDArray[np.float64],
     stops: NDArray[np.int64],
     route: Sequence[Waypoint],
@@ -156,5 +158,5 @@ def _with_pauses(
         if waypoint.pause > 0.0:
             later = times[stop:] + waypoint.pause
             times = np.concatenate([times[: stop + 1], later])
-            places, rates = (np.concatenate([x[: stop + 1], x[stop:]]) for x in (places, rates))
-    return times, places, rates
+            parameters, rates = (np.concatenate([x[: stop + 1], x[stop:]]) for x in (parameters, rates))
+    return times, parameters, rates

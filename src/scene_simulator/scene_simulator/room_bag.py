@@ -1,4 +1,4 @@
-"""Recording of a drive through a furnished room as a rosbag2 bag, with the true poses and the true map beside."""
+"""Records a drive through a furnished room as a rosbag2 bag, with ground truth poses and map."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator import scene_messages
+from scene_simulator.errors import SceneError
 from scene_simulator.floor_bag import START_NS, odometry_messages
 from scene_simulator.room_drive import RoomDrive
-from scene_simulator.scene_error import SceneError
 from shirube_bags.bag_writer import BagWriter
 
 PICTURE_RATE, POSE_RATE = 5, 20
 """[Hz]"""
 JPEG_QUALITY = 70
 RESOLUTION = 0.05
-"""Side of a cell of the true map [m]; cell borders lie at its multiples."""
+"""Resolution of the true map [m]; cell borders are at its multiples."""
 HEIGHTS = (0.1, 1.2)
-"""What stands or hangs between them is in the true map [m]."""
+"""Height range of the obstacles in the true map [m]."""
 
 _WHEEL_NOISE = 3
 _BORDER = 4  # cells of the true map outside of the room
@@ -37,11 +37,11 @@ def record_room_drive(scene: RoomDrive, path: Path, seconds: float) -> Iterator[
 
     Args:
         scene: what to record.
-        path: folder of the bag, which must not stand there.
+        path: folder of the bag; must not exist.
         seconds: length of the recording [s].
 
     Yields:
-        the number of each instant after its three pictures are written, for those who show progress.
+        the number of each instant after its three pictures are written, for progress display.
 
     Raises:
         BagError: the bag cannot be written.
@@ -105,7 +105,7 @@ def _odometry_entries(scene: RoomDrive, seconds: float) -> Iterator[_Entry]:
 
 def _pose_entries(scene: RoomDrive, seconds: float) -> Iterator[_Entry]:
     for index, time, stamp in _times(POSE_RATE, seconds):
-        message = scene_messages.pose_stamped(scene.located(index, time), 'map', stamp)
+        message = scene_messages.pose_stamped(scene.localizer_pose(index, time), 'map', stamp)
         yield stamp, '/pose', 'geometry_msgs/msg/PoseStamped', message
 
 

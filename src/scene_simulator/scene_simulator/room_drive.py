@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.box_room import Box
-from scene_simulator.box_room_picture import picture_of
+from scene_simulator.box_room_rendering import render_picture
 from scene_simulator.camera_rig import CameraRig
 from scene_simulator.furnished_room import FurnishedRoom, Furnishing, furnish
 from scene_simulator.robot_drive import RobotDrive, Waypoint
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 _PICTURE_NOISE, _POSE_NOISE = 1, 2
-_FREE_WAY = 0.02
-"""Time between the places of the drive that stay free [s]."""
+_PATH_STEP = 0.02
+"""Time step of the path that stays free [s]."""
 _SPEED = 0.55
 _CORNERS = (
     (-2.6, -1.1),
@@ -39,7 +39,7 @@ RIG = CameraRig(
 """Level, looking ahead."""
 
 
-def around_the_room() -> RobotDrive:
+def room_loop() -> RobotDrive:
     """Return a drive along the walls, almost back to its start."""
     corners = (*_CORNERS, (-2.7, 0.3), (-2.5, -0.7))
     return RobotDrive([Waypoint(x, y, _SPEED) for x, y in corners])
@@ -50,11 +50,11 @@ class RoomDrive:
     """What a drive through a room is made of; equal fields give equal pictures.
 
     Attributes:
-        seed: of furniture and noise.
+        seed: seed of furniture and noise.
         size: the room's own corners [m].
-        furnishing: how much stands in it.
+        furnishing: number of furniture items.
         rig: the robot's cameras.
-        keep_free: between the robot's centre and the furniture [m].
+        clearance: minimum distance between the robot's centre and the furniture [m].
         picture_noise: standard deviation of a pixel [grey levels].
         pose_noise: standard deviation of the localizer's x and y [m] and of its yaw [rad].
     """
@@ -63,14 +63,14 @@ class RoomDrive:
     size: Box = (-4.03, -3.02, 0.0, 4.02, 3.03, 2.5)
     furnishing: Furnishing = field(default_factory=Furnishing)
     rig: CameraRig = RIG
-    keep_free: float = 0.5
+    clearance: float = 0.5
     picture_noise: float = 2.0
     pose_noise: tuple[float, float] = (0.003, 0.002)
 
     @cached_property
     def drive(self) -> RobotDrive:
-        """The robot's way."""
-        return around_the_room()
+        """The robot's drive."""
+        return room_loop()
 
     @cached_property
     def room(self) -> FurnishedRoom:
@@ -79,24 +79,26 @@ class RoomDrive:
         Raises:
             SceneError: too much furniture, or a negative seed.
         """
-        times = np.arange(0.0, self.drive.duration, _FREE_WAY).tolist()
-        way = [(pose.x, pose.y) for pose in map(self.drive.pose_at, times)]
-        return furnish(self.size, self.furnishing, self.seed, way, self.keep_free)
+        times = np.arange(0.0, self.drive.duration, _PATH_STEP).tolist()
+        path = [(pose.x, pose.y) for pose in map(self.drive.pose_at, times)]
+        return furnish(self.size, self.furnishing, self.seed, path, self.clearance)
 
     def pictures(self, index: int, time: float) -> dict[str, NDArray[np.uint8]]:
         """Return what the cameras see, each of shape (height, width), by name.
 
         Args:
-            index: of the picture; decides its noise.
+            index: image number; seeds its noise.
             time: since the start [s].
         """
         rng = np.random.default_rng((self.seed, _PICTURE_NOISE, index))
         boxes, noise = self.room.boxes, self.picture_noise
         views = self.rig.views(self.drive.pose_at(time))
-        return {name: picture_of(boxes, self.rig.camera, view, noise, rng) for name, view in views.items()}
+        return {
+            name: render_picture(boxes, self.rig.camera, view, noise, rng) for name, view in views.items()
+        }
 
-    def located(self, index: int, time: float) -> PlanarPose:
-        """Return ``T_map_base`` as a localizer tells it, with noise; arguments as of `pictures`."""
+    def localizer_pose(self, index: int, time: float) -> PlanarPose:
+        """Return ``T_map_base`` as a localizer measures it, with noise; arguments as for `pictures`."""
         rng = np.random.default_rng((self.seed, _POSE_NOISE, index))
         x, y, yaw = rng.normal(0.0, (self.pose_noise[0], *self.pose_noise)).tolist()
         pose = self.drive.pose_at(time)

@@ -25,14 +25,14 @@ class RoomShell:
 
     Attributes:
         size: its corners [m].
-        name: in the scene.
+        name: name of the object in the scene.
     """
 
     size: Box
     name: str = 'room'
 
     @property
-    def place(self) -> tuple[float, float]:
+    def position(self) -> tuple[float, float]:
         """The origin."""
         return 0.0, 0.0
 
@@ -58,7 +58,7 @@ class RoomShell:
         return Surface(origin, right, (0.0, 0.0, 1.0)), x1 - x0 if right[0] else y1 - y0
 
     def shapes(self) -> list[FlatShape]:
-        """Return what is painted, the lowest first."""
+        """Return the painted shapes, bottom first."""
         shapes = [*self._floor(), *self._ceiling()]
         for index, (name, grey) in enumerate(_GREYS.items()):
             surface, length = self.wall(name)

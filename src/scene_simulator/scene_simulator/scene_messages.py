@@ -16,7 +16,7 @@ from shirube_geometry import PinholeCamera, PlanarPose, quaternion_from_yaw
 
 _ODOMETRY_VARIANCES = (1e-4, 1e-4, 1e-12, 1e-12, 1e-12, 1e-3)
 _IMU_VARIANCES = (1e-6, 1e-6, math.pi**2)
-"""Of roll, pitch and yaw, which it does not know [rad^2]."""
+"""Variances of roll, pitch and (unknown) yaw [rad^2]."""
 
 
 def compressed_image(
@@ -26,9 +26,9 @@ def compressed_image(
 
     Args:
         image: grey levels.
-        frame: of the camera.
+        frame: ``frame_id`` of the camera.
         stamp_ns: stamp [ns].
-        quality: of the JPEG, up to 100.
+        quality: JPEG quality, up to 100.
         progressive: takes longer and makes dark images a good deal smaller.
     """
     options = [cv2.IMWRITE_JPEG_QUALITY, quality]
@@ -54,7 +54,7 @@ def camera_info(
 
     Args:
         camera: intrinsics of its images.
-        frame: of the camera.
+        frame: ``frame_id`` of the camera.
         stamp_ns: stamp [ns].
         rotation: shape (3, 3), into the rectified frame; none for a camera that is alone.
         projection: shape (3, 4), into the rectified image; none for a camera that is alone.
@@ -90,12 +90,12 @@ def odometry(pose: PlanarPose, velocity: tuple[float, float], stamp_ns: int) -> 
 
     Args:
         pose: ``T_odom_base``.
-        velocity: forward [m/s] and turn [rad/s].
+        velocity: linear [m/s] and angular [rad/s] velocity.
         stamp_ns: stamp [ns].
     """
-    forward, turn = velocity
+    forward, yaw_rate = velocity
     twist = _message(
-        'geometry_msgs/msg/Twist', linear=_vector(forward, 0.0, 0.0), angular=_vector(0.0, 0.0, turn)
+        'geometry_msgs/msg/Twist', linear=_vector(forward, 0.0, 0.0), angular=_vector(0.0, 0.0, yaw_rate)
     )
     covariance = np.diag(_ODOMETRY_VARIANCES).ravel()
     return _message(
@@ -108,11 +108,11 @@ def odometry(pose: PlanarPose, velocity: tuple[float, float], stamp_ns: int) -> 
 
 
 def imu(reading: TiltReading, frame: str, stamp_ns: int) -> object:
-    """Return a reading of the tilt as sensor_msgs/Imu: roll and pitch; rates and accelerations are not told."""
+    """Return a reading of the tilt as sensor_msgs/Imu: roll and pitch; rates and accelerations are marked unknown."""
     x, y, z, w = (
         float(part) for part in Rotation.from_euler('xyz', (reading.roll, reading.pitch, 0.0)).as_quat()
     )
-    # By the definition of the message, -1 says that there is no such measurement.
+    # By the definition of sensor_msgs/Imu, -1 marks a missing measurement.
     nothing = np.array([-1.0, *[0.0] * 8])
     return _message(
         'sensor_msgs/msg/Imu',

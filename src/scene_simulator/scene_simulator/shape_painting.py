@@ -27,12 +27,12 @@ def paint_outline(
     sums: NDArray[np.float32],
     outline: NDArray[np.float64],
     rays: NDArray[np.float32],
-    look: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    shading: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
     texture: Texture,
 ) -> None:
     """Paint one outline over a picture.
 
-    A sample that the outline covers by the share a becomes ``(1 - a * opacity) * sample + a * opacity * light``.
+    A sample that the outline covers by the fraction a becomes ``(1 - a * opacity) * sample + a * opacity * light``.
 
     Args:
         picture: shape (height, width), changed in place.
@@ -40,7 +40,7 @@ def paint_outline(
         outline: shape (n, 2), inside the picture, whose upper left corner is the origin [samples].
         rays: shape (height / SAMPLES, width / SAMPLES, 2), rays of the pixels, z = 1; a surface's
             light is the same in all samples of a pixel.
-        look: paint (grey, grain, opacity, shifts); matrix from rays to the plane's places, shape (3, 3); light at
+        shading: paint (grey, grain, opacity, shifts); matrix from rays to the plane's places, shape (3, 3); light at
             the plane's origin, its slopes to the right and up [1/m], width of a pixel at a distance of 1 [m].
         texture: the grain.
     """
@@ -56,12 +56,12 @@ def paint_outline(
         for column in range(left, right):
             covered += sums[row, column]
             sums[row, column] = 0.0
-            alpha = min(abs(covered), np.float32(1.0)) * look[0][2]
+            alpha = min(abs(covered), np.float32(1.0)) * shading[0][2]
             if alpha > _FAINT:
                 pixel = column // SAMPLES
                 if math.isnan(lights[pixel]):
                     ray = rays[row // SAMPLES, pixel]
-                    lights[pixel] = _light(ray[0], ray[1], look, texture)
+                    lights[pixel] = _light(ray[0], ray[1], shading, texture)
                 picture[row, column] += alpha * (lights[pixel] - picture[row, column])
         sums[row, right : right + 2] = 0.0
 
@@ -80,23 +80,23 @@ def _add_edges(sums: NDArray[np.float32], outline: NDArray[np.float64]) -> None:
         for row in range(math.floor(low), math.ceil(high)):
             enter, leave = max(low, row), min(high, row + 1)
             xa, xb = x0 + slope * (enter - y0), x0 + slope * (leave - y0)
-            _add_piece(sums[row], min(xa, xb), max(xa, xb), sign * (leave - enter))
+            _add_edge_segment(sums[row], min(xa, xb), max(xa, xb), sign * (leave - enter))
 
 
 @njit(cache=True, error_model='numpy')
-def _add_piece(sums: NDArray[np.float32], low: float, high: float, rise: float) -> None:
-    """Add a piece of an edge within a row, from ``low`` to ``high``, that rises by a part of the row."""
+def _add_edge_segment(sums: NDArray[np.float32], low: float, high: float, rise: float) -> None:
+    """Add an edge segment within a row, from ``low`` to ``high``, that rises by a fraction of the row."""
     first = max(0, math.floor(low))
     before = 0.0
     for column in range(first, math.ceil(high) + 1):
-        area = rise * _share_left(column + 1.0, low, high)
+        area = rise * _mean_fraction_left(column + 1.0, low, high)
         sums[column] += area - before
         before = area
 
 
 @njit(cache=True, error_model='numpy')
-def _share_left(side: float, low: float, high: float) -> float:
-    """Return the mean over an edge's piece of the part of a sample, which ends at a side, right of the piece."""
+def _mean_fraction_left(side: float, low: float, high: float) -> float:
+    """Return the mean, over an edge segment, of the fraction of a sample right of the segment."""
     if high - low < 1e-9:
         return min(max(side - 0.5 * (low + high), 0.0), 1.0)
     return (_clip_integral(side - low) - _clip_integral(side - high)) / (high - low)
@@ -114,11 +114,11 @@ def _clip_integral(t: float) -> float:
 def _light(
     x: float,
     y: float,
-    look: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+    shading: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
     texture: Texture,
 ) -> float:
     """Return the light that a plane sends along a ray."""
-    paint, plane, lamp = look
+    paint, plane, lamp = shading
     w = 1.0 / (plane[2, 0] * x + plane[2, 1] * y + plane[2, 2])
     s = (plane[0, 0] * x + plane[0, 1] * y + plane[0, 2]) * w
     t = (plane[1, 0] * x + plane[1, 1] * y + plane[1, 2]) * w

@@ -1,4 +1,4 @@
-"""Where the outlines of shapes lie in a picture: clipping in space, the lens, clipping at the picture's border."""
+"""Projection of shape outlines: clipping to the view frustum, lens distortion, clipping to the image."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 NEAR = 0.05
-"""What is nearer to the camera is not seen [m]."""
+"""Near clipping distance [m]."""
 
-_PIECE = 6.0
-"""Longest straight piece of an outline behind a lens that distorts [px]: its chord is off by 0.002 px."""
+_MAX_CHORD = 6.0
+"""Longest chord of an outline behind a distorting lens [px]: it is off by 0.002 px."""
 
 
 @njit(cache=True, error_model='numpy')
-def outline_in_picture(
+def project_outline(
     points: NDArray[np.float64],
     planes: NDArray[np.float64],
     lens: NDArray[np.float64],
@@ -37,7 +37,7 @@ def outline_in_picture(
     """
     seen = points
     for plane in planes:
-        seen = _cut(seen, plane)
+        seen = _clip_to_half_space(seen, plane)
         if len(seen) < 3:
             return np.empty((0, 2))
     flat = _project(seen, lens)
@@ -50,7 +50,7 @@ def outline_in_picture(
         [[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, width, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, -1.0, height, 0.0]]
     )
     for border in borders:
-        picture = _cut(picture, border)
+        picture = _clip_to_half_space(picture, border)
         if len(picture) < 3:
             return np.empty((0, 2))
     corners = np.empty((len(picture), 2))
@@ -76,7 +76,7 @@ def view_planes(rays: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @njit(cache=True, error_model='numpy')
-def _cut(points: NDArray[np.float64], plane: NDArray[np.float64]) -> NDArray[np.float64]:
+def _clip_to_half_space(points: NDArray[np.float64], plane: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the part of an outline in a half space (Sutherland and Hodgman), shape (m, 3)."""
     n = len(points)
     heights = np.empty(n)
@@ -109,27 +109,27 @@ def _cut(points: NDArray[np.float64], plane: NDArray[np.float64]) -> NDArray[np.
 def _project(points: NDArray[np.float64], lens: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the picture of an outline, shape (m, 2) [px]; its sides are bent where the lens distorts."""
     n = len(points)
-    pieces = np.ones(n, dtype=np.int64)
+    chord_counts = np.ones(n, dtype=np.int64)
     if np.any(lens[4:] != 0.0):
         for i in range(n):
             dx = points[i, 0] / points[i, 2] - points[i - 1, 0] / points[i - 1, 2]
             dy = points[i, 1] / points[i, 2] - points[i - 1, 1] / points[i - 1, 2]
-            pieces[i] = max(1, math.ceil(math.hypot(lens[0] * dx, lens[1] * dy) / _PIECE))
-    flat = np.empty((pieces.sum(), 2))
+            chord_counts[i] = max(1, math.ceil(math.hypot(lens[0] * dx, lens[1] * dy) / _MAX_CHORD))
+    flat = np.empty((chord_counts.sum(), 2))
     count = 0
     for i in range(n):
         x0, y0 = points[i - 1, 0] / points[i - 1, 2], points[i - 1, 1] / points[i - 1, 2]
         x1, y1 = points[i, 0] / points[i, 2], points[i, 1] / points[i, 2]
-        for k in range(1, pieces[i] + 1):
-            part = k / pieces[i]
-            place = _distorted(x0 + part * (x1 - x0), y0 + part * (y1 - y0), lens)
+        for k in range(1, chord_counts[i] + 1):
+            fraction = k / chord_counts[i]
+            place = _distort(x0 + fraction * (x1 - x0), y0 + fraction * (y1 - y0), lens)
             flat[count, 0], flat[count, 1] = place
             count += 1
     return flat
 
 
 @njit(cache=True, error_model='numpy')
-def _distorted(x: float, y: float, lens: NDArray[np.float64]) -> tuple[float, float]:
+def _distort(x: float, y: float, lens: NDArray[np.float64]) -> tuple[float, float]:
     """Return the pixel of a ray (x, y, 1) behind a ``plumb_bob`` lens."""
     k1, k2, p1, p2, k3 = lens[4], lens[5], lens[6], lens[7], lens[8]
     r2 = x * x + y * y

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Shutter:
             )
 
     def row_middle(self, stamp: float, row: float) -> float:
-        """Return the middle of a row's exposure [s]; the row counts from 0 and may lie between two."""
+        """Return the middle of a row's exposure [s]; the row counts from 0 and may be fractional."""
         return stamp + self.row_time * row + 0.5 * self.exposure
 
     def frame_middle(self, stamp: float, height: int) -> float:
@@ -47,14 +47,14 @@ class Shutter:
         return self.row_middle(stamp, 0.5 * (height - 1))
 
     def frame_end(self, stamp: float, height: int) -> float:
-        """Return when the last row of a frame ends to collect light [s]."""
+        """Return when the last row of a frame stops collecting light [s]."""
         return stamp + self.row_time * (height - 1) + self.exposure
 
-    def exposure_cuts(self, stamp: float, rows: slice, count: int) -> NDArray[np.float64]:
+    def exposure_boundaries(self, stamp: float, rows: slice, count: int) -> NDArray[np.float64]:
         """Return the times that cut each row's exposure into ``count`` equal parts.
 
         Args:
-            stamp: of the frame [s].
+            stamp: stamp of the frame [s].
             rows: rows from ``start`` to before ``stop``.
             count: number of parts.
 

@@ -1,4 +1,4 @@
-"""Recording of a drive with a stereo rig as a rosbag2 bag, as the robot would record it, with the truth beside."""
+"""Records a drive with a stereo rig as a rosbag2 bag, with ground truth."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def record_stereo_drive(drive: StereoDrive, path: Path, seconds: float) -> Itera
 
     Args:
         drive: what to record.
-        path: folder of the bag, which must not stand there.
+        path: folder of the bag; must not exist.
         seconds: length of the recording [s].
 
     Yields:
-        the number of each pair after it is written, for those who show progress.
+        the number of each pair after it is written, for progress display.
 
     Raises:
         BagError: the bag cannot be written.
@@ -71,7 +71,7 @@ def _frame_entries(drive: StereoDrive, frame: StereoFrame) -> Iterator[_Entry]:
 def _odometry_entries(drive: StereoDrive, seconds: float) -> Iterator[_Entry]:
     for reading in drive.odometry(seconds):
         stamp = _nanoseconds(reading.time)
-        message = scene_messages.odometry(reading.pose, (reading.forward, reading.turn), stamp)
+        message = scene_messages.odometry(reading.pose, (reading.forward, reading.yaw_rate), stamp)
         yield stamp, '/odom', 'nav_msgs/msg/Odometry', message
 
 

@@ -1,4 +1,4 @@
-"""What camera_calibration tells of a pair of cameras, here without its errors."""
+"""Calibration of a stereo pair as camera_calibration reports it, here without errors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from shirube_geometry import PinholeCamera
 
 @dataclass(frozen=True)
 class CameraCalibration:
-    """What ``camera_calibration`` finds out about one camera of a pair.
+    """``camera_calibration`` result for one camera of a pair.
 
     Attributes:
         camera: intrinsics of the images as they come.
@@ -76,8 +76,8 @@ def calibration_yaml(calibration: CameraCalibration, name: str) -> str:
     """Return the text of the file that camera_calibration writes for one camera.
 
     Args:
-        calibration: of the camera.
-        name: of the camera.
+        calibration: calibration to write.
+        name: camera name.
     """
     camera = calibration.camera
     parts = [

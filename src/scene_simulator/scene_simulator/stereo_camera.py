@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from scene_simulator.camera_motion import CameraPose
 from scene_simulator.corridor_texture import plaster
 from scene_simulator.gain_sensor import GainSensor
-from scene_simulator.painted_scene import PaintedScene
+from scene_simulator.renderable_scene import PaintedScene
 from scene_simulator.shape_painting import SAMPLES, Texture, paint_outline
-from scene_simulator.shape_projection import outline_in_picture, view_planes
+from scene_simulator.shape_projection import project_outline, view_planes
 from shirube_geometry import PinholeCamera
 
 
@@ -25,25 +25,27 @@ class StereoOptics:
 
     Attributes:
         blur: standard deviation of the point-spread function [px]; a lens out of focus has more.
-        smear: way of the picture during the exposure, right and down [px].
-        vignetting: share of the light that is missing in the corners.
+        motion_blur: image motion during the exposure, right and down [px].
+        vignetting: fraction of the light that is missing in the corners.
     """
 
     blur: float = 0.6
-    smear: tuple[float, float] = (0.0, 0.0)
+    motion_blur: tuple[float, float] = (0.0, 0.0)
     vignetting: float = 0.15
 
     def spread(self, light: NDArray[np.float32], scale: int) -> NDArray[np.float32]:
         """Return a picture, shape (height, width), as lens and motion blur it.
 
         Args:
-            light: before the lens.
+            light: image before the lens, shape (height, width).
             scale: its samples per pixel along each side.
         """
         if self.blur > 0.0:
             light = cv2.GaussianBlur(light, (0, 0), scale * self.blur, borderType=cv2.BORDER_REPLICATE)
-        if any(self.smear):
-            light = cv2.filter2D(light, -1, _smear_kernel(self.smear, scale), borderType=cv2.BORDER_REPLICATE)
+        if any(self.motion_blur):
+            light = cv2.filter2D(
+                light, -1, _motion_kernel(self.motion_blur, scale), borderType=cv2.BORDER_REPLICATE
+            )
         return np.asarray(light, dtype=np.float32)
 
 
@@ -76,7 +78,9 @@ class StereoCamera:
     def light(self, scene: PaintedScene, pose: CameraPose) -> NDArray[np.float32]:
         """Return the light that the pixels collect, shape (height, width), 1 fills the well."""
         table, camera = scene.table, self.intrinsics
-        places = np.array([_places_from_rays(surface.points_map(_UNITS), pose) for surface in table.surfaces])
+        homographies = np.array(
+            [_homography_from_rays(surface.points_map(_UNITS), pose) for surface in table.surfaces]
+        )
         lamps = np.array([(*scene.light.on_surface(s), 1.0 / camera.fx) for s in table.surfaces])
         # The back of a surface, painted first, would shine through the edges of what is painted over it.
         faces = [(pose.position - surface.origin) @ surface.normal > 0.0 for surface in table.surfaces]
@@ -87,7 +91,7 @@ class StereoCamera:
             light,
             self._rays,
             (pose.camera_points(table.points), table.starts, table.surface_of, table.paints),
-            (places.reshape(-1, 3, 3), lamps.reshape(-1, 4), np.array(faces, dtype=np.bool_)),
+            (homographies.reshape(-1, 3, 3), lamps.reshape(-1, 4), np.array(faces, dtype=np.bool_)),
             (self._view, lens, (camera.width, camera.height)),
             (grain.samples, grain.starts, grain.sizes),
         )
@@ -109,7 +113,7 @@ class StereoCamera:
 
     @cached_property
     def _transmission(self) -> NDArray[np.float32]:
-        """Share of the light that passes the lens, shape (height, width)."""
+        """Fraction of the light that passes the lens, shape (height, width)."""
         u = np.linspace(-1.0, 1.0, self.intrinsics.width)[None, :]
         v = np.linspace(-1.0, 1.0, self.intrinsics.height)[:, None]
         return np.asarray(1.0 - 0.5 * self.optics.vignetting * (u**2 + v**2), dtype=np.float32)
@@ -118,27 +122,27 @@ class StereoCamera:
 _UNITS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 
 
-def _places_from_rays(frame: NDArray[np.float64], pose: CameraPose) -> NDArray[np.float64]:
+def _homography_from_rays(frame: NDArray[np.float64], pose: CameraPose) -> NDArray[np.float64]:
     """Return the homography from rays to places on a plane, shape (3, 3).
 
     Args:
         frame: shape (3, 3), the plane's origin and the ends of its unit vectors in the map frame [m].
-        pose: of the camera.
+        pose: ``T_map_camera``.
     """
     origin, right, up = pose.camera_points(frame)
-    rays_from_places = np.column_stack([right - origin, up - origin, origin])
+    rays_from_plane = np.column_stack([right - origin, up - origin, origin])
     # A camera in the plane sees nothing of it.
-    if abs(np.linalg.det(rays_from_places)) < 1e-9:
+    if abs(np.linalg.det(rays_from_plane)) < 1e-9:
         return np.eye(3)
-    return np.asarray(np.linalg.inv(rays_from_places))
+    return np.asarray(np.linalg.inv(rays_from_plane))
 
 
-def _smear_kernel(smear: tuple[float, float], scale: int) -> NDArray[np.float32]:
+def _motion_kernel(motion_blur: tuple[float, float], scale: int) -> NDArray[np.float32]:
     """Return the kernel of an even motion; its points are shared among the samples around them."""
-    reach = int(np.ceil(0.5 * scale * max(map(abs, smear)))) + 1
+    reach = int(np.ceil(0.5 * scale * max(map(abs, motion_blur)))) + 1
     kernel = np.zeros((2 * reach + 1, 2 * reach + 1))
-    for share in (np.arange(64) + 0.5) / 64 - 0.5:
-        x, y = reach + share * scale * smear[0], reach + share * scale * smear[1]
+    for fraction in (np.arange(64) + 0.5) / 64 - 0.5:
+        x, y = reach + fraction * scale * motion_blur[0], reach + fraction * scale * motion_blur[1]
         i, j = int(x), int(y)
         u, v = x - i, y - j
         kernel[j : j + 2, i : i + 2] += np.outer((1.0 - v, v), (1.0 - u, u))
@@ -158,7 +162,7 @@ def _paint_all(
 
     Args:
         light: the picture.
-        rays: of its pixels.
+        rays: rays of the pixels, see ``_rays``.
         shapes: points in the optical frame, starts, planes and paints as in the table.
         surfaces: homographies from rays, light, and whether the front is seen.
         view: half spaces, lens and size of the picture.
@@ -172,7 +176,7 @@ def _paint_all(
         if not surfaces[2][surface]:
             continue
         outline = points[starts[shape] : starts[shape + 1]]
-        seen = outline_in_picture(outline, planes, lens, size, SAMPLES)
+        seen = project_outline(outline, planes, lens, size, SAMPLES)
         if len(seen) >= 3:
-            look = (paints[shape], surfaces[0][surface], surfaces[1][surface])
-            paint_outline(light, sums, seen, rays, look, texture)
+            shading = (paints[shape], surfaces[0][surface], surfaces[1][surface])
+            paint_outline(light, sums, seen, rays, shading, texture)

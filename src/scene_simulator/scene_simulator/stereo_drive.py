@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.lamp_drive import GOOD_WHEELS
+from scene_simulator.errors import SceneError, check_seed
+from scene_simulator.lamp_drive import GOOD_WHEEL_ERRORS
 from scene_simulator.leg_drive import LegDrive
-from scene_simulator.scene_error import SceneError, check_seed
 from scene_simulator.stereo_rig import StereoRig, render_pair
 from scene_simulator.suspension import Suspension
-from scene_simulator.tilt_sensor import TiltErrors, TiltReading, measure_tilt
-from scene_simulator.wheel_odometry import WheelErrors, WheelReading, read_wheels
+from scene_simulator.tilt_sensor import TiltErrors, TiltReading, simulate_tilt
+from scene_simulator.wheel_odometry import WheelErrors, WheelReading, simulate_wheel_readings
 from shirube_geometry import PlanarPose
 
-STIFF = Suspension(heave=0.0005, tilt=math.radians(0.2))
-"""A body that hardly sways: a mast with cameras on a slow robot."""
+STIFF_SUSPENSION = Suspension(heave=0.0005, tilt=math.radians(0.2))
+"""Suspension that hardly moves: a mast with cameras on a slow robot."""
 
 _IMAGE_NOISE, _WHEELS, _TILT = range(3)
 
@@ -50,19 +50,19 @@ class StereoDrive:
         scene: the corridor.
         route: the true drive.
         rig: the cameras, while the body is at rest.
-        rate: of the pictures [Hz].
-        suspension: how the body sways.
+        rate: frame rate [Hz].
+        suspension: heave and tilt of the body.
         wheels: errors of the odometry.
         tilt: errors of the inertial unit.
-        seed: of noise and errors; the sway has its own.
+        seed: seed of noise and errors; the suspension has a separate seed.
     """
 
     scene: CorridorScene
     route: LegDrive
     rig: StereoRig = field(default_factory=StereoRig)
     rate: float = 3.0
-    suspension: Suspension = STIFF
-    wheels: WheelErrors = GOOD_WHEELS
+    suspension: Suspension = STIFF_SUSPENSION
+    wheels: WheelErrors = GOOD_WHEEL_ERRORS
     tilt: TiltErrors = field(default_factory=TiltErrors)
     seed: int = 0
 
@@ -105,12 +105,12 @@ class StereoDrive:
 
     def odometry(self, seconds: float, period: float = 0.02) -> list[WheelReading]:
         """Return the wheel odometry of the first seconds, a reading each period [s]."""
-        return read_wheels(self.pose_at, seconds, period, self.wheels, self._rng(_WHEELS))
+        return simulate_wheel_readings(self.pose_at, seconds, period, self.wheels, self._rng(_WHEELS))
 
     def tilt_readings(self, seconds: float, period: float = 0.02) -> list[TiltReading]:
         """Return the inertial unit's tilt in the first seconds, a reading each period [s]."""
         times = np.arange(0.0, seconds, period).tolist()
-        return measure_tilt(self.tilt_at, times, self.tilt, self._rng(_TILT))
+        return simulate_tilt(self.tilt_at, times, self.tilt, self._rng(_TILT))
 
     def _rng(self, *purpose: int) -> np.random.Generator:
         return np.random.default_rng((self.seed, *purpose))

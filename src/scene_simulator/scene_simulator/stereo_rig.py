@@ -1,4 +1,4 @@
-"""Two cameras side by side on a robot, and their calibration as camera_calibration tells it."""
+"""A stereo rig on a robot, and its calibration as camera_calibration reports it."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from scene_simulator.camera_motion import CameraPose, camera_pose
 from scene_simulator.gain_sensor import GainSensor
-from scene_simulator.painted_scene import PaintedScene
+from scene_simulator.renderable_scene import PaintedScene
 from scene_simulator.stereo_calibration import CameraCalibration, rectified_pair, stereo_pair
 from scene_simulator.stereo_camera import StereoCamera
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy
 
-AHEAD = CameraMount((0.1, 0.12, 1.25), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
+FORWARD_MOUNT = CameraMount((0.1, 0.12, 1.25), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
 """The left camera: it looks along the robot's x axis, level, on a mast."""
 
 RECTIFIED = StereoCamera(PinholeCamera(752, 480, 720.0, 720.0, 375.5, 239.5))
@@ -39,7 +39,7 @@ class StereoRig:
     )
     right_xyz: tuple[float, float, float] = (0.24, 0.0, 0.0)
     right_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    mount: CameraMount = AHEAD
+    mount: CameraMount = FORWARD_MOUNT
 
     @property
     def baseline(self) -> float:
@@ -70,7 +70,7 @@ class StereoRig:
 
 
 def raw_rig() -> StereoRig:
-    """Return a rig as it comes from the shop: two lenses that distort, not quite parallel and not quite alike."""
+    """Return an unrectified rig: two slightly different distorting lenses, not quite parallel."""
     left = PinholeCamera(752, 480, 722.3, 721.6, 371.2, 243.8, (-0.281, 0.083, 0.0004, -0.0003, 0.0))
     right = PinholeCamera(752, 480, 719.1, 718.8, 380.4, 236.9, (-0.274, 0.077, -0.0005, 0.0002, 0.0))
     rpy = (math.radians(0.35), math.radians(-0.5), math.radians(0.25))
@@ -87,7 +87,7 @@ def render_pair(
     Args:
         scene: what there is to see, such as a corridor.
         rig: the cameras; for a robot that leans, with the mount in the upright frame under it.
-        T_map_base: where the robot stands.
+        T_map_base: pose of the robot.
         rng: source of the sensors' noise, none for pictures without.
     """
     left, right = rig.camera_poses(T_map_base)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 ADVANCE = 0.85
 """Distance from one letter to the next, the height is 1."""
 
-# Strokes, parted by blanks, through points of a grid: 0 to 2 to the right and 0 to 4 up.
+# Strokes, separated by blanks, through grid points: 0 to 2 to the right and 0 to 4 up.
 _GLYPHS = {
     '0': '0004242000',
     '1': '031410',
@@ -51,7 +51,7 @@ _GLYPHS = {
 def text_strokes(text: str) -> Iterator[NDArray[np.float64]]:
     """Yield the strokes of a line of text, each of shape (n, 2); letters are 1 high and begin at the origin.
 
-    What the alphabet does not hold stays blank.
+    Unknown characters are left blank.
     """
     for index, letter in enumerate(text):
         for stroke in _GLYPHS.get(letter, '').split():

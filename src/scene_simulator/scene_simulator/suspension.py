@@ -1,4 +1,4 @@
-"""A robot's body on its springs: it heaves and tilts, and the camera bolted to it goes along."""
+"""Heave and tilt of a robot's body, and the resulting camera mount."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from shirube_geometry import CameraMount, matrix_from_rpy
 
 _FREQUENCIES = (0.07, 0.19, 0.43)
-"""Of the swinging, of different phase for each motion [Hz]."""
+"""Frequencies of the oscillation; each motion has its own phase [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +32,10 @@ class Suspension:
     def motion_at(self, time: float) -> NDArray[np.float64]:
         """Return heave [m], roll and pitch [rad] at a time [s], shape (3,)."""
         phases = np.random.default_rng(self.seed).uniform(0.0, math.tau, (3, len(_FREQUENCIES)))
-        swing = np.sin(math.tau * np.array(_FREQUENCIES) * time + phases).mean(axis=1)
-        return np.asarray(swing * (self.heave, self.tilt / math.sqrt(2.0), self.tilt / math.sqrt(2.0)))
+        oscillation = np.sin(math.tau * np.array(_FREQUENCIES) * time + phases).mean(axis=1)
+        return np.asarray(oscillation * (self.heave, self.tilt / math.sqrt(2.0), self.tilt / math.sqrt(2.0)))
 
-    def mount_at(self, time: float, at_rest: CameraMount) -> CameraMount:
+    def mount_at(self, time: float, mount_at_rest: CameraMount) -> CameraMount:
         """Return where the camera is at a time.
 
         The body turns about ``base_link``, whose place and heading on the floor are the robot's pose; so a
@@ -43,19 +43,19 @@ class Suspension:
 
         Args:
             time: time [s].
-            at_rest: pose of the camera in ``base_link``.
+            mount_at_rest: pose of the camera in ``base_link``.
 
         Returns:
             its pose in the frame of the floor under ``base_link``: upright, with the robot's heading.
         """
-        return swayed_mount(at_rest, *(float(part) for part in self.motion_at(time)))
+        return apply_body_motion(mount_at_rest, *(float(part) for part in self.motion_at(time)))
 
 
-def swayed_mount(at_rest: CameraMount, heave: float, roll: float, pitch: float) -> CameraMount:
+def apply_body_motion(mount_at_rest: CameraMount, heave: float, roll: float, pitch: float) -> CameraMount:
     """Return where the camera is when the body has heaved and turned about ``base_link``.
 
     Args:
-        at_rest: pose of the camera in ``base_link``.
+        mount_at_rest: pose of the camera in ``base_link``.
         heave: rise of the body [m].
         roll: its turn about the axis ahead [rad].
         pitch: its turn about the axis to the left, after the roll [rad].
@@ -64,6 +64,6 @@ def swayed_mount(at_rest: CameraMount, heave: float, roll: float, pitch: float) 
         the camera's pose in the frame of the floor under ``base_link``: upright, with the robot's heading.
     """
     turn = matrix_from_rpy((roll, pitch, 0.0))
-    x, y, z = turn @ at_rest.xyz + (0.0, 0.0, heave)
-    rpy = Rotation.from_matrix(turn @ at_rest.rotation).as_euler('xyz')
+    x, y, z = turn @ mount_at_rest.xyz + (0.0, 0.0, heave)
+    rpy = Rotation.from_matrix(turn @ mount_at_rest.rotation).as_euler('xyz')
     return CameraMount((float(x), float(y), float(z)), (float(rpy[0]), float(rpy[1]), float(rpy[2])))

@@ -1,4 +1,4 @@
-"""What an inertial unit tells of a body's tilt: noise about a constant bias."""
+"""Simulated tilt readings of an inertial unit: constant bias plus noise."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TiltReading:
     pitch: float
 
 
-def measure_tilt(
+def simulate_tilt(
     tilt_at: Callable[[float], tuple[float, float]],
     times: Sequence[float],
     errors: TiltErrors,

@@ -1,4 +1,4 @@
-"""What a differential drive's encoders make of a drive: ticks, wrong radii, slip, and drift that follows."""
+"""Simulated wheel odometry of a differential drive: encoder ticks, wheel scale errors, slip and drift."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from shirube_geometry import PlanarPose
 
 @dataclass(frozen=True)
 class WheelErrors:
-    """A drive and its errors. The default drifts by about 2 % of the way and 1 degree a metre.
+    """A drive and its errors. The default drifts by about 2 % of the distance and 1 degree a metre.
 
     Attributes:
         separation: distance between the wheels [m].
-        tick: way of a wheel between two encoder ticks [m].
-        left_scale: measured way of the left wheel relative to the true way.
+        tick: wheel travel per encoder tick [m].
+        left_scale: measured travel of the left wheel relative to the true travel.
         right_scale: the same of the right wheel.
-        slip: standard deviation of a wheel's way after one metre [m]; it grows with the root of the way.
+        slip: standard deviation of a wheel's travel after one metre [m]; it grows with the square root of the distance.
     """
 
     separation: float = 0.3
@@ -39,17 +39,17 @@ class WheelReading:
     Attributes:
         time: [s].
         pose: ``T_odom_base``.
-        forward: speed since the last reading [m/s].
-        turn: turn rate since then [rad/s].
+        forward: mean speed since the last reading [m/s].
+        yaw_rate: mean yaw rate since the last reading [rad/s].
     """
 
     time: float
     pose: PlanarPose
     forward: float
-    turn: float
+    yaw_rate: float
 
 
-def read_wheels(
+def simulate_wheel_readings(
     pose_at: Callable[[float], PlanarPose],
     seconds: float,
     period: float,
@@ -61,12 +61,12 @@ def read_wheels(
     Args:
         pose_at: gives ``T_map_base`` at a time [s].
         seconds: how long the wheels are read [s].
-        period: between two readings [s].
+        period: time between two readings [s].
         errors: the drive's errors.
         rng: source of the slip.
     """
     times = np.arange(0.0, seconds, period).tolist()
-    poses = measure_odometry([pose_at(time) for time in times], errors, rng)
+    poses = simulate_odometry([pose_at(time) for time in times], errors, rng)
     steps = [before.inverse() @ after for before, after in zip([poses[0], *poses], poses, strict=False)]
     return [
         WheelReading(time, pose, step.x / period, step.yaw / period)
@@ -74,7 +74,7 @@ def read_wheels(
     ]
 
 
-def measure_odometry(
+def simulate_odometry(
     poses: Sequence[PlanarPose], errors: WheelErrors, rng: np.random.Generator
 ) -> list[PlanarPose]:
     """Return the odometry of a drive.
@@ -91,7 +91,7 @@ def measure_odometry(
     ways = ticks = np.zeros(2)
     odometry = [PlanarPose(0.0, 0.0, 0.0)]
     for before, after in pairwise(poses):
-        true_ways = _wheel_ways(before.inverse() @ after, errors.separation)
+        true_ways = _wheel_distances(before.inverse() @ after, errors.separation)
         ways = ways + scales * true_ways + rng.normal(size=2) * errors.slip * np.sqrt(np.abs(true_ways))
         read = np.floor(ways / errors.tick)
         left, right = (float(way) for way in (read - ticks) * errors.tick)
@@ -100,7 +100,7 @@ def measure_odometry(
     return odometry
 
 
-def _wheel_ways(motion: PlanarPose, separation: float) -> NDArray[np.float64]:
+def _wheel_distances(motion: PlanarPose, separation: float) -> NDArray[np.float64]:
     """Return how far the left and the right wheel roll in a motion along an arc, shape (2,) [m]."""
     half = 0.5 * motion.yaw
     way = math.hypot(motion.x, motion.y) * math.copysign(1.0, motion.x) / np.sinc(half / math.pi)
@@ -109,6 +109,6 @@ def _wheel_ways(motion: PlanarPose, separation: float) -> NDArray[np.float64]:
 
 def _motion(left: float, right: float, separation: float) -> PlanarPose:
     """Return the motion along the arc on which the wheels roll so far [m]."""
-    way, turn = 0.5 * (left + right), (right - left) / separation
-    chord = way * float(np.sinc(0.5 * turn / math.pi))
-    return PlanarPose(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
+    way, yaw_rate = 0.5 * (left + right), (right - left) / separation
+    chord = way * float(np.sinc(0.5 * yaw_rate / math.pi))
+    return PlanarPose(chord * math.cos(0.5 * yaw_rate), chord * math.sin(0.5 * yaw_rate), yaw_rate)

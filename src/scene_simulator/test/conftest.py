@@ -1,4 +1,4 @@
-"""Lets tests import the modules that lie beside them, and says which of them run on both sets."""
+"""Makes the helper modules of this folder importable and marks the tests that run on both dependency sets."""
 
 from __future__ import annotations
 

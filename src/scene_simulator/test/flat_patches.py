@@ -22,7 +22,7 @@ class Patches:
     square: SquareLandmark
     disc: RoundLandmark
     name: str = 'patches'
-    place: tuple[float, float] = (0.0, 0.0)
+    position: tuple[float, float] = (0.0, 0.0)
 
     @property
     def surface(self) -> Surface:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.blooming import SHARP, Blooming
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 
 
 def test_the_glow_follows_equation_4() -> None:

@@ -7,8 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.box_room import BoxRoom, forward_camera, noisy_depth, points_from_depth, with_phantoms
-from scene_simulator.scene_error import SceneError
+from scene_simulator.box_room import (
+    BoxRoom,
+    add_disparity_noise,
+    add_spurious_depths,
+    forward_camera,
+    points_from_depth,
+)
+from scene_simulator.errors import SceneError
 from shirube_geometry import PinholeCamera
 
 CAMERA = PinholeCamera(64, 48, 50.0, 50.0, 31.5, 23.5)
@@ -17,7 +23,7 @@ ROOM = BoxRoom(
 )
 
 
-def test_points_lie_on_the_surfaces_of_the_room():
+def test_points_are_on_the_surfaces_of_the_room():
     T = forward_camera(-1.0, 0.3, 0.9, 0.4)
     points = points_from_depth(ROOM.depth_image(CAMERA, T), CAMERA) @ T[:3, :3].T + T[:3, 3]
     solids = np.array(ROOM.boxes)
@@ -55,15 +61,15 @@ def test_solid_cells_are_those_of_boxes_and_walls_at_the_heights():
 
 def test_noise_of_the_depth_grows_with_its_square():
     rng = np.random.default_rng(1)
-    near = noisy_depth(np.full((200, 200), 1.0, np.float32), 50.0, 0.1, rng)
-    far = noisy_depth(np.full((200, 200), 3.0, np.float32), 50.0, 0.1, rng)
+    near = add_disparity_noise(np.full((200, 200), 1.0, np.float32), 50.0, 0.1, rng)
+    far = add_disparity_noise(np.full((200, 200), 3.0, np.float32), 50.0, 0.1, rng)
     assert far.std() / near.std() == pytest.approx(9.0, rel=0.05)
 
 
 def test_phantoms_are_as_many_as_asked_for():
     depth = np.full((480, 640), 9.0, dtype=np.float32)
     for patch in (1, 8):
-        image = with_phantoms(depth, 0.03, patch, (0.5, 5.0), np.random.default_rng(2))
+        image = add_spurious_depths(depth, 0.03, patch, (0.5, 5.0), np.random.default_rng(2))
         assert (image != depth).mean() == pytest.approx(0.03, rel=0.05)
 
 

@@ -1,4 +1,4 @@
-"""The rhythm of frames and its disturbances."""
+"""Frame times, jitter and dropped frames."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from scene_simulator.camera_clock import CameraClock
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 
 
-def test_an_exact_clock_ticks_evenly_and_tells_the_truth() -> None:
+def test_an_ideal_clock_has_even_ticks_and_true_stamps() -> None:
     starts, stamps = CameraClock(60.0).frames(2.0, np.random.default_rng(0))
     np.testing.assert_allclose(starts, np.arange(120) / 60.0, atol=1e-12)
     np.testing.assert_array_equal(stamps, starts)
 
 
 def test_jitter_and_losses_are_as_large_as_asked_for() -> None:
-    clock = CameraClock(60.0, stamp_jitter=50e-6, drop_share=0.1)
+    clock = CameraClock(60.0, stamp_jitter=50e-6, drop_fraction=0.1)
     starts, stamps = clock.frames(300.0, np.random.default_rng(1))
     assert len(starts) == pytest.approx(0.9 * 18_000, rel=0.02)
     assert (stamps - starts).std() == pytest.approx(50e-6, rel=0.05)

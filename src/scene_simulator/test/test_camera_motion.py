@@ -1,4 +1,4 @@
-"""Poses during a frame against the poses that were asked for."""
+"""Interpolated poses during a frame match the sampled poses."""
 
 from __future__ import annotations
 

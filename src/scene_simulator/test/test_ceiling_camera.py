@@ -10,7 +10,7 @@ import pytest
 from light_waveform import waveform_from_steps
 from scene_simulator.blooming import SHARP, Blooming
 from scene_simulator.camera_motion import CameraPose, PoseAt, camera_pose
-from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD, CeilingCamera, CeilingPhoto
+from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera, CeilingPhoto
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.ceiling_lens import CeilingLens
 from scene_simulator.ceiling_room import CeilingRoom
@@ -28,10 +28,10 @@ OVERHEAD = (0.0, 0.0, 2.5)
 
 
 def resting(_: float) -> CameraPose:
-    return camera_pose(PlanarPose(0.0, 0.0, 0.0), UPWARD)
+    return camera_pose(PlanarPose(0.0, 0.0, 0.0), UPWARD_MOUNT)
 
 
-def moving(vx: float, vy: float, mount: CameraMount = UPWARD) -> PoseAt:
+def moving(vx: float, vy: float, mount: CameraMount = UPWARD_MOUNT) -> PoseAt:
     return lambda time: camera_pose(PlanarPose(vx * time, vy * time, 0.0), mount)
 
 
@@ -66,7 +66,7 @@ def test_a_disc_is_where_the_pinhole_projects_it(blooming: Blooming, radius: flo
     hand_written = (639.5 + 636.4 * lamp.xyz[1] / 2.5, 511.5 - 636.4 * lamp.xyz[0] / 2.5)
     found = centroid_near(photo, hand_written)
     assert math.dist(found, hand_written) < 0.02
-    assert math.dist(photo.sightings[0].centre, hand_written) < 1e-6
+    assert math.dist(photo.lamp_projections[0].centre, hand_written) < 1e-6
 
 
 @pytest.mark.parametrize('blooming', [SHARP, Blooming()])
@@ -77,7 +77,7 @@ def test_with_a_bent_lens_and_tilt_a_disc_is_at_the_centroid_of_its_outline(
     taken = CeilingCamera(BENT, lens=CeilingLens(0.0, blooming=blooming))
     room = CeilingRoom((CeilingLamp((*place, 2.5), Disc(0.05), brightness=taken.brightness_for(1.0)),))
     robot = camera_pose(PlanarPose(0.02, -0.03, 0.4), TILTED)
-    (seen,) = taken.photograph(room, lambda _: robot, 0.0).sightings
+    (seen,) = taken.photograph(room, lambda _: robot, 0.0).lamp_projections
     assert math.dist(centroid(taken.light(room, lambda _: robot, 0.0)), seen.centroid) < 0.02
 
 
@@ -155,21 +155,21 @@ def test_a_camera_that_drives_along_its_columns_stretches_a_rolling_image() -> N
     taken = camera(Shutter(20e-6, row_time))
     ahead = speed * 80 * row_time
     light = taken.light(CeilingRoom((CeilingLamp((ahead, 0.0, 2.5), Disc(0.05)),)), moving(speed, 0.0), 0.0)
-    at_rest = taken.light(CeilingRoom((CeilingLamp(OVERHEAD, Disc(0.05)),)), resting, 0.0)
+    mount_at_rest = taken.light(CeilingRoom((CeilingLamp(OVERHEAD, Disc(0.05)),)), resting, 0.0)
     down = 636.4 / 2.5 * speed * row_time  # how far lamps run down while the read-out goes one row down [px]
-    assert light[:, 99].sum() / at_rest[:, 99].sum() == pytest.approx(1.0 / (1.0 - down), rel=5e-3)
-    assert light[:, 99].sum() > 1.04 * at_rest[:, 99].sum()
+    assert light[:, 99].sum() / mount_at_rest[:, 99].sum() == pytest.approx(1.0 / (1.0 - down), rel=5e-3)
+    assert light[:, 99].sum() > 1.04 * mount_at_rest[:, 99].sum()
 
 
 def test_a_large_lamp_is_whole_however_fast_the_rolling_image_moves() -> None:
     row_time, speed = 40e-6, 15.0
     room = CeilingRoom((CeilingLamp((speed * 80 * row_time, 0.0, 2.5), Disc(0.2)),))
     light = camera(Shutter(20e-6, row_time)).light(room, moving(speed, 0.0), 0.0)
-    at_rest = camera(Shutter(20e-6, row_time)).light(
+    mount_at_rest = camera(Shutter(20e-6, row_time)).light(
         CeilingRoom((CeilingLamp(OVERHEAD, Disc(0.2)),)), resting, 0.0
     )
     down = 636.4 / 2.5 * speed * row_time
-    assert light.sum() / at_rest.sum() == pytest.approx(1.0 / (1.0 - down), rel=1e-3)
+    assert light.sum() / mount_at_rest.sum() == pytest.approx(1.0 / (1.0 - down), rel=1e-3)
 
 
 def test_motion_in_the_exposure_smears_a_lamp_about_the_middle() -> None:
@@ -177,11 +177,11 @@ def test_motion_in_the_exposure_smears_a_lamp_about_the_middle() -> None:
     lamp = CeilingLamp((0.5 * speed * exposure, 0.0, 2.5), Disc(0.02))
     room, taken = CeilingRoom((lamp,)), camera(Shutter(exposure))
     light = taken.light(room, moving(speed, 0.0), 0.0)
-    at_rest = taken.light(CeilingRoom((CeilingLamp(OVERHEAD, Disc(0.02)),)), resting, 0.0)
-    assert light.sum() == pytest.approx(at_rest.sum(), rel=1e-3)
+    mount_at_rest = taken.light(CeilingRoom((CeilingLamp(OVERHEAD, Disc(0.02)),)), resting, 0.0)
+    assert light.sum() == pytest.approx(mount_at_rest.sum(), rel=1e-3)
     np.testing.assert_allclose(centroid(light), [99.5, 79.5], atol=0.01)
     v = np.arange(160)
-    spread, spread_at_rest = (x.sum(axis=1) @ np.square(v - 79.5) / x.sum() for x in (light, at_rest))
+    spread, spread_at_rest = (x.sum(axis=1) @ np.square(v - 79.5) / x.sum() for x in (light, mount_at_rest))
     smear = 636.4 / 2.5 * speed * exposure
     assert spread - spread_at_rest == pytest.approx(smear**2 / 12.0, rel=0.01)
     photo = taken.photograph(room, moving(speed, 0.0), 0.0)
@@ -208,9 +208,9 @@ def test_defocus_keeps_the_light_and_the_place() -> None:
     assert wide - narrow == pytest.approx(2.0**2, rel=0.02)
 
 
-def test_vignetting_dims_a_lamp_and_the_ceiling_alike() -> None:
+def test_vignetting_dims_a_lamp_and_the_ceiling_equally() -> None:
     corner = (75 * 2.5 / 636.4, -95 * 2.5 / 636.4, 2.5)
-    room = CeilingRoom((CeilingLamp(corner),)).lit(100.0)
+    room = CeilingRoom((CeilingLamp(corner),)).with_ambient_light(100.0)
     dimmed = CeilingCamera(SMALL, lens=CeilingLens(0.4, blooming=SHARP)).light(room, resting, 0.0)
     np.testing.assert_allclose(dimmed, EVEN_TO_DIM * camera().light(room, resting, 0.0), rtol=1e-5)
 
@@ -227,7 +227,7 @@ def test_an_overexposed_lamp_saturates_and_looks_larger() -> None:
 
 
 def test_noise_comes_from_the_seed_alone() -> None:
-    room = CeilingRoom((CeilingLamp(OVERHEAD),)).lit(100.0)
+    room = CeilingRoom((CeilingLamp(OVERHEAD),)).with_ambient_light(100.0)
     taken = CeilingCamera(SMALL)
     one, same, other = (
         taken.photograph(room, resting, 0.0, np.random.default_rng(s)).image for s in (1, 1, 2)
@@ -239,10 +239,10 @@ def test_noise_comes_from_the_seed_alone() -> None:
     assert abs(one.astype(float).mean() - quiet.mean()) < 0.1
 
 
-def test_only_lamps_in_the_image_are_sighted() -> None:
+def test_only_lamps_in_the_image_are_projected() -> None:
     lamps = (CeilingLamp(OVERHEAD), CeilingLamp((1.0, 0.0, 2.5)), CeilingLamp((0.1, 0.1, 2.5)))
     photo = CeilingCamera(SMALL).photograph(CeilingRoom(lamps), resting, 0.0)
-    assert [sighting.lamp for sighting in photo.sightings] == [0, 2]
+    assert [projection.lamp for projection in photo.lamp_projections] == [0, 2]
 
 
 def test_a_lamp_at_the_edge_is_cut_and_not_changed() -> None:
@@ -257,22 +257,22 @@ def test_a_lamp_at_the_edge_is_cut_and_not_changed() -> None:
 
 
 def test_the_ceiling_moves_with_the_lamps() -> None:
-    room = CeilingRoom((CeilingLamp(OVERHEAD, brightness=0.0),)).lit(1000.0)
+    room = CeilingRoom((CeilingLamp(OVERHEAD, brightness=0.0),)).with_ambient_light(1000.0)
     taken = camera()
     here = taken.light(room, resting, 0.0)
     # One metre at 2.52 m is 252.54 px; eight panels of 0.6 m are the same ceiling again.
-    again = taken.light(room, lambda _: camera_pose(PlanarPose(4.8, -4.8, 0.0), UPWARD), 0.0)
+    again = taken.light(room, lambda _: camera_pose(PlanarPose(4.8, -4.8, 0.0), UPWARD_MOUNT), 0.0)
     np.testing.assert_allclose(here, again, atol=1e-4)
     step = 20.0 * 2.52 / 636.4
-    ahead = taken.light(room, lambda _: camera_pose(PlanarPose(step, 0.0, 0.0), UPWARD), 0.0)
+    ahead = taken.light(room, lambda _: camera_pose(PlanarPose(step, 0.0, 0.0), UPWARD_MOUNT), 0.0)
     np.testing.assert_allclose(ahead[20:], here[:-20], atol=1e-4)
 
 
 def test_a_ceiling_under_flickering_light_has_bands_in_a_rolling_image() -> None:
     shutter, stamp = Shutter(0.2e-3, 60e-6), 0.7654
     dark = CeilingRoom((CeilingLamp(OVERHEAD, brightness=0.0),))
-    steady = camera(shutter).light(dark.lit(1000.0), resting, stamp)
-    bands = camera(shutter).light(dark.lit(1000.0, flicker=UNEVEN), resting, stamp)
+    steady = camera(shutter).light(dark.with_ambient_light(1000.0), resting, stamp)
+    bands = camera(shutter).light(dark.with_ambient_light(1000.0, flicker=UNEVEN), resting, stamp)
     starts = stamp + 60e-6 * np.arange(160)
     levels = UNEVEN.mean_levels(starts, starts + 0.2e-3)
     np.testing.assert_allclose(bands, levels * steady, rtol=1e-4, atol=1e-6)

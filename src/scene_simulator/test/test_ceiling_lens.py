@@ -1,4 +1,4 @@
-"""Vignetting and ghosts by their definitions."""
+"""Vignetting and lens flare by their definitions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.blooming import Blooming
-from scene_simulator.ceiling_lens import CeilingLens, LensGhost
+from scene_simulator.ceiling_lens import CeilingLens, LensFlare
 from shirube_geometry import PinholeCamera
 
 CAMERA = PinholeCamera(201, 151, 100.0, 100.0, 100.0, 75.0)
@@ -28,9 +28,9 @@ def test_defocus_widens_the_reach_of_a_lamp() -> None:
     assert CeilingLens(defocus=2.0).margin == pytest.approx(Blooming().margin + 8.0)
 
 
-def test_a_ghost_is_half_as_bright_at_its_radius_and_gone_at_its_margin() -> None:
-    ghost = LensGhost(strength=0.04, radius=9.0)
-    bright, half, gone = ghost.profile(np.array([0.0, 9.0, ghost.margin]))
+def test_a_flare_is_half_as_bright_at_its_radius_and_zero_at_its_margin() -> None:
+    flare = LensFlare(strength=0.04, radius=9.0)
+    bright, half, gone = flare.profile(np.array([0.0, 9.0, flare.margin]))
     assert bright == pytest.approx(0.04, rel=1e-3)
     assert half == pytest.approx(0.02)
     assert gone < 1e-6

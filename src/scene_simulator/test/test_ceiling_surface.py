@@ -7,16 +7,16 @@ import pytest
 
 from scene_simulator.camera_motion import camera_pose
 from scene_simulator.ceiling_surface import CeilingSurface, panelled_ceiling
+from scene_simulator.distractor_lights import mains_flicker
+from scene_simulator.errors import SceneError
 from scene_simulator.lamp_profile import face_homographies
-from scene_simulator.other_lights import mains_flicker
-from scene_simulator.scene_error import SceneError
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
 CAMERA = PinholeCamera(80, 60, 60.0, 62.0, 41.0, 28.0, (-0.1, 0.02, 0.0, 0.0, 0.0))
 POSE = camera_pose(PlanarPose(-0.7, 3.1, 0.8), CameraMount((0.0, 0.0, 0.2), (0.1, -0.05, 0.3)))
 
 
-def lit(surface: CeilingSurface, levels: np.ndarray) -> np.ndarray:
+def with_ambient_light(surface: CeilingSurface, levels: np.ndarray) -> np.ndarray:
     v, u = np.mgrid[-1:61, -1:81]
     rays = CAMERA.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))[:, :2].reshape(62, 82, 2)
     one = face_homographies((0.0, 0.0, surface.height), np.eye(3), POSE.position[None], POSE.rotation[None])
@@ -27,7 +27,7 @@ def lit(surface: CeilingSurface, levels: np.ndarray) -> np.ndarray:
 
 def test_each_pixel_sees_the_ceiling_that_its_ray_meets() -> None:
     surface = panelled_ceiling(2.5, 1.0, 0.15, seed=3)
-    light = lit(surface, np.ones((60, 1)))
+    light = with_ambient_light(surface, np.ones((60, 1)))
     for u, v in np.random.default_rng(0).integers(0, 60, (50, 2)):
         ray = POSE.rotation @ CAMERA.rays_from_pixels([(u, v)])[0]
         x, y, _ = POSE.position + ray * (2.5 - POSE.position[2]) / ray[2]
@@ -40,9 +40,11 @@ def test_each_pixel_sees_the_ceiling_that_its_ray_meets() -> None:
 
 def test_rows_get_their_own_light_and_instants_add_up() -> None:
     surface = panelled_ceiling(2.5, 1.0, 0.1, seed=3)
-    whole = lit(surface, np.ones((60, 1)))
+    whole = with_ambient_light(surface, np.ones((60, 1)))
     levels = np.random.default_rng(1).uniform(0.0, 1.0, (60, 3))
-    np.testing.assert_allclose(lit(surface, levels), whole * levels.sum(axis=1)[:, None], rtol=1e-4)
+    np.testing.assert_allclose(
+        with_ambient_light(surface, levels), whole * levels.sum(axis=1)[:, None], rtol=1e-4
+    )
 
 
 def test_its_light_flickers_about_the_mean() -> None:

@@ -1,4 +1,4 @@
-"""What is drawn has the sizes that were asked for."""
+"""Drawn shapes have the requested sizes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_stroke_covers_its_line_and_half_its_width_around() -> None:
     assert (z.min(), z.max()) == pytest.approx((0.99, 1.01))
 
 
-def test_text_stands_about_its_place() -> None:
+def test_text_is_centred_on_its_position() -> None:
     drawing = Drawing(facing_wall(0.0))
     drawing.text('HH', (0.2, 1.0), 0.1, INK)
     points = np.concatenate([shape.points for shape in drawing.shapes])

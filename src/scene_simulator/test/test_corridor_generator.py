@@ -1,4 +1,4 @@
-"""Corridors at random: seeds repeat and differ, the meters are alike, nothing taught overlaps."""
+"""Random corridors: seeds repeat and differ, the meters are identical, no landmarks overlap."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scene_simulator.corridor_figure import Person
 from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.corridor_meter import Meter
+from scene_simulator.corridor_occluder import Person
 from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 
 
 def meters(scene: CorridorScene) -> list[Meter]:
-    return [thing for thing in scene.things if isinstance(thing, Meter)]
+    return [item for item in scene.objects if isinstance(item, Meter)]
 
 
 def test_the_same_seed_gives_the_same_corridor_and_another_one_another() -> None:
@@ -33,11 +33,11 @@ def test_the_same_seed_gives_the_same_corridor_and_another_one_another() -> None
 def test_five_equal_meters_stand_in_a_row(seed: int) -> None:
     row = meters(corridor(CorridorDesign(seed)))
     assert [meter.name for meter in row] == [f'meter_{i}' for i in range(5)]
-    assert len({(meter.radius, meter.place[1], meter.surface) for meter in row}) == 1
-    gaps = np.diff([meter.place[0] for meter in row])
+    assert len({(meter.radius, meter.position[1], meter.surface) for meter in row}) == 1
+    gaps = np.diff([meter.position[0] for meter in row])
     assert (gaps > 2.2 * row[0].radius).all()
     assert gaps.std() > 0.001
-    even = np.diff([meter.place[0] for meter in meters(corridor(CorridorDesign(seed, even=True)))])
+    even = np.diff([meter.position[0] for meter in meters(corridor(CorridorDesign(seed, even=True)))])
     assert even.std() == pytest.approx(0.0, abs=1e-12)
 
 
@@ -58,8 +58,8 @@ def test_needles_change_nothing_but_the_readings() -> None:
     assert all(a.reading != b.reading for a, b in zip(meters(first), meters(second), strict=True))
     same = [replace(a, reading=b.reading) == b for a, b in zip(meters(first), meters(second), strict=True)]
     assert all(same)
-    assert [x for x in first.things if not isinstance(x, Meter)] == [
-        x for x in second.things if not isinstance(x, Meter)
+    assert [x for x in first.objects if not isinstance(x, Meter)] == [
+        x for x in second.objects if not isinstance(x, Meter)
     ]
 
 
@@ -71,15 +71,15 @@ def test_a_bare_wall_has_only_meters() -> None:
 
 def test_tiles_add_joints_and_change_nothing_else() -> None:
     plain, tiled = corridor(CorridorDesign(2)), corridor(CorridorDesign(2, tile=0.2))
-    assert plain.things[1:] == tiled.things[1:]
+    assert plain.objects[1:] == tiled.objects[1:]
     assert len(tiled.table.starts) > len(plain.table.starts) + 100
 
 
-def test_people_stand_before_everything_the_nearest_last() -> None:
+def test_people_occlude_everything_the_nearest_last() -> None:
     scene = corridor(CorridorDesign(3, people=4))
-    figures = scene.things[-4:]
-    assert all(isinstance(thing, Person) for thing in figures)
-    distances = [thing.surface.origin[0] for thing in figures]
+    figures = scene.objects[-4:]
+    assert all(isinstance(item, Person) for item in figures)
+    distances = [item.surface.origin[0] for item in figures]
     assert distances == sorted(distances, reverse=True)
     assert distances[0] < 0.0
 

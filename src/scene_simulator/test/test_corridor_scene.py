@@ -8,7 +8,7 @@ import pytest
 from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.corridor_landmark import RoundLandmark, SquareLandmark
 from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 
 
 @pytest.fixture(scope='module')
@@ -40,24 +40,24 @@ def test_names_are_unique_and_points_are_in_the_corridor(scene: CorridorScene) -
 
 
 def test_moving_a_thing_moves_its_points_and_no_other(scene: CorridorScene) -> None:
-    before, after = scene.points_map(), scene.moved('cabinet', 0.1, -0.05).points_map()
+    before, after = scene.points_map(), scene.move_object('cabinet', 0.1, -0.05).points_map()
     for name, point in before.items():
         own = name.startswith('cabinet')
         np.testing.assert_allclose(after[name] - point, (0.0, -0.1, -0.05) if own else 0.0, atol=1e-12)
 
 
 def test_a_cover_hides_the_landmark_from_the_front(scene: CorridorScene) -> None:
-    covered = scene.covered('meter_2')
-    added = covered.table.points[covered.table.starts[len(scene.table.starts) - 1] :]
+    cover_landmark = scene.cover_landmark('meter_2')
+    added = cover_landmark.table.points[cover_landmark.table.starts[len(scene.table.starts) - 1] :]
     sheet = added[:4]
     meter = scene.points_map()['meter_2']
     assert (np.abs(sheet[:, 1:] - meter[1:]) > 0.1).all()
     assert (sheet[:, 0] < meter[0]).all()
-    assert covered.points_map().keys() == scene.points_map().keys()
+    assert cover_landmark.points_map().keys() == scene.points_map().keys()
 
 
 def test_unknown_names_are_refused_in_one_line(scene: CorridorScene) -> None:
-    for change in (lambda: scene.moved('sofa', 0.1, 0.0), lambda: scene.covered('sofa')):
+    for change in (lambda: scene.move_object('sofa', 0.1, 0.0), lambda: scene.cover_landmark('sofa')):
         with pytest.raises(SceneError, match=r"no .*'sofa'.*meter_0") as caught:
             change()
         assert '\n' not in str(caught.value)

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from scene_simulator.demo_scene import DEMO_CAMERA, DemoScene
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 
 SCENE = DemoScene()
 
@@ -52,8 +52,8 @@ def test_a_chip_is_in_the_picture_where_the_truth_puts_it(time: float) -> None:
 
 def test_only_the_filthy_stretch_hides_the_floor() -> None:
     clean, filthy = (SCENE.photograph(time, np.random.default_rng(1)) for time in (10.0, 49.2))
-    assert clean.dirt_share < 0.03
-    assert filthy.dirt_share > 0.9
+    assert clean.dirt_fraction < 0.03
+    assert filthy.dirt_fraction > 0.9
 
 
 def test_a_negative_seed_is_refused() -> None:

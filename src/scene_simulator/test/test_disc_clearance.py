@@ -1,4 +1,4 @@
-"""The room around a cylinder is what a brute-force search over points of its rim finds."""
+"""The clearance of a cylinder equals a brute-force search over points of its rim."""
 
 from __future__ import annotations
 

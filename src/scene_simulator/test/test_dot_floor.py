@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT, FloorDesign, lay_floor
-from scene_simulator.scene_error import SceneError
+from scene_simulator.dot_floor import DARK_ON_LIGHT, FloorDesign, generate_dot_floor
+from scene_simulator.errors import SceneError
 
-FLOOR = lay_floor(DARK_ON_LIGHT, 3)
+FLOOR = generate_dot_floor(DARK_ON_LIGHT, 3)
 
 
 def test_the_default_floor_has_the_density_of_the_paper() -> None:
@@ -31,14 +31,18 @@ def test_chips_keep_their_least_distance_and_some_touch() -> None:
     assert touching == pytest.approx(expected, rel=0.05)
 
 
-def test_diameters_lie_in_the_range_of_the_paper() -> None:
+def test_diameters_are_in_the_range_of_the_paper() -> None:
     assert FLOOR.diameters.min() >= 0.002
     assert FLOOR.diameters.max() <= 0.003
 
 
-def test_the_same_seed_lays_the_same_floor() -> None:
+def test_the_same_seed_gives_the_same_floor() -> None:
     design = FloorDesign(size=(0.3, 0.3), count=400)
-    first, again, other = lay_floor(design, 1), lay_floor(design, 1), lay_floor(design, 2)
+    first, again, other = (
+        generate_dot_floor(design, 1),
+        generate_dot_floor(design, 1),
+        generate_dot_floor(design, 2),
+    )
     assert (first.chips.corners() == again.chips.corners()).all()
     assert (first.points != other.points).any()
 
@@ -52,15 +56,15 @@ def test_a_disc_holds_the_chips_that_reach_into_it() -> None:
     assert len(found) < 1.3 * len(reaching)
 
 
-def test_wear_takes_its_share() -> None:
-    worn = FLOOR.worn(0.1, 4)
-    assert len(worn) == pytest.approx(0.9 * len(FLOOR), rel=0.01)
-    assert len(worn.diameters) == len(worn)
-    assert np.isin(worn.points[:, 0], FLOOR.points[:, 0]).all()
+def test_wear_removes_its_fraction() -> None:
+    remove_chips = FLOOR.remove_chips(0.1, 4)
+    assert len(remove_chips) == pytest.approx(0.9 * len(FLOOR), rel=0.01)
+    assert len(remove_chips.diameters) == len(remove_chips)
+    assert np.isin(remove_chips.points[:, 0], FLOOR.points[:, 0]).all()
 
 
 def test_an_empty_floor_can_be_laid() -> None:
-    assert len(lay_floor(FloorDesign(count=0), 1)) == 0
+    assert len(generate_dot_floor(FloorDesign(count=0), 1)) == 0
 
 
 @pytest.mark.parametrize(
@@ -75,4 +79,4 @@ def test_an_empty_floor_can_be_laid() -> None:
 )
 def test_impossible_floors_are_refused(design: FloorDesign, seed: int, complaint: str) -> None:
     with pytest.raises(SceneError, match=complaint):
-        lay_floor(design, seed)
+        generate_dot_floor(design, seed)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from scene_simulator.demo_scene import DEMO_CAMERA, DemoScene
+from scene_simulator.errors import SceneError
 from scene_simulator.floor_bag import START_NS, image_count, record_drive
-from scene_simulator.scene_error import SceneError
 from shirube_bags.bag_reader import BagMessage, BagReader
 from shirube_bags.errors import BagError
 from shirube_geometry import yaw_from_quaternion

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scene_simulator.dot_floor import COLOURED, DotFloor, FloorDesign, lay_floor
+from scene_simulator.dot_floor import COLOURED, DotFloor, FloorDesign, generate_dot_floor
+from scene_simulator.errors import SceneError
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.imaging import Lighting, Sensor
-from scene_simulator.scene_error import SceneError
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
-APART = FloorDesign(size=(0.4, 0.4), count=900, least_distance=0.0075, mottling=0.0, colour_spread=0.0)
+APART = FloorDesign(size=(0.4, 0.4), count=900, min_distance=0.0075, mottling=0.0, colour_spread=0.0)
 EVEN_LIGHT = Lighting(level=1.35, gradient=(0.0, 0.0), vignetting=0.0, blur=0.6)
 BARREL = PinholeCamera(300, 240, 345.0, 343.0, 148.3, 121.2, (-0.25, 0.08, 0.0008, -0.0005, 0.0))
 TILTED = CameraMount(xyz=(0.03, -0.02, 0.14), rpy=(math.pi + 0.03, -0.02, -1.5))
 POSE = PlanarPose(0.21, 0.19, 0.4)
-FLOOR = lay_floor(APART, 5)
+FLOOR = generate_dot_floor(APART, 5)
 
 
 def centroids_in(image: NDArray[np.uint8], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -99,7 +99,9 @@ def test_too_much_light_saturates() -> None:
 
 
 def test_a_colour_camera_shows_the_colours() -> None:
-    floor = lay_floor(FloorDesign(size=(0.4, 0.4), count=600, chip_colours=COLOURED.chip_colours[2:3]), 1)
+    floor = generate_dot_floor(
+        FloorDesign(size=(0.4, 0.4), count=600, chip_colours=COLOURED.chip_colours[2:3]), 1
+    )
     camera = FloorCamera(colour=True)
     _, pixels = camera.visible_chips(floor, POSE)
     image = camera.photograph(floor, [POSE]).image

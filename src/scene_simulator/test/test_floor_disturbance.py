@@ -1,4 +1,4 @@
-"""Each disturbance does to the picture what it says, and counts as dirt where it hides chips."""
+"""Each disturbance has its documented effect and counts as dirt where it hides chips."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scene_simulator.dot_floor import FloorDesign, lay_floor
+from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import Disturbance, FloorCamera, FloorPhoto
 from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
 from scene_simulator.imaging import Lighting
 from shirube_geometry import PlanarPose
 
-FLOOR = lay_floor(FloorDesign(size=(0.4, 0.4), count=860, mottling=0.0), 5)
-BARE = lay_floor(FloorDesign(size=(0.4, 0.4), count=0, mottling=0.0), 5)
+FLOOR = generate_dot_floor(FloorDesign(size=(0.4, 0.4), count=860, mottling=0.0), 5)
+BARE = generate_dot_floor(FloorDesign(size=(0.4, 0.4), count=0, mottling=0.0), 5)
 CAMERA = FloorCamera(lighting=Lighting(gradient=(0.0, 0.0), vignetting=0.0, blur=0.0))
 POSE = PlanarPose(0.2, 0.2, 0.0)
 LEFT, RIGHT = (slice(None), slice(0, 110)), (slice(None), slice(125, None))
@@ -29,14 +29,16 @@ def brightness(photo: FloorPhoto) -> NDArray[np.float64]:
     return photo.image / CAMERA.photograph(BARE, [POSE]).image.astype(float)
 
 
-def test_a_tape_hides_the_share_of_the_view_that_it_covers() -> None:
+def test_a_tape_hides_the_fraction_of_the_view_that_it_covers() -> None:
     photo = photo_with(Tape((0.2, 0.0), (0.2, 0.4), 0.02))
-    assert photo.dirt_share == pytest.approx(20.0 / 90.0, rel=0.01)
+    assert photo.dirt_fraction == pytest.approx(20.0 / 90.0, rel=0.01)
     assert photo.image[photo.dirt == 1.0].std() == 0.0
 
 
 def test_a_tape_ends_at_its_ends() -> None:
-    assert photo_with(Tape((0.2, 0.2), (0.2, 0.4), 0.02)).dirt_share == pytest.approx(10.0 / 90.0, rel=0.02)
+    assert photo_with(Tape((0.2, 0.2), (0.2, 0.4), 0.02)).dirt_fraction == pytest.approx(
+        10.0 / 90.0, rel=0.02
+    )
 
 
 def test_a_mat_covers_the_left_half_of_the_view() -> None:
@@ -49,7 +51,7 @@ def test_a_shadow_darkens_its_side_and_hides_nothing() -> None:
     photo = photo_with(ShadowEdge((0.2, 0.2), math.pi / 2.0, depth=0.4))
     assert brightness(photo)[LEFT].mean() == pytest.approx(0.6, abs=0.01)
     assert brightness(photo)[RIGHT].mean() == pytest.approx(1.0)
-    assert photo.dirt_share == 0.0
+    assert photo.dirt_fraction == 0.0
 
 
 def test_a_reflection_stays_at_its_place_while_the_robot_moves() -> None:
@@ -77,7 +79,7 @@ def test_the_rim_of_a_wet_spot_may_shine() -> None:
     radii = np.hypot(*brighter.T) * 0.13 / 339.44
     assert radii.min() > 0.012
     assert radii.max() < 0.03
-    assert dull.dirt_share < bright.dirt_share
+    assert dull.dirt_fraction < bright.dirt_fraction
 
 
 def test_a_far_wet_spot_changes_nothing() -> None:

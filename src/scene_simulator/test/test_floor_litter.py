@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from scene_simulator.dot_floor import FloorDesign, lay_floor
+from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
+from scene_simulator.errors import SceneError
 from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.floor_litter import FloorArea, Litter, crumbs, dust, hairs, scratches
 from scene_simulator.outlines import polygon_areas
-from scene_simulator.scene_error import SceneError
 from shirube_geometry import PlanarPose
 
 AREA = FloorArea((0.1, 0.2), (2.1, 1.2))
@@ -39,7 +39,7 @@ def test_the_same_seed_scatters_the_same(kind: Scatter) -> None:
 
 
 def test_dirt_in_the_picture_has_the_area_of_the_crumbs() -> None:
-    floor = lay_floor(FloorDesign(size=(0.4, 0.4), count=0), 1)
+    floor = generate_dot_floor(FloorDesign(size=(0.4, 0.4), count=0), 1)
     litter = crumbs(FloorArea((0.18, 0.18), (0.22, 0.22)), 12_000.0, 3)
     photo = FloorCamera().photograph(floor, [PlanarPose(0.2, 0.2, 0.0)], disturbances=[litter])
     hidden = photo.dirt.sum() * (0.13 / 339.44) ** 2

@@ -45,7 +45,7 @@ def test_rows_and_frames_have_noise_of_their_own() -> None:
 def test_a_full_well_and_the_last_grey_level_saturate() -> None:
     assert (grey(GainSensor(), 5.0) == 255.0).all()
     assert (grey(GainSensor(gain=8.0), 0.5) == 255.0).all()
-    # A full well is full: less gain cannot tell how much more there was.
+    # A full well is saturated: a lower gain does not recover the excess.
     assert (grey(GainSensor(gain=0.5), 1.0) == grey(GainSensor(gain=0.5), 3.0)).all()
     assert (grey(GainSensor(black_level=0.0), -1.0) == 0.0).all()
 

@@ -1,11 +1,11 @@
-"""Tests of made-up maps for planners."""
+"""Tests of synthetic grid maps."""
 
 import numpy as np
 import pytest
 from scipy import ndimage
 
+from scene_simulator.errors import SceneError
 from scene_simulator.grid_maps import GRID_MAPS, maze, random_field, rooms
-from scene_simulator.scene_error import SceneError
 
 
 @pytest.mark.parametrize('kind', GRID_MAPS)
@@ -29,7 +29,7 @@ def test_maps_are_enclosed_by_walls_and_hold_free_cells(kind: str, side: int) ->
 
 @pytest.mark.parametrize('corridor', [1, 2, 5])
 def test_all_of_a_maze_can_be_reached_and_without_loops_it_is_a_tree(corridor: int) -> None:
-    walls = maze(61, 2, corridor, loops=0.0)
+    walls = maze(61, 2, corridor, loop_fraction=0.0)
     assert ndimage.label(~walls)[1] == 1
     count = 60 // (corridor + 1)
     free_in_tree = count**2 * corridor**2 + (count**2 - 1) * corridor
@@ -37,15 +37,15 @@ def test_all_of_a_maze_can_be_reached_and_without_loops_it_is_a_tree(corridor: i
 
 
 def test_loops_open_walls_of_a_maze() -> None:
-    assert (maze(61, 2, loops=0.0) & ~maze(61, 2, loops=0.3)).any()
+    assert (maze(61, 2, loop_fraction=0.0) & ~maze(61, 2, loop_fraction=0.3)).any()
 
 
 def test_rooms_without_doors_are_closed() -> None:
-    assert ndimage.label(~rooms(65, 1, room=16, closed=1.0))[1] == 16
-    assert ndimage.label(~rooms(65, 1, room=16, closed=0.0))[1] == 1
+    assert ndimage.label(~rooms(65, 1, room=16, closed_fraction=1.0))[1] == 16
+    assert ndimage.label(~rooms(65, 1, room=16, closed_fraction=0.0))[1] == 1
 
 
-def test_a_field_holds_the_share_of_obstacles_asked_for() -> None:
+def test_a_random_field_has_the_requested_obstacle_fraction() -> None:
     assert random_field(300, 1, 0.3)[1:-1, 1:-1].mean() == pytest.approx(0.3, abs=0.01)
 
 

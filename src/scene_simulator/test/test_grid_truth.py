@@ -1,9 +1,9 @@
-"""Tests of the truth about routes, on grids small enough to see."""
+"""Tests of the true path lengths, on small grids."""
 
 import numpy as np
 import pytest
 
-from scene_simulator.grid_truth import distances_from, is_driveable
+from scene_simulator.grid_truth import distances_from, is_traversable
 
 CORNER = np.array([[0, 0, 0], [0, 1, 0], [0, 0, 0]], dtype=bool)
 
@@ -33,4 +33,4 @@ def test_corners_are_gone_around_and_walls_are_never_reached() -> None:
     ],
 )
 def test_only_steps_to_free_neighbours_past_no_corner_can_be_driven(cells, can: bool) -> None:
-    assert is_driveable(CORNER, np.array(cells)) == can
+    assert is_traversable(CORNER, np.array(cells)) == can

@@ -1,4 +1,4 @@
-"""Tests of what a robot sees of a grid world."""
+"""Tests of the visible cells of a grid world."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ REACH = 6.0
 
 
 def seen(occupied: np.ndarray, cell: tuple[int, int]) -> np.ndarray:
-    cells, found = GridWorld(occupied).sense(cell, REACH)
+    cells, found = GridWorld(occupied).observe(cell, REACH)
     picture = np.zeros(occupied.shape, dtype=bool)
     picture[tuple(cells.T)] = True
     np.testing.assert_array_equal(found, occupied[tuple(cells.T)])

@@ -79,7 +79,7 @@ def test_truth_calibration_tilt_and_picture_are_the_drive(bag: Path) -> None:
     image = cv2.imdecode(last['/image_raw/compressed'].data, cv2.IMREAD_UNCHANGED)
     frame = list(drive.frames(SECONDS))[-1]
     assert image.shape == frame.photo.image.shape
-    lamp_b = next(s for s in frame.photo.sightings if s.lamp == 2)
+    lamp_b = next(s for s in frame.photo.lamp_projections if s.lamp == 2)
     u, v = (round(x) for x in lamp_b.centre)
     around = np.s_[v - 6 : v + 7, u - 6 : u + 7]
     assert np.abs(image[around].astype(int) - frame.photo.image[around]).mean() < 6.0
@@ -98,7 +98,7 @@ def test_a_rolling_shutter_sees_stripes_at_thirty_images_a_second(
     assert image.shape == (1024, 1280)
 
 
-def test_the_beacons_are_written_beside(bag: Path) -> None:
+def test_the_beacons_file_is_written_with_the_bag(bag: Path) -> None:
     lines = (bag / 'beacons.yaml').read_text().splitlines()
     assert lines[0] == 'beacons:'
     assert lines[4] == '  - {id: 14, xyz: [1.8, 1.8, 2.5], radius: 0.0325}'
@@ -116,7 +116,7 @@ def test_a_bad_argument_ends_in_one_line(
     (tmp_path / 'no.csv').write_text('x,y\n')
     bad = {
         'give each lamp': ['lamp.csv', *waveforms[1:]],
-        'ID of its own': [waveforms[1], *waveforms[1:]],
+        'unique ID': [waveforms[1], *waveforms[1:]],
         'cannot be read': [f'1={tmp_path / "none.csv"}', *waveforms[1:]],
         'first line': [f'1={tmp_path / "no.csv"}', *waveforms[1:]],
         '4 waveforms': waveforms[1:],

@@ -12,11 +12,11 @@ from light_waveform import steady_light
 from scene_simulator.camera_clock import CameraClock
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import paper_room
-from scene_simulator.driven_robot import DrivenRobot
+from scene_simulator.errors import SceneError
 from scene_simulator.lamp_drive import LampDrive
 from scene_simulator.leg_drive import LegDrive
-from scene_simulator.scene_error import SceneError
 from scene_simulator.shutter import Shutter
+from scene_simulator.simulated_robot import SimulatedRobot
 from scene_simulator.wheel_odometry import WheelErrors
 from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
 
@@ -40,7 +40,7 @@ def test_frames_know_where_they_were_taken() -> None:
         photo = frame.photo
         assert frame.pose == DRIVE.pose_at(photo.stamp)
         assert abs(frame.stamp - photo.stamp) < 6e-4
-        for seen in photo.sightings:
+        for seen in photo.lamp_projections:
             camera = DRIVE.camera_pose_at(seen.time)
             (pixel,) = EYE.intrinsics.pixels_from_points(camera.camera_points([ROOM.lamps[seen.lamp].xyz]))
             np.testing.assert_allclose(seen.centre, pixel, atol=1e-3)
@@ -82,7 +82,7 @@ def test_wheels_without_errors_measure_the_drive() -> None:
         assert reading.pose.distance_to(true) < 1e-3
         assert abs(reading.pose.yaw_to(true)) < 1e-6
     assert max(reading.forward for reading in readings) == pytest.approx(0.5, rel=1e-3)
-    assert min(reading.turn for reading in readings) == pytest.approx(-1.0, rel=1e-2)
+    assert min(reading.yaw_rate for reading in readings) == pytest.approx(-1.0, rel=1e-2)
 
 
 def test_good_wheels_err_by_two_percent_and_a_fifth_of_a_degree_a_metre() -> None:
@@ -105,7 +105,7 @@ def test_a_negative_seed_is_refused() -> None:
 
 
 def test_a_robot_may_be_driven_by_what_its_camera_sees() -> None:
-    robot = DrivenRobot(PlanarPose(0.3, 0.4, 0.0))
+    robot = SimulatedRobot(PlanarPose(0.3, 0.4, 0.0))
     recorded = LampDrive(ROOM, robot, EYE, clock=CameraClock(20.0))
     frames = recorded.frames(2.0)
     for index in range(recorded.frame_count(2.0)):

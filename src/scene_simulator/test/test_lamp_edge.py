@@ -13,7 +13,7 @@ SHAPES = (Disc(0.05), Rectangle(0.12, 0.07), LedGrid(0.05, 0.004, 4))
 
 
 def inside(shape: LampShape, points: np.ndarray) -> np.ndarray:
-    """Return which points lie in a shape, by its definition."""
+    """Return which points are inside a shape, by its definition."""
     s, t = points.T
     if isinstance(shape, Disc):
         return np.hypot(s, t) < shape.radius

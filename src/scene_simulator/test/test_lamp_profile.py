@@ -20,7 +20,7 @@ from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from
 CAMERA = PinholeCamera(160, 120, 636.4, 630.0, 80.2, 59.1, (-0.25, 0.08, 0.0008, -0.0005, 0.0))
 TILTED = CameraMount((0.0, 0.0, 0.0), (0.05, -0.08, 1.2))
 POSE = camera_pose(PlanarPose(0.1, -0.15, 0.4), TILTED)
-AHEAD = (0.24, -0.32, 2.5)
+FORWARD_MOUNT = (0.24, -0.32, 2.5)
 
 
 def rays_of(camera: PinholeCamera) -> np.ndarray:
@@ -83,21 +83,21 @@ def test_a_plane_behind_the_camera_is_not_met() -> None:
 def test_light_falls_with_the_distance_from_the_projected_outline(
     shape: LampShape, blooming: Blooming
 ) -> None:
-    lamp = CeilingLamp(AHEAD, shape, rpy=(0.0, 0.1, 0.6))
+    lamp = CeilingLamp(FORWARD_MOUNT, shape, rpy=(0.0, 0.1, 0.6))
     expected = blooming.profile(distances_to_outline(lamp))
     assert np.abs(painted(lamp, blooming)[0] - expected).max() < 0.03
 
 
 @pytest.mark.parametrize('shape', [Disc(0.06), LedGrid(0.06), Rectangle(0.16, 0.08)])
 def test_both_halves_together_are_the_whole_lamp(shape: LampShape) -> None:
-    place = AHEAD
+    place = FORWARD_MOUNT
     halves = painted(CeilingLamp(place, shape, steady_light(2)), Blooming())
     whole = painted(CeilingLamp(place, shape), Blooming())
     np.testing.assert_allclose(halves.sum(axis=0), whole[0], atol=1e-6)
 
 
 def test_each_half_shines_on_its_own_side() -> None:
-    lamp = CeilingLamp(AHEAD, Disc(0.06), steady_light(2), rpy=(0.0, 0.0, 0.6))
+    lamp = CeilingLamp(FORWARD_MOUNT, Disc(0.06), steady_light(2), rpy=(0.0, 0.0, 0.6))
     first, second = painted(lamp, SHARP)
     seen = CAMERA.pixels_from_points(POSE.camera_points(lamp.map_points([(-0.03, 0.0), (0.03, 0.0)])))
     (u, v), (u_other, v_other) = np.rint(seen).astype(int)
@@ -128,7 +128,7 @@ def test_a_face_at_a_slant_has_the_area_of_its_projection() -> None:
 
 @pytest.mark.parametrize('shape', [Disc(0.0325), LedGrid(0.0325), Rectangle(0.065, 0.065)])
 def test_a_half_glows_all_about_the_lamp_and_fades_along_its_axis(shape: LampShape) -> None:
-    halves = CeilingLamp(AHEAD, shape, steady_light(2), rpy=(0.0, 0.0, 0.6))
+    halves = CeilingLamp(FORWARD_MOUNT, shape, steady_light(2), rpy=(0.0, 0.0, 0.6))
     first, second = painted(halves, Blooming())
     along = np.linspace(-0.12, 0.12, 121)
     u, v = CAMERA.pixels_from_points(

@@ -26,7 +26,7 @@ def test_outlines_run_counter_clockwise_about_the_area(shape: LampShape, expecte
 
 @pytest.mark.parametrize('shape', [Disc(0.05), LedGrid(0.0325), Rectangle(0.3, 1.2)])
 def test_points_of_reach_hold_the_outline(shape: LampShape) -> None:
-    reach, outline = shape.reach_points(), shape.outline()
+    reach, outline = shape.bounding_points(), shape.outline()
     assert (reach.min(axis=0) <= outline.min(axis=0) + 1e-12).all()
     assert (reach.max(axis=0) >= outline.max(axis=0) - 1e-12).all()
 

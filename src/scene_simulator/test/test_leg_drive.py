@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from scene_simulator.errors import SceneError
 from scene_simulator.leg_drive import LegDrive
-from scene_simulator.scene_error import SceneError
 
 CORNERS = [(0.0, 0.0), (3.0, 0.0), (3.0, -2.0), (1.0, -2.0)]
 SPEEDS = [0.5, 0.2, 0.6]

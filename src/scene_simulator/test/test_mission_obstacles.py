@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from scene_simulator.box_room import BoxRoom
+from scene_simulator.errors import SceneError
 from scene_simulator.furnished_room import FurnishedRoom
 from scene_simulator.furniture import crate
 from scene_simulator.mission_lamps import CEILING_MOUNT
 from scene_simulator.mission_layout import ROBOT_HEIGHT, ROBOT_RADIUS, ROOM, mission_layout
 from scene_simulator.mission_obstacles import PASSAGE, is_connected, mission_obstacles
-from scene_simulator.scene_error import SceneError
 
 
 def flood(room: BoxRoom, start: tuple[float, float], step: float = 0.1) -> set[tuple[int, int]]:

@@ -7,6 +7,7 @@ import pytest
 from steady_lamps import STEADY
 
 from scene_simulator.camera_motion import camera_pose
+from scene_simulator.errors import SceneError
 from scene_simulator.mission_lamps import (
     CEILING_CAMERA,
     CEILING_MOUNT,
@@ -17,7 +18,6 @@ from scene_simulator.mission_lamps import (
 )
 from scene_simulator.mission_layout import CARPET, DARK, NOMINAL
 from scene_simulator.mission_sensors import MissionSensors
-from scene_simulator.scene_error import SceneError
 from shirube_geometry import PlanarPose
 
 
@@ -80,5 +80,5 @@ def test_lamps_that_are_left_out_would_not_be_seen(place):
 def test_the_ceiling_has_all_lamps_but_the_dark_ones():
     ceiling = mission_ceiling(STEADY, 0)
     assert len(ceiling.lamps) == len(LAMPS) - len(DARK_LAMPS)
-    with pytest.raises(SceneError, match='lamp 3 plays nothing'):
+    with pytest.raises(SceneError, match='lamp 3 has no waveform'):
         mission_ceiling({name: wave for name, wave in STEADY.items() if name != 3}, 0)

@@ -29,7 +29,7 @@ def test_coverage_has_the_area_and_the_centroid_of_the_polygon(chip: NDArray[np.
     v, u = np.mgrid[:30, :40]
     assert covered.sum() == pytest.approx(abs(polygon_areas(chip[None])[0]), rel=1e-5)
     centroid = [(covered * u).sum() / covered.sum(), (covered * v).sum() / covered.sum()]
-    # Every pixel's share counts at its middle, hence the small rest.
+    # Every pixel's fraction counts at its middle, hence the small rest.
     np.testing.assert_allclose(centroid, polygon_centroids(chip[None])[0], atol=0.01)
 
 

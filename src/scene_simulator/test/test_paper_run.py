@@ -1,4 +1,4 @@
-"""The run of the paper: its way, its speeds, and what is in view."""
+"""The paper's run: its path, speeds and the lamps in view."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 from light_waveform import steady_light
 from scene_simulator.ceiling_camera import PAPER_OPTICS
 from scene_simulator.ceiling_room import PAPER_AREA, PAPER_LAMPS
+from scene_simulator.errors import SceneError
 from scene_simulator.paper_run import LAMP_A, LAMP_B, paper_run
-from scene_simulator.scene_error import SceneError
 
 RUN = paper_run([steady_light(2) for _ in range(4)])
 END = 36.0
@@ -61,7 +61,7 @@ def test_each_lamp_is_in_view_for_nine_seconds_before_it_is_reached() -> None:
 
 def test_a_frame_shows_the_lamps_among_other_lights() -> None:
     frame = next(RUN.frames(1.0))
-    seen = {sighting.lamp for sighting in frame.photo.sightings}
+    seen = {projection.lamp for projection in frame.photo.lamp_projections}
     assert {LAMP_A, LAMP_B} <= seen
     assert any(index >= 4 for index in seen)
     assert frame.photo.image.shape == (1024, 1280)

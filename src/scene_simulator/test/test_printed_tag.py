@@ -8,12 +8,12 @@ import pytest
 
 from scene_simulator.blooming import SHARP
 from scene_simulator.camera_motion import camera_pose
-from scene_simulator.ceiling_camera import UPWARD, CeilingCamera
+from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling_lens import CeilingLens
 from scene_simulator.ceiling_room import CeilingRoom
+from scene_simulator.errors import SceneError
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.printed_tag import printed_tag
-from scene_simulator.scene_error import SceneError
 from shirube_geometry import PinholeCamera, PlanarPose
 
 EYE = CeilingCamera(
@@ -27,13 +27,13 @@ CELL = 10.0 * 2.5 / 636.4
 
 def seen(cells: np.ndarray) -> np.ndarray:
     room = CeilingRoom(printed_tag(cells, CELL, (0.0, 0.0, 2.5), EYE.brightness_for(0.8)))
-    return EYE.photograph(room, lambda _: camera_pose(PlanarPose(0.0, 0.0, 0.0), UPWARD), 0.0).image
+    return EYE.photograph(room, lambda _: camera_pose(PlanarPose(0.0, 0.0, 0.0), UPWARD_MOUNT), 0.0).image
 
 
 def test_every_cell_is_seen_in_its_place() -> None:
     cells = np.random.default_rng(4).random((8, 10)) < 0.5
     image = seen(cells)
-    # Upper edge ahead, so the cells stand in the image as in the array; it is 10 px to the middle of the next.
+    # Upper edge ahead, so the cells are in the image as in the array; it is 10 px to the middle of the next.
     middles = image[np.ix_(45 + 10 * np.arange(8), 55 + 10 * np.arange(10))]
     np.testing.assert_allclose(middles, 204.0 * cells, atol=1.0)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from scene_simulator.demo_scene import ROUTE
+from scene_simulator.errors import SceneError
 from scene_simulator.robot_drive import DriveLimits, RobotDrive, Waypoint
-from scene_simulator.scene_error import SceneError
 
 DRIVE = RobotDrive(ROUTE, DriveLimits())
 TIMES = np.arange(0.0, 60.0, 0.01)
@@ -32,7 +32,7 @@ def test_the_demo_drive_passes_its_waypoints_within_a_minute() -> None:
 
 
 @pytest.mark.parametrize('distance', [0.35, 0.7, 1.15, 1.4, 2.3])
-def test_a_waypoint_may_lie_within_rounding_of_a_planned_place(distance: float) -> None:
+def test_a_waypoint_may_be_within_rounding_of_a_planned_point(distance: float) -> None:
     for around in (distance, np.nextafter(distance, 0.0), np.nextafter(distance, 9.0)):
         points = [Waypoint(0.0, 0.0, 0.2, 30.0), Waypoint(around, 0.0, 0.2), Waypoint(3.0, 0.0, 0.2)]
         drive = RobotDrive(points, DriveLimits(acceleration=0.4))
@@ -60,7 +60,7 @@ def test_the_robot_looks_where_it_goes() -> None:
     assert np.abs(difference[moving]).max() < 0.01
 
 
-def test_the_robot_stands_during_its_pause_and_at_the_end() -> None:
+def test_the_robot_is_stationary_during_its_pause_and_at_the_end() -> None:
     standing = SPEEDS < 1e-6
     assert standing[:-200].sum() * 0.01 == pytest.approx(3.0, abs=0.1)
     assert DRIVE.pose_at(DRIVE.duration) == DRIVE.pose_at(1000.0)

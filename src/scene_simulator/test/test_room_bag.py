@@ -90,7 +90,7 @@ def test_the_same_seed_gives_the_same_bag_and_another_gives_another(bag: Path, t
         ((), 'exists already'),
     ],
 )
-def test_what_is_wrong_is_told_in_one_line(
+def test_errors_are_one_line(
     options: tuple[object, ...], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path if not options else tmp_path / 'bag'

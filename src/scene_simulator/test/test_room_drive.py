@@ -1,4 +1,4 @@
-"""The drive keeps away from furniture, and equal fields give equal pictures."""
+"""The drive is clear of furniture, and equal settings give equal images."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ def test_pictures_are_the_same_for_the_same_seed_and_the_noise_differs():
 
 def test_the_localizer_is_a_little_off():
     scene = RoomDrive(1)
-    errors = [scene.located(k, 0.1 * k).distance_to(scene.drive.pose_at(0.1 * k)) for k in range(200)]
+    errors = [scene.localizer_pose(k, 0.1 * k).distance_to(scene.drive.pose_at(0.1 * k)) for k in range(200)]
     assert np.sqrt(np.mean(np.square(errors)) / 2.0) == pytest.approx(scene.pose_noise[0], rel=0.15)

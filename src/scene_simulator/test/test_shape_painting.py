@@ -22,8 +22,8 @@ def painted(outline: NDArray[np.float64], grain: float = 0.0, opacity: float = 1
     v, u = (np.mgrid[:pixels, :pixels] + 0.5) / pixels * 0.4
     rays = np.stack([u, v], axis=-1).astype(np.float32)
     texture = plaster()
-    look = (np.array([1.0, grain, opacity, 0.0, 0.0]), np.eye(3), np.array([1.0, 0.0, 0.0, 0.4 / pixels]))
-    paint_outline(picture, sums, outline, rays, look, (texture.samples, texture.starts, texture.sizes))
+    shading = (np.array([1.0, grain, opacity, 0.0, 0.0]), np.eye(3), np.array([1.0, 0.0, 0.0, 0.4 / pixels]))
+    paint_outline(picture, sums, outline, rays, shading, (texture.samples, texture.starts, texture.sizes))
     assert not sums.any()
     return picture
 

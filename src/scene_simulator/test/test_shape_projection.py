@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from scene_simulator.outlines import polygon_areas
-from scene_simulator.shape_projection import outline_in_picture, view_planes
+from scene_simulator.shape_projection import project_outline, view_planes
 from shirube_geometry import PinholeCamera
 
 PLAIN = PinholeCamera(320, 240, 300.0, 310.0, 158.0, 121.0)
@@ -26,7 +26,7 @@ def picture(points: NDArray[np.float64], camera: PinholeCamera, scale: float = 2
     rays = camera.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()]))[:, :2]
     lens = np.array([camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion])
     planes = view_planes(rays.reshape(camera.height, camera.width, 2))
-    return np.asarray(outline_in_picture(points, planes, lens, (camera.width, camera.height), scale))
+    return np.asarray(project_outline(points, planes, lens, (camera.width, camera.height), scale))
 
 
 def test_a_shape_in_view_is_projected_as_by_the_camera_model() -> None:
@@ -38,9 +38,9 @@ def test_a_shape_in_view_is_projected_as_by_the_camera_model() -> None:
 def test_a_lens_bends_the_sides() -> None:
     points = moved(SQUARE, 0.1, 0.2, 2.4)
     seen = picture(points, BENT, 1.0)
-    shares = np.linspace(0.0, 1.0, 2000)[:, None]
+    fractions = np.linspace(0.0, 1.0, 2000)[:, None]
     dense = np.concatenate(
-        [a + shares * (b - a) for a, b in zip(points, np.roll(points, -1, axis=0), strict=True)]
+        [a + fractions * (b - a) for a, b in zip(points, np.roll(points, -1, axis=0), strict=True)]
     )
     expected = BENT.pixels_from_points(dense) + 0.5
     apart = np.array([np.hypot(*(expected - corner).T).min() for corner in seen])
@@ -62,7 +62,7 @@ def test_a_wall_that_goes_past_the_camera_fills_the_picture(camera: PinholeCamer
 
 
 @pytest.mark.parametrize('shift', [(0.0, 0.0, -3.0), (9.0, 0.0, 3.0), (0.0, -9.0, 3.0)])
-def test_what_is_behind_or_beside_is_not_in_the_picture(shift: tuple[float, float, float]) -> None:
+def test_shapes_behind_or_outside_the_view_are_not_in_the_picture(shift: tuple[float, float, float]) -> None:
     assert len(picture(moved(SQUARE, *shift), PLAIN)) == 0
     assert len(picture(moved(SQUARE, *shift), BENT)) == 0
 

@@ -5,24 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scene_simulator.scene_error import SceneError
+from scene_simulator.errors import SceneError
 from scene_simulator.shutter import Shutter
 
 ROLLING = Shutter(exposure=60e-6, row_time=9e-6)
 
 
 def test_a_row_starts_its_row_times_after_the_stamp() -> None:
-    cuts = ROLLING.exposure_cuts(7.0, slice(100, 103), 3)
+    cuts = ROLLING.exposure_boundaries(7.0, slice(100, 103), 3)
     starts = 7.0 + np.array([900e-6, 909e-6, 918e-6])
     np.testing.assert_allclose(cuts, starts[:, None] + np.array([0.0, 20e-6, 40e-6, 60e-6]), atol=1e-12)
 
 
 def test_all_rows_of_a_global_shutter_are_exposed_together() -> None:
-    cuts = Shutter(exposure=0.5e-3).exposure_cuts(7.0, slice(0, 1024), 1)
+    cuts = Shutter(exposure=0.5e-3).exposure_boundaries(7.0, slice(0, 1024), 1)
     np.testing.assert_allclose(cuts, np.broadcast_to([7.0, 7.0005], (1024, 2)), atol=1e-12)
 
 
-def test_the_middle_of_a_frame_lies_between_its_first_start_and_its_last_end() -> None:
+def test_the_middle_of_a_frame_is_between_its_first_start_and_its_last_end() -> None:
     end = ROLLING.frame_end(3.0, 1024)
     assert end == pytest.approx(3.0 + 1023 * 9e-6 + 60e-6, abs=1e-12)
     assert ROLLING.frame_middle(3.0, 1024) == pytest.approx(0.5 * (3.0 + end), abs=1e-12)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.commands import record_stereo_bag
-from scene_simulator.corridor_runs import corridor_drive
+from scene_simulator.corridor_recordings import make_corridor_drive
 from shirube_bags.bag_reader import BagMessage, BagReader
 
 SECONDS = 0.4
@@ -53,7 +53,7 @@ def test_every_message_is_received_at_its_stamp_and_in_order(bag: Path) -> None:
 def test_truth_calibration_and_pictures_are_those_of_the_drive(bag: Path) -> None:
     with BagReader(bag) as reader:
         last = {message.topic: reader.decode(message) for message in reader.messages()}
-    drive = corridor_drive('right')
+    drive = make_corridor_drive('right')
     frame = list(drive.frames(SECONDS))[-1]
     truth = last['/ground_truth'].pose.position
     assert (truth.x, truth.y) == pytest.approx((frame.pose.x, frame.pose.y), abs=1e-9)

@@ -45,7 +45,7 @@ def parts_of(scene: CorridorScene) -> tuple[SquareLandmark, RoundLandmark]:
 
 
 def brightness(light: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Return the share of the bright paint in each pixel."""
+    """Return the fraction of the bright paint in each pixel."""
     return (np.asarray(light, dtype=np.float64) - GROUND) / (BRIGHT - GROUND)
 
 
@@ -145,7 +145,7 @@ def supersampled(
 def test_no_seam_shows_along_the_outline_of_a_box(pose: PlanarPose) -> None:
     """What shines through between two surfaces shrinks with the pixel; so a picture is the mean of a finer one."""
     cabinet = Cabinet('box', facing_wall(0.0), (-0.3, 1.0), depth=0.3)
-    scene = plain_wall().with_things([cabinet, NoticeBoard('board', facing_wall(0.0), (0.5, 0.6))])
+    scene = plain_wall().with_objects([cabinet, NoticeBoard('board', facing_wall(0.0), (0.5, 0.6))])
     sharp, T_map_camera = (
         replace(CAMERA, optics=StereoOptics(0.0, vignetting=0.0)),
         camera_pose(pose, LEANING),

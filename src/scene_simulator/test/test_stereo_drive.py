@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scene_simulator.corridor_runs import corridor_drive
-from scene_simulator.scene_error import SceneError
+from scene_simulator.corridor_recordings import make_corridor_drive
+from scene_simulator.errors import SceneError
 from scene_simulator.stereo_drive import StereoDrive
 from scene_simulator.stereo_rig import render_pair
 from scene_simulator.suspension import Suspension
@@ -16,7 +16,7 @@ from scene_simulator.suspension import Suspension
 
 @pytest.fixture(scope='module')
 def drive() -> StereoDrive:
-    return corridor_drive('left')
+    return make_corridor_drive('left')
 
 
 def test_pictures_come_at_the_rate_from_the_true_pose(drive: StereoDrive) -> None:

@@ -1,4 +1,4 @@
-"""Two cameras see the corridor as stereo geometry says, and what is rectified by the calibration agrees."""
+"""Stereo images match the stereo geometry, also after rectification with the calibration."""
 
 from __future__ import annotations
 

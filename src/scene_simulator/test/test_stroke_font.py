@@ -1,4 +1,4 @@
-"""Letters stand in a row, each in its box."""
+"""Letters form a row, each in its box."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The body's motion keeps its bounds, and the camera goes with it."""
+"""The body's motion stays within its bounds and moves the camera."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.suspension import Suspension, swayed_mount
+from scene_simulator.suspension import Suspension, apply_body_motion
 from shirube_geometry import CameraMount
 
 AT_REST = CameraMount()
@@ -50,13 +50,13 @@ def test_a_stiff_suspension_leaves_the_camera_alone() -> None:
 
 
 def test_a_body_that_only_rises_lifts_the_camera() -> None:
-    mount = swayed_mount(CameraMount(xyz=(0.2, -0.1, 0.13)), 0.004, 0.0, 0.0)
+    mount = apply_body_motion(CameraMount(xyz=(0.2, -0.1, 0.13)), 0.004, 0.0, 0.0)
     np.testing.assert_allclose(mount.xyz, (0.2, -0.1, 0.134))
     np.testing.assert_allclose(mount.rotation, AT_REST.rotation, atol=1e-12)
 
 
 def test_a_body_that_pitches_down_takes_a_camera_ahead_of_it_down() -> None:
-    mount = swayed_mount(CameraMount(xyz=(0.2, 0.0, 0.13)), 0.0, 0.0, math.radians(2.0))
+    mount = apply_body_motion(CameraMount(xyz=(0.2, 0.0, 0.13)), 0.0, 0.0, math.radians(2.0))
     assert mount.xyz[2] == pytest.approx(
         0.13 * math.cos(math.radians(2.0)) - 0.2 * math.sin(math.radians(2.0))
     )

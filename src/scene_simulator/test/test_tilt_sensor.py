@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scene_simulator.tilt_sensor import TiltErrors, measure_tilt
+from scene_simulator.tilt_sensor import TiltErrors, simulate_tilt
 
 TIMES = np.arange(0.0, 40.0, 0.01).tolist()
 
@@ -15,11 +15,11 @@ def swaying(time: float) -> tuple[float, float]:
 
 
 def errors_of(errors: TiltErrors, seed: int) -> np.ndarray:
-    readings = measure_tilt(swaying, TIMES, errors, np.random.default_rng(seed))
+    readings = simulate_tilt(swaying, TIMES, errors, np.random.default_rng(seed))
     return np.array([(r.roll, r.pitch) for r in readings]) - [swaying(time) for time in TIMES]
 
 
-def test_a_perfect_unit_tells_the_truth() -> None:
+def test_an_ideal_unit_measures_the_true_tilt() -> None:
     np.testing.assert_allclose(errors_of(TiltErrors(0.0, 0.0), 1), 0.0, atol=1e-15)
 
 

@@ -1,4 +1,4 @@
-"""Odometry without errors is the truth; with errors it drifts as much as it says."""
+"""Odometry without errors is exact; with errors it drifts as configured."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from scene_simulator.demo_scene import ROUTE
 from scene_simulator.robot_drive import RobotDrive
-from scene_simulator.wheel_odometry import WheelErrors, measure_odometry
+from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_geometry import PlanarPose
 
 DRIVE = RobotDrive(ROUTE)
@@ -19,7 +19,7 @@ PERFECT = WheelErrors(tick=1e-9, left_scale=1.0, right_scale=1.0, slip=0.0)
 
 
 def test_perfect_wheels_measure_the_drive() -> None:
-    odometry = measure_odometry(DRIVEN, PERFECT, np.random.default_rng(1))
+    odometry = simulate_odometry(DRIVEN, PERFECT, np.random.default_rng(1))
     for true, measured in list(zip(DRIVEN, odometry, strict=True))[::200]:
         expected = DRIVEN[0].inverse() @ true
         assert measured.distance_to(expected) < 1e-3
@@ -31,13 +31,13 @@ def test_a_reverse_arc_is_measured_too() -> None:
     poses = [PlanarPose(1.0, 1.0, 0.5)]
     for _ in range(50):
         poses.append(poses[-1] @ step)
-    measured = measure_odometry(poses, PERFECT, np.random.default_rng(1))[-1]
+    measured = simulate_odometry(poses, PERFECT, np.random.default_rng(1))[-1]
     assert measured.distance_to(poses[0].inverse() @ poses[-1]) < 0.01
     assert measured.yaw_to(poses[0].inverse() @ poses[-1]) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_the_default_wheels_drift_by_two_percent_and_a_degree_a_metre() -> None:
-    runs = [measure_odometry(STRAIGHT, WheelErrors(), np.random.default_rng(seed))[-1] for seed in range(20)]
+    runs = [simulate_odometry(STRAIGHT, WheelErrors(), np.random.default_rng(seed))[-1] for seed in range(20)]
     headings = np.array([run.yaw for run in runs])
     # The way along the arc: chord over sinc of half the turn.
     ways = [math.hypot(run.x, run.y) / np.sinc(run.yaw / 2.0 / math.pi) for run in runs]
@@ -48,5 +48,5 @@ def test_the_default_wheels_drift_by_two_percent_and_a_degree_a_metre() -> None:
 
 
 def test_a_robot_at_rest_does_not_drift() -> None:
-    odometry = measure_odometry([DRIVEN[100]] * 50, WheelErrors(), np.random.default_rng(1))
+    odometry = simulate_odometry([DRIVEN[100]] * 50, WheelErrors(), np.random.default_rng(1))
     assert set(odometry) == {PlanarPose(0.0, 0.0, 0.0)}

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from scene_simulator.corridor_landmark import Landmark, RoundLandmark
+from scene_simulator.mission_landmarks import FurnishedScene, bare_walls, landmarks_on_wall
 from scene_simulator.mission_layout import NOMINAL
 from scene_simulator.mission_sensors import STEREO_RIG
-from scene_simulator.mission_walls import FurnishedWalls, bare_walls, landmarks_of
 from scene_simulator.stereo_rig import render_pair
 from shirube_geometry import PlanarPose
 from stereo_landmark.core.pair.stereo_images import StereoImages
@@ -51,13 +51,13 @@ def teach_places(folder: Path) -> None:
     )
     for number, (name, (pose, wall)) in enumerate(PLACES.items()):
         camera_position = STEREO_RIG.camera_poses(pose)[0].position
-        scene = FurnishedWalls(walls).seen_from(camera_position)
+        scene = FurnishedScene(walls).order_for_camera(camera_position)
         images = render_pair(scene, STEREO_RIG, pose, np.random.default_rng(number))
         processing = ImageProcessing()
         left, right = (detect_scene(image, processing) for image in images)
         teacher = Teacher(StereoView(left, right, rig), processing)
         visible = dict(
-            _visible_landmarks(landmarks_of(walls, wall), pose, StereoView(left, right, rig), teacher)
+            _visible_landmarks(landmarks_on_wall(walls, wall), pose, StereoView(left, right, rig), teacher)
         )
         place = teacher.teach(name, [TargetSelection('wall', visible)], pose)
         save_place(folder, place, StereoImages(*images))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from light_waveform import steady_light
 from scene_simulator.camera_clock import CameraClock
-from scene_simulator.ceiling_camera import UPWARD, CeilingCamera
+from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.lamp_drive import LampDrive
@@ -15,7 +15,7 @@ from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.pose.beacon import Beacon
 
 CAMERA = PinholeCamera(600, 560, 636.4, 636.4, 299.5, 279.5)
-MOUNT = CameraMount((0.0, 0.0, 0.2), UPWARD.rpy)
+MOUNT = CameraMount((0.0, 0.0, 0.2), UPWARD_MOUNT.rpy)
 HEIGHT = 0.2
 """The lamps hang as far above this mount as above the paper's."""
 PLACES = [(x, y, z + HEIGHT) for x, y, z in PAPER_LAMPS]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.camera_motion import camera_pose
-from scene_simulator.ceiling_camera import UPWARD, CeilingCamera
+from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.shutter import Shutter
@@ -83,14 +83,14 @@ def run() -> list[tuple[float, PlanarPose, Velocity]]:
     """Stamps, true poses and velocities; the robot begins 0.7 m before A and stands until A was heard."""
     beacons = [Beacon(i + 1, place, RADIUS) for i, place in enumerate(PAPER_LAMPS)]
     authorizer = CommandAuthorizer(KEY, Memory(), {b.id: b.xyz[:2] for b in beacons}, AUTHORIZATION)
-    receiver = BeaconReceiver(beacons, UPWARD, authorizer, LIGHT)
+    receiver = BeaconReceiver(beacons, UPWARD_MOUNT, authorizer, LIGHT)
     executor = CommandExecutor(DriveSettings(cruise_speed=CRUISE), AUTHORIZATION.speed_limit)
     eye = CeilingCamera(CAMERA, Shutter(LIGHT.exposure_time, LIGHT.row_time))
     waveforms = [rs_fsk_waveform(packets_of(beacon.id), 30.0) for beacon in beacons]
     room = paper_room(waveforms, Disc(RADIUS), eye.brightness_for(0.9))
     robot, rng, told = Robot(PlanarPose(1.1, 1.8, 0.0)), np.random.default_rng(1), []
     for stamp in STAMPS.tolist():
-        photo = eye.photograph(room, lambda time: camera_pose(robot.pose_at(time), UPWARD), stamp, rng)
+        photo = eye.photograph(room, lambda time: camera_pose(robot.pose_at(time), UPWARD_MOUNT), stamp, rng)
         output = receiver.receive(stamp, photo.image, CAMERA)
         if isinstance(output.result, BeaconFix) and stamp >= HEARD:
             executor.update_pose(stamp, output.result.T_map_base)

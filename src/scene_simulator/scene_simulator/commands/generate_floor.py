@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from scene_simulator.demo_scene import DEMO_FLOOR_SEED
-from scene_simulator.dot_floor import DARK_ON_LIGHT, lay_floor
-from scene_simulator.scene_error import SceneError
-from scene_simulator.survey import SURVEY_ERROR, survey_floor, write_dot_map
+from scene_simulator.dot_floor import DARK_ON_LIGHT, generate_dot_floor
+from scene_simulator.errors import SceneError
+from scene_simulator.simulated_survey import SURVEY_ERROR, survey_floor, write_dot_map
 
 
 def main() -> int:
@@ -18,7 +18,7 @@ def main() -> int:
     arguments = _parser().parse_args()
     design = replace(DARK_ON_LIGHT, size=tuple(arguments.size), count=arguments.count)
     try:
-        floor = lay_floor(design, arguments.seed)
+        floor = generate_dot_floor(design, arguments.seed)
         dots = survey_floor(floor, arguments.survey_error, arguments.seed + 1)
         write_dot_map(dots, arguments.map)
     except SceneError as error:

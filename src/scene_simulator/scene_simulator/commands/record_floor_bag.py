@@ -9,8 +9,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from scene_simulator.demo_scene import DemoScene
+from scene_simulator.errors import SceneError
 from scene_simulator.floor_bag import image_count, record_drive
-from scene_simulator.scene_error import SceneError
 from shirube_bags.errors import BagError
 
 
@@ -31,7 +31,7 @@ def main() -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='record_floor_bag', description=__doc__)
-    parser.add_argument('bag', type=Path, help='folder of the bag to make')
+    parser.add_argument('bag', type=Path, help='folder of the bag to write')
     parser.add_argument(
         '--seed',
         type=int,

@@ -17,11 +17,11 @@ from light_waveform import LightWaveformError, Waveform, waveform_from_csv
 from scene_simulator.camera_clock import CameraClock
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS
+from scene_simulator.errors import SceneError
 from scene_simulator.lamp_bag import record_lamp_drive, write_beacons
 from scene_simulator.lamp_drive import LampDrive
 from scene_simulator.lamp_shape import Disc, LedGrid
 from scene_simulator.paper_run import paper_run
-from scene_simulator.scene_error import SceneError
 from scene_simulator.shutter import Shutter
 from shirube_bags.errors import BagError
 from shirube_geometry import PinholeCamera
@@ -36,7 +36,7 @@ REST = 5.0
 """Two IDs and two commands of lamp A have then been played when the robot begins to turn there [s]."""
 
 CLOCK_RATIO, JITTER = 1.00005, 5e-5
-"""The camera and the lamps have clocks of their own, 50 ppm apart; the jitter of the stamps [s]."""
+"""Clock rate of the camera relative to the lamps (50 ppm); the jitter of the stamps [s]."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -66,7 +66,7 @@ def make_drive(options: argparse.Namespace) -> tuple[LampDrive, list[int]]:
     for text in options.lamp:
         name, _, path = text.partition('=')
         if not name.isdecimal() or int(name) in ids or not path:
-            raise SceneError(f'{text}: give each lamp as ID=FILE.csv, with an ID of its own')
+            raise SceneError(f'{text}: give each lamp as ID=FILE.csv, with a unique ID')
         ids.append(int(name))
         waveforms.append(_load(Path(path)))
     camera, rate, shape = (
@@ -79,15 +79,15 @@ def make_drive(options: argparse.Namespace) -> tuple[LampDrive, list[int]]:
 def _load(path: Path) -> Waveform:
     try:
         return waveform_from_csv(path.read_text(encoding='utf-8'))
-    except (LightWaveformError, UnicodeDecodeError) as fault:
-        raise SceneError(f'{path}: {fault}') from fault
-    except OSError as fault:
-        raise SceneError(f'{path}: cannot be read ({fault.strerror}); give a waveform file') from fault
+    except (LightWaveformError, UnicodeDecodeError) as error:
+        raise SceneError(f'{path}: {error}') from error
+    except OSError as error:
+        raise SceneError(f'{path}: cannot be read ({error.strerror}); give a waveform file') from error
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='record_lamp_bag', description=__doc__)
-    parser.add_argument('bag', type=Path, help='folder of the bag to make')
+    parser.add_argument('bag', type=Path, help='folder of the bag to write')
     parser.add_argument(
         'lamp',
         nargs='+',
@@ -99,7 +99,7 @@ def _parser() -> argparse.ArgumentParser:
         '--shutter',
         default='global',
         choices=('global', 'rolling'),
-        help='of the camera; a rolling one sees discs at 30 images a second and full resolution (default: %(default)s)',
+        help='camera shutter; rolling: disc lamps, 30 Hz, full resolution (default: %(default)s)',
     )
     parser.add_argument(
         '--seed', type=int, default=0, help='seed of the room, noise and errors (default: %(default)s)'

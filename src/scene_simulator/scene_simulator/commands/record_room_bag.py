@@ -9,9 +9,9 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from scene_simulator.errors import SceneError
 from scene_simulator.room_bag import instant_count, record_room_drive
 from scene_simulator.room_drive import RoomDrive
-from scene_simulator.scene_error import SceneError
 from shirube_bags.errors import BagError
 
 
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='record_room_bag', description=__doc__)
-    parser.add_argument('bag', type=Path, help='folder of the bag to make')
+    parser.add_argument('bag', type=Path, help='folder of the bag to write')
     parser.add_argument(
         '--seed', type=int, default=RoomDrive.seed, help='seed of furniture and noise (default: %(default)s)'
     )

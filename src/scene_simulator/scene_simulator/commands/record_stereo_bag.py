@@ -10,8 +10,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from scene_simulator.corridor_generator import CorridorDesign
-from scene_simulator.corridor_runs import RUNS, SECONDS, corridor_drive
-from scene_simulator.scene_error import SceneError
+from scene_simulator.corridor_recordings import RUNS, SECONDS, make_corridor_drive
+from scene_simulator.errors import SceneError
 from scene_simulator.stereo_bag import record_stereo_drive
 from scene_simulator.stereo_rig import StereoRig, raw_rig
 from shirube_bags.errors import BagError
@@ -21,7 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when an option is bad or the bag cannot be written."""
     options = _parser().parse_args(arguments)
     try:
-        drive = corridor_drive(
+        drive = make_corridor_drive(
             options.run, CorridorDesign(options.seed), raw_rig() if options.raw else StereoRig()
         )
         pairs = record_stereo_drive(drive, options.bag, options.seconds)
@@ -37,10 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='record_stereo_bag', description=__doc__)
-    parser.add_argument('bag', type=Path, help='folder of the bag to make')
+    parser.add_argument('bag', type=Path, help='folder of the bag to write')
     parser.add_argument('run', choices=RUNS, help='which drive')
     parser.add_argument('--seed', type=int, default=0, help='seed of the corridor (default: %(default)s)')
-    parser.add_argument('--raw', action='store_true', help='images as the lenses distort them, not rectified')
+    parser.add_argument('--raw', action='store_true', help='raw (distorted) images instead of rectified ones')
     parser.add_argument('--seconds', type=float, default=SECONDS, help='length [s] (default: %(default)s)')
     return parser
 

@@ -21,10 +21,10 @@ def main() -> int:
     photo = scene.photograph(arguments.time, np.random.default_rng(scene.seed))
     image = cv2.resize(photo.image, None, fx=_ZOOM, fy=_ZOOM, interpolation=cv2.INTER_NEAREST)
     try:
-        written = cv2.imwrite(str(arguments.picture), image)
+        is_written = cv2.imwrite(str(arguments.picture), image)
     except cv2.error:
-        written = False
-    if not written:
+        is_written = False
+    if not is_written:
         print(
             f'render_floor_view: {arguments.picture}: cannot be written; '
             'choose a writable place and a name that ends in .png',

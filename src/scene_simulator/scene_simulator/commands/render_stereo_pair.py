@@ -1,7 +1,7 @@
 """``render_stereo_pair``: write what a stereo rig sees of a corridor: two pictures, their calibration, the points.
 
 ``left.png``, ``right.png``, ``left.yaml`` and ``right.yaml`` are what a camera driver and camera_calibration would
-leave behind; ``points.csv`` tells where each point that can be taught truly is in the map.
+write; ``points.csv`` holds the true map position of each point that can be taught.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.corridor_runs import TAUGHT
-from scene_simulator.scene_error import SceneError
+from scene_simulator.corridor_recordings import TAUGHT_POSE
+from scene_simulator.errors import SceneError
 from scene_simulator.stereo_calibration import calibration_yaml
 from scene_simulator.stereo_rig import StereoRig, raw_rig, render_pair
 from shirube_files import write_text
@@ -35,9 +35,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except SceneError as error:
         print(f'render_stereo_pair: {error}', file=sys.stderr)
         return 1
-    except OSError as fault:
+    except OSError as error:
         print(
-            f'render_stereo_pair: {options.folder}: cannot be written ({fault.strerror}); choose a writable place',
+            f'render_stereo_pair: {options.folder}: cannot be written ({error.strerror}); choose a writable place',
             file=sys.stderr,
         )
         return 1
@@ -63,12 +63,10 @@ def _png(picture: NDArray[np.uint8]) -> bytes:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='render_stereo_pair', description=__doc__)
-    parser.add_argument(
-        'folder', type=Path, help='where the files are written; those that stand there are replaced'
-    )
+    parser.add_argument('folder', type=Path, help='output folder; existing files are overwritten')
     parser.add_argument('--seed', type=int, default=0, help='seed of the corridor (default: %(default)s)')
     parser.add_argument(
-        '--needles', type=int, default=0, help='seed of what the meters read (default: %(default)s)'
+        '--needles', type=int, default=0, help='seed of the meter readings (default: %(default)s)'
     )
     parser.add_argument('--people', type=int, default=0, help='people in the corridor (default: %(default)s)')
     parser.add_argument(
@@ -76,10 +74,10 @@ def _parser() -> argparse.ArgumentParser:
         type=float,
         nargs=3,
         metavar=('X', 'Y', 'YAW'),
-        default=[TAUGHT.x, TAUGHT.y, TAUGHT.yaw],
-        help='of the robot in the map, whose plane x = 0 is the end wall [m, rad] (default: %(default)s)',
+        default=[TAUGHT_POSE.x, TAUGHT_POSE.y, TAUGHT_POSE.yaw],
+        help='pose of the robot in the map, whose plane x = 0 is the end wall [m, rad] (default: %(default)s)',
     )
-    parser.add_argument('--raw', action='store_true', help='images as the lenses distort them, not rectified')
+    parser.add_argument('--raw', action='store_true', help='raw (distorted) images instead of rectified ones')
     return parser
 
 

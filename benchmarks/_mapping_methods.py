@@ -1,0 +1,120 @@
+"""Ways to keep a map over many frames, by what they hold occupied in the end."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from _peer_octomap import OctoMap
+from numpy.typing import NDArray
+
+from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow, window_shape
+from reward_planner.core.voxels.point_density import equivalent_focal_length
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
+from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.voxel_map import VoxelMap
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+
+Dense = NDArray[np.bool_]
+"""Voxels of the room, shape (side, side, layers) along x, y and z."""
+TILES = 12
+FIRST_TILE = -6
+"""The room fills 12 x 12 tiles around the map's origin."""
+
+
+class Method(Protocol):
+    """Takes frames and says which voxels it holds occupied."""
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+        """Take a frame."""
+
+    def occupied(self) -> Dense:
+        """Return the voxels that it holds occupied."""
+
+
+def dense_shape(settings: VoxelSettings) -> tuple[int, int, int]:
+    """Return the shape of all voxels of the room."""
+    return TILES * TILE_SIZE, TILES * TILE_SIZE, window_shape(settings)[1]
+
+
+class Voxels:
+    """One of our rules over time."""
+
+    def __init__(self, settings: VoxelSettings) -> None:
+        """Begin with nothing known."""
+        self._map = VoxelMap(settings)
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+        """Take a frame."""
+        self._map.add(stamp, points, view)
+
+    def occupied(self) -> Dense:
+        """Return the voxels whose value is that of an obstacle."""
+        settings, tiles = self._map.settings, self._map.tiles
+        dense = np.zeros(dense_shape(settings), dtype=np.bool_)
+        for i, j, slot in crop_to_room(self._map):
+            if settings.rule == 'log_odds':
+                confirmed = tiles.values[slot] >= settings.log_odds_occupied
+            else:
+                confirmed = tiles.values[slot] >= settings.value_min * max(float(tiles.frames[slot]), 1.0)
+            dense[TILE_SIZE * i : TILE_SIZE * (i + 1), TILE_SIZE * j : TILE_SIZE * (j + 1)] = confirmed
+        return dense
+
+
+class Cloud(Voxels):
+    """The same for point clouds of unknown density."""
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+        """Take a frame."""
+        super().add(stamp, points, SensorView(view.T_map_sensor, equivalent_focal_length(points)))
+
+
+class FrameUnion:
+    """The paper's map: what any single frame held occupied stays so."""
+
+    def __init__(self, settings: VoxelSettings) -> None:
+        """Begin with nothing known."""
+        self._settings = settings
+        self._occupied = np.zeros(dense_shape(settings), dtype=np.bool_)
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
+        """Take a frame."""
+        frame = Voxels(self._settings)
+        frame.add(stamp, points, view)
+        self._occupied = self._occupied | frame.occupied()
+
+    def occupied(self) -> Dense:
+        """Return the voxels that were ever occupied."""
+        return self._occupied
+
+
+class OctoMapMethod:
+    """OctoMap with discretised ends, cut to the heights of the settings."""
+
+    def __init__(self, settings: VoxelSettings) -> None:
+        """Begin with nothing known."""
+        self._settings = settings
+        self._tree = OctoMap(settings)
+
+    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:  # noqa: ARG002
+        """Take a frame."""
+        T = view.T_map_sensor.astype(np.float32)
+        self._tree.add(points @ T[:3, :3].T + T[:3, 3], view.origin, discretize=True)
+
+    def occupied(self) -> Dense:
+        """Return the occupied voxels."""
+        s, bottom = self._settings.resolution, self._settings.height_min
+        dense = np.zeros(dense_shape(self._settings), dtype=np.bool_)
+        corner = np.array([FIRST_TILE * TILE_SIZE * s, FIRST_TILE * TILE_SIZE * s, bottom])
+        cells = np.floor((self._tree.occupied_centres() - corner) / s).astype(np.int64)
+        cells = cells[(cells >= 0).all(axis=1) & (cells < dense.shape).all(axis=1)]
+        dense[tuple(cells.T)] = True
+        return dense
+
+
+def crop_to_room(voxels: VoxelMap) -> list[tuple[int, int, int]]:
+    """Return the tiles of the room that a map has: number along x and y in the room, and slot."""
+    s, bottom = voxels.settings.resolution, voxels.settings.height_min
+    layers = window_shape(voxels.settings)[1]
+    slots = voxels.tiles.slots_of(FrameWindow(FIRST_TILE, FIRST_TILE, TILES * TILE_SIZE, layers, s, bottom))
+    return [(i, j, int(slots[i, j])) for i, j in np.argwhere(slots != NO_TILE).tolist()]

@@ -1,0 +1,60 @@
+"""Landmarks are on the inside of their walls, do not overlap, and the curtain hides those of one wall."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from scene_simulator.mission_landmarks import FurnishedScene, bare_walls, covered_walls, landmarks_on_wall
+from scene_simulator.mission_layout import NOMINAL, ROOM
+from scene_simulator.mission_sensors import STEREO_RIG
+from scene_simulator.room_shell import RoomShell
+from scene_simulator.stereo_rig import render_pair
+
+WALLS = ('east', 'north', 'west')
+
+
+@pytest.mark.parametrize(('wall', 'goal'), zip(WALLS, NOMINAL.goals))
+def test_each_goal_looks_at_the_landmarks_of_its_wall(wall, goal):
+    points = np.array(
+        [p for landmark in landmarks_on_wall(bare_walls(), wall) for p in landmark.points_map().values()]
+    )
+    camera = STEREO_RIG.camera_poses(goal)[0]
+    in_camera = camera.camera_points(points)
+    pixels = STEREO_RIG.left.intrinsics.pixels_from_points(in_camera)
+    assert (in_camera[:, 2] > 1.5).all()
+    assert ((pixels > 0.0) & (pixels < (752.0, 480.0))).all(axis=1).mean() > 0.75
+    assert (points >= ROOM[:3]).all()
+    assert (points <= ROOM[3:]).all()
+
+
+@pytest.mark.parametrize('wall', WALLS)
+def test_landmarks_of_a_wall_do_not_overlap(wall):
+    objects = [each for each in landmarks_on_wall(bare_walls(), wall) if '/' not in each.name]
+    assert len(objects) >= 7
+    for one, other in combinations(objects, 2):
+        (a, b), (c, d) = one.extent, other.extent
+        assert b[0] < c[0] or d[0] < a[0] or b[1] < c[1] or d[1] < a[1], (one.name, other.name)
+
+
+def test_the_normals_of_walls_point_into_the_room():
+    shell, middle = RoomShell(ROOM), np.array([4.0, 3.0, 1.6])
+    for name in ('south', 'west', 'north', 'east'):
+        surface, length = shell.wall(name)
+        assert (middle - surface.origin) @ surface.normal > 2.9
+        end = surface.points_map([(length, 0.0)])[0]
+        assert (end >= np.array(ROOM[:3]) - 1e-9).all()
+        assert (end <= np.array(ROOM[3:]) + 1e-9).all()
+
+
+def test_the_curtain_changes_every_picture_of_the_west_wall_and_none_of_the_others():
+    for goal, is_covered in zip(NOMINAL.goals, (False, False, True)):
+        eye = STEREO_RIG.camera_poses(goal)[0].position
+        pictures = [
+            render_pair(FurnishedScene(walls).order_for_camera(eye), STEREO_RIG, goal)[0].astype(float)
+            for walls in (bare_walls(), covered_walls())
+        ]
+        changed = (np.abs(pictures[0] - pictures[1]) > 3.0).mean()
+        assert changed > 0.5 if is_covered else changed == 0.0
