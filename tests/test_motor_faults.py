@@ -34,25 +34,25 @@ def test_corrupted_replies_cause_no_wrong_motion(seed: int) -> None:
 def test_a_line_without_faults_takes_every_count() -> None:
     tally = import_module('_motor_fuzz').FuzzedDrive(3, 0.0, 0.0).run(2000)
     assert tally.wrong_sent == 0
-    assert set(tally.verdicts) <= {'taken', 'implausible, read again'}
+    assert set(tally.status_counts) <= {'accepted', 'implausible, read again'}
     assert tally.jump < 1e-3
 
 
 def test_a_terminal_that_is_pulled_away_comes_back() -> None:
-    pulled_terminal = import_module('_motor_line').pulled_terminal
-    pulled, back, anew, error = (figure for _, figure in pulled_terminal(3))
+    disconnect_terminal = import_module('_motor_line').disconnect_terminal
+    pulled, back, anew, error = (figure for _, figure in disconnect_terminal(3))
     assert (pulled, back, anew) == ('3', '3', '0')
     assert float(error.split()[0]) < 5.0
 
 
 def test_a_killed_bridge_leaves_the_motors_to_the_auto_stop() -> None:
-    killed_bridge = import_module('_motor_line').killed_bridge
-    off = killed_bridge(1)[1][1]
+    kill_bridge = import_module('_motor_line').kill_bridge
+    off = kill_bridge(1)[1][1]
     assert float(off.split()[0]) < 2.2
 
 
 def test_a_held_controller_executes_one_command_at_most_and_then_stops() -> None:
-    held_controller = import_module('_motor_line').held_controller
-    _, acted, stops = (int(figure) for _, figure in held_controller(1))
+    suspend_controller = import_module('_motor_line').suspend_controller
+    _, acted, stops = (int(figure) for _, figure in suspend_controller(1))
     assert acted <= 1
     assert stops == 1

@@ -95,7 +95,7 @@ def test_depth_images_are_mapped(graph):
     )
     robot.send('depth/image', image)
     assert robot.refusals('depth/image') == [
-        'depth/image came without a usable depth/camera_info; publish the calibration'
+        'depth/image was received without a valid depth/camera_info; publish the calibration'
     ]
     robot.send('depth/camera_info', info)
     for _ in range(3):

@@ -76,17 +76,15 @@ class LiveLocalizer:
         while self.listener.reports < wanted and monotonic() < end:
             self.executor.spin_once(timeout_sec=0.1)
 
-    def listen_until_heard(self) -> None:
-        """Listen until no pose of the localizer can get lost any more.
+    def wait_for_connection(self) -> None:
+        """Wait until the localizer's publisher and our subscription have discovered each other.
 
-        Two nodes that start together may find each other's topics seconds apart, one direction before the
-        other, and a pose published before that is gone. The listener's subscription sees the node's
-        publisher; that the publisher sees the subscription, too, shows in an answer of the node: endpoints
-        are announced in the order in which they were made, and the asker's, which must be known to get an
-        answer, was made last.
+        Discovery may take seconds, in one direction before the other, and a pose published before that is lost.
+        A reply of the node shows that its side is ready: endpoints are announced in the order of their creation,
+        and the service client, which the node must know to reply, was created last.
 
         Raises:
-            CommandError: the node ended, or was not heard in time.
+            CommandError: the node ended, or did not reply in time.
         """
         end = monotonic() + START_TIMEOUT
 
@@ -151,7 +149,7 @@ def live_localizer(
         }
         with child_process(node_command, environment, log) as process:
             live = LiveLocalizer(root, listener, executor, process, environment, log)
-            live.listen_until_heard()
+            live.wait_for_connection()
             yield live
 
 

@@ -142,7 +142,7 @@ class Recording(Generic[Calibration]):
             pixels = (array_from_compressed_image if is_compressed else array_from_image)(message, raw.topic)
             calibration = self._calibrations.get(info_topic)
             if calibration is None:
-                raise CameraInfoError(f'{raw.topic} came without a usable {info_topic}')
+                raise CameraInfoError(f'{raw.topic} was received without a valid {info_topic}')
             check_image_size(calibration, pixels.shape, raw.topic, info_topic)
         except MessageError as fault:
             return BadImage(raw.topic, stamp_ns, str(fault))

@@ -95,8 +95,8 @@ def test_each_camera_has_its_own_calibration_and_the_newest():
 @pytest.mark.parametrize(
     ('rows', 'fault'),
     [
-        ([('/left', image(1))], '/left came without a usable /left/info'),
-        ([('/right/info', info()), ('/left', image(1))], '/left came without a usable /left/info'),
+        ([('/left', image(1))], '/left was received without a valid /left/info'),
+        ([('/right/info', info()), ('/left', image(1))], '/left was received without a valid /left/info'),
         ([('/left/info', info(width=8)), ('/left', image(1))], '/left is 4 x 3 px but /left/info is for 8 x 3 px'),
         ([('/left/info', info()), ('/left', CompressedImage(header=header(1), data=b'no'))], '/left'),
     ],

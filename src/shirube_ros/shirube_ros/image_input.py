@@ -106,7 +106,7 @@ class ImageInput(Generic[Camera]):
     def _dispatch(self, header: Header, pixels: NDArray[np.uint8]) -> None:
         if self._camera is None:
             raise CameraInfoError(
-                f'{self._topic} came without a usable {self._info_topic}; publish the calibration'
+                f'{self._topic} was received without a valid {self._info_topic}; publish the calibration'
             )
         check_image_size(self._camera, pixels.shape, self._topic, self._info_topic)
         self._on_image(header, pixels, self._camera)

@@ -118,7 +118,7 @@ def test_bad_images_and_calibrations_are_counted_and_the_next_good_one_works(gra
     pair.send('camera_info', CameraInfo())
     pair.send('image_raw', good)
     assert pair.seen == []
-    words = ['without a usable camera_info', '50 x 39 px', 'mono16', 'not calibrated']
+    words = ['without a valid camera_info', '50 x 39 px', 'mono16', 'not calibrated']
     assert all(any(word in reason for reason in pair.refusals()) for word in words)
     pair.send('camera_info', INFO)
     pair.send('image_raw', good)

@@ -278,7 +278,7 @@ def test_a_bag_without_pairs_is_one_line(config, tmp_path, capsys):
     write_pairs(tmp_path / 'bag', [(10**9, 10**9 + 5_000_000, *seen(TAUGHT))], CALIBRATIONS)
     del config.content['images'], config.content['calibration']
     config.content['bag'] = {'path': 'bag'}
-    assert 'no pair of usable images with one stamp; correct stamp' in config.refusal(capsys)
+    assert 'no pair of valid images with matching stamps; correct stamp' in config.refusal(capsys)
     config.content['approximate_sync_tolerance_seconds'] = 0.006
     assert config.run() == 0
 
