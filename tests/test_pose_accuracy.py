@@ -4,6 +4,7 @@ import importlib
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,7 +20,7 @@ from shirube_geometry import PlanarPose
 pytestmark = pytest.mark.newest_set_only
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
-VIEWS = 60
+VIEWS = 40
 # Chance leaves these limits once in a thousand runs.
 LOW, HIGH = 0.0005, 0.9995
 
@@ -38,6 +39,7 @@ def outcomes(bench: ModuleType) -> Any:
     design = replace(DARK_ON_LIGHT, size=size, count=round(5384 * size[0] * size[1]))
     floors = {error: bench.SurveyedFloor(design, error) for error in (0.0, SURVEY_ERROR)}
 
+    @cache
     def outcome(number: int, survey_error: float) -> Any:
         return bench.outcome(floors[survey_error], bench.CONDITIONS[number], VIEWS, 1)
 
