@@ -20,7 +20,7 @@ from shirube_geometry import PlanarPose
 pytestmark = pytest.mark.newest_set_only
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
-VIEWS = 40
+VIEWS = 60
 # Chance leaves these limits once in a thousand runs.
 LOW, HIGH = 0.0005, 0.9995
 
