@@ -8,7 +8,6 @@ import re
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from scene_simulator.mission_layout import mission_layout
 from shirube_geometry import PlanarPose
@@ -19,14 +18,6 @@ from shirube_mission.report.report_page import PICTURES, goal_table, page
 from shirube_mission.report.trace_errors import align_to_map, as_array, pose_errors, zone_spans
 
 pytestmark = pytest.mark.newest_set_only
-
-
-@pytest.fixture(autouse=True)
-def coarse_pictures(monkeypatch):
-    """Draw all that is drawn, on a tenth of the pixels."""
-    save = Figure.savefig
-    monkeypatch.setattr(Figure, 'savefig', lambda figure, file, **kw: save(figure, file, **{**kw, 'dpi': 30}))
-
 
 GOOD = GoalRecord(True, 10.0, 0.012, 0.02, 0.008)
 LATE = GoalRecord(False, 10.0, 0.012, 0.02, 0.008)
