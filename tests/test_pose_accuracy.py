@@ -4,6 +4,7 @@ import importlib
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -38,6 +39,7 @@ def outcomes(bench: ModuleType) -> Any:
     design = replace(DARK_ON_LIGHT, size=size, count=round(5384 * size[0] * size[1]))
     floors = {error: bench.SurveyedFloor(design, error) for error in (0.0, SURVEY_ERROR)}
 
+    @cache
     def outcome(number: int, survey_error: float) -> Any:
         return bench.outcome(floors[survey_error], bench.CONDITIONS[number], VIEWS, 1)
 

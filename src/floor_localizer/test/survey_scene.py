@@ -21,15 +21,17 @@ from shirube_geometry import CameraMount, PlanarPose
 SIZE = (0.4, 0.25)
 MOUNT = CameraMount((0.05, -0.02, 0.13))
 FLAGS = ('--camera-xyz', '0.05', '-0.02', '0.13', '--workers', '1')
+SMALL_SIZE = (0.3, 0.2)
+"""Enough where one survey is compared with another."""
 START_NS, STEP_NS = 1_700_000_000_000_000_000, 100_000_000
 
 
-def record_drive(folder: Path) -> Path:
+def record_drive(folder: Path, size: tuple[float, float] = SIZE) -> Path:
     """Write a folder of images with their odometry, a bag of the same, and the true map."""
-    floor = generate_dot_floor(FloorDesign(size=SIZE, count=round(5384 * SIZE[0] * SIZE[1])), seed=1)
+    floor = generate_dot_floor(FloorDesign(size=size, count=round(5384 * size[0] * size[1])), seed=1)
     save_csv(folder / 'true.csv', DotMap(floor.points, floor.diameters))
     save_intrinsics(folder / 'camera.yaml', PAPER_CAMERA)
-    truth, rng, camera = lane_poses(SIZE), np.random.default_rng(1), FloorCamera()
+    truth, rng, camera = lane_poses(size), np.random.default_rng(1), FloorCamera()
     odometry_poses = rough(truth)
     (folder / 'images').mkdir()
     rows = ['image,x,y,yaw']

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from survey_scene import FLAGS, fault_of, folder_options, record_drive, run
+from survey_scene import FLAGS, SMALL_SIZE, fault_of, folder_options, record_drive, run
 
 from floor_localizer.commands import build_map
 from floor_localizer.commands.build_map import main
@@ -42,7 +42,7 @@ main(sys.argv[1:])
 
 @pytest.fixture(scope='module')
 def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return record_drive(tmp_path_factory.mktemp('drive'))
+    return record_drive(tmp_path_factory.mktemp('drive'), SMALL_SIZE)
 
 
 @pytest.fixture(scope='module')
@@ -167,26 +167,26 @@ def test_a_disk_that_fills_up_while_adjusting_is_reported_and_the_map_is_the_sam
     assert not (tmp_path / 'full/checkpoint/adjustment').exists()
 
 
-def begun(scene: Path, folder: Path, done: str) -> subprocess.Popen[str]:
-    """Start a survey on two workers and wait until it has written a file."""
+def begun(scene: Path, folder: Path, workers: int) -> subprocess.Popen[str]:
+    """Start a survey on workers and wait until it has written the dots of an image."""
     # A process that a shell started in the background ignores interrupts, and so would its children.
     command = ['env', '--default-signal=INT', sys.executable, '-m', 'floor_localizer.commands.build_map']
     child = subprocess.Popen(
-        [*command, *map(str, folder_options(scene)), '--out', str(folder), *FLAGS, '--workers', '2'],
+        [*command, *map(str, folder_options(scene)), '--out', str(folder), *FLAGS, '--workers', str(workers)],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
     deadline = time.monotonic() + 90.0
-    while not (folder / done).exists() and time.monotonic() < deadline:
+    while not (folder / 'checkpoint/dots_00000.npz').exists() and time.monotonic() < deadline:
         time.sleep(0.01)
     return child
 
 
-def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
+def test_a_survey_killed_while_finding_dots_goes_on_and_ends_the_same(
     scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with begun(scene, tmp_path / 'killed', 'checkpoint/dots_00000.npz') as child:
+    with begun(scene, tmp_path / 'killed', 1) as child:
         os.killpg(child.pid, signal.SIGKILL)
     assert not (tmp_path / 'killed' / 'map.csv').exists()
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'killed')
@@ -194,9 +194,14 @@ def test_a_survey_killed_with_all_its_workers_goes_on_and_ends_the_same(
     assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
 
 
-def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line(scene: Path, tmp_path: Path) -> None:
-    with begun(scene, tmp_path, 'checkpoint/dots_00000.npz') as child:
+def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line_and_it_goes_on_and_ends_the_same(
+    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with begun(scene, tmp_path, 2) as child:
         os.killpg(child.pid, signal.SIGINT)  # as a terminal does it: to all processes
         _, err = child.communicate(timeout=60.0)
     assert child.returncode == 130
     assert err == '\nbuild_map: interrupted; give the same command again to resume\n'
+    assert not (tmp_path / 'map.csv').exists()
+    assert run(capsys, *folder_options(scene), '--out', tmp_path)[0] == 0
+    assert (tmp_path / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()

@@ -46,8 +46,9 @@ def build_workspace(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None
             shutil.rmtree(root / 'ros2_ws' / 'build' / name, ignore_errors=True)
             shutil.rmtree(root / 'ros2_ws' / 'install' / name, ignore_errors=True)
         with _colcon(root, changed):
-            cache = compiled_kernels(root, needed)
-        copy_to_installed(cache, root, needed)
+            cache = compiled_kernels(root, needed) if needed else None
+        if cache is not None:
+            copy_to_installed(cache, root, needed)
         for name in changed:
             _stamp_path(root, name).write_text(digests[name])
 

@@ -161,9 +161,16 @@ def call_the_kernel(packages: Path, **environment: str) -> str:
     return subprocess.run(command, env=wanted, check=True, capture_output=True, text=True).stdout
 
 
-def test_what_is_installed_uses_the_machine_code_of_its_source(tmp_path: Path) -> None:
+def test_what_is_installed_uses_the_machine_code_of_its_source_and_another_state_gets_none(
+    tmp_path: Path,
+) -> None:
     source, installed = source_and_copy(tmp_path)
     assert 'data saved' in call_the_kernel(source, NUMBA_CACHE_DIR=str(tmp_path / 'cache'))
+    same = (installed / 'probe' / 'kernels.py').read_text()
+    (installed / 'probe' / 'kernels.py').write_text(KERNEL.replace('2', '3'))
+    copy_to_installed(tmp_path / 'cache', tmp_path)
+    assert not list(installed.rglob('*.nb[ic]'))
+    (installed / 'probe' / 'kernels.py').write_text(same)
     copy_to_installed(tmp_path / 'cache', tmp_path)
     said = call_the_kernel(installed)
     assert 'data loaded' in said
@@ -182,11 +189,3 @@ def test_kernels_count_as_installed_after_the_copy_only(
     assert not are_installed(tmp_path, KERNEL_SETS)
     monkeypatch.setattr(kernel_cache, 'kernel_folder', lambda _: cache.with_name('of other sources'))
     assert not are_installed(tmp_path, DEMO_SETS)
-
-
-def test_a_copy_of_another_state_gets_no_machine_code(tmp_path: Path) -> None:
-    source, installed = source_and_copy(tmp_path)
-    call_the_kernel(source, NUMBA_CACHE_DIR=str(tmp_path / 'cache'))
-    (installed / 'probe' / 'kernels.py').write_text(KERNEL.replace('2', '3'))
-    copy_to_installed(tmp_path / 'cache', tmp_path)
-    assert not list(installed.rglob('*.nb[ic]'))

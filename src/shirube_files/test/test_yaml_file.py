@@ -28,7 +28,7 @@ def test_fields_are_read(tmp_path):
         (b'a: "\\q"', 'in line 1'),
         (b'\x00', 'is no YAML'),
         (b'\xff\xfe', 'is no YAML'),
-        (b'a: ' + b'[' * 20000, 'is no YAML'),
+        (b'a: ' + b'[' * 1000, 'is no YAML'),
         (b'a: ' + b'9' * 5000, 'is no YAML'),
         (b'a: 2024-13-45', 'is no YAML'),
         (b'a: !!python/object:os.system {}', 'is no YAML'),

@@ -35,15 +35,20 @@ def start(environment: dict[str, str], *arguments: str) -> subprocess.Popen[str]
     )
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize('times', [1, 2])
+# Each pair of a signal, a number of signals and a state of the node.
 @pytest.mark.parametrize(
-    'fault', [[], ['--ros-args', '-p', 'fault:=slow'], ['--ros-args', '-p', 'fault:=compiling']]
+    ('number', 'times', 'fault'),
+    [
+        (signal.SIGINT, 1, 'slow'),
+        (signal.SIGTERM, 2, 'slow'),
+        (signal.SIGINT, 2, 'compiling'),
+        (signal.SIGTERM, 1, 'compiling'),
+    ],
 )
-def test_a_signal_ends_the_node_cleanly_also_while_it_starts(
-    environment: dict[str, str], number: int, times: int, fault: list[str]
+def test_a_signal_ends_the_node_cleanly_while_it_starts(
+    environment: dict[str, str], number: int, times: int, fault: str
 ) -> None:
-    program = start(environment, *fault)
+    program = start(environment, '--ros-args', '-p', f'fault:={fault}')
     assert program.stdout is not None
     assert program.stdout.readline() == 'alive\n'
     for _ in range(times):
@@ -55,13 +60,19 @@ def test_a_signal_ends_the_node_cleanly_also_while_it_starts(
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_stop_is_called_while_publishers_work(environment: dict[str, str], number: int) -> None:
+@pytest.mark.parametrize('times', [1, 2])
+def test_a_signal_ends_the_node_cleanly_and_stop_is_called_while_publishers_work(
+    environment: dict[str, str], number: int, times: int
+) -> None:
     program = start(environment)
     assert program.stdout is not None
     assert program.stdout.readline() == 'alive\n'
-    os.killpg(program.pid, number)
+    for _ in range(times):
+        os.killpg(program.pid, number)
+        time.sleep(0.001)
     words, errors = program.communicate(timeout=20)
     assert program.returncode == 0, errors
+    assert 'Traceback' not in errors
     assert words.splitlines()[-1] == 'stopped while publishers work'
     assert words.count('stopped') == 1
 

@@ -21,7 +21,6 @@ from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_building import build_tasks
 from floor_localizer.map_building.index_build import IndexBuild, PartSizes
-from floor_localizer.task_runner import task_runner
 
 SMALL = PartSizes(chunk_bytes=9000, stripe_dots=300)
 
@@ -69,13 +68,6 @@ def test_parts_make_the_same_bytes_as_the_whole(source, at_once, tmp_path, sizes
     IndexBuild([source], tmp_path / 'map', runner, sizes).run()
     assert (tmp_path / 'map').read_bytes() == at_once
     assert [path.name for path in tmp_path.iterdir()] == ['map']
-
-
-@pytest.mark.newest_set_only
-def test_processes_of_dask_make_the_same_bytes(source, at_once, tmp_path):
-    with task_runner(2) as runner:
-        IndexBuild([source], tmp_path / 'map', runner, SMALL).run()
-    assert (tmp_path / 'map').read_bytes() == at_once
 
 
 def test_a_build_that_dies_again_and_again_ends_with_the_same_bytes(source, at_once, tmp_path):
