@@ -1,6 +1,14 @@
 """For all tests."""
 
+import os
+from pathlib import Path
+
 import pytest
+
+_DATA = Path(__file__).resolve().parents[1] / 'shared' / 'data'
+# Tests on real recordings run where these are: in the folder that SHIRUBE_DATA names, or next to the checkout.
+if 'SHIRUBE_DATA' not in os.environ and _DATA.is_dir():
+    os.environ['SHIRUBE_DATA'] = str(_DATA)
 
 _LONGEST_ID = 60
 
