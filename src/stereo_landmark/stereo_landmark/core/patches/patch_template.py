@@ -104,9 +104,9 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     soft_slopes = np.column_stack([soft_right[selected], soft_down[selected]]) * half_size
     values = value[selected].astype(np.float64)
     motion = np.einsum('nk,nkm->nm', slopes, homography_jacobian(coordinates))
-    light = [values, soft_value[selected], np.ones_like(values), *(bend[selected] for bend in bends)]
-    gradients = values * coordinates[:, 0], values * coordinates[:, 1]
-    jacobian = np.column_stack([motion, *light, *gradients])
+    light = np.column_stack([values, soft_value[selected], np.ones_like(values)])
+    bend = np.column_stack([one[selected] for one in bends])
+    jacobian = np.column_stack([motion, light, bend, values[:, None] * coordinates])
     inverse = np.empty((PARAMETERS, PARAMETERS))
     if not invert_symmetric(jacobian.T @ jacobian, inverse):
         return None
