@@ -40,7 +40,7 @@ def everywhere(along):
 
 def decides(five, row, hidden=(), in_view=everywhere):
     shown = in_view(row) & ~np.isin(np.arange(len(row)), hidden)
-    return five.spacing_decides(row, shown, in_view, 0.008)
+    return five.is_spacing_unique(row, shown, in_view, 0.008)
 
 
 @pytest.mark.parametrize('hidden', [1, 2, 3])
@@ -68,13 +68,13 @@ def test_gaps_within_the_tolerance_are_even(five):
 def test_panels_and_doors_decide_what_an_even_row_does_not(five):
     for bare, standing in ((True, five.UNDECIDABLE), (False, five.DECIDABLE)):
         scene = corridor(CorridorDesign(seed=5, even=True, bare=bare))
-        assert five.standing_of(scene, (0, 1, 2, 3), 0, FORWARD_MOUNT) == standing
+        assert five.classify_view(scene, (0, 1, 2, 3), 0, FORWARD_MOUNT) == standing
 
 
 def test_a_robot_that_looks_aside_has_too_little_in_view(five):
     scene = corridor(CorridorDesign(seed=5, even=True))
     aside = PlanarPose(-2.5, 0.5, 0.4)
-    assert five.standing_of(scene, (0, 1, 2, 3), None, aside) == five.OUT_OF_VIEW
+    assert five.classify_view(scene, (0, 1, 2, 3), None, aside) == five.OUT_OF_VIEW
 
 
 def test_the_motion_of_the_camera_becomes_that_of_the_robot():

@@ -47,7 +47,7 @@ def test_an_empty_room_is_scanned_to_its_walls(rooms: ModuleType) -> None:
 
 
 def test_furniture_blocks_its_beams(rooms: ModuleType) -> None:
-    box = rooms.Piece(PlanarPose(rooms.MIDDLE[0] + 1.0, rooms.MIDDLE[1], 0.3), (0.4, 0.4), 0.9)
+    box = rooms.Furniture(PlanarPose(rooms.MIDDLE[0] + 1.0, rooms.MIDDLE[1], 0.3), (0.4, 0.4), 0.9)
     scan = rooms.FurnishedRoom((box,)).scan(PlanarPose(*rooms.MIDDLE, math.pi), np.random.default_rng(1))
     assert 0.7 < np.hypot(*scan[rooms.BEAMS // 2]) < 0.85
     assert np.hypot(*scan[0]) == pytest.approx(3.5, abs=0.05)
@@ -70,6 +70,6 @@ def test_racks_hide_lamps_behind_them_and_low_ones_do_not(rooms: ModuleType) -> 
     camera = PlanarPose(-1.0, 0.0, 0.5)
     shelf = PlanarPose(-0.7, 0.0, math.pi / 2.0)
     for height, hidden in ((SHELF_HEIGHT, True), (0.4, False)):
-        hides = rooms.FurnishedRoom((rooms.Piece(shelf, (0.5, 0.2), height),)).hides_lamps(camera)
+        hides = rooms.FurnishedRoom((rooms.Furniture(shelf, (0.5, 0.2), height),)).hides_lamps(camera)
         assert hides[0] == hidden
         assert not hides[1]

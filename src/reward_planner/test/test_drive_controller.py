@@ -28,10 +28,10 @@ from scene_simulator.grid_maps import maze, random_field, rooms, warehouse
 from shirube_geometry import PlanarPose
 
 WORLDS = {
-    'rooms': coarse(rooms(24, 2, room=8, door=3, closed=0.0)),
+    'rooms': coarse(rooms(24, 2, room=8, door=3, closed_fraction=0.0)),
     'maze': coarse(maze(13, 4, corridor=3)),
-    'warehouse': coarse(warehouse(30, 1, pallets=0.01)),
-    'field': coarse(random_field(24, 5, share=0.05)),
+    'warehouse': coarse(warehouse(30, 1, pallet_density=0.01)),
+    'field': coarse(random_field(24, 5, fraction=0.05)),
 }
 
 

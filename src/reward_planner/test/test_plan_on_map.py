@@ -13,7 +13,7 @@ from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from scene_simulator.grid_maps import maze, rooms
 from scene_simulator.grid_truth import distances_from
 
-WALLS = rooms(100, 3, room=33, door=8, closed=0.0)
+WALLS = rooms(100, 3, room=33, door=8, closed_fraction=0.0)
 GRID = OccupancyMap(GridFrame(-2.5, -2.5, 0.05, 100, 100), np.where(WALLS, 100, -1).astype(np.int8))
 START, GOAL = (-2.2, -2.2), (2.1, 2.1)
 

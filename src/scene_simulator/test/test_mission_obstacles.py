@@ -55,7 +55,7 @@ def test_nothing_is_as_high_as_what_looks_over_it():
 
 
 def test_a_wall_of_crates_cuts_the_room_in_two():
-    row = crate(0.3, 5.9, 0.5).moved(4.0, 0.05)
+    row = crate(0.3, 5.9, 0.5).translate(4.0, 0.05)
     room = FurnishedRoom(ROOM, (row,))
     assert is_connected(room, [(1.0, 1.0), (2.0, 5.0)])
     assert not is_connected(room, [(1.0, 1.0), (6.0, 1.0)])
