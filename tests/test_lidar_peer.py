@@ -70,6 +70,6 @@ def test_racks_hide_lamps_behind_them_and_low_ones_do_not(rooms: ModuleType) -> 
     camera = PlanarPose(-1.0, 0.0, 0.5)
     shelf = PlanarPose(-0.7, 0.0, math.pi / 2.0)
     for height, hidden in ((SHELF_HEIGHT, True), (0.4, False)):
-        hides = rooms.FurnishedRoom((rooms.Furniture(shelf, (0.5, 0.2), height),)).hides_lamps(camera)
+        hides = rooms.FurnishedRoom((rooms.Furniture(shelf, (0.5, 0.2), height),)).occluded_lamps(camera)
         assert hides[0] == hidden
         assert not hides[1]
