@@ -18,7 +18,7 @@ from survey_scene import FLAGS, SMALL_SIZE, record_drive
 from floor_localizer.commands import build_map, index_map
 from floor_localizer.files.csv_format import save_csv
 
-pytestmark = pytest.mark.newest_set_only
+pytestmark = [pytest.mark.newest_set_only, pytest.mark.timeout(300)]
 
 
 @pytest.fixture(scope='module')
