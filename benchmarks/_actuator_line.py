@@ -9,7 +9,7 @@ from _floor_photographs import CAMERA, SurveyedFloor, photographer
 from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 
 PLACES, STEP = 51, 0.012
 REPEATABILITY = 0.00002
@@ -19,13 +19,13 @@ _HEAD = '| | places found | deviation mm: rms / max | heading °: standard devia
 _PAPER = '| the paper, a real floor | 51 of 51 | 0.33 / 0.64 | 0.09 / 0.38 | – |'
 
 
-def actuator_poses(start: PlanarPose, rng: np.random.Generator) -> list[PlanarPose]:
+def actuator_poses(start: SE2, rng: np.random.Generator) -> list[SE2]:
     """Return where the actuator takes the camera: ahead along the start's heading."""
     ways = STEP * np.arange(PLACES) + rng.uniform(-REPEATABILITY, REPEATABILITY, PLACES)
-    return [start @ PlanarPose(float(way), 0.0, 0.0) for way in ways]
+    return [start @ SE2(float(way), 0.0, 0.0) for way in ways]
 
 
-def locate_along(floor: SurveyedFloor, poses: list[PlanarPose], rng: np.random.Generator) -> list[PlanarPose]:
+def locate_along(floor: SurveyedFloor, poses: list[SE2], rng: np.random.Generator) -> list[SE2]:
     """Return the poses found without a prior, from a photograph at each place; places without one are left out."""
     camera = photographer()
     found = []
@@ -35,7 +35,7 @@ def locate_along(floor: SurveyedFloor, poses: list[PlanarPose], rng: np.random.G
     return found
 
 
-def deviations(found: list[PlanarPose]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def deviations(found: list[SE2]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return what the paper measures: distances from even places on the line fitted to all [m], and turns from the
     mean heading [rad].
     """
@@ -55,7 +55,7 @@ def actuator_report(floor: SurveyedFloor, lines: int, seed: int) -> str:
     distances, turns, errors, count = [], [], [], 0
     for start in floor.places(lines):
         # The line begins where it ends on the floor, whatever its heading.
-        ahead = PlanarPose(start.x, start.y, math.atan2(4.725 - start.y, 0.9 - start.x))
+        ahead = SE2(start.x, start.y, math.atan2(4.725 - start.y, 0.9 - start.x))
         poses = actuator_poses(ahead, rng)
         found = locate_along(floor, poses, rng)
         count += len(found)

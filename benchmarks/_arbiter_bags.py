@@ -18,7 +18,7 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import header_stamp, load_bag_trajectory
 from shirube_bags.error_table import planar_poses
 from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import planar_pose_with_covariance
 from stereo_landmark.commands.locate import locate as locate_landmarks
 from stereo_landmark.commands.locate import make_parser as landmark_parser
@@ -40,7 +40,7 @@ class PoseSample:
     """A pose of a source: stamp [ns], ``T_map_base`` and its covariance."""
 
     stamp: int
-    pose: PlanarPose
+    pose: SE2
     noise: Covariance
 
 
@@ -57,7 +57,7 @@ class RecordedDrive:
 
     name: str
     sources: list[list[PoseSample]]
-    odometry: list[tuple[int, PlanarPose]]
+    odometry: list[tuple[int, SE2]]
     truth: Trajectory
 
     @property
@@ -70,7 +70,7 @@ class RecordedDrive:
         """Return the errors of a source's poses; see `errors_at`."""
         return self.errors_at([o.stamp for o in source], [o.pose for o in source])
 
-    def errors_at(self, stamps: Sequence[int], poses: Sequence[PlanarPose]) -> NDArray[np.float64]:
+    def errors_at(self, stamps: Sequence[int], poses: Sequence[SE2]) -> NDArray[np.float64]:
         """Return the errors of poses, shape (n, 2): distance [m] and turn [rad]; NaN where the truth is not known."""
         wanted = np.array(stamps, dtype=np.int64)
         known = can_interpolate(self.truth, wanted, _GAP_MAX)
@@ -108,7 +108,7 @@ def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
 def _drive(name: str, sources: list[list[PoseSample]]) -> RecordedDrive:
     with BagReader(BAGS / name) as bag:
         truth, odometry = load_bag_trajectory(bag, '/ground_truth'), load_bag_trajectory(bag, '/odom')
-    poses = [PlanarPose(*map(float, pose)) for pose in planar_poses(odometry)]
+    poses = [SE2(*map(float, pose)) for pose in planar_poses(odometry)]
     return RecordedDrive(name, sources, list(zip(odometry.stamps_ns.tolist(), poses, strict=True)), truth)
 
 
@@ -147,7 +147,7 @@ def _room(bag: Path) -> list[PoseSample]:
         poses = load_bag_trajectory(reader, '/pose')
     noise = diagonal(_POSE_SIGMAS[0] ** 2, _POSE_SIGMAS[1] ** 2)
     return [
-        PoseSample(stamp, PlanarPose(*map(float, pose)), noise)
+        PoseSample(stamp, SE2(*map(float, pose)), noise)
         for stamp, pose in zip(poses.stamps_ns.tolist(), planar_poses(poses), strict=True)
     ]
 

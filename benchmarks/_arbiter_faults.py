@@ -11,7 +11,7 @@ from _arbiter_fusion import add_message, messages_of, new_arbiter, pose_of
 
 from pose_arbiter.core.covariance import diagonal
 from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 
 FAULTS = ('offset', 'turned', 'frozen', 'late', 'jumping', 'drifting')
 """Offset of 0.3 m, yaw of 10 degrees, constant pose, delay of 0.5 s, random offsets, drift of 2 cm/s."""
@@ -78,9 +78,9 @@ def wrong_poses(scenario: Scenario, fault: str, seed: int) -> tuple[int, int]:
     return wrong, count
 
 
-def _drive(rng: np.random.Generator) -> list[PlanarPose]:
+def _drive(rng: np.random.Generator) -> list[SE2]:
     """Return poses of a winding drive with halts."""
-    pose, poses, speed, turn = PlanarPose(0.0, 0.0, rng.uniform(-3.0, 3.0)), [], 0.0, 0.0
+    pose, poses, speed, turn = SE2(0.0, 0.0, rng.uniform(-3.0, 3.0)), [], 0.0, 0.0
     goal_speed, goal_turn = 0.5, 0.0
     for k in range(round(SECONDS * RATE) + 1):
         if k % (2 * RATE) == 0:
@@ -88,18 +88,18 @@ def _drive(rng: np.random.Generator) -> list[PlanarPose]:
         speed += float(np.clip(goal_speed - speed, -0.5 / RATE, 0.5 / RATE))
         turn += float(np.clip(goal_turn - turn, -1.0 / RATE, 1.0 / RATE))
         poses.append(pose)
-        pose = pose @ PlanarPose(speed / RATE, 0.0, turn / RATE)
+        pose = pose @ SE2(speed / RATE, 0.0, turn / RATE)
     return poses
 
 
-def _odometry(truth: list[PlanarPose], rng: np.random.Generator) -> list[tuple[int, PlanarPose]]:
+def _odometry(truth: list[SE2], rng: np.random.Generator) -> list[tuple[int, SE2]]:
     scale, bend = 1.0 + 0.02 * rng.choice([-1, 1]), 0.0026 * rng.choice([-1, 1])  # 2 % and 1 degree a metre
     errors = WheelErrors(0.3, left_scale=scale - bend, right_scale=scale + bend, slip=0.001, tick=8e-5)
     wheels = simulate_odometry(truth, errors, rng)
     return [(BEGIN + k * (1_000_000_000 // RATE), pose) for k, pose in enumerate(wheels)]
 
 
-def _correct_source(truth: list[PlanarPose], rng: np.random.Generator, number: int) -> list[PoseSample]:
+def _correct_source(truth: list[SE2], rng: np.random.Generator, number: int) -> list[PoseSample]:
     """Return poses with noise and bias, together as large as the stated sigma."""
     sigma_xy, sigma_yaw = rng.uniform(0.002, 0.012), rng.uniform(0.002, 0.01)
     bias = rng.normal(size=3) * 0.5
@@ -108,7 +108,7 @@ def _correct_source(truth: list[PlanarPose], rng: np.random.Generator, number: i
         stamp = BEGIN + round((k + 0.2 * number) * 1e9 / SOURCE_RATE)
         pose = _at(truth, stamp)
         x, y, yaw = (bias + 0.85 * rng.normal(size=3)) * (sigma_xy, sigma_xy, sigma_yaw)
-        estimated = PlanarPose(pose.x + float(x), pose.y + float(y), wrap_angle(pose.yaw + float(yaw)))
+        estimated = SE2(pose.x + float(x), pose.y + float(y), wrap_angle(pose.yaw + float(yaw)))
         samples.append(PoseSample(stamp, estimated, diagonal(sigma_xy**2, sigma_yaw**2)))
     return samples
 
@@ -117,7 +117,7 @@ def _inject_fault(
     sample: PoseSample,
     fault: str,
     begin: int,
-    truth: list[PlanarPose],
+    truth: list[SE2],
     direction: float,
     rng: np.random.Generator,
 ) -> PoseSample:
@@ -137,19 +137,19 @@ def _inject_fault(
             size, direction, turn = rng.uniform(0.1, 2.0), rng.uniform(-math.pi, math.pi), rng.normal()
         case 'drifting':
             size = _DRIFT * (sample.stamp - begin) * 1e-9
-    moved = PlanarPose(
+    moved = SE2(
         pose.x + size * math.cos(direction), pose.y + size * math.sin(direction), wrap_angle(pose.yaw + turn)
     )
     return replace(sample, pose=moved)
 
 
-def _at(truth: list[PlanarPose], stamp: int) -> PlanarPose:
+def _at(truth: list[SE2], stamp: int) -> SE2:
     position = (stamp - BEGIN) * 1e-9 * RATE
     k = min(max(int(position), 0), len(truth) - 2)
     step = truth[k].inverse() @ truth[k + 1]
     fraction = position - k
-    return truth[k] @ PlanarPose(fraction * step.x, fraction * step.y, fraction * step.yaw)
+    return truth[k] @ SE2(fraction * step.x, fraction * step.y, fraction * step.yaw)
 
 
-def _is_wrong(pose: PlanarPose, true: PlanarPose) -> bool:
+def _is_wrong(pose: SE2, true: SE2) -> bool:
     return pose.distance_to(true) > WRONG_XY or abs(pose.yaw_to(true)) > WRONG_YAW

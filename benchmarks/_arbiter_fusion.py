@@ -10,15 +10,15 @@ from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.kalman_filter import Estimate
 from pose_arbiter.core.source_settings import SourceSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
-Message = tuple[int, int, PoseSample | PlanarPose]
+Message = tuple[int, int, PoseSample | SE2]
 """Stamp [ns], source index or `ODOMETRY`, and the measurement."""
 ODOMETRY = 1000
 
 
 def messages_of(
-    samples: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, PlanarPose]]
+    samples: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, SE2]]
 ) -> list[Message]:
     """Return the messages of some sources and of odometry in the order of their stamps."""
     content: list[Message] = [(o.stamp, number, o) for number, source in enumerate(samples) for o in source]
@@ -38,7 +38,7 @@ def add_message(arbiter: Arbiter, message: Message, now: int) -> None:
         ValueError: the arbiter rejected it.
     """
     stamp, source, content = message
-    if isinstance(content, PlanarPose):
+    if isinstance(content, SE2):
         refusal = arbiter.add_odometry(stamp, content, now)
     else:
         refusal = arbiter.add_pose(source, stamp, content.pose, content.noise, now)
@@ -56,6 +56,6 @@ def fused(messages: Sequence[Message], sources: int, wanted: int) -> list[tuple[
     return poses
 
 
-def pose_of(estimate: Estimate) -> PlanarPose:
+def pose_of(estimate: Estimate) -> SE2:
     """Return ``T_map_base`` of an estimate."""
-    return PlanarPose(estimate.x, estimate.y, estimate.yaw)
+    return SE2(estimate.x, estimate.y, estimate.yaw)

@@ -18,7 +18,7 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Header
 
 from pose_arbiter.core.covariance import diagonal
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.isolated_graph import isolated_graph
 from shirube_ros.pose_conversion import odometry_message, pose_with_covariance_stamped
 
@@ -32,12 +32,12 @@ def filter_cpu_fraction() -> float:
     """Return the processor time of the filter by the time of the drive: late poses, and 50 questions a second."""
     begin = 1_000_000_000_000
     odometry = [
-        (begin + k * 1_000_000_000 // ODOMETRY_RATE, PlanarPose(0.5 * k / ODOMETRY_RATE, 0.0, 0.0))
+        (begin + k * 1_000_000_000 // ODOMETRY_RATE, SE2(0.5 * k / ODOMETRY_RATE, 0.0, 0.0))
         for k in range(round(SECONDS * ODOMETRY_RATE))
     ]
     samples = [
         [
-            PoseSample(begin + at, PlanarPose(0.5e-9 * at, 0.0, 0.0), diagonal(1e-4, 1e-4))
+            PoseSample(begin + at, SE2(0.5e-9 * at, 0.0, 0.0), diagonal(1e-4, 1e-4))
             for at in (
                 round((k + 0.2 * number) * 1e9 / SOURCE_RATE) for k in range(round(SECONDS * SOURCE_RATE))
             )
@@ -96,13 +96,13 @@ def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[floa
         is_idle = sent[SOURCES] >= elapsed * ODOMETRY_RATE
         while sent[SOURCES] < elapsed * ODOMETRY_RATE:
             header = Header(stamp=robot.get_clock().now().to_msg(), frame_id='odom')
-            pose = PlanarPose(0.5 * (time.monotonic() - begin), 0.0, 0.0)
+            pose = SE2(0.5 * (time.monotonic() - begin), 0.0, 0.0)
             odometry.publish(odometry_message(pose, _NOISE, header, 'base_link'))
             sent[SOURCES] += 1
         for number, publisher in enumerate(sources):
             if sent[number] < elapsed * SOURCE_RATE:
                 stamp = robot.get_clock().now().to_msg()
-                pose = PlanarPose(0.5 * (time.monotonic() - begin), 0.0, 0.0)
+                pose = SE2(0.5 * (time.monotonic() - begin), 0.0, 0.0)
                 publisher.publish(
                     pose_with_covariance_stamped(pose, _NOISE, Header(stamp=stamp, frame_id='map'))
                 )

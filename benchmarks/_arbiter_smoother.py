@@ -13,7 +13,7 @@ from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import as_matrix
 from pose_arbiter.core.kalman_filter import Estimate, initialize, predict
 from pose_arbiter.core.odometry_buffer import OdometryBuffer
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 try:
     gtsam: Any = import_module('gtsam')
@@ -27,8 +27,8 @@ _MIN_SIGMA = 1e-5  # keeps the covariance of a stationary robot invertible [m, r
 
 
 def smooth(
-    sources: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, PlanarPose]], wanted: int
-) -> list[tuple[int, PlanarPose]]:
+    sources: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, SE2]], wanted: int
+) -> list[tuple[int, SE2]]:
     """Return the newest state after each opinion of one of the sources, with the noise of odometry of the arbiter."""
     sources_by_sample = sorted(
         ((o, number) for number, source in enumerate(sources) for o in source), key=lambda s: s[0].stamp
@@ -38,7 +38,7 @@ def smooth(
     for stamp, pose in odometry:
         buffer.add(stamp, pose)
     smoother = gtsam.BatchFixedLagSmoother(_LAG)
-    states: list[tuple[int, PlanarPose]] = []
+    states: list[tuple[int, SE2]] = []
     for number, sample in enumerate(samples):
         graph, guess = gtsam.NonlinearFactorGraph(), gtsam.Values()
         start = _pose2(sample.pose)
@@ -59,11 +59,11 @@ def smooth(
         seconds = (sample.stamp - samples[0].stamp) * 1e-9
         smoother.update(graph, guess, {number: seconds})
         newest = smoother.calculateEstimatePose2(number)
-        states.append((sample.stamp, PlanarPose(newest.x(), newest.y(), newest.theta())))
+        states.append((sample.stamp, SE2(newest.x(), newest.y(), newest.theta())))
     return [state for state, (_, number) in zip(states, sources_by_sample, strict=True) if number == wanted]
 
 
-def _pose2(pose: PlanarPose) -> Any:
+def _pose2(pose: SE2) -> Any:
     return gtsam.Pose2(pose.x, pose.y, pose.yaw)
 
 

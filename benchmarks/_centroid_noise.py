@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from floor_localizer.core.fix import Fix
 from scene_simulator.dot_floor import DotFloor
 from scene_simulator.floor_camera import FloorCamera
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 ALONE = 1.3
 """A chip is isolated when no other centre is nearer than this multiple of the mean of both diameters."""
@@ -90,7 +90,7 @@ def _jacobian(
 
     def pixels(unknowns: NDArray[np.float64]) -> NDArray[np.float64]:
         x, y, yaw, scale, roll, pitch = (float(unknown) for unknown in unknowns)
-        return camera.project(points, PlanarPose(x, y, yaw), true_mount((scale, roll, pitch)))
+        return camera.project(points, SE2(x, y, yaw), true_mount((scale, roll, pitch)))
 
     columns = [(pixels(truth + step) - pixels(truth - step)) / (2.0 * step.sum()) for step in np.diag(_STEPS)]
     return np.stack(columns, axis=-1)

@@ -11,7 +11,7 @@ from scene_simulator.floor_camera import PAPER_CAMERA, Disturbance
 from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
 from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs, scratches
 from scene_simulator.imaging import Lighting, Sensor
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 NEAR_CAMERA = PinholeCamera(1280, 1024, 1857.0, 1857.0, 639.5, 511.5)
 WIDE_CAMERA = PinholeCamera(1280, 1024, 339.44, 339.44, 639.5, 511.5)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from _five_views import DECIDABLE, OUT_OF_VIEW, UNDECIDABLE, Lesson, MeterView
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 AMBIGUOUS = 'ambiguous: several poses match'
 RIGHT, MISTAKEN, NONE = 'found', 'mistaken', 'none'
@@ -41,9 +41,9 @@ class Score:
     failures: list[str] = field(default_factory=list)
     untaught: list[str] = field(default_factory=list)
 
-    def add(self, method: str, lesson: Lesson, view: MeterView, found: PlanarPose | str | None) -> None:
+    def add(self, method: str, lesson: Lesson, view: MeterView, found: SE2 | str | None) -> None:
         """Add an answer: a pose, or why there is none."""
-        if isinstance(found, PlanarPose):
+        if isinstance(found, SE2):
             error = found.distance_to(view.T_lesson_base)
             verdict = MISTAKEN if error > 0.5 * lesson.spacing else RIGHT
             if verdict == RIGHT:

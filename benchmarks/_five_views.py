@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from scene_simulator.corridor_generator import METERS, CorridorDesign, corridor
 from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.stereo_rig import StereoRig, render_pair
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 
 RIG = StereoRig()
-T_MAP_LESSON = PlanarPose(-3.0, 0.0, 0.0)
+T_MAP_LESSON = SE2(-3.0, 0.0, 0.0)
 FOCAL = RIG.left.intrinsics.fx
 TAUGHT = 4
 OFFSET, TURN = 0.5, math.radians(15.0)
@@ -75,7 +75,7 @@ class MeterView:
         pair: left and right image, each of shape (h, w).
     """
 
-    T_lesson_base: PlanarPose
+    T_lesson_base: SE2
     hidden: int | None
     status: str
     pair: Pair
@@ -96,7 +96,7 @@ def views(lesson: Lesson, wanted: int) -> Iterator[MeterView]:
     for number in range(wanted):
         rng = np.random.default_rng((design.seed, design.even, design.bare, 1 + number))
         x, y, yaw = rng.uniform((-OFFSET, -OFFSET, -TURN), (OFFSET, OFFSET, TURN)).tolist()
-        offset = PlanarPose(x, y, yaw)
+        offset = SE2(x, y, yaw)
         scene = corridor(
             CorridorDesign(seed=design.seed, even=design.even, bare=design.bare, needles=1 + number)
         )
@@ -112,9 +112,7 @@ def meter_row(scene: CorridorScene) -> NDArray[np.float64]:
     return np.array([-points[f'meter_{i}'][1] for i in range(METERS)])
 
 
-def classify_view(
-    scene: CorridorScene, chosen: tuple[int, ...], hidden: int | None, T_map_base: PlanarPose
-) -> str:
+def classify_view(scene: CorridorScene, chosen: tuple[int, ...], hidden: int | None, T_map_base: SE2) -> str:
     """Return whether a view can be decided.
 
     It is out of view when less than three meters of the target are seen by both cameras. Three or more landmarks beside
@@ -174,7 +172,7 @@ def is_spacing_unique(
     return True
 
 
-def landmarks_in_view(scene: CorridorScene, T_map_base: PlanarPose) -> int:
+def landmarks_in_view(scene: CorridorScene, T_map_base: SE2) -> int:
     """Return how many landmarks of the end wall but the meters both cameras see wholly, when taught and now."""
     total = 0
     for landmark in scene.landmarks:
@@ -185,7 +183,7 @@ def landmarks_in_view(scene: CorridorScene, T_map_base: PlanarPose) -> int:
     return total
 
 
-def seen_by_both(points: NDArray[np.float64], T_map_base: PlanarPose) -> NDArray[np.bool_]:
+def seen_by_both(points: NDArray[np.float64], T_map_base: SE2) -> NDArray[np.bool_]:
     """Return which points, shape (n, 3) in the map frame, both cameras see, shape (n,)."""
     seen = np.ones(len(points), dtype=np.bool_)
     for camera, pose in zip((RIG.left, RIG.right), RIG.camera_poses(T_map_base), strict=True):

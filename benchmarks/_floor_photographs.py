@@ -20,7 +20,7 @@ from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, gene
 from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.simulated_survey import SURVEY_ERROR, survey_floor
 from scene_simulator.suspension import apply_body_motion
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 
 MOUNT = CameraMount()
 CAMERA = DEMO_CAMERA
@@ -58,11 +58,11 @@ class SurveyedFloor:
         settings = LocalizerSettings(map_sigma=self.survey_error)
         return FloorLocalizer(index_map(DotMap(dots[:, :2], dots[:, 2])), MOUNT, settings)
 
-    def places(self, count: int) -> Iterator[PlanarPose]:
+    def places(self, count: int) -> Iterator[SE2]:
         """Yield poses that fill the floor and all headings evenly."""
         for step in np.outer(np.arange(1, count + 1), _EVEN_STEPS) % 1.0:
             x, y = MARGIN + step[:2] * (np.array(self.design.size) - 2.0 * MARGIN)
-            yield PlanarPose(float(x), float(y), math.tau * (float(step[2]) - 0.5))
+            yield SE2(float(x), float(y), math.tau * (float(step[2]) - 0.5))
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Photograph:
     """
 
     image: NDArray[np.uint8]
-    T_map_base: PlanarPose
+    T_map_base: SE2
     sway: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
@@ -91,7 +91,7 @@ def photographer() -> FloorCamera:
     return FloorCamera(CAMERA)
 
 
-def tracked_prior(truth: PlanarPose, number: int) -> PosePrior:
+def tracked_prior(truth: SE2, number: int) -> PosePrior:
     """Return the predicted pose of a tracked robot: 2 mm and 1 degree from ground truth.
 
     Args:
@@ -100,6 +100,6 @@ def tracked_prior(truth: PlanarPose, number: int) -> PosePrior:
     """
     direction = math.tau * number * _EVEN_STEPS[0]
     turn = PRIOR_TURN if number % 2 else -PRIOR_TURN
-    off = PlanarPose(PRIOR_DISTANCE * math.cos(direction), PRIOR_DISTANCE * math.sin(direction), turn)
+    off = SE2(PRIOR_DISTANCE * math.cos(direction), PRIOR_DISTANCE * math.sin(direction), turn)
     tracking = TrackerSettings()
     return PosePrior(truth @ off, tracking.still_radius, tracking.still_turn)

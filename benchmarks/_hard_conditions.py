@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign
 from scene_simulator.floor_camera import Disturbance
 from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
-Disturbances = Callable[[PlanarPose, np.random.Generator], tuple[Disturbance, ...]]
+Disturbances = Callable[[SE2, np.random.Generator], tuple[Disturbance, ...]]
 
 FEWER = replace(DARK_ON_LIGHT, count=DARK_ON_LIGHT.count // 4)
 LARGER = replace(DARK_ON_LIGHT, diameters=(0.006, 0.009), min_distance=0.0036)
@@ -26,18 +26,18 @@ _MAT, _PAPER = (0.14, 0.13, 0.12), (0.88, 0.90, 0.90)
 _PIXEL = MOUNT.xyz[2] / CAMERA.fx
 
 
-def no_disturbances(_pose: PlanarPose, _rng: np.random.Generator) -> tuple[Disturbance, ...]:
+def no_disturbances(_pose: SE2, _rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Leave the floor as it is."""
     return ()
 
 
-def shadow(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+def shadow(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Place a shadow's edge near the middle of the view."""
     point = pose.transform(rng.uniform(-0.015, 0.015, (1, 2)))[0]
     return (ShadowEdge((point[0], point[1]), rng.uniform(0.0, math.tau), rng.uniform(0.4, 0.7)),)
 
 
-def reflections(_pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+def reflections(_pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Mirror four lamps."""
     places = rng.uniform(-0.8, 0.8, (4, 2))
     return tuple(
@@ -45,14 +45,14 @@ def reflections(_pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbanc
     )
 
 
-def cover_half(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+def cover_half(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Cover the half of the view beyond a line through its middle, with a dark mat or white paper."""
-    at_edge = PlanarPose(pose.x, pose.y, rng.uniform(-math.pi, math.pi))
+    at_edge = SE2(pose.x, pose.y, rng.uniform(-math.pi, math.pi))
     start, end = at_edge.transform([(-0.2, 0.1), (0.2, 0.1)])
     return (Tape((start[0], start[1]), (end[0], end[1]), 0.2, _MAT if rng.uniform() < 0.5 else _PAPER),)
 
 
-def wet(pose: PlanarPose, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+def wet(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Spill three puddles with bright rims into the view."""
     centres = pose.transform(rng.uniform(-0.04, 0.04, (3, 2)))
     return tuple(
@@ -79,13 +79,11 @@ class HardCondition:
     blur: float = 0.0
     jpeg_quality: int | None = None
 
-    def photograph(self, floor: DotFloor, pose: PlanarPose, rng: np.random.Generator) -> Photograph:
+    def photograph(self, floor: DotFloor, pose: SE2, rng: np.random.Generator) -> Photograph:
         """Take a picture of a floor of this design."""
         course = rng.uniform(-math.pi, math.pi)
         way = _PIXEL * self.blur * np.linspace(-0.5, 0.5, 4 * round(self.blur) + 1)
-        poses = [
-            PlanarPose(pose.x + s * math.cos(course), pose.y + s * math.sin(course), pose.yaw) for s in way
-        ]
+        poses = [SE2(pose.x + s * math.cos(course), pose.y + s * math.sin(course), pose.yaw) for s in way]
         photo = photographer().photograph(floor, poses, MOUNT, self.disturbances(pose, rng), rng)
         image = photo.image if self.jpeg_quality is None else _compressed(photo.image, self.jpeg_quality)
         return Photograph(image, pose)

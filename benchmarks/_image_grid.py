@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.debug_picture import debug_picture
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 _ZOOM = 1.25
 _STRIP, _GAP, _COLUMNS = 26, 6, 4

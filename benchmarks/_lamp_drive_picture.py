@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 if TYPE_CHECKING:
     from lamp_drive import LampDrive

@@ -10,7 +10,7 @@ from _lamp_room import BEACONS, CAMERA, IDS, MOUNT, view_from
 from numpy.typing import NDArray
 
 from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 
@@ -27,16 +27,16 @@ SCALE_ERROR, TURN_ERROR = 0.02, math.radians(0.2)
 CENTRE = 0.9
 
 
-def drive(rng: np.random.Generator) -> tuple[list[PlanarPose], list[PlanarPose]]:
+def drive(rng: np.random.Generator) -> tuple[list[SE2], list[SE2]]:
     """Return true poses and the odometry of a winding way about the middle of the room."""
-    pose, turn, phase = PlanarPose(CENTRE, CENTRE, rng.uniform(-math.pi, math.pi)), 0.0, rng.uniform(0.0, 6.0)
+    pose, turn, phase = SE2(CENTRE, CENTRE, rng.uniform(-math.pi, math.pi)), 0.0, rng.uniform(0.0, 6.0)
     poses = [pose]
     for k in range(round(SECONDS * RATE)):
         far = math.hypot(CENTRE - pose.x, CENTRE - pose.y)
         home = wrap_angle(math.atan2(CENTRE - pose.y, CENTRE - pose.x) - pose.yaw)
         wanted = 1.5 * home if far > 1.5 else 0.8 * math.sin(0.01 * k + phase)
         turn += 0.05 * (min(max(wanted, -0.8), 0.8) - turn)
-        pose = pose @ PlanarPose(SPEED / RATE, 0.0, turn / RATE)
+        pose = pose @ SE2(SPEED / RATE, 0.0, turn / RATE)
         poses.append(pose)
     sign = rng.choice([-1.0, 1.0], 2)
     scale, bend = 1.0 + sign[0] * SCALE_ERROR, sign[1] * TURN_ERROR * 0.5 * SEPARATION

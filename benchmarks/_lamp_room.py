@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, gravity_aligned_camera
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.bearing_model import camera_points
 
@@ -38,12 +38,12 @@ class View:
         visible: shape (4,), lamps that are wholly in the image.
     """
 
-    pose: PlanarPose
+    pose: SE2
     pixels: NDArray[np.float64]
     visible: NDArray[np.bool_]
 
 
-def view_from(pose: PlanarPose, roll: float = 0.0, pitch: float = 0.0) -> View:
+def view_from(pose: SE2, roll: float = 0.0, pitch: float = 0.0) -> View:
     """Return the view of a robot on the floor that leans by roll and pitch [rad]."""
     pixels = CAMERA.pixels_from_points(
         camera_points(state_of(pose), PLACES, np.zeros((4, 3)), gravity_aligned_camera(MOUNT, roll, pitch))
@@ -58,10 +58,10 @@ def random_views(count: int, rng: np.random.Generator) -> Iterator[View]:
     """Yield views from anywhere in the room in any heading."""
     for _ in range(count):
         x, y = (0.9 + rng.uniform(-0.5 * side, 0.5 * side) for side in ROOM)
-        yield view_from(PlanarPose(x, y, rng.uniform(-math.pi, math.pi)))
+        yield view_from(SE2(x, y, rng.uniform(-math.pi, math.pi)))
 
 
-def state_of(pose: PlanarPose) -> NDArray[np.float64]:
+def state_of(pose: SE2) -> NDArray[np.float64]:
     """Return the state of a pose on the floor, see `bearing_model`."""
     return np.array([pose.x, pose.y, 0.0, pose.yaw, 0.0, 0.0])
 

@@ -19,7 +19,7 @@ from scipy.special import ndtr
 
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.stereo_camera import StereoCamera
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.place.reprojection_model import Reprojection, reproject
 
 CAMERAS = product_rig(RIG)
@@ -52,7 +52,7 @@ class PoseBound:
             known = np.linalg.inv(by_points.T @ np.linalg.solve(noise, by_points))
             self._taught.append((points, known))
 
-    def covariance(self, view: LandmarkView, T_lesson_base: PlanarPose) -> NDArray[np.float64]:
+    def covariance(self, view: LandmarkView, T_lesson_base: SE2) -> NDArray[np.float64]:
         """Return the bound of x, y, z [m] and yaw [rad] in the taught frame, shape (4, 4)."""
         information = np.zeros((STATE, STATE))
         state = np.array([T_lesson_base.x, T_lesson_base.y, 0.0, T_lesson_base.yaw, 0.0, 0.0])

@@ -13,7 +13,7 @@ from scene_simulator.corridor_landmark import Landmark, RoundLandmark
 from scene_simulator.corridor_scene import CorridorScene
 from scene_simulator.stereo_rig import StereoRig as Cameras
 from scene_simulator.stereo_rig import render_pair
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
@@ -22,7 +22,7 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-TAUGHT = PlanarPose(-3.0, 0.0, 0.0)
+TAUGHT = SE2(-3.0, 0.0, 0.0)
 """Where the robot stood: ``T_map_place``."""
 NEAR = 3.0
 """A detected primitive is that of a landmark when its points are not farther off [px]."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.place.place_fix import PlaceFix
 
 OURS = 'shirube'
@@ -46,16 +46,14 @@ class Result:
     misses: list[str] = field(default_factory=list)
     untaught: int = 0
 
-    def add(self, method: str, found: PlanarPose | None, truth: PlanarPose) -> None:
+    def add(self, method: str, found: SE2 | None, truth: SE2) -> None:
         """Add an answer."""
         self.views[method] = self.views.get(method, 0) + 1
         errors = self.errors.setdefault(method, [])
         if found is not None:
             errors.append(error_of(found, truth))
 
-    def compare(
-        self, fix: PlaceFix, truth: PlanarPose, bound: NDArray[np.float64], fitted: Judged | None
-    ) -> None:
+    def compare(self, fix: PlaceFix, truth: SE2, bound: NDArray[np.float64], fitted: Judged | None) -> None:
         """Add what one of shirube's fixes is held against: the bound, shape (4, 4), and the fit alone."""
         error = error_of(fix.T_place_base, truth)
         self.bounded.append((error, bound[PLANAR]))
@@ -65,7 +63,7 @@ class Result:
             self.fitted.append(fitted)
 
 
-def error_of(found: PlanarPose, truth: PlanarPose) -> NDArray[np.float64]:
+def error_of(found: SE2, truth: SE2) -> NDArray[np.float64]:
     """Return found less true x, y [m] and yaw [rad], shape (3,)."""
     return np.array([found.x - truth.x, found.y - truth.y, truth.yaw_to(found)])
 

@@ -18,7 +18,7 @@ from scene_simulator.corridor_scene import CorridorScene, SceneObject
 from scene_simulator.corridor_shape import FlatShape, Paint
 from scene_simulator.corridor_surface import Surface, facing_wall
 from scene_simulator.stereo_rig import StereoRig, render_pair
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 
@@ -110,7 +110,7 @@ class LandmarkView:
         tag: the same with the tag.
     """
 
-    T_map_base: PlanarPose
+    T_map_base: SE2
     panel: Pair
     tag: Pair
 
@@ -133,7 +133,7 @@ class LandmarkWall:
         self.with_panel = CorridorScene((*walls, panel))
         self.with_tag = CorridorScene((*walls, tag))
 
-    def view(self, T_map_base: PlanarPose, rng: np.random.Generator) -> LandmarkView:
+    def view(self, T_map_base: SE2, rng: np.random.Generator) -> LandmarkView:
         """Return both pairs of pictures."""
         pairs = [render_pair(scene, RIG, T_map_base, rng) for scene in (self.with_panel, self.with_tag)]
         return LandmarkView(T_map_base, *pairs)
@@ -151,22 +151,22 @@ def white_runs(line: Sequence[bool]) -> list[tuple[int, int]]:
     return [(ends[i], ends[i + 1]) for i, (white, _) in enumerate(runs) if white]
 
 
-def teach_pose(distance: float, rng: np.random.Generator) -> PlanarPose:
+def teach_pose(distance: float, rng: np.random.Generator) -> SE2:
     """Return a pose from which the left camera is about so far from the panel [m]."""
     x, y, yaw = rng.uniform(-1.0, 1.0, 3) * [TEACH_OFFSET, TEACH_OFFSET, TEACH_TURN]
-    return PlanarPose(float(x) - distance - DEPTH - RIG.mount.xyz[0], float(y), float(yaw))
+    return SE2(float(x) - distance - DEPTH - RIG.mount.xyz[0], float(y), float(yaw))
 
 
-def repeat_poses(T_map_lesson: PlanarPose, rng: np.random.Generator) -> Iterator[PlanarPose]:
+def repeat_poses(T_map_lesson: SE2, rng: np.random.Generator) -> Iterator[SE2]:
     """Yield poses without end, within half a metre and 15 degrees of a lesson, that see all of panel and tag."""
     while True:
         x, y, yaw = rng.uniform((-OFFSET, -OFFSET, -TURN), (OFFSET, OFFSET, TURN)).tolist()
-        pose = T_map_lesson @ PlanarPose(x, y, yaw)
+        pose = T_map_lesson @ SE2(x, y, yaw)
         if _is_in_view(pose):
             yield pose
 
 
-def _is_in_view(T_map_base: PlanarPose) -> bool:
+def _is_in_view(T_map_base: SE2) -> bool:
     half = 0.5 * SIDE * 1.25
     corners = [(-DEPTH, y, HEIGHT + z) for y in (-half, half) for z in (-half, half)]
     for camera, pose in zip((RIG.left, RIG.right), RIG.camera_poses(T_map_base), strict=True):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 CELL = 0.04
 """Points of the map in a cell become one [m]."""
@@ -31,7 +31,7 @@ SHARE_MIN = 0.3
 class ScanMatcher:
     """Matches scans with a map."""
 
-    def __init__(self, scans: Iterable[tuple[PlanarPose, NDArray[np.float64]]]) -> None:
+    def __init__(self, scans: Iterable[tuple[SE2, NDArray[np.float64]]]) -> None:
         """Make the map of scans, shape (n, 2) in the base frame [m], at known poses."""
         points = np.concatenate([pose.transform(scan) for pose, scan in scans])
         thin = _means_of_cells(points)
@@ -40,7 +40,7 @@ class ScanMatcher:
         self._points, self._normals = np.array(lines).transpose(1, 0, 2)
         self._tree = cKDTree(self._points)
 
-    def match(self, scan: NDArray[np.float64], guess: PlanarPose) -> PlanarPose | None:
+    def match(self, scan: NDArray[np.float64], guess: SE2) -> SE2 | None:
         """Return ``T_map_base`` of a scan, shape (n, 2) in the base frame [m]; None where too few points fit."""
         pose, share = guess, 0.0
         for gate in GATES:
@@ -53,7 +53,7 @@ class ScanMatcher:
             pose = self._step(pose, points[paired], nearest[paired])
         return pose
 
-    def _step(self, pose: PlanarPose, points: NDArray[np.float64], nearest: NDArray[np.int64]) -> PlanarPose:
+    def _step(self, pose: SE2, points: NDArray[np.float64], nearest: NDArray[np.int64]) -> SE2:
         normals = self._normals[nearest]
         residuals = ((points - self._points[nearest]) * normals).sum(axis=1)
         lever = points - [pose.x, pose.y]
@@ -62,7 +62,7 @@ class ScanMatcher:
         weights = 1.0 / (1.0 + (residuals / SCALE) ** 2)
         normal = J.T @ (weights[:, None] * J) + 1e-9 * np.eye(3)
         x, y, yaw = np.linalg.solve(normal, -J.T @ (weights * residuals)).tolist()
-        return PlanarPose(pose.x + x, pose.y + y, pose.yaw + yaw)
+        return SE2(pose.x + x, pose.y + y, pose.yaw + yaw)
 
 
 def _means_of_cells(points: NDArray[np.float64]) -> NDArray[np.float64]:

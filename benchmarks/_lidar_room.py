@@ -11,7 +11,7 @@ import numpy as np
 from _lamp_room import PLACES, ROOM
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 MIDDLE = (0.9, 0.9)
 """Of the room [m]."""
@@ -40,7 +40,7 @@ class Furniture:
         height: [m].
     """
 
-    pose: PlanarPose
+    pose: SE2
     size: tuple[float, float]
     height: float
 
@@ -70,13 +70,13 @@ class FurnishedRoom:
         outlines = [walls, *(item.corners for item in self.furniture)]
         return np.concatenate(outlines), np.concatenate([np.roll(each, -1, axis=0) for each in outlines])
 
-    def is_free(self, pose: PlanarPose) -> bool:
+    def is_free(self, pose: SE2) -> bool:
         """Return whether the robot can stand there."""
         place = np.array([[pose.x, pose.y]])
         in_room = (np.abs(place[0] - MIDDLE) <= 0.5 * np.array(ROOM) - ROBOT_RADIUS).all()
         return bool(in_room) and not any(item.contains(place, ROBOT_RADIUS)[0] for item in self.furniture)
 
-    def scan(self, pose: PlanarPose, rng: np.random.Generator) -> NDArray[np.float64]:
+    def scan(self, pose: SE2, rng: np.random.Generator) -> NDArray[np.float64]:
         """Return what the lidar on ``base_link`` sees, shape (BEAMS, 2), points in the base frame [m]."""
         angles = np.arange(BEAMS) * (2.0 * math.pi / BEAMS)
         directions = np.column_stack([np.cos(angles), np.sin(angles)])
@@ -92,7 +92,7 @@ class FurnishedRoom:
         nearest = np.where(hit, ranges, np.inf).min(axis=1)
         return (nearest + RANGE_NOISE * rng.standard_normal(BEAMS))[:, None] * directions
 
-    def occluded_lamps(self, pose: PlanarPose) -> NDArray[np.bool_]:
+    def occluded_lamps(self, pose: SE2) -> NDArray[np.bool_]:
         """Return which lamps furniture hides from the camera on the floor, shape (4,)."""
         hidden = np.zeros(len(PLACES), dtype=np.bool_)
         for item in self.furniture:
@@ -121,22 +121,20 @@ def move_furniture(room: FurnishedRoom, rng: np.random.Generator) -> FurnishedRo
     furniture = []
     for item in room.furniture:
         way, towards = rng.uniform(0.05, 0.3), rng.uniform(-math.pi, math.pi)
-        push = PlanarPose(
-            way * math.cos(towards), way * math.sin(towards), math.radians(rng.uniform(-10.0, 10.0))
-        )
+        push = SE2(way * math.cos(towards), way * math.sin(towards), math.radians(rng.uniform(-10.0, 10.0)))
         furniture.append(Furniture(item.pose @ push, item.size, item.height))
     return FurnishedRoom(tuple(furniture))
 
 
-def _random_furniture(size: tuple[float, float], rng: np.random.Generator, *, at_wall: bool) -> PlanarPose:
+def _random_furniture(size: tuple[float, float], rng: np.random.Generator, *, at_wall: bool) -> SE2:
     half = 0.5 * np.array(ROOM)
     if not at_wall:
         x, y = MIDDLE + rng.uniform(-1.0, 1.0, 2) * (half - 0.5 * max(size))
-        return PlanarPose(float(x), float(y), rng.uniform(-math.pi, math.pi))
+        return SE2(float(x), float(y), rng.uniform(-math.pi, math.pi))
     side = int(rng.integers(4))
     along, out = (half[0], half[1]) if side % 2 == 0 else (half[1], half[0])
-    local = PlanarPose(rng.uniform(-1.0, 1.0) * (along - 0.5 * size[0]), 0.5 * size[1] - out, 0.0)
-    return PlanarPose(*MIDDLE, 0.0) @ PlanarPose(0.0, 0.0, side * 0.5 * math.pi) @ local
+    local = SE2(rng.uniform(-1.0, 1.0) * (along - 0.5 * size[0]), 0.5 * size[1] - out, 0.0)
+    return SE2(*MIDDLE, 0.0) @ SE2(0.0, 0.0, side * 0.5 * math.pi) @ local
 
 
 def _is_placeable(item: Furniture, others: Sequence[Furniture]) -> bool:

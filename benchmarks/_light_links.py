@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import Waveform
+from shirube_core.waveform import Waveform
 from vlc_beacon.core.light_code.code_profile import (
     CodeProfile,
     manchester_profile,

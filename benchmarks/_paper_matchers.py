@@ -16,7 +16,7 @@ from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarPose
 from floor_localizer.core.pole_star.settings import PoleStarSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 DOT_DIAMETER = 0.0025
 
@@ -30,7 +30,7 @@ class Answer(NamedTuple):
         candidates: all scored poses with their match rates, if the matcher returns them.
     """
 
-    T_map_view: PlanarPose | None
+    T_map_view: SE2 | None
     reason: str = ''
     candidates: tuple[PoleStarPose, ...] = ()
 

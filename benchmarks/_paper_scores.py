@@ -20,7 +20,7 @@ from floor_localizer.core.pole_star.match_rate import build_address_matrix, matc
 from floor_localizer.core.pole_star.pole_star_matcher import PoleStarMatcher, PoleStarPose
 from floor_localizer.core.pole_star.settings import PoleStarSettings
 from floor_localizer.core.settings import LocalizerSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 RIGHT_WITHIN = 0.002
 RIGHT_TURN = math.radians(1.5)
@@ -121,7 +121,7 @@ class Scorer:
         return math.exp(min(log_chance, 700.0))
 
 
-def _runner_up_rate(candidates: Sequence[PoleStarPose], truth: PlanarPose) -> float:
+def _runner_up_rate(candidates: Sequence[PoleStarPose], truth: SE2) -> float:
     rates = [pose.match_rate for pose in candidates if pose.T_map_view.distance_to(truth) > ELSEWHERE]
     return max(rates, default=0.0)
 

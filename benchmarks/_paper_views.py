@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 FLOOR_SIZE = (1.8, 9.45)
 FLOOR_DOTS = 91582
@@ -42,7 +42,7 @@ class PaperView(NamedTuple):
     """
 
     pixels: NDArray[np.float64]
-    T_map_view: PlanarPose
+    T_map_view: SE2
     map_dots: NDArray[np.intp]
 
 
@@ -73,7 +73,7 @@ def paper_views(
     tree = KDTree(floor)
     for number, place in enumerate(places):
         rng = np.random.default_rng([seed, number])
-        T_map_view = PlanarPose(float(place[0]), float(place[1]), rng.uniform(-math.pi, math.pi))
+        T_map_view = SE2(float(place[0]), float(place[1]), rng.uniform(-math.pi, math.pi))
         nearby = np.array(tree.query_ball_point(place, VIEW_SIZE), dtype=np.intp)
         points_view = T_map_view.inverse().transform(floor[nearby])
         pixels = CAMERA.pixels_from_points(MOUNT.camera_points_from_floor(points_view))

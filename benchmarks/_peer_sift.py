@@ -21,7 +21,7 @@ from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.floor_marks import FloorMarks
 from scene_simulator.floor_view import FloorView
 from scene_simulator.imaging import Sensor
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 PATCH = (1.8, 1.2)
 DENSITY = DARK_ON_LIGHT.count / math.prod(DARK_ON_LIGHT.size)
@@ -35,7 +35,7 @@ class Picture(NamedTuple):
     """One picture of the patch and the truth about it."""
 
     image: NDArray[np.uint8]
-    T_map_view: PlanarPose
+    T_map_view: SE2
 
 
 class Features(NamedTuple):
@@ -68,7 +68,7 @@ def pictures(floor: DotFloor, number: int, missing: float, spurious: float, seed
     for k in range(number):
         rng = np.random.default_rng([seed, k])
         x, y = rng.uniform(margin, np.array(PATCH) - margin).tolist()
-        pose = PlanarPose(x, y, float(rng.uniform(-math.pi, math.pi)))
+        pose = SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
         added = AddedChips(generate_dot_floor(others, 1000 + k).chips)
         photo = camera.photograph(
             floor.remove_chips(missing, k), [pose], MOUNT, disturbances=(added,), rng=rng
@@ -90,7 +90,7 @@ class SiftMatcher:
         mount = CameraMount()
         for x in np.arange(side / 2.0, PATCH[0] + side / 2.0, 0.8 * side):
             for y in np.arange(side / 2.0, PATCH[1] + side / 2.0, 0.8 * side):
-                pose = PlanarPose(float(x), float(y), 0.0)
+                pose = SE2(float(x), float(y), 0.0)
                 keypoints, described = self._sift.detectAndCompute(
                     camera.photograph(floor, [pose], mount).image, None
                 )
@@ -110,7 +110,7 @@ class SiftMatcher:
         points = MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels))
         return Features(points.astype(np.float32), descriptors)
 
-    def locate(self, features: Features) -> PlanarPose | None:
+    def locate(self, features: Features) -> SE2 | None:
         """Return the pose that most features agree on."""
         pairs = self._matcher.knnMatch(features.descriptors, k=3)
         view, on_map = [], []
@@ -130,4 +130,4 @@ class SiftMatcher:
         a, b = float(similarity[0, 0]), float(similarity[1, 0])
         if abs(math.hypot(a, b) - 1.0) > SCALE_ERROR:
             return None
-        return PlanarPose(float(similarity[0, 2]), float(similarity[1, 2]), math.atan2(b, a))
+        return SE2(float(similarity[0, 2]), float(similarity[1, 2]), math.atan2(b, a))

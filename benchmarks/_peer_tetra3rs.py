@@ -18,7 +18,7 @@ import numpy as np
 from _paper_views import CAMERA, MOUNT, PaperView
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 
 try:
     tetra3rs: Any = import_module('tetra3rs')
@@ -88,7 +88,7 @@ class StarSolver:
             magnitudes = np.where(view.map_dots >= 0, self._magnitudes[view.map_dots], magnitudes)
         return np.column_stack([view.pixels - (CAMERA.cx, CAMERA.cy), 10.0 ** (-0.4 * magnitudes)])
 
-    def locate(self, centroids: NDArray[np.float64]) -> PlanarPose | None:
+    def locate(self, centroids: NDArray[np.float64]) -> SE2 | None:
         """Return the pose of the view, whose origin is the middle of the image."""
         found = self._database.solve_from_centroids(
             centroids,
@@ -102,4 +102,4 @@ class StarSolver:
             return None
         x = self._middle + found.dec_deg / DEGREES_PER_METRE
         y = (found.ra_deg - ORIGIN) / DEGREES_PER_METRE
-        return PlanarPose(x, y, wrap_angle(math.radians(found.roll_deg + 180.0)))
+        return SE2(x, y, wrap_angle(math.radians(found.roll_deg + 180.0)))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix, NoFix
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 RIGHT_WITHIN, RIGHT_TURN = 0.002, math.radians(1.5)
 EXACT_WITHIN = 0.0005
@@ -44,7 +44,7 @@ class PoseScore:
         return abs(float(self.error[2]))
 
 
-def score_pose(result: Fix | NoFix, truth: PlanarPose) -> PoseScore:
+def score_pose(result: Fix | NoFix, truth: SE2) -> PoseScore:
     """Return what an answer is worth."""
     if not isinstance(result, Fix):
         return PoseScore('none', result.reason.value, np.full(3, math.nan), np.full((3, 3), math.nan))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from shirube_geometry import CameraMount, PinholeCamera, wrap_angle
+from shirube_core.geometry import CameraMount, PinholeCamera, wrap_angle
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.place.stereo_rig import StereoRig

@@ -23,7 +23,7 @@ from scene_simulator.box_room import points_from_depth
 from scene_simulator.room_bag import HEIGHTS
 from scene_simulator.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.image_conversion import array_from_compressed_image
 from shirube_ros.pose_conversion import planar_pose
 
@@ -46,7 +46,7 @@ class Instant:
 
     stamp: float
     images: tuple[Image, Image, Image]
-    truth: PlanarPose
+    truth: SE2
 
 
 @dataclass
@@ -61,7 +61,7 @@ class RoomBag:
     """
 
     instants: list[Instant] = field(default_factory=list)
-    poses: list[tuple[float, PlanarPose]] = field(default_factory=list)
+    poses: list[tuple[float, SE2]] = field(default_factory=list)
     projections: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     truth: OccupancyMap | None = None
 
@@ -118,7 +118,7 @@ def replay(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive, depth_of: DepthO
     """Send the bag through depth, mapper and global map, as the node does."""
     navigator = Navigator(scene.rig.mount, NavigatorSettings())
     seconds, frames = {'depth': 0.0, 'mapping': 0.0}, 0
-    poses = iter([*bag.poses, (np.inf, PlanarPose(0.0, 0.0, 0.0))])
+    poses = iter([*bag.poses, (np.inf, SE2(0.0, 0.0, 0.0))])
     pose = next(poses)
     for instant in bag.instants:
         start = time.process_time()

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, gravity_aligned_camera
+from shirube_core.geometry import SE2, gravity_aligned_camera
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
 RATIO = 0.8
@@ -85,7 +85,7 @@ class FeaturePipeline:
         points = self.rig.left.rays_from_pixels(here[good]) * depth[:, None]
         return TaughtFeatures(points, here[good], left.descriptors[matches[good, 0]])
 
-    def locate(self, taught: TaughtFeatures, now: Features) -> PlanarPose | None:
+    def locate(self, taught: TaughtFeatures, now: Features) -> SE2 | None:
         """Return the robot's pose in the taught frame, None without enough inliers."""
         motion = self.motion(taught, now)
         return None if motion is None else planar_displacement(*motion, self.rig)
@@ -127,10 +127,10 @@ class FeaturePipeline:
 
 def planar_displacement(
     R_now_then: NDArray[np.float64], shift_now: NDArray[np.float64], rig: StereoRig
-) -> PlanarPose:
+) -> SE2:
     """Return the robot's pose in the taught frame of a level robot; arguments as of `level_displacement`."""
     x, y, _, yaw = level_displacement(R_now_then, shift_now, (0.0, 0.0), rig).tolist()
-    return PlanarPose(x, y, yaw)
+    return SE2(x, y, yaw)
 
 
 def level_displacement(

@@ -15,11 +15,11 @@ from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.survey.dot_estimation import project_rays_to_map
 from floor_localizer.survey_files.survey_run import SurveyRun
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _SAME_PLACE = 0.0015
 _EDGE = 0.15
-_STEP = PlanarPose(0.05, 0.0, 0.0)
+_STEP = SE2(0.05, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,7 @@ def wrong_merges(run: SurveyRun, survey: RenderedSurvey) -> tuple[int, int]:
     return wrong, dots
 
 
-def locate_on(
-    survey: RenderedSurvey, dot_map: DotMap, T_true_map: PlanarPose | None, places: int
-) -> PoseScores:
+def locate_on(survey: RenderedSurvey, dot_map: DotMap, T_true_map: SE2 | None, places: int) -> PoseScores:
     """Locate rendered images, two at each place, without a prior.
 
     Args:
@@ -69,12 +67,12 @@ def locate_on(
         places: number of random positions, at a distance from the border.
     """
     localizer, rng = FloorLocalizer(index_map(dot_map), MOUNT), np.random.default_rng(11)
-    T_true_map = T_true_map or PlanarPose(0.0, 0.0, 0.0)
+    T_true_map = T_true_map or SE2(0.0, 0.0, 0.0)
     size = survey.floor.design.size
     errors, turns, rates, steps = [], [], [], []
     for number in range(places):
         x, y = rng.uniform(_EDGE, np.array(size) - _EDGE)
-        start = PlanarPose(float(x), float(y), float(rng.uniform(-math.pi, math.pi)))
+        start = SE2(float(x), float(y), float(rng.uniform(-math.pi, math.pi)))
         found = []
         for k, pose in enumerate((start, start @ _STEP)):
             fix = localizer.locate(survey.photograph(pose, 100_000 + 2 * number + k, 0.0), CAMERA)

@@ -17,7 +17,7 @@ from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.leg_drive import LegDrive
 from scene_simulator.suspension import Suspension
 from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 320, 260.0, 260.0, 159.5, 159.5)
 """View of 160 mm from a height of 130 mm, 0.5 mm per pixel."""
@@ -72,7 +72,7 @@ class RenderedSurvey:
         """Return an image of the drive."""
         return self.photograph(self.truth[index], index, float(self._times[index * _EVERY]))
 
-    def photograph(self, pose: PlanarPose, number: int, time: float) -> NDArray[np.uint8]:
+    def photograph(self, pose: SE2, number: int, time: float) -> NDArray[np.uint8]:
         """Return the image taken at a pose."""
         mount = MOUNT if self._suspension is None else self._suspension.mount_at(time, MOUNT)
         rng = np.random.default_rng([self._seed, 2, number])

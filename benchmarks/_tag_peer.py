@@ -9,7 +9,7 @@ from _product_rig import product_rig
 from _stereo_peers import planar_displacement
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.place.place_fix import PlaceFix
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.settings import PlaceSettings
@@ -55,7 +55,7 @@ class TagPeer:
         found = corners[np.ravel(ids).tolist().index(ID)]
         return np.asarray(found, dtype=np.float64).reshape(4, 2)
 
-    def locate_from_left(self, then: Pair, now: Pair) -> PlanarPose | None:
+    def locate_from_left(self, then: Pair, now: Pair) -> SE2 | None:
         """Return the displacement between the left images of two pairs, in six degrees of freedom each."""
         poses = []
         for image in (then[0], now[0]):
@@ -73,7 +73,7 @@ class TagPeer:
         R_now_then = R_now @ R_then.T
         return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, self._rig)
 
-    def locate_from_both(self, then: Pair, now: Pair) -> PlanarPose | None:
+    def locate_from_both(self, then: Pair, now: Pair) -> SE2 | None:
         """Return the displacement that explains the corners in all four images best, on a level floor."""
         seen = []
         for left, right in (then, now):

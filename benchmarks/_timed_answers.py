@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeVar
 import cv2
 import numpy as np
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 RIGHT_WITHIN = 0.002
 RIGHT_TURN = math.radians(1.5)
@@ -39,7 +39,7 @@ def use_one_core() -> None:
     cv2.setNumThreads(1)
 
 
-def time_answer(locate: Callable[[Seen], PlanarPose | None], seen: Seen, truth: PlanarPose) -> TimedAnswer:
+def time_answer(locate: Callable[[Seen], SE2 | None], seen: Seen, truth: SE2) -> TimedAnswer:
     """Ask for the pose of what is seen."""
     begin = time.process_time()
     found = locate(seen)

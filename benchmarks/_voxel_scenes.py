@@ -15,7 +15,7 @@ from scene_simulator.box_room import (
     forward_camera,
     points_from_depth,
 )
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 
 CAMERA = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
 CAMERA_HEIGHT = 0.5
@@ -41,14 +41,14 @@ NEAR_WALL = BoxRoom((-4.0, -3.5, 0.0, -0.46, 3.5, 2.6))
 """A wall 0.85 m ahead fills the view: every point is within the heights and the range."""
 
 
-def view_at(pose: PlanarPose) -> SensorView:
+def view_at(pose: SE2) -> SensorView:
     """Return the view of a camera over a pose, level and ahead."""
     return SensorView(forward_camera(pose.x, pose.y, CAMERA_HEIGHT, pose.yaw), CAMERA.fx)
 
 
 def points_at(
     room: BoxRoom,
-    pose: PlanarPose,
+    pose: SE2,
     rng: np.random.Generator,
     phantoms: tuple[float, int] = (0.0, 1),
     phantom_rng: np.random.Generator | None = None,
@@ -71,15 +71,14 @@ def points_at(
     return points_from_depth(depth, CAMERA)[kept]
 
 
-def stationary_poses(frames: int) -> list[PlanarPose]:
+def stationary_poses(frames: int) -> list[SE2]:
     """Return the poses of a stationary robot."""
-    return [PlanarPose(-1.31, 0.07, 0.03)] * frames
+    return [SE2(-1.31, 0.07, 0.03)] * frames
 
 
-def moving_poses(frames: int) -> list[PlanarPose]:
+def moving_poses(frames: int) -> list[SE2]:
     """Return the poses of a robot that drives a slow arc through the room and comes back along it."""
     there = [
-        PlanarPose(-2.2 + 0.04 * k, 0.5 * math.sin(0.05 * k), 0.6 * math.sin(0.1 * k))
-        for k in range(frames // 2)
+        SE2(-2.2 + 0.04 * k, 0.5 * math.sin(0.05 * k), 0.6 * math.sin(0.1 * k)) for k in range(frames // 2)
     ]
     return there + there[::-1]

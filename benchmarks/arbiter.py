@@ -21,7 +21,7 @@ from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import diagonal
 from pose_arbiter.core.kalman_filter import Estimate
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8
 """Fractions of the drive between which the source is silent."""
@@ -185,8 +185,8 @@ def bad_message(rng: random.Random, latest: Message) -> Message:
             stamp = rng.choice([0, -1, now + rng.randrange(10**9, 10**18), rng.randrange(1, now - 3 * 10**9)]) \
                 if now > 4 * 10**9 else 0  # fmt: skip
         case _:
-            is_odometry = isinstance(content, PlanarPose)
-    pose_value = PlanarPose(*pose)
+            is_odometry = isinstance(content, SE2)
+    pose_value = SE2(*pose)
     return (
         stamp,
         source if is_odometry else 0,

@@ -27,7 +27,7 @@ from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
 from scene_simulator.dot_floor import LIGHT_ON_DARK, generate_dot_floor
 from scene_simulator.floor_camera import FloorCamera
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 
 try:
     import sep
@@ -80,10 +80,10 @@ def photographs(condition: Condition, seed: int) -> Iterator[TrueImage]:
         heading, course = rng.uniform(-math.pi, math.pi, 2)
         way = np.linspace(-0.5, 0.5, round(4 * condition.blur) + 1) if condition.blur else np.zeros(1)
         way *= condition.blur * pixel
-        poses = [PlanarPose(x + s * math.cos(course), y + s * math.sin(course), heading) for s in way]
+        poses = [SE2(x + s * math.cos(course), y + s * math.sin(course), heading) for s in way]
         disturbances = condition.disturbances(x, y) if condition.disturbances else ()
         photo = camera.photograph(floor, poses, disturbances=disturbances, rng=rng)
-        chips, pixels = camera.visible_chips(floor, PlanarPose(x, y, heading))
+        chips, pixels = camera.visible_chips(floor, SE2(x, y, heading))
         diameters = floor.diameters[chips] / pixel
         margin = (0.5 * diameters + 1.5 + 0.5 * condition.blur)[:, None]
         size = np.array([condition.camera.width, condition.camera.height])

@@ -19,7 +19,7 @@ from _timed_answers import use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
@@ -51,7 +51,7 @@ class Methods:
         self._taught = [pipeline.teach(lesson.pair) for pipeline in pipelines]
         self._middles = meter_centres(lesson)
 
-    def answers(self, view: MeterView) -> Iterator[tuple[str, PlanarPose | str | None]]:
+    def answers(self, view: MeterView) -> Iterator[tuple[str, SE2 | str | None]]:
         """Yield each method's name and answer."""
         fix = self._localizer.locate(*view.pair)
         yield OURS, fix.displacement.T_place_base if isinstance(fix, LandmarkFix) else fix.reason

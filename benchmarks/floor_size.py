@@ -28,12 +28,12 @@ from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.binary_format import BinaryMap, load_binary, save_binary
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
 TURN = 20
 
-Locate = Callable[[NDArray[np.float64]], PlanarPose | None]
+Locate = Callable[[NDArray[np.float64]], SE2 | None]
 
 
 @dataclass(frozen=True)

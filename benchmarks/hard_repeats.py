@@ -26,7 +26,7 @@ from scene_simulator.corridor_surface import facing_wall
 from scene_simulator.stereo_camera import StereoCamera
 from scene_simulator.stereo_rig import StereoRig as Cameras
 from scene_simulator.stereo_rig import render_pair
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 
@@ -69,7 +69,7 @@ class Score:
     wrong: int = 0
     none: int = 0
 
-    def add(self, found: PlanarPose | None, truth: PlanarPose) -> None:
+    def add(self, found: SE2 | None, truth: SE2) -> None:
         """Take an answer."""
         if found is None:
             self.none += 1
@@ -151,14 +151,14 @@ CONDITIONS = (
 
 def repeat(
     taught: TaughtCorridor, seed: int, condition: Condition, rng: np.random.Generator
-) -> tuple[Pair, PlanarPose]:
+) -> tuple[Pair, SE2]:
     """Return a pair of images under a condition, and the true displacement."""
     scene = corridor(CorridorDesign(seed=seed, needles=1 + int(rng.integers(1000))))
     scene = condition.scene(scene, taught, rng)
     cameras = taught.cameras
     cameras = replace(cameras, left=condition.camera(cameras.left), right=condition.camera(cameras.right))
     x, y = rng.uniform(-OFFSET_MAX, OFFSET_MAX, 2).tolist()
-    truth = PlanarPose(x, y, float(rng.uniform(-YAW_MAX, YAW_MAX)))
+    truth = SE2(x, y, float(rng.uniform(-YAW_MAX, YAW_MAX)))
     return render_pair(scene, cameras, TAUGHT @ truth, rng), truth
 
 

@@ -21,7 +21,7 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import load_bag_trajectory
 from shirube_bags.error_table import planar_poses
 from shirube_bags.trajectory import interpolate
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.counters import Counters

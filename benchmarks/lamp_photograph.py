@@ -16,7 +16,7 @@ import numpy as np
 from _timed_answers import use_one_core
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 from vlc_beacon.core.lamp_image.coarse_contrast import noise_sigma
 from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector

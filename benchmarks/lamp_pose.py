@@ -20,7 +20,7 @@ from _lamp_room import BEACONS, CAMERA, IDS, MOUNT, View, cramer_rao_bound, rand
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.pose.settings import PoseSettings
@@ -104,7 +104,7 @@ def tilt(count: int, seed: int) -> None:
         for _ in range(count):
             course, (x, y) = rng.uniform(-math.pi, math.pi), rng.uniform(0.6, 1.2, 2)
             lean = math.radians(degrees) * np.array([math.cos(course), math.sin(course)])
-            pose = PlanarPose(x, y, rng.uniform(-math.pi, math.pi))
+            pose = SE2(x, y, rng.uniform(-math.pi, math.pi))
             view = view_from(pose, *lean)
             pixels = view.pixels + 0.2 * rng.normal(size=(4, 2))
             measured_tilt = (np.zeros(2), np.zeros(2), lean + IMU_SIGMA * rng.normal(size=2))

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from scene_simulator.ceiling_camera import PAPER_OPTICS
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from vlc_beacon.core.authorization.decision import Accepted
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.pose.pose_fix import BeaconFix
@@ -58,7 +58,7 @@ class Run:
     commands: int = 0
     images: int = 0
 
-    def add(self, output: ReceiverOutput, truth: PlanarPose) -> None:
+    def add(self, output: ReceiverOutput, truth: SE2) -> None:
         """Take what the receiver made of an image."""
         self.images += 1
         self.named = max(self.named, sum(lamp.beacon is not None for lamp in output.lamps))
@@ -95,7 +95,7 @@ def run_film(film: Film, seconds: float) -> Run:
     return run
 
 
-def marked_picture(markers: Markers, pose: PlanarPose) -> NDArray[np.uint8]:
+def marked_picture(markers: Markers, pose: SE2) -> NDArray[np.uint8]:
     """Return a lit room with markers in the lamps' places."""
     return markers.picture(view_from(pose), LIGHTS[1], np.random.default_rng(1))
 

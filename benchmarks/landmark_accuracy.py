@@ -23,7 +23,7 @@ from _timed_answers import use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.place.place_fix import PlaceFix
@@ -76,7 +76,7 @@ def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
     return teacher.teach('wall', [TargetSelection('panel', chosen)])
 
 
-def field_pixels(wall: LandmarkWall, T_map_base: PlanarPose) -> NDArray[np.float64]:
+def field_pixels(wall: LandmarkWall, T_map_base: SE2) -> NDArray[np.float64]:
     """Return where the corners of the fields are seen, shape (FIELDS, 4, 4): u, v left and u, v right [px]."""
     corners = wall.field_corners().reshape(-1, 3)
     base = np.column_stack([T_map_base.inverse().transform(corners[:, :2]), corners[:, 2]])
@@ -117,7 +117,7 @@ class Methods:
         answer = self._localizer.locate(*view.panel)
         return answer.displacement if isinstance(answer, LandmarkFix) else answer
 
-    def peers(self, view: LandmarkView) -> Iterator[tuple[str, PlanarPose | None]]:
+    def peers(self, view: LandmarkView) -> Iterator[tuple[str, SE2 | None]]:
         """Yield the name and the answer of each peer."""
         for pipeline, taught in self._taught:
             yield f'{pipeline.name} + PnP', pipeline.locate(taught, pipeline.features(view.panel[0]))
@@ -159,7 +159,7 @@ def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None], 
 
 
 def fit_alone(
-    place: TaughtPlace, fix: PlaceFix, truth: PlanarPose, rng: np.random.Generator
+    place: TaughtPlace, fix: PlaceFix, truth: SE2, rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     """Return error and stated covariance of the fit of points that have exactly the stated noise.
 

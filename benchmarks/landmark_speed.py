@@ -32,7 +32,7 @@ import stereo_landmark.core.procedure.target_search as search_module
 from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.stereo_rig import StereoRig as Cameras
 from scene_simulator.stereo_rig import render_pair
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
@@ -43,7 +43,7 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 WANTED = 100.0
 """[ms]"""
 LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
-DISPLACEMENT = PlanarPose(0.2, -0.25, 0.1)
+DISPLACEMENT = SE2(0.2, -0.25, 0.1)
 STAGES: dict[str, tuple[object, str]] = {
     'edges': (scene_module, 'extract_edges'),
     'segments': (scene_module, 'trace_segments'),

@@ -31,7 +31,7 @@ from _timed_answers import TimedAnswer, outcome_rates, time_answer, time_quantil
 from numpy.typing import NDArray
 
 from floor_localizer.files.dot_map_file import load_indexed_map
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
 _BLOCK = 1 << 24
@@ -129,7 +129,7 @@ def _answer(path: Path, view: PaperView) -> TimedAnswer:
     begin = time.perf_counter()
     locate = constellation_of(load_indexed_map(path))
 
-    def pose(pixels: NDArray[np.float64]) -> PlanarPose | None:
+    def pose(pixels: NDArray[np.float64]) -> SE2 | None:
         return locate(pixels).T_map_view
 
     verdict = time_answer(pose, view.pixels, view.T_map_view).verdict

@@ -30,7 +30,7 @@ from _lidar_room import BEAMS, RANGE_NOISE, FurnishedRoom, furnished_room, move_
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 
@@ -47,7 +47,7 @@ LIDAR, LEVEL_LAMPS, LAMPS = f'lidar, {BEAMS} beams', 'lamps, tilt exact', 'lamps
 class Answer(NamedTuple):
     """A pose or none, and the time it took [s]."""
 
-    pose: PlanarPose | None
+    pose: SE2 | None
     seconds: float
 
 
@@ -60,7 +60,7 @@ class Score:
     places: int = 0
     times: list[float] = field(default_factory=list)
 
-    def add(self, answer: Answer, truth: PlanarPose) -> None:
+    def add(self, answer: Answer, truth: SE2) -> None:
         """Take an answer."""
         self.places += 1
         self.times.append(1e3 * answer.seconds)
@@ -84,12 +84,12 @@ def map_of(room: FurnishedRoom, rng: np.random.Generator) -> ScanMatcher:
     return ScanMatcher((pose, room.scan(pose, rng)) for pose in free[:MAP_SCANS])
 
 
-def by_lidar(matcher: ScanMatcher, room: FurnishedRoom, pose: PlanarPose, rng: np.random.Generator) -> Answer:
+def by_lidar(matcher: ScanMatcher, room: FurnishedRoom, pose: SE2, rng: np.random.Generator) -> Answer:
     """Return where the lidar is."""
     x, y, turn = rng.uniform(-1.0, 1.0, 3) * (GUESS, GUESS, GUESS_TURN)
     scan = room.scan(pose, rng)
     begin = time.process_time()
-    found = matcher.match(scan, PlanarPose(pose.x + x, pose.y + y, pose.yaw + turn))
+    found = matcher.match(scan, SE2(pose.x + x, pose.y + y, pose.yaw + turn))
     return Answer(found, time.process_time() - begin)
 
 
@@ -105,7 +105,7 @@ def by_lamps(
     return Answer(pose, time.process_time() - begin)
 
 
-def answers_in_room(seed: int, places: int) -> Iterator[tuple[str, str, Answer, PlanarPose]]:
+def answers_in_room(seed: int, places: int) -> Iterator[tuple[str, str, Answer, SE2]]:
     """Yield the answers of all at places of one room: how it is furnished, who answers, what, and the truth."""
     rng = np.random.default_rng(seed)
     room, finder = furnished_room(rng), LampFinder()

@@ -22,7 +22,7 @@ from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import Box, BoxRoom, forward_camera, points_from_depth
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5)
 HEIGHT = 0.5
@@ -38,7 +38,7 @@ NEAR = 8.0
 class Place(NamedTuple):
     """A pose and the room around it."""
 
-    pose: PlanarPose
+    pose: SE2
     room: BoxRoom
 
 
@@ -57,7 +57,7 @@ def hall_lanes(length: float) -> Iterator[Place]:
         )
         up = (lane % 2 == 0) == (way % (2.0 * lap) < lap)
         y = 2.0 + (along if lane % 2 == 0 else HALL - 4.0 - along)
-        pose = PlanarPose((min(lane, LANES - 1) + 0.5) * spacing, y, math.pi / 2.0 if up else -math.pi / 2.0)
+        pose = SE2((min(lane, LANES - 1) + 0.5) * spacing, y, math.pi / 2.0 if up else -math.pi / 2.0)
         yield Place(pose, BoxRoom((0.0, 0.0, 0.0, HALL, HALL, 4.0), near(boxes, pose)))
 
 
@@ -66,13 +66,13 @@ def corridor_places(length: float) -> Iterator[Place]:
     rng = np.random.default_rng(4)
     for way in np.arange(0.0, length, STEP):
         x, y = 0.8 * way, 0.6 * way
-        pose = PlanarPose(x, y, math.atan2(0.6, 0.8))
+        pose = SE2(x, y, math.atan2(0.6, 0.8))
         side = rng.uniform(0.2, 0.8, 2)
         box = (x + 2.0, y + 2.5, 0.0, x + 2.0 + side[0], y + 2.5 + side[1], 0.9)
         yield Place(pose, BoxRoom((x - NEAR, y - NEAR, 0.0, x + NEAR, y + NEAR, 4.0), (box,)))
 
 
-def near(boxes: list[Box], pose: PlanarPose) -> tuple[Box, ...]:
+def near(boxes: list[Box], pose: SE2) -> tuple[Box, ...]:
     """Return the boxes around a pose."""
     return tuple(box for box in boxes if math.hypot(box[0] - pose.x, box[1] - pose.y) < NEAR)
 

@@ -61,7 +61,7 @@ def run(seed: int, folder: Path) -> str:
     """Run one mission; return what it said last."""
     place = folder / str(seed)
     place.mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, '-m', 'shirube_mission.commands.room', str(place)]
+    command = [sys.executable, '-m', 'shirube_bringup.commands.room', str(place)]
     command += ['--seed', str(seed), '--building', str(folder / 'building')]
     # An interrupted mission must have the time to end its nodes.
     with child_process(command, os.environ, place / 'mission.log') as mission:

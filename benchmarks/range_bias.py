@@ -17,7 +17,7 @@ from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.core.voxels.voxel_values import counts_over_expected, counts_over_maximum
 from scene_simulator.box_room import BoxRoom, points_from_depth
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 RANGES = ((0.8, 1.5), (1.5, 2.2), (2.2, 3.0), (3.0, 4.0))
 SCENES = 40
@@ -52,7 +52,7 @@ def main() -> int:
     for resolution in (0.1, VoxelSettings().resolution):
         settings = VoxelSettings(resolution=resolution)
         counter, rows = FrameVoxelizer(settings), []
-        pose = PlanarPose(0.0, 0.0, 0.0)
+        pose = SE2(0.0, 0.0, 0.0)
         view = view_at(pose)
         for k in tqdm(range(SCENES), leave=False):
             rng = np.random.default_rng(k)

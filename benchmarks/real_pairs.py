@@ -21,7 +21,7 @@ from _target_choice import TargetChooser
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from shirube_geometry import wrap_angle
+from shirube_core.geometry import wrap_angle
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.place.settings import CLOSED_FORM, PlaceSettings

@@ -33,7 +33,7 @@ from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.frame_window import TILE_SIZE
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 FRAMES = 40
 FRACTION = 0.03
@@ -74,7 +74,7 @@ class CleanRun(NamedTuple):
 
 
 def frames_of(
-    poses: list[PlanarPose], patch: int | None, *, same: bool, seed: int
+    poses: list[SE2], patch: int | None, *, same: bool, seed: int
 ) -> Iterator[tuple[NDArray[np.float32], SensorView]]:
     """Yield the frames of a run, with phantoms in the first FRAMES unless patch is None."""
     for k, pose in enumerate(poses):
@@ -111,7 +111,7 @@ def clean_run(
     return runs
 
 
-def traversed_by_clean_frames(poses: list[PlanarPose], shape: tuple[int, int, int], seed: int) -> Dense:
+def traversed_by_clean_frames(poses: list[SE2], shape: tuple[int, int, int], seed: int) -> Dense:
     """Return the voxels that rays of the last FRAMES passed."""
     passed, counter = np.zeros(shape, dtype=np.bool_), FrameVoxelizer(SETTINGS)
     for points, view in list(frames_of(poses, None, same=False, seed=seed))[FRAMES:]:
@@ -135,7 +135,7 @@ def score(held: list[Dense], clean: CleanRun, passed: Dense, solid: NDArray[np.b
 
 
 def print_table(
-    drive: str, poses: list[PlanarPose], solid: NDArray[np.bool_], seed: int, progress: tqdm[NoReturn]
+    drive: str, poses: list[SE2], solid: NDArray[np.bool_], seed: int, progress: tqdm[NoReturn]
 ) -> None:
     """Print the scores of all methods over one drive."""
     passed = traversed_by_clean_frames(poses, dense_shape(SETTINGS), seed)

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from floor_localizer.core.compile_kernels import compile_kernels
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
 OURS = 'shirube'
@@ -48,7 +48,7 @@ class Method(NamedTuple):
 
     name: str
     prepare: Callable[[PaperView], NDArray[np.float64]]
-    locate: Callable[[NDArray[np.float64]], PlanarPose | None]
+    locate: Callable[[NDArray[np.float64]], SE2 | None]
     is_slow: bool = False
 
 

@@ -33,7 +33,7 @@ from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
 from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 
 STEP = 0.012
 INTERVAL = 1.0 / 30.0
@@ -45,7 +45,7 @@ ROUNDS = 3
 class Moment(NamedTuple):
     """One image of the drive: the true pose and what finds the pose in it at a stamp."""
 
-    T_map_base: PlanarPose
+    T_map_base: SE2
     track: Callable[[FloorTracker, float], Fix | NoFix]
 
 
@@ -81,7 +81,7 @@ def moments_of_images(camera: PinholeCamera, count: int) -> tuple[FloorLocalizer
     rng = np.random.default_rng(2)
     moments = []
     for k in tqdm(range(count), desc='rendering', leave=False):
-        pose = PlanarPose(0.35 + STEP * k % 0.5, 0.6, 0.1)
+        pose = SE2(0.35 + STEP * k % 0.5, 0.6, 0.1)
         image = photographer.photograph(floor, [pose], rng=rng).image
         moments.append(Moment(pose, partial(track_image, image, camera)))
     return localizer_on(floor.points), moments
@@ -96,13 +96,11 @@ def row_of(name: str, localizer: FloorLocalizer, moments: list[Moment]) -> str:
     """Drive along the moments some times and return a line of the table."""
     times, right, dots = [], 0, []
     for _ in range(ROUNDS):
-        tracker, T_odom_base = FloorTracker(localizer), PlanarPose(0.0, 0.0, 0.0)
+        tracker, T_odom_base = FloorTracker(localizer), SE2(0.0, 0.0, 0.0)
         for k, moment in enumerate(moments):
             if k > 0:
                 step = moments[k - 1].T_map_base.inverse() @ moment.T_map_base
-                T_odom_base = T_odom_base @ PlanarPose(
-                    ODOMETRY_SCALE * step.x, ODOMETRY_SCALE * step.y, step.yaw
-                )
+                T_odom_base = T_odom_base @ SE2(ODOMETRY_SCALE * step.x, ODOMETRY_SCALE * step.y, step.yaw)
             tracker.add_odometry(k * INTERVAL, T_odom_base)
             start = time.process_time()
             found = moment.track(tracker, k * INTERVAL)

@@ -26,7 +26,7 @@ from reward_planner.core.voxels.frame_window import FrameWindow, window_around
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 
 Job = Callable[[], object]
 MOUNT = CameraMount((0.0, 0.0, CAMERA_HEIGHT), (-np.pi / 2.0, 0.0, -np.pi / 2.0))

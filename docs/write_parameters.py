@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from shirube_cli.settings_of_nodes import OTHER_SETTINGS, SETTINGS_OF_NODES
-from shirube_settings import settings_table
+from shirube_core.settings import settings_table
 
 PAGE = Path(__file__).parent / 'parameters.md'
 NOTES = {

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from simulated_chip import SimulatedChip
 
-from light_waveform import Waveform
+from shirube_core.waveform import Waveform
 from vlc_beacon.core.transmitter.serial_protocol import upload_requests
 
 TICK_RATE = 16_000_000

@@ -24,14 +24,14 @@ FOLDERS = (*(f'src/{package}' for package in PACKAGES), 'tests', 'benchmarks', '
 # What knows only numbers: folders and files below src/, and what of them is left out.
 PURE = (
     'floor_localizer/floor_localizer/core',
-    'light_waveform',
     'motor_bridge/motor_bridge/core',
     'motor_bridge/motor_bridge/emulator',
     'pose_arbiter/pose_arbiter/core',
     'reward_planner/reward_planner/core',
     'scene_simulator',
-    'shirube_geometry',
-    'shirube_settings',
+    'shirube_core/shirube_core/geometry',
+    'shirube_core/shirube_core/settings',
+    'shirube_core/shirube_core/waveform',
     'stereo_landmark/stereo_landmark/core',
     'vlc_beacon/vlc_beacon/core',
     *(
@@ -65,9 +65,7 @@ PURE_LIBRARIES = {
     'cv2',
     'numba',
     'reedsolo',
-    'light_waveform',
-    'shirube_geometry',
-    'shirube_settings',
+    'shirube_core',
 }
 TOUCHES_THE_WORLD = {
     'io',
@@ -182,7 +180,7 @@ def declared(package: str, tag: str) -> list[str]:
 
 def test_the_rules_see_the_code() -> None:
     assert sum(is_pure(path) for paths in SOURCES_OF.values() for path in paths) > 5
-    assert {'floor_localizer', 'shirube_geometry', 'shirube_cli'} <= set(PACKAGES)
+    assert {'floor_localizer', 'shirube_core', 'shirube_cli'} <= set(PACKAGES)
 
 
 @pytest.mark.parametrize('package', PACKAGES)
@@ -199,15 +197,16 @@ def test_cores_import_no_part_that_is_not_pure(package: str) -> None:
     for path in pure_files(package):
         for module in names_in(path).froms:
             other = module.split('.')[0]
-            target = (ROOT / 'src' / other / module.replace('.', '/')).with_suffix('.py')
-            assert not target.exists() or is_pure(target), f'{relative(path)}: {module}'
+            target = ROOT / 'src' / other / module.replace('.', '/')
+            file = target / '__init__.py' if target.is_dir() else target.with_suffix('.py')
+            assert not file.exists() or is_pure(file), f'{relative(path)}: {module}'
 
 
 @pytest.mark.parametrize('package', PACKAGES)
 def test_package_xml_names_what_is_imported_and_no_more(package: str) -> None:
     keys = rosdep_keys(package)
     # Their nodes are started, not imported.
-    launched = set(PACKAGES) - keys if package in ('shirube_bringup', 'shirube_mission') else set()
+    launched = set(PACKAGES) - keys if package == 'shirube_bringup' else set()
     assert set(declared(package, 'exec_depend')) - launched == keys
 
 
@@ -235,9 +234,7 @@ def test_packages_depend_on_each_other_without_circles() -> None:
 
 def test_pip_users_get_every_package() -> None:
     project = tomllib.loads((ROOT / 'pyproject.toml').read_text())
-    with_modules = [f'src/{package}' for package in PACKAGES if (ROOT / 'src' / package / package).is_dir()]
-    assert project['tool']['setuptools']['packages']['find']['where'] == with_modules
-    assert project['tool']['mypy']['mypy_path'] == with_modules
+    assert project['tool']['setuptools']['packages']['find']['where'] == [f'src/{name}' for name in PACKAGES]
 
 
 @pytest.mark.parametrize('folder', FOLDERS)

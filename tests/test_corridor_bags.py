@@ -13,7 +13,7 @@ from scene_simulator.corridor_recordings import RUNS, SECONDS, make_corridor_dri
 from scene_simulator.stereo_drive import StereoDrive
 from scene_simulator.stereo_rig import raw_rig
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import yaw_from_quaternion
+from shirube_core.geometry import yaw_from_quaternion
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.bag_localization import BagLocalization
 from stereo_landmark.commands.teach import main as teach
@@ -38,7 +38,7 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> list[TaughtPlace]:
 
 def located(
     name: str, places: list[TaughtPlace], *, is_raw: bool = False
-) -> tuple[list[LocatedFrame], list[PlanarPose]]:
+) -> tuple[list[LocatedFrame], list[SE2]]:
     """Return the pairs of a bag and where the robot truly was in the map."""
     with BagReader(BAGS / name) as bag:
         truths = [planar_pose(bag.decode(raw).pose, name) for raw in bag.messages(['/ground_truth'])]

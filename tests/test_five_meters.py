@@ -11,14 +11,14 @@ import pytest
 
 from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.stereo_rig import StereoRig
-from shirube_geometry import PlanarPose, gravity_aligned_camera, matrix_from_rpy
+from shirube_core.geometry import SE2, gravity_aligned_camera, matrix_from_rpy
 
 pytestmark = pytest.mark.newest_set_only
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 EVEN = np.array([0.0, 0.3, 0.6, 0.9, 1.2])
 UNEVEN = np.array([0.0, 0.3, 0.65, 0.95, 1.33])
-FORWARD_MOUNT = PlanarPose(-3.0, 0.0, 0.0)
+FORWARD_MOUNT = SE2(-3.0, 0.0, 0.0)
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -73,14 +73,14 @@ def test_panels_and_doors_decide_what_an_even_row_does_not(five):
 
 def test_a_robot_that_looks_aside_has_too_little_in_view(five):
     scene = corridor(CorridorDesign(seed=5, even=True))
-    aside = PlanarPose(-2.5, 0.5, 0.4)
+    aside = SE2(-2.5, 0.5, 0.4)
     assert five.classify_view(scene, (0, 1, 2, 3), None, aside) == five.OUT_OF_VIEW
 
 
 def test_the_motion_of_the_camera_becomes_that_of_the_robot():
     peers = importlib.import_module('_stereo_peers')
     rig = importlib.import_module('_product_rig').product_rig(StereoRig())
-    pose = PlanarPose(0.3, -0.2, 0.25)
+    pose = SE2(0.3, -0.2, 0.25)
     camera = gravity_aligned_camera(rig.mount, 0.0, 0.0)
     R_place_now = matrix_from_rpy((0.0, 0.0, pose.yaw)) @ camera.rotation
     eye = np.array([pose.x, pose.y, 0.0]) + matrix_from_rpy((0.0, 0.0, pose.yaw)) @ camera.position
@@ -93,9 +93,9 @@ def test_the_motion_of_the_camera_becomes_that_of_the_robot():
 def test_a_pose_half_a_spacing_off_is_a_mistake(five):
     score = importlib.import_module('_five_score').Score()
     lesson = five.Lesson(CorridorDesign(seed=5), (0, 1, 2, 3), (np.zeros((1, 1)), np.zeros((1, 1))))
-    view = five.MeterView(PlanarPose(0.1, 0.0, 0.0), None, five.DECIDABLE, lesson.pair)
+    view = five.MeterView(SE2(0.1, 0.0, 0.0), None, five.DECIDABLE, lesson.pair)
     for off in (0.45, 0.55):
-        score.add('SIFT', lesson, view, PlanarPose(0.1, off * lesson.spacing, 0.0))
+        score.add('SIFT', lesson, view, SE2(0.1, off * lesson.spacing, 0.0))
     score.add('SIFT', lesson, view, None)
     assert [score.answers['SIFT', five.DECIDABLE, verdict] for verdict in ('found', 'mistaken', 'none')] == [
         1,

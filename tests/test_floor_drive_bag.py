@@ -11,7 +11,7 @@ import pytest
 from scene_simulator.demo_scene import DemoScene
 from scene_simulator.floor_bag import DIRTY_FRACTION, START_NS
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import yaw_from_quaternion
+from shirube_core.geometry import yaw_from_quaternion
 
 BAG = Path(__file__).parents[1] / 'bags' / 'floor_drive'
 SCENE = DemoScene()

@@ -15,7 +15,7 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import load_bag_trajectory
 from shirube_bags.error_table import planar_poses
 from shirube_bags.trajectory import can_interpolate, interpolate
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 BAG = Path(__file__).parents[1] / 'bags' / 'room_drive'
 SOURCE = SourceSettings(sigma_xy=0.003, sigma_yaw=0.002)
@@ -23,7 +23,7 @@ SOURCE = SourceSettings(sigma_xy=0.003, sigma_yaw=0.002)
 
 def poses_of(bag, topic):
     recorded = load_bag_trajectory(bag, topic)
-    poses = (PlanarPose(*map(float, pose)) for pose in planar_poses(recorded))
+    poses = (SE2(*map(float, pose)) for pose in planar_poses(recorded))
     return list(zip(recorded.stamps_ns.tolist(), poses))
 
 
@@ -44,7 +44,7 @@ def fuse(source, odometry, wanted, shuffle=None):
             arbiter.add_odometry(stamp, pose, now) if kind else arbiter.add_pose(0, stamp, pose, None, now)
         )
         assert refusal is None
-    return [(s, PlanarPose(e.x, e.y, e.yaw)) for s in wanted if (e := arbiter.estimate_at(s)) is not None]
+    return [(s, SE2(e.x, e.y, e.yaw)) for s in wanted if (e := arbiter.estimate_at(s)) is not None]
 
 
 def rms(values, truth):

@@ -16,7 +16,7 @@ from shirube_bags.bag_trajectory import load_bag_trajectory
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.trajectory_errors import compare_trajectories
 from shirube_bags.tum_file import load_tum
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import planar_pose
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
 from vlc_beacon.commands import locate, survey
@@ -50,7 +50,7 @@ class Run:
     """
 
     images: list[LocatedImage]
-    truth: dict[int, PlanarPose]
+    truth: dict[int, SE2]
     obeyed: list[tuple[int, Operation, float]] = field(default_factory=list)
     refused: set[RejectionReason] = field(default_factory=set)
 

@@ -8,7 +8,7 @@ import pytest
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 from simulated_lamp import TICK_RATE, Light, SimulatedLamp
 
-from light_waveform import Waveform
+from shirube_core.waveform import Waveform
 from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet

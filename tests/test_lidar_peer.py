@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -37,7 +37,7 @@ def matching() -> ModuleType:
 
 
 def test_an_empty_room_is_scanned_to_its_walls(rooms: ModuleType) -> None:
-    scan = rooms.FurnishedRoom(()).scan(PlanarPose(*rooms.MIDDLE, 0.0), np.random.default_rng(1))
+    scan = rooms.FurnishedRoom(()).scan(SE2(*rooms.MIDDLE, 0.0), np.random.default_rng(1))
     ranges = np.hypot(scan[:, 0], scan[:, 1])
     quarter = rooms.BEAMS // 4
     assert ranges[[0, quarter, 2 * quarter, 3 * quarter]] == pytest.approx([3.5, 3.0, 3.5, 3.0], abs=0.05)
@@ -47,8 +47,8 @@ def test_an_empty_room_is_scanned_to_its_walls(rooms: ModuleType) -> None:
 
 
 def test_furniture_blocks_its_beams(rooms: ModuleType) -> None:
-    box = rooms.Furniture(PlanarPose(rooms.MIDDLE[0] + 1.0, rooms.MIDDLE[1], 0.3), (0.4, 0.4), 0.9)
-    scan = rooms.FurnishedRoom((box,)).scan(PlanarPose(*rooms.MIDDLE, math.pi), np.random.default_rng(1))
+    box = rooms.Furniture(SE2(rooms.MIDDLE[0] + 1.0, rooms.MIDDLE[1], 0.3), (0.4, 0.4), 0.9)
+    scan = rooms.FurnishedRoom((box,)).scan(SE2(*rooms.MIDDLE, math.pi), np.random.default_rng(1))
     assert 0.7 < np.hypot(*scan[rooms.BEAMS // 2]) < 0.85
     assert np.hypot(*scan[0]) == pytest.approx(3.5, abs=0.05)
 
@@ -56,19 +56,19 @@ def test_furniture_blocks_its_beams(rooms: ModuleType) -> None:
 def test_scans_are_matched_with_the_map_of_the_same_room(rooms: ModuleType, matching: ModuleType) -> None:
     rng = np.random.default_rng(3)
     room = rooms.furnished_room(rng)
-    places = [PlanarPose(*rng.uniform(-1.5, 3.0, 2), rng.uniform(-3.0, 3.0)) for _ in range(200)]
+    places = [SE2(*rng.uniform(-1.5, 3.0, 2), rng.uniform(-3.0, 3.0)) for _ in range(200)]
     free = [pose for pose in places if room.is_free(pose)]
     matcher = matching.ScanMatcher((pose, room.scan(pose, rng)) for pose in free[:40])
     for pose in free[40:50]:
-        found = matcher.match(room.scan(pose, rng), pose @ PlanarPose(0.07, -0.07, 0.08))
+        found = matcher.match(room.scan(pose, rng), pose @ SE2(0.07, -0.07, 0.08))
         assert found is not None
         assert found.distance_to(pose) < 0.005
         assert abs(found.yaw_to(pose)) < 0.002
 
 
 def test_racks_hide_lamps_behind_them_and_low_ones_do_not(rooms: ModuleType) -> None:
-    camera = PlanarPose(-1.0, 0.0, 0.5)
-    shelf = PlanarPose(-0.7, 0.0, math.pi / 2.0)
+    camera = SE2(-1.0, 0.0, 0.5)
+    shelf = SE2(-0.7, 0.0, math.pi / 2.0)
     for height, hidden in ((SHELF_HEIGHT, True), (0.4, False)):
         hides = rooms.FurnishedRoom((rooms.Furniture(shelf, (0.5, 0.2), height),)).occluded_lamps(camera)
         assert hides[0] == hidden

@@ -19,7 +19,7 @@ from shirube_bags.commands.check import main as check
 from shirube_bags.lockstep import replay_in_lockstep
 from shirube_bags.trajectory import make_trajectory
 from shirube_bags.tum_file import save_tum
-from shirube_geometry import PlanarPose, quaternion_from_yaw
+from shirube_core.geometry import SE2, quaternion_from_yaw
 from shirube_ros.isolated_graph import isolated_graph
 from shirube_ros.node_executor import node_executor
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
@@ -38,7 +38,7 @@ AT_A_GOAL = 0.02
 """How far the fused pose may be off where the robot stands at the end [m]."""
 
 
-def is_right(poses: dict[int, PlanarPose], folder: Path) -> bool:
+def is_right(poses: dict[int, SE2], folder: Path) -> bool:
     """Return whether ``check`` finds the poses within the limits."""
     stamps = sorted(poses)
     places = [(poses[stamp].x, poses[stamp].y, 0.0) for stamp in stamps]
@@ -49,7 +49,7 @@ def is_right(poses: dict[int, PlanarPose], folder: Path) -> bool:
     return check([str(file), *truth, *LIMITS]) == 0
 
 
-def fuse(bag: BagReader, shift: PlanarPose | None = None) -> dict[int, PlanarPose]:
+def fuse(bag: BagReader, shift: SE2 | None = None) -> dict[int, SE2]:
     """Return the arbiter's poses by stamp [ns]; with a shift, what the localizers say is off by it."""
     arbiter = Arbiter([SourceSettings()] * len(SOURCES), ArbiterSettings())
     poses = {}
@@ -61,7 +61,7 @@ def fuse(bag: BagReader, shift: PlanarPose | None = None) -> dict[int, PlanarPos
             assert arbiter.add_odometry(stamp, pose, message.stamp_ns) is None
             estimate = arbiter.estimate_at(stamp)
             if estimate is not None:
-                poses[stamp] = PlanarPose(estimate.x, estimate.y, estimate.yaw)
+                poses[stamp] = SE2(estimate.x, estimate.y, estimate.yaw)
             continue
         pose, noise = planar_pose_with_covariance(decoded.pose, message.topic)
         (xx, xy, xt), (_, yy, yt), (_, _, tt) = noise.tolist()
@@ -107,9 +107,9 @@ def test_the_arbiter_is_within_the_limits_and_right_at_the_last_goal(tmp_path: P
     assert poses[last].distance_to(truths[last]) < AT_A_GOAL
 
 
-@pytest.mark.parametrize('shift', [PlanarPose(0.015, 0.0, 0.0), PlanarPose(0.0, 0.0, math.radians(1.0))])
+@pytest.mark.parametrize('shift', [SE2(0.015, 0.0, 0.0), SE2(0.0, 0.0, math.radians(1.0))])
 @pytest.mark.newest_set_only
-def test_localizers_that_are_off_break_the_limits(shift: PlanarPose, tmp_path: Path) -> None:
+def test_localizers_that_are_off_break_the_limits(shift: SE2, tmp_path: Path) -> None:
     with BagReader(BAG) as bag:
         assert not is_right(fuse(bag, shift), tmp_path)
 
@@ -117,7 +117,7 @@ def test_localizers_that_are_off_break_the_limits(shift: PlanarPose, tmp_path: P
 @pytest.mark.timeout(600)
 @pytest.mark.newest_set_only
 def test_the_live_node_is_within_the_limits_too(tmp_path: Path) -> None:
-    poses: dict[int, PlanarPose] = {}
+    poses: dict[int, SE2] = {}
 
     def take(message: PoseStamped) -> None:
         stamp = message.header.stamp

@@ -23,8 +23,8 @@ from scene_simulator.mission_layout import CARPET
 from scene_simulator.mission_sensors import STEREO_RIG
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import header_stamp
-from shirube_geometry import PlanarPose
-from shirube_mission.place_teaching import teach_places
+from shirube_bringup.place_teaching import teach_places
+from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.bag_localization import BagLocalization as LandmarkRun
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
@@ -36,11 +36,11 @@ from vlc_beacon.commands.locate import locate as locate_lamps
 from vlc_beacon.commands.locate import make_parser as lamp_options
 
 BAG = Path(__file__).parents[1] / 'bags' / 'mission'
-Poses = dict[int, PlanarPose]
+Poses = dict[int, SE2]
 
 
 @pytest.fixture(scope='module')
-def truth() -> Callable[[int], PlanarPose]:
+def truth() -> Callable[[int], SE2]:
     """Where the robot truly was, by stamp [ns]; it is told every 20 ms."""
     with BagReader(BAG) as bag:
         known = {
@@ -50,7 +50,7 @@ def truth() -> Callable[[int], PlanarPose]:
     return known.__getitem__
 
 
-def errors(poses: Poses, truth: Callable[[int], PlanarPose]) -> tuple[np.ndarray, np.ndarray]:
+def errors(poses: Poses, truth: Callable[[int], SE2]) -> tuple[np.ndarray, np.ndarray]:
     """Return how far poses are off [m], and how far turned [rad]."""
     pairs = [(pose, truth(stamp)) for stamp, pose in poses.items()]
     places = np.array([pose.distance_to(true) for pose, true in pairs])
@@ -59,7 +59,7 @@ def errors(poses: Poses, truth: Callable[[int], PlanarPose]) -> tuple[np.ndarray
 
 @pytest.mark.timeout(300)
 def test_the_floor_is_read_to_a_tenth_of_a_millimetre_and_the_carpet_is_not(
-    truth: Callable[[int], PlanarPose],
+    truth: Callable[[int], SE2],
 ) -> None:
     floor = surveyed_floor()
     localizer = FloorLocalizer(index_map(DotMap(floor.points, floor.diameters)), BELLY_MOUNT)
@@ -79,20 +79,20 @@ def test_the_floor_is_read_to_a_tenth_of_a_millimetre_and_the_carpet_is_not(
     assert len(poses.keys() & set(outside)) >= 0.95 * len(outside)
 
 
-def is_on_the_carpet(pose: PlanarPose) -> bool:
+def is_on_the_carpet(pose: SE2) -> bool:
     """Return whether the belly camera sees nothing but carpet."""
     (left, low), (right, high) = CARPET.low, CARPET.high
     return left + 0.3 < pose.x < right - 0.3 and low + 0.3 < pose.y < high - 0.3
 
 
-def is_clear_of_the_carpet(pose: PlanarPose) -> bool:
+def is_clear_of_the_carpet(pose: SE2) -> bool:
     """Return whether the belly camera sees no carpet."""
     (left, low), (right, high) = CARPET.low, CARPET.high
     return not (left - 0.3 < pose.x < right + 0.3 and low - 0.3 < pose.y < high + 0.3)
 
 
 @pytest.mark.timeout(300)
-def test_lamps_give_the_pose_to_centimetres(truth: Callable[[int], PlanarPose], tmp_path: Path) -> None:
+def test_lamps_give_the_pose_to_centimetres(truth: Callable[[int], SE2], tmp_path: Path) -> None:
     beacons = tmp_path / 'beacons.yaml'
     write_beacons(list(LAMPS.items()), LAMP_RADIUS, beacons)
     shutter, mount = CEILING_CAMERA.shutter, CEILING_MOUNT
@@ -121,7 +121,7 @@ def test_lamps_give_the_pose_to_centimetres(truth: Callable[[int], PlanarPose], 
 
 
 @pytest.mark.timeout(600)
-def test_landmarks_give_the_pose_to_a_centimetre(truth: Callable[[int], PlanarPose], tmp_path: Path) -> None:
+def test_landmarks_give_the_pose_to_a_centimetre(truth: Callable[[int], SE2], tmp_path: Path) -> None:
     teach_places(tmp_path)
     places = list(load_places(tmp_path))
     with BagReader(BAG) as bag:

@@ -15,7 +15,7 @@ from scipy.stats import chi2
 
 from scene_simulator.dot_floor import DARK_ON_LIGHT
 from scene_simulator.simulated_survey import SURVEY_ERROR
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -76,7 +76,7 @@ def test_the_bound_of_a_second_model_is_the_stated_covariance(outcomes: Any) -> 
 @pytest.mark.usefixtures('bench')
 def test_deviations_from_an_ideal_line_are_none() -> None:
     line = importlib.import_module('_actuator_line')
-    poses = [PlanarPose(0.3 + 0.012 * k * 0.6, 0.2 + 0.012 * k * 0.8, 0.9) for k in range(51)]
+    poses = [SE2(0.3 + 0.012 * k * 0.6, 0.2 + 0.012 * k * 0.8, 0.9) for k in range(51)]
     away, turned = line.deviations(poses)
     np.testing.assert_allclose(away, 0.0, atol=1e-12)
     np.testing.assert_allclose(turned, 0.0, atol=1e-12)

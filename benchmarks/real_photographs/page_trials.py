@@ -17,7 +17,7 @@ from page_views import VIEW_CAMERA, VIEW_MOUNT, page_map, page_origin, page_view
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ class PageBench:
         for frame in photograph.frames:
             yield self._trial(photograph, frame, random_view_pose(generator))
 
-    def _trial(self, photograph: Photograph, frame: FoundFrame, T_page_base: PlanarPose) -> PageTrial:
+    def _trial(self, photograph: Photograph, frame: FoundFrame, T_page_base: SE2) -> PageTrial:
         page, corners = framed_page(photograph, frame) or (None, frame.corners)
         outline = frame_of(page, is_printed=frame.is_printed)
         view = page_view(photograph.image, corners, outline, T_page_base)
@@ -90,7 +90,7 @@ class PageBench:
         return self._localizers[left_out]
 
 
-def _offset(fix: Fix, T_page_base: PlanarPose, page: int) -> Array:
+def _offset(fix: Fix, T_page_base: SE2, page: int) -> Array:
     """Return where a fix has the middle of the frame, relative to the page's centre [m]."""
     middle = T_page_base.inverse().transform(np.zeros((1, 2)))
     return fix.T_map_base.transform(middle)[0] - page_origin(page)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.dot_map import DotMap
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -44,13 +44,13 @@ def page_map(pages: list[Array], left_out: int | None = None) -> DotMap:
     return DotMap(points, np.full(len(points), DOT_DIAMETER))
 
 
-def random_view_pose(generator: np.random.Generator) -> PlanarPose:
+def random_view_pose(generator: np.random.Generator) -> SE2:
     """Return a pose of the robot on a page: any heading, the camera within 5 mm of the page's centre."""
     x, y = generator.uniform(-0.005, 0.005, 2)
-    return PlanarPose(x, y, generator.uniform(-math.pi, math.pi))
+    return SE2(x, y, generator.uniform(-math.pi, math.pi))
 
 
-def page_view(image: Image, corners: Array, frame: Array, T_page_base: PlanarPose) -> Image:
+def page_view(image: Image, corners: Array, frame: Array, T_page_base: SE2) -> Image:
     """Return what a camera straight above a page would see of it.
 
     Beyond the floor that the page is, its brightness without dots is continued: nothing else is in view.

@@ -10,7 +10,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]

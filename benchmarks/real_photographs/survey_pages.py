@@ -35,7 +35,7 @@ from floor_localizer.core.survey.map_comparison import MapComparison, compare
 from floor_localizer.core.survey.submap import Submap, build_submap
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 POSITION_NOISE, HEADING_NOISE = 0.01, math.radians(3.0)
 SETTINGS = SurveySettings(
@@ -49,7 +49,7 @@ LEAST_VIEWS = 8
 RIGHT = 0.001
 """A pose this near to the frame's is right: the frames are cut by hand [m]."""
 
-View = tuple[NDArray[np.uint8], PlanarPose]
+View = tuple[NDArray[np.uint8], SE2]
 
 
 def main() -> int:
@@ -123,7 +123,7 @@ def survey_page(dots: NDArray[np.float64], views: list[View]) -> PageScore:
     surveyed = DotMap(result.dot_map.points[often], result.dot_map.diameters[often])
     found = compare(true_map, surveyed)
     on_surveyed = right_poses(surveyed, kept_out, found.T_first_second)
-    on_true = right_poses(true_map, kept_out, PlanarPose(0.0, 0.0, 0.0))
+    on_true = right_poses(true_map, kept_out, SE2(0.0, 0.0, 0.0))
     return PageScore(
         (len(result.images), len(images)),
         found,
@@ -169,7 +169,7 @@ def build_submaps_of(images: list[SurveyImage]) -> list[Submap]:
     return submaps
 
 
-def right_poses(dot_map: DotMap, views: list[View], T_page_map: PlanarPose) -> int:
+def right_poses(dot_map: DotMap, views: list[View], T_page_map: SE2) -> int:
     """Return in how many views the right pose is found on a map."""
     localizer = FloorLocalizer(index_map(dot_map), VIEW_MOUNT)
     fixes = [(localizer.locate(view, VIEW_CAMERA), pose) for view, pose in views]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.dot_map import DotMap
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -33,7 +33,7 @@ class TerrazzoView(NamedTuple):
     """An image cut from the picture, and the pose of the robot over the picture."""
 
     image: Image
-    T_map_base: PlanarPose
+    T_map_base: SE2
 
 
 def load_terrazzo(data: Path) -> Image:
@@ -54,7 +54,7 @@ def cut_view(picture: Image, generator: np.random.Generator) -> TerrazzoView:
     middle = np.array([generator.uniform(reach, width - reach), generator.uniform(reach, height - reach)])
     yaw = generator.uniform(-math.pi, math.pi)
     x, y = _map_points(middle[None], picture)[0]
-    pose = PlanarPose(float(x), float(y), yaw)
+    pose = SE2(float(x), float(y), yaw)
     scale = 1.0 + generator.uniform(-SCALE_ERROR, SCALE_ERROR)
     columns, rows = np.meshgrid(np.arange(CAMERA.width), np.arange(CAMERA.height))
     rays = CAMERA.rays_from_pixels(np.column_stack([columns.ravel(), rows.ravel()]))

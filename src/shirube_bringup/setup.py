@@ -2,14 +2,15 @@
 
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import find_packages, setup
 
 NAME = 'shirube_bringup'
 
 setup(
     name=NAME,
     version='0.1.0',
-    packages=[],
+    packages=find_packages(exclude=['test']),
+    package_data={NAME: ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
@@ -24,7 +25,8 @@ setup(
     zip_safe=False,
     maintainer='The shirube engineers',
     maintainer_email='shirube@users.noreply.github.com',
-    description='Launch files and example parameter files of all nodes.',
+    description='Launch files and example parameter files of all nodes, and a simulated mission of all of them.',
     license='Apache-2.0',
     tests_require=['pytest'],
+    entry_points={'console_scripts': [f'room = {NAME}.commands.room:main']},
 )

@@ -8,7 +8,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from floor_localizer.core.fix import Fix
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 
 _MATCHED = ColorRGBA(r=0.1, g=0.8, b=0.2, a=1.0)
 _UNMATCHED = ColorRGBA(r=0.9, g=0.1, b=0.1, a=1.0)

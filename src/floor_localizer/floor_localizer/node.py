@@ -27,7 +27,7 @@ from floor_localizer.dot_markers import delete_markers, dot_markers
 from floor_localizer.localizer_from_map_file import STARTUP_NOTICE, localizer_from_map_file
 from floor_localizer.localizer_report import LocalizerReport
 from floor_localizer.node_settings import NodeSettings
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.diagnostics import Diagnostics

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 
 DENSITY = 5384.0
 SIZE = (0.95, 0.6)
@@ -36,17 +36,15 @@ def random_floor(seed: int, size: tuple[float, float] = SIZE, density: float = D
     return DotMap(points, np.full(len(points), 0.0025))
 
 
-def pose_over(
-    rng: np.random.Generator, size: tuple[float, float] = SIZE, mount: CameraMount = MOUNT
-) -> PlanarPose:
+def pose_over(rng: np.random.Generator, size: tuple[float, float] = SIZE, mount: CameraMount = MOUNT) -> SE2:
     """A random pose whose view is completely on the floor."""
-    at_camera = PlanarPose(*rng.uniform(0.08, np.array(size) - 0.08), rng.uniform(-math.pi, math.pi))
-    return at_camera @ PlanarPose(*mount.xyz[:2], 0.0).inverse()
+    at_camera = SE2(*rng.uniform(0.08, np.array(size) - 0.08), rng.uniform(-math.pi, math.pi))
+    return at_camera @ SE2(*mount.xyz[:2], 0.0).inverse()
 
 
 def see(
     floor: DotMap,
-    T_map_base: PlanarPose,
+    T_map_base: SE2,
     rng: np.random.Generator,
     *,
     noise: float = 0.1,
@@ -88,7 +86,7 @@ def mirrored(dots: DetectedDots, camera: PinholeCamera = CAMERA) -> DetectedDots
     return replace(dots, pixels=np.column_stack([camera.width - 1.0 - dots.pixels[:, 0], dots.pixels[:, 1]]))
 
 
-def is_right(fix: object, truth: PlanarPose, position: float = 0.0005, heading: float = 0.01) -> bool:
+def is_right(fix: object, truth: SE2, position: float = 0.0005, heading: float = 0.01) -> bool:
     """Whether a result is the true pose."""
     if not isinstance(fix, Fix):
         return False

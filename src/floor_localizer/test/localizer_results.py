@@ -6,11 +6,11 @@ import numpy as np
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 MOUNT = CameraMount(xyz=(0.05, -0.02, 0.13))
-POSE = PlanarPose(1.25, -0.5, 2.0)
+POSE = SE2(1.25, -0.5, 2.0)
 COVARIANCE = np.diag([1e-8, 4e-8, 1e-6])
 REASON = next(iter(NoFixReason))
 
@@ -22,7 +22,7 @@ def dots_of(*pixels: tuple[float, float]) -> DetectedDots:
     )
 
 
-def a_fix(pose: PlanarPose = POSE) -> Fix:
+def a_fix(pose: SE2 = POSE) -> Fix:
     return Fix(
         T_map_base=pose,
         covariance=COVARIANCE,

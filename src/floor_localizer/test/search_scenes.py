@@ -13,7 +13,7 @@ from floor_localizer.core.constellation.neighbours import sort_neighbours
 from floor_localizer.core.constellation.search_state import SearchState, new_search
 from floor_localizer.core.constellation.view_dots import ViewDots
 from floor_localizer.core.dot_map import DotMap
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 SIGMA = 8e-5
 
@@ -22,9 +22,7 @@ def view_dots(points: NDArray[np.float64], density: float, sigma: float = SIGMA)
     return ViewDots(points, points @ (1.0, 1j), sort_neighbours(points, 32), sigma, 0.27, 0.05, density)
 
 
-def scene(
-    floor: DotMap, indexed: IndexedMap, seed: int, **disturbance: float
-) -> tuple[PlanarPose, View, ViewDots]:
+def scene(floor: DotMap, indexed: IndexedMap, seed: int, **disturbance: float) -> tuple[SE2, View, ViewDots]:
     rng = np.random.default_rng(seed)
     pose = pose_over(rng)
     view = see(floor, pose, rng, **disturbance)
@@ -32,7 +30,7 @@ def scene(
     return pose, view, view_dots(points, indexed.density)
 
 
-def similarity(pose: PlanarPose) -> tuple[complex, complex]:
+def similarity(pose: SE2) -> tuple[complex, complex]:
     return cmath.exp(1j * pose.yaw), complex(pose.x, pose.y)
 
 
@@ -40,6 +38,6 @@ def new_search_for(view: ViewDots, indexed: IndexedMap) -> SearchState:
     return new_search(len(view.z), float(len(indexed.grid.points)), 1e-3, 0.25)
 
 
-def found_pose(found: NDArray[np.float64]) -> PlanarPose:
+def found_pose(found: NDArray[np.float64]) -> SE2:
     """The pose of ``search.best`` or ``search.runner_up``."""
-    return PlanarPose(found[3], found[4], cmath.phase(complex(found[1], found[2])))
+    return SE2(found[3], found[4], cmath.phase(complex(found[1], found[2])))

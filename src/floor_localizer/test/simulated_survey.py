@@ -16,7 +16,7 @@ from floor_localizer.core.survey.keyframe_selection import split_into_submaps
 from floor_localizer.core.survey.submap import Submap, build_submap
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 SETTINGS = SurveySettings()
 OUTLINE = view_outline(CAMERA, MOUNT)
@@ -29,22 +29,22 @@ class Drive:
 
     floor: DotMap
     images: list[SurveyImage]
-    truth: list[PlanarPose]
+    truth: list[SE2]
 
 
-def lane_poses(size: tuple[float, float], pitch: float = 0.07, step: float = 0.035) -> list[PlanarPose]:
+def lane_poses(size: tuple[float, float], pitch: float = 0.07, step: float = 0.035) -> list[SE2]:
     """Return poses in lanes back and forth; the camera sees nothing beyond the floor."""
     poses = []
     for lane, y in enumerate(np.arange(0.06, size[1] - 0.05, pitch)):
         along = np.arange(0.06, size[0] - 0.05, step)
         heading = 0.0 if lane % 2 == 0 else math.pi
-        poses += [PlanarPose(float(x), float(y), heading) for x in (along if lane % 2 == 0 else along[::-1])]
-    return [pose @ PlanarPose(*MOUNT.xyz[:2], 0.0).inverse() for pose in poses]
+        poses += [SE2(float(x), float(y), heading) for x in (along if lane % 2 == 0 else along[::-1])]
+    return [pose @ SE2(*MOUNT.xyz[:2], 0.0).inverse() for pose in poses]
 
 
 def drive_over(
     floor: DotMap,
-    truth: list[PlanarPose],
+    truth: list[SE2],
     seed: int = 0,
     *,
     sway: float = 0.0,
@@ -53,11 +53,11 @@ def drive_over(
 ) -> Drive:
     """Return the images of a robot whose odometry is 2 % too long and drifts in yaw at each step."""
     rng = np.random.default_rng(seed)
-    odometry, images = PlanarPose(1.0, -2.0, 0.5), []
+    odometry, images = SE2(1.0, -2.0, 0.5), []
     for k, pose in enumerate(truth):
         if k:
             step = truth[k - 1].inverse() @ pose
-            odometry = odometry @ PlanarPose(1.02 * step.x, 1.02 * step.y, step.yaw + rng.normal(0.0, drift))
+            odometry = odometry @ SE2(1.02 * step.x, 1.02 * step.y, step.yaw + rng.normal(0.0, drift))
         swing = sway * np.sin([0.2 * k, 0.3 * k + 1.0, 0.25 * k + 2.0])
         view = see(
             floor,

@@ -16,7 +16,7 @@ from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.scene_messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 
 SIZE = (0.4, 0.25)
 MOUNT = CameraMount((0.05, -0.02, 0.13))
@@ -54,13 +54,13 @@ def record_drive(folder: Path, size: tuple[float, float] = SIZE) -> Path:
     return folder
 
 
-def rough(truth: list[PlanarPose]) -> list[PlanarPose]:
+def rough(truth: list[SE2]) -> list[SE2]:
     """Return odometry that is 2 % too long and whose yaw drifts by 1 degree per metre."""
-    found = [PlanarPose(0.0, 0.0, 0.0)]
+    found = [SE2(0.0, 0.0, 0.0)]
     for before, after in zip(truth, truth[1:]):
         step = before.inverse() @ after
         way = math.hypot(step.x, step.y)
-        found.append(found[-1] @ PlanarPose(1.02 * step.x, 1.02 * step.y, step.yaw + 0.0175 * way))
+        found.append(found[-1] @ SE2(1.02 * step.x, 1.02 * step.y, step.yaw + 0.0175 * way))
     return found
 
 

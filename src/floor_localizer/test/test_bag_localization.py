@@ -7,9 +7,9 @@ from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
 
 from floor_localizer.bag_localization import BagLocalization
-from shirube_geometry import PlanarPose
-from shirube_recordings.recording_topics import RecordingTopics
+from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import odometry_message
+from shirube_ros.recording_topics import RecordingTopics
 
 
 class Tracker:
@@ -24,7 +24,7 @@ class Tracker:
 
 def odometry(stamp):
     header = Header(stamp=Time(sec=stamp))
-    return odometry_message(PlanarPose(1.0, 2.0, 0.5), np.eye(3), header, 'base_link')
+    return odometry_message(SE2(1.0, 2.0, 0.5), np.eye(3), header, 'base_link')
 
 
 def test_odometry_after_a_jump_back_goes_to_the_new_tracker():

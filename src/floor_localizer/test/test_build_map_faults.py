@@ -9,7 +9,7 @@ from floor_localizer.core.independent_tasks import InProcessRunner
 from scene_simulator.floor_camera import PAPER_CAMERA
 from scene_simulator.scene_messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 @pytest.fixture(scope='module')
@@ -74,7 +74,7 @@ def test_a_bag_with_bad_odometry_is_one_line(
                 stamp,
             )
         for number, k in enumerate(stamps):
-            message = odometry(PlanarPose(0.1 * k, 0.0, 0.0), (0.2, 0.0), START_NS + k * STEP_NS)
+            message = odometry(SE2(0.1 * k, 0.0, 0.0), (0.2, 0.0), START_NS + k * STEP_NS)
             bag.write('/odom', 'nav_msgs/msg/Odometry', message, START_NS + number * STEP_NS)
     code, _, err = run(capsys, '--bag', tmp_path / 'bag', '--out', tmp_path / 'out')
     assert code == 1

@@ -3,7 +3,7 @@ import pytest
 from drawn_floor import FLOOR, disc_coverage, line_coverage, offsets, photograph, scattered_centres
 
 from floor_localizer.core.dot_extraction import DotDetector, DotDetectorSettings, DotImageError
-from shirube_settings import SettingsError
+from shirube_core.settings import SettingsError
 
 DETECTOR = DotDetector()
 

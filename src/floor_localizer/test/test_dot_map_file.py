@@ -10,7 +10,7 @@ from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map, load_indexed_map, write_indexed_map
 from floor_localizer.files.file_errors import DotMapError
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 MOUNT = CameraMount()
@@ -25,7 +25,7 @@ def files(tmp_path: Path) -> tuple[Path, Path]:
     return tmp_path / 'floor.csv', tmp_path / 'floor.dotmap'
 
 
-def view_of(points: np.ndarray, pose: PlanarPose) -> DetectedDots:
+def view_of(points: np.ndarray, pose: SE2) -> DetectedDots:
     pixels = CAMERA.pixels_from_points(MOUNT.camera_points_from_floor(pose.inverse().transform(points)))
     pixels = pixels[(np.abs(pixels - 117.0) < 115.0).all(axis=1)]
     return DetectedDots(pixels, np.full(len(pixels), 7.0), np.full(len(pixels), 0.2))
@@ -41,7 +41,7 @@ def test_both_formats_hold_the_same_dots(files: tuple[Path, Path]) -> None:
 
 
 def test_both_formats_give_the_same_pose_and_the_true_one(files: tuple[Path, Path]) -> None:
-    pose = PlanarPose(0.2, 0.15, 0.7)
+    pose = SE2(0.2, 0.15, 0.7)
     dots = view_of(load_dot_map(files[0]).points, pose)
     from_csv, from_binary = (
         FloorLocalizer(load_indexed_map(path), MOUNT).locate_dots(dots, CAMERA) for path in files

@@ -7,7 +7,7 @@ from dataclasses import FrozenInstanceError
 import pytest
 
 from floor_localizer.core.fix import NoFix, NoFixReason, PosePrior
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 def test_every_reason_has_its_own_text():
@@ -17,7 +17,7 @@ def test_every_reason_has_its_own_text():
 
 
 def test_a_prior_is_not_strict_by_default():
-    assert not PosePrior(PlanarPose(0.0, 0.0, 0.0), 0.1, 0.1).is_strict
+    assert not PosePrior(SE2(0.0, 0.0, 0.0), 0.1, 0.1).is_strict
 
 
 def test_results_do_not_change():

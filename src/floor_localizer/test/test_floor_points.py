@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.floor_points import FloorPoints, merge_points, transform_points
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 NOTHING = FloorPoints(np.empty((0, 2)), np.empty(0))
-STEP = PlanarPose(0.3, -0.4, 0.7)
+STEP = SE2(0.3, -0.4, 0.7)
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def points():
 
 
 def test_moved_points_stay_where_they_are_on_the_floor(points):
-    T_map_old = PlanarPose(1.0, 2.0, 0.3)
+    T_map_old = SE2(1.0, 2.0, 0.3)
     T_map_new = T_map_old @ STEP.inverse()
     moved = transform_points(points, STEP, 0.05)
     np.testing.assert_allclose(
@@ -29,8 +29,7 @@ def test_moved_points_stay_where_they_are_on_the_floor(points):
 
 def test_odometry_increases_sigmas_with_the_distance_driven(points):
     sigmas = [
-        transform_points(points, PlanarPose(distance, 0.0, 0.0), 0.05).sigmas[0]
-        for distance in (0.0, 0.1, 1.0)
+        transform_points(points, SE2(distance, 0.0, 0.0), 0.05).sigmas[0] for distance in (0.0, 0.1, 1.0)
     ]
     assert sigmas[0] == pytest.approx(1e-4)
     assert sigmas == sorted(sigmas)

@@ -8,7 +8,7 @@ import pytest
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.levels import arrange_levels, level_at
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 CORNERS = [(-3.5, 2.0, 7.1, 9.0), (0.0, 0.0, 12.0, 4.0), (100.0, -80.0, 101.0, -70.0)]
 LEVELS = arrange_levels(['cellar', 'ground', 'roof'], CORNERS)
@@ -24,13 +24,13 @@ def test_levels_do_not_overlap():
 
 def test_corners_are_those_of_the_floor_in_its_own_frame():
     for level, corners in zip(LEVELS, CORNERS, strict=True):
-        lower = level.to_level(PlanarPose(*level.lower, 0.0))
-        upper = level.to_level(PlanarPose(*level.upper, 0.0))
+        lower = level.to_level(SE2(*level.lower, 0.0))
+        upper = level.to_level(SE2(*level.upper, 0.0))
         assert (lower.x, lower.y, upper.x, upper.y) == pytest.approx(corners)
 
 
 def test_a_pose_comes_back_from_the_map():
-    pose = PlanarPose(1.25, 3.5, 2.0)
+    pose = SE2(1.25, 3.5, 2.0)
     for level in LEVELS:
         assert level.to_level(level.to_map(pose)) == pose
 

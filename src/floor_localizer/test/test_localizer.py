@@ -24,7 +24,7 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 TILT = math.radians(2.0)
 VIEWS = {
@@ -175,7 +175,7 @@ def test_a_floor_that_repeats_itself_is_ambiguous_without_a_prior(twice):
         pose = pose_over(rng, (0.4, 0.3))
         dots = see(twice, pose, rng).dots
         assert localizer.locate_dots(dots, CAMERA).reason is NoFixReason.AMBIGUOUS
-        for place in (pose, PlanarPose(0.4, 0.0, 0.0) @ pose):
+        for place in (pose, SE2(0.4, 0.0, 0.0) @ pose):
             assert is_right(localizer.locate_dots(dots, CAMERA, PosePrior(place, 0.02, 0.1)), place)
 
 
@@ -184,7 +184,7 @@ def test_near_a_prior_the_pose_is_found_with_it(floor, localizer, turn):
     rng = np.random.default_rng(13)
     for _ in range(4):
         pose = pose_over(rng)
-        off = PlanarPose(*rng.uniform(-0.01, 0.01, 2), rng.uniform(-0.9, 0.9) * turn)
+        off = SE2(*rng.uniform(-0.01, 0.01, 2), rng.uniform(-0.9, 0.9) * turn)
         result = localizer.locate_dots(
             see(floor, pose, rng, missing=0.3, spurious=10).dots, CAMERA, PosePrior(pose @ off, 0.015, turn)
         )
@@ -194,9 +194,9 @@ def test_near_a_prior_the_pose_is_found_with_it(floor, localizer, turn):
 
 def test_a_wrong_prior_is_overcome_unless_it_is_strict(floor, localizer):
     rng = np.random.default_rng(14)
-    pose = PlanarPose(0.2, 0.2, 0.0)
+    pose = SE2(0.2, 0.2, 0.0)
     dots = see(floor, pose, rng).dots
-    wrong = PosePrior(PlanarPose(0.7, 0.4, 0.0), 0.02, 0.1)
+    wrong = PosePrior(SE2(0.7, 0.4, 0.0), 0.02, 0.1)
     result = localizer.locate_dots(dots, CAMERA, wrong)
     assert is_right(result, pose)
     assert not result.used_prior
@@ -206,11 +206,11 @@ def test_a_wrong_prior_is_overcome_unless_it_is_strict(floor, localizer):
 
 def test_a_wide_strict_area_rejects_poses_outside(floor, localizer):
     rng = np.random.default_rng(15)
-    pose = PlanarPose(0.2, 0.2, 0.0)
+    pose = SE2(0.2, 0.2, 0.0)
     dots = see(floor, pose, rng).dots
-    far = PosePrior(PlanarPose(5.0, 5.0, 0.0), 1.0, math.pi, is_strict=True)
+    far = PosePrior(SE2(5.0, 5.0, 0.0), 1.0, math.pi, is_strict=True)
     assert localizer.locate_dots(dots, CAMERA, far).reason is NoFixReason.OUTSIDE_AREA
-    near = replace(far, T_map_base=PlanarPose(0.5, 0.5, 2.0))
+    near = replace(far, T_map_base=SE2(0.5, 0.5, 2.0))
     assert is_right(localizer.locate_dots(dots, CAMERA, near), pose)
 
 
@@ -233,7 +233,7 @@ def test_a_slanting_camera_with_dots_beyond_the_horizon_keeps_dots_and_matches_t
     # It looks ahead, 35 degrees down: the upper part of its wide image is above the horizon.
     mount = CameraMount(xyz=(0.0, 0.0, 0.05), rpy=(-math.pi / 2.0 - math.radians(35.0), 0.0, -math.pi / 2.0))
     camera = PinholeCamera(640, 480, 260.0, 260.0, 319.5, 239.5)
-    pose = PlanarPose(0.3, 0.3, 0.1)
+    pose = SE2(0.3, 0.3, 0.1)
     view = see(floor, pose, rng, mount=mount, camera=camera)
     near = np.linalg.norm(floor.points[view.sources] - (0.37, 0.3), axis=1) < 0.05
     sky = np.column_stack([rng.uniform(0.0, 639.0, 30), rng.uniform(0.0, 40.0, 30)])
@@ -265,7 +265,7 @@ def test_floor_points_are_where_the_camera_sees_them(floor, localizer):
 def test_image_in_pose_out(floor, localizer):
     """Extraction and matching of the map's discs, rendered by supersampling."""
     rng = np.random.default_rng(19)
-    pose = PlanarPose(0.4, 0.3, 1.0)
+    pose = SE2(0.4, 0.3, 1.0)
     pixels = see(floor, pose, rng, noise=0.0).dots.pixels
     fine = (np.arange(235 * 4) + 0.5) / 4.0 - 0.5
     dark = np.zeros((940, 940))

@@ -18,12 +18,12 @@ from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.scene_messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.tum_file import load_tum
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 
 MOUNT = CameraMount(xyz=(0.03, -0.01, 0.13))
 START_NS = 1_700_000_000_123_456_789
 STEP_NS = 100_000_000
-TRUTH = [PlanarPose(0.12 + 0.02 * k, 0.15 + 0.01 * k, 0.4 + 0.05 * k) for k in range(8)]
+TRUTH = [SE2(0.12 + 0.02 * k, 0.15 + 0.01 * k, 0.4 + 0.05 * k) for k in range(8)]
 BLANK = 5  # index of the image without dots
 
 

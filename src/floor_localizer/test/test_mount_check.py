@@ -8,7 +8,7 @@ import pytest
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.mount_check import check_mount
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 
 DOWN = CameraMount()
 

@@ -9,7 +9,7 @@ import pytest
 from search_scenes import found_pose, new_search_for, scene
 
 from floor_localizer.core.constellation.near_search import search_near
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 def near(indexed, dots, expected, radius, turn, pairs=12):
@@ -26,7 +26,7 @@ def test_a_pose_within_reach_is_found(floor, indexed_floor, radius, turn):
         pose, _, dots = scene(floor, indexed_floor, seed, missing=0.3, spurious=8)
         angle = rng.uniform(-math.pi, math.pi)
         shift = 0.9 * radius * np.array([math.cos(angle), math.sin(angle)])
-        expected = PlanarPose(pose.x + shift[0], pose.y + shift[1], pose.yaw + rng.uniform(-0.9, 0.9) * turn)
+        expected = SE2(pose.x + shift[0], pose.y + shift[1], pose.yaw + rng.uniform(-0.9, 0.9) * turn)
         found, search = near(indexed_floor, dots, expected, radius, turn)
         assert found
         assert found_pose(search.best).distance_to(pose) < 0.001
@@ -34,12 +34,12 @@ def test_a_pose_within_reach_is_found(floor, indexed_floor, radius, turn):
 
 def test_a_pose_far_off_is_not_found(floor, indexed_floor):
     pose, _, dots = scene(floor, indexed_floor, 1)
-    assert not near(indexed_floor, dots, PlanarPose(pose.x, pose.y + 0.05, pose.yaw), 0.01, 0.1)[0]
+    assert not near(indexed_floor, dots, SE2(pose.x, pose.y + 0.05, pose.yaw), 0.01, 0.1)[0]
 
 
 def test_another_heading_is_not_found(floor, indexed_floor):
     pose, _, dots = scene(floor, indexed_floor, 1)
-    assert not near(indexed_floor, dots, PlanarPose(pose.x, pose.y, pose.yaw + 0.5), 0.01, 0.1)[0]
+    assert not near(indexed_floor, dots, SE2(pose.x, pose.y, pose.yaw + 0.5), 0.01, 0.1)[0]
 
 
 def test_without_pairs_nothing_is_found(floor, indexed_floor):

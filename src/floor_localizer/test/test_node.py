@@ -24,7 +24,7 @@ from visualization_msgs.msg import MarkerArray
 
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.node import FloorLocalizerNode, main
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import odometry_message, planar_pose, pose_with_covariance_stamped
@@ -41,10 +41,10 @@ class FakeTracker:
         self.calls: list[tuple[Any, ...]] = []
         self.answer: Fix | NoFix | Exception = a_fix()
 
-    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+    def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
         self.calls.append(('odometry', stamp, T_odom_base))
 
-    def set_area(self, T_map_base: PlanarPose, covariance: np.ndarray, level: str) -> None:
+    def set_area(self, T_map_base: SE2, covariance: np.ndarray, level: str) -> None:
         self.calls.append(('area', T_map_base, covariance, level))
 
     def relocalize(self) -> None:
@@ -130,7 +130,7 @@ def header(stamp: float, frame: str) -> Header:
     return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
 
-def odometry(stamp: float, pose: PlanarPose = POSE, child_frame: str = 'base_link') -> Odometry:
+def odometry(stamp: float, pose: SE2 = POSE, child_frame: str = 'base_link') -> Odometry:
     return odometry_message(pose, COVARIANCE, header(stamp, 'odom'), child_frame)
 
 
@@ -165,7 +165,7 @@ def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph) -> None:
 
 def test_the_node_survives_every_bad_message(graph: IsolatedGraph) -> None:
     robot = Robot(graph)
-    nowhere = PlanarPose(math.nan, 0.0, 0.0)
+    nowhere = SE2(math.nan, 0.0, 0.0)
     robot.send_image(1.0)
     robot.send('image_raw', Image(encoding='bayer_rggb8', width=235, height=235, step=235))
     robot.send('image_raw', image_from_array(PIXELS[:100], header(1.1, '')))

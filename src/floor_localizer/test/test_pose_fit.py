@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from floor_localizer.core.pose_fit import MountedRays, fit_pose, project_to_map
-from shirube_geometry import CameraMount, PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
 MOUNT = CameraMount(xyz=(0.11, -0.04, 0.13), rpy=(math.pi + 0.05, -0.08, 0.4))
 STATE = np.array([3.2, -1.1, 2.3, 0.03, 0.02, -0.015])
@@ -23,7 +23,7 @@ def targets_of(rays, state, mount=MOUNT):
     centre = body @ mount.xyz + (0.0, 0.0, state[3] * mount.xyz[2])
     directions = rays @ (body @ mount.rotation).T
     base = centre - directions * (centre[2] / directions[:, 2])[:, None]
-    return PlanarPose(*state[:3]).transform(base[:, :2])
+    return SE2(*state[:3]).transform(base[:, :2])
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_model_is_that_of_rays_and_planes(mounted, rays):
 
 
 def test_a_level_robot_sees_what_the_mount_says(mounted, rays):
-    pose = PlanarPose(0.4, 0.7, -2.0)
+    pose = SE2(0.4, 0.7, -2.0)
     state = np.array([pose.x, pose.y, pose.yaw, 0.0, 0.0, 0.0])
     expected = pose.transform(MOUNT.floor_points_from_rays(rays))
     np.testing.assert_allclose(
@@ -134,10 +134,10 @@ def test_narrow_priors_hold_height_and_tilt(mounted, rays):
 
 
 def test_moving_the_map_moves_the_pose_along(mounted, rays):
-    move = PlanarPose(-3.0, 7.0, 1.1)
+    move = SE2(-3.0, 7.0, 1.1)
     targets = noisy(rays, 4)
     state, _ = fitted(mounted, targets)
-    expected = move @ PlanarPose(*state[:3])
+    expected = move @ SE2(*state[:3])
     start = STATE.copy()
     start[:3] = expected.x + 0.002, expected.y, expected.yaw + 0.01
     moved, _ = fitted(mounted, move.transform(targets), start=start)

@@ -8,11 +8,11 @@ import pytest
 
 from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 SETTINGS = TrackerSettings()
-START = PlanarPose(5.0, -2.0, 2.8)
-STEP = PlanarPose(0.1, 0.0, 0.6)
+START = SE2(5.0, -2.0, 2.8)
+STEP = SE2(0.1, 0.0, 0.6)
 
 
 def assert_same(found, expected, tolerance=1e-9):
@@ -36,7 +36,7 @@ def test_at_a_message_it_is_the_message(predictor):
 @pytest.mark.parametrize('fraction', [0.25, 0.5, 0.9])
 def test_odometry_is_interpolated_across_the_cut_at_pi(predictor, fraction):
     found = predictor.interpolate_odometry(10.0 + 0.2 * fraction)
-    assert_same(found, START @ PlanarPose(0.1 * fraction, 0.0, 0.6 * fraction), 1e-6)
+    assert_same(found, START @ SE2(0.1 * fraction, 0.0, 0.6 * fraction), 1e-6)
     assert abs(START.yaw_to(found)) == pytest.approx(0.6 * fraction)
 
 
@@ -47,7 +47,7 @@ def test_a_little_before_the_first_message_it_holds(predictor):
 @pytest.mark.parametrize('beyond', [0.5, 1.0])
 def test_a_little_after_the_last_message_the_robot_goes_on(predictor, beyond):
     found = predictor.interpolate_odometry(10.2 + 0.2 * beyond)
-    assert_same(found, START @ STEP @ PlanarPose(0.1 * beyond, 0.0, 0.6 * beyond), 1e-6)
+    assert_same(found, START @ STEP @ SE2(0.1 * beyond, 0.0, 0.6 * beyond), 1e-6)
 
 
 def test_after_a_gap_or_a_single_message_it_stays():
@@ -71,15 +71,15 @@ def test_in_the_middle_of_a_long_gap_odometry_says_nothing(predictor):
 
 
 def test_an_older_message_is_left_out(predictor):
-    predictor.add_odometry(10.1, PlanarPose(99.0, 0.0, 0.0))
-    predictor.add_odometry(10.2, PlanarPose(99.0, 0.0, 0.0))
+    predictor.add_odometry(10.1, SE2(99.0, 0.0, 0.0))
+    predictor.add_odometry(10.2, SE2(99.0, 0.0, 0.0))
     assert_same(predictor.interpolate_odometry(10.2), START @ STEP)
 
 
 def test_forth_and_back_is_the_identity(predictor):
     there, back = predictor.relative_motion(10.0, 10.2), predictor.relative_motion(10.2, 10.0)
     assert_same(there, STEP)
-    assert_same(there @ back, PlanarPose(0.0, 0.0, 0.0))
+    assert_same(there @ back, SE2(0.0, 0.0, 0.0))
 
 
 def test_nothing_is_predicted_without_a_pose(predictor):
@@ -95,7 +95,7 @@ def test_nothing_is_predicted_for_the_past(predictor):
 
 
 def test_odometry_leads_on_from_the_last_pose(predictor):
-    pose = PlanarPose(-1.0, 0.5, 0.3)
+    pose = SE2(-1.0, 0.5, 0.3)
     predictor.add_pose(10.0, pose)
     prior = predictor.predict(10.2)
     assert_same(prior.T_map_base, pose @ STEP)
@@ -112,16 +112,16 @@ def test_clearing_poses_keeps_odometry(predictor):
 def test_without_odometry_a_steady_drive_goes_on():
     predictor = PosePredictor(SETTINGS)
     predictor.add_pose(1.0, START)
-    predictor.add_pose(1.05, START @ PlanarPose(0.02, 0.0, 0.0))
+    predictor.add_pose(1.05, START @ SE2(0.02, 0.0, 0.0))
     prior = predictor.predict(1.1)
-    assert_same(prior.T_map_base, START @ PlanarPose(0.04, 0.0, 0.0))
+    assert_same(prior.T_map_base, START @ SE2(0.04, 0.0, 0.0))
 
 
 def test_without_odometry_the_prior_covers_any_drive_within_the_acceleration():
     predictor = PosePredictor(SETTINGS)
     speed, dt = 0.4, 0.05
     for k in range(2):
-        predictor.add_pose(k * dt, PlanarPose(speed * k * dt, 0.0, 0.0))
+        predictor.add_pose(k * dt, SE2(speed * k * dt, 0.0, 0.0))
     prior = predictor.predict(2 * dt)
     for acceleration in (-SETTINGS.acceleration_max, SETTINGS.acceleration_max):
         x = speed * 2 * dt + 0.5 * acceleration * dt * dt

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine_pose
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 PRIORS = np.array([0.03, 0.02, 0.02])
 
@@ -28,7 +28,7 @@ def test_a_near_start_leads_to_the_truth(floor, indexed_floor, seed):
     pose, tilt, scale = pose_over(rng), rng.uniform(-0.01, 0.01, 2), rng.uniform(-0.02, 0.02)
     view = see(floor, pose, rng, tilt=tilt, scale=scale, spurious=5)
     found = refined(indexed_floor, view, [pose.x + 1e-4, pose.y - 1e-4, pose.yaw + 0.001, scale, *tilt * 0.7])
-    assert pose.distance_to(PlanarPose(*found.state[:3])) < 1e-4
+    assert pose.distance_to(SE2(*found.state[:3])) < 1e-4
     np.testing.assert_allclose(found.state[3:], [scale, *tilt], atol=0.01)
 
 

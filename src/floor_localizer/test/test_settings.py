@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
-from shirube_settings import SettingsError, check_settings, describe_settings
+from shirube_core.settings import SettingsError, check_settings, describe_settings
 
 KINDS = [LocalizerSettings, TrackerSettings]
 

@@ -15,7 +15,7 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.levels import arrange_levels
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 NAMES = ('ground', 'first')
 FLOORS = {name: random_floor(seed) for name, seed in zip(NAMES, (11, 12))}
@@ -80,13 +80,13 @@ def test_floors_that_look_the_same_are_ambiguous() -> None:
 
 def test_a_missing_level_is_named_with_the_existing_ones(house: FloorLocalizer) -> None:
     with pytest.raises(FloorLocalizerError, match="no level 'roof'; it has: ground, first"):
-        house.to_map(PlanarPose(0.0, 0.0, 0.0), 'roof')
+        house.to_map(SE2(0.0, 0.0, 0.0), 'roof')
     with pytest.raises(FloorLocalizerError, match="no level ''"):
-        FloorTracker(house).set_area(PlanarPose(0.0, 0.0, 0.0), NARROW)
+        FloorTracker(house).set_area(SE2(0.0, 0.0, 0.0), NARROW)
 
 
 def test_a_map_of_one_floor_has_its_own_frame(localizer: FloorLocalizer) -> None:
-    pose = PlanarPose(0.3, 0.2, 0.1)
+    pose = SE2(0.3, 0.2, 0.1)
     assert localizer.to_map(pose, '') == pose
     with pytest.raises(FloorLocalizerError, match='it has: none'):
         localizer.to_map(pose, 'ground')

@@ -9,10 +9,10 @@ from floor_views import CAMERA, dots_at, first_dots, is_right, pose_over, see
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason
 from floor_localizer.core.settings import TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
-START = PlanarPose(0.2, 0.3, 0.1)
-STEP = PlanarPose(0.01, 0.0, 0.02)
+START = SE2(0.2, 0.3, 0.1)
+STEP = SE2(0.01, 0.0, 0.02)
 NARROW = np.diag([1e-4, 1e-4, 0.01])
 
 
@@ -31,7 +31,7 @@ def drive(number, start=START):
 @pytest.mark.parametrize('odometry', [True, False])
 def test_a_driving_robot_is_tracked_by_prediction(floor, tracker, odometry):
     rng = np.random.default_rng(0)
-    odom = PlanarPose(7.0, 7.0, -2.0)
+    odom = SE2(7.0, 7.0, -2.0)
     for k, pose in enumerate(drive(12)):
         if odometry:
             tracker.add_odometry(0.05 * k, odom @ (START.inverse() @ pose))
@@ -42,7 +42,7 @@ def test_a_driving_robot_is_tracked_by_prediction(floor, tracker, odometry):
 
 def test_a_kidnapped_robot_is_found_in_the_first_image(floor, tracker):
     rng = np.random.default_rng(1)
-    for k, pose in enumerate([*drive(4), *drive(3, PlanarPose(0.7, 0.35, -2.0))]):
+    for k, pose in enumerate([*drive(4), *drive(3, SE2(0.7, 0.35, -2.0))]):
         result = tracker.track_dots(0.05 * k, see(floor, pose, rng).dots, CAMERA)
         assert is_right(result, pose)
 
@@ -58,7 +58,7 @@ def test_after_images_without_dots_it_is_found_again(floor, tracker):
 
 def test_an_area_around_the_robot_leads_to_a_pose(floor, tracker):
     rng = np.random.default_rng(3)
-    tracker.set_area(START @ PlanarPose(0.02, -0.01, 0.1), NARROW)
+    tracker.set_area(START @ SE2(0.02, -0.01, 0.1), NARROW)
     result = tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
     assert is_right(result, START)
     assert result.used_prior
@@ -66,7 +66,7 @@ def test_an_area_around_the_robot_leads_to_a_pose(floor, tracker):
 
 def test_an_area_elsewhere_holds_until_it_is_lifted(floor, tracker):
     rng = np.random.default_rng(4)
-    tracker.set_area(PlanarPose(0.7, 0.4, 0.1), NARROW)
+    tracker.set_area(SE2(0.7, 0.4, 0.1), NARROW)
     for k in range(3):
         result = tracker.track_dots(0.05 * k, see(floor, START, rng).dots, CAMERA)
         assert result.reason is NoFixReason.OUTSIDE_AREA
@@ -78,7 +78,7 @@ def test_once_found_in_its_area_the_robot_may_leave_it(floor, tracker):
     rng = np.random.default_rng(5)
     tracker.set_area(START, NARROW)
     tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
-    away = PlanarPose(0.7, 0.4, 2.0)
+    away = SE2(0.7, 0.4, 2.0)
     assert is_right(tracker.track_dots(0.05, see(floor, away, rng).dots, CAMERA), away)
 
 
@@ -93,7 +93,7 @@ def test_relocalize_forgets_the_pose(floor, tracker):
 
 def sparse_views(floor, rng, number):
     """Views of a driving robot with only the four dots nearest to the centre of the image."""
-    poses = [START @ PlanarPose(0.012 * k, 0.0, 0.0) for k in range(number)]
+    poses = [START @ SE2(0.012 * k, 0.0, 0.0) for k in range(number)]
     views = []
     for pose in poses:
         dots = see(floor, pose, rng).dots

@@ -15,7 +15,7 @@ from floor_localizer.core.uniqueness import (
     inspect_places,
     list_places,
 )
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 VIEW, SETTINGS = ViewSettings(), LocalizerSettings()
 
@@ -47,7 +47,7 @@ def test_every_place_of_a_periodic_floor_is_ambiguous() -> None:
 @pytest.mark.parametrize('turn', [0.0, 0.5, np.pi])
 def test_a_copied_part_is_found_and_its_original_named(turn: float) -> None:
     original = random_map(3).points
-    T_copy = PlanarPose(1.0, 0.2, turn)
+    T_copy = SE2(1.0, 0.2, turn)
     floor = index_map(map_of(original, T_copy.transform(original)))
     place = inspect_place(floor, (0.2, 0.15), VIEW, SETTINGS)
     assert place.kind is PlaceKind.AMBIGUOUS

@@ -8,10 +8,10 @@ import pytest
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 EXACT = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0)
-ORIGIN = PlanarPose(0.0, 0.0, 0.0)
+ORIGIN = SE2(0.0, 0.0, 0.0)
 TICK = math.tau / EXACT.ticks_per_revolution
 
 
@@ -57,7 +57,7 @@ def test_a_speed_is_held_nine_percent_low_until_the_auto_stop():
 
 
 def test_what_the_encoders_count_is_how_far_the_wheels_went():
-    controller = a_controller(start=PlanarPose(1.0, 2.0, math.pi / 2))
+    controller = a_controller(start=SE2(1.0, 2.0, math.pi / 2))
     controller.receive(b'm 50 50\r')
     controller.advance(4.0)
     left, right = counts(controller)
@@ -120,7 +120,7 @@ def test_the_past_is_remembered_and_the_future_is_refused():
         assert (seen.x, seen.y, seen.yaw) == pytest.approx((pose.x, pose.y, pose.yaw))
     between = controller.pose_at(0.5 * (past[-1][0] + controller._times[-2])).x
     assert controller._poses[-2].x < between < past[-1][1].x
-    assert controller.pose_at(-1.0) == PlanarPose(0.0, 0.0, 0.0)
+    assert controller.pose_at(-1.0) == SE2(0.0, 0.0, 0.0)
     with pytest.raises(MotorBridgeError, match='is simulated until 1'):
         controller.pose_at(1.5)
 

@@ -4,8 +4,8 @@ import pytest
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.node import MotorBridgeNode, main
+from shirube_core.settings import SettingsError
 from shirube_ros.run_in_process import run_in_process
-from shirube_settings import SettingsError
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_from_distances
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 B = 0.2
 
@@ -17,7 +17,7 @@ def moved(ways, noise=0.01):
 
 
 def test_equal_ways_go_straight_and_opposite_ones_turn():
-    assert moved([(0.4, 0.4)]).T_odom_base == PlanarPose(0.4, 0.0, 0.0)
+    assert moved([(0.4, 0.4)]).T_odom_base == SE2(0.4, 0.0, 0.0)
     turned = moved([(-0.1, 0.1)]).T_odom_base
     assert (turned.x, turned.y, turned.yaw) == pytest.approx((0.0, 0.0, 0.2 / B))
 

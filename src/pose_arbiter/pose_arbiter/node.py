@@ -23,7 +23,7 @@ from pose_arbiter.source_parameters import declare_sources
 from pose_arbiter.stamp_conversion import time_message
 from pose_arbiter.tick_schedule import TickSchedule
 from pose_arbiter.transform_output import TransformOutput
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.node_main import run_node
@@ -109,7 +109,7 @@ class PoseArbiterNode(Node):
 
     def _publish(self, stamp: int, estimate: Estimate) -> None:
         header = Header(stamp=time_message(stamp), frame_id=self._settings.map_frame)
-        pose = PlanarPose(estimate.x, estimate.y, estimate.yaw)
+        pose = SE2(estimate.x, estimate.y, estimate.yaw)
         self._pose.publish(pose_stamped(pose, header))
         xx, xy, xt, yy, yt, tt = estimate.covariance
         covariance = ((xx, xy, xt), (xy, yy, yt), (xt, yt, tt))

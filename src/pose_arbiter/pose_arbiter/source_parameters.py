@@ -13,8 +13,8 @@ from rclpy.node import Node
 from rclpy.validate_topic_name import validate_topic_name
 
 from pose_arbiter.core.source_settings import SourceSettings
+from shirube_core.settings import SettingsError
 from shirube_ros.parameters import declare_parameters
-from shirube_settings import SettingsError
 
 DEFAULT_SOURCES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon')
 """The localizers of this suite."""

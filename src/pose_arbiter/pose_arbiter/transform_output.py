@@ -9,7 +9,7 @@ from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 
 from pose_arbiter.stamp_conversion import time_message
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import pose_message
 
 
@@ -31,7 +31,7 @@ class TransformOutput:
         except ImportError:
             node.get_logger().info('tf2_ros is not installed; map to odom is not published')
 
-    def send(self, T_map_odom: PlanarPose, stamp: int) -> None:
+    def send(self, T_map_odom: SE2, stamp: int) -> None:
         """Broadcast the pose of the child in the parent, valid until a stamp [ns]."""
         if self._broadcaster is None:
             return

@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from pose_arbiter.node import PoseArbiterNode
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import odometry_message, pose_stamped, pose_with_covariance_stamped
 
 START = 100.0
@@ -58,7 +58,7 @@ class Robot:
     @property
     def pose(self):
         """True pose of the robot."""
-        return PlanarPose(0.5 * (self.now - START), 0.0, 0.0)
+        return SE2(0.5 * (self.now - START), 0.0, 0.0)
 
     def tick(self, seconds):
         """Advance the clock of the node."""
@@ -83,7 +83,7 @@ class Robot:
         self.send('b', pose_stamped(pose or self.pose, self.header(**header)))
 
     def publish_odometry(self, pose=None):
-        pose = pose or PlanarPose(5.0, 5.0, 0.0) @ self.pose
+        pose = pose or SE2(5.0, 5.0, 0.0) @ self.pose
         message = odometry_message(pose, NOISE, self.header('odom'), 'base_link')
         message.twist.twist.linear.x = 0.5
         self.send('odom', message)

@@ -8,7 +8,7 @@ import random
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.source_settings import SourceSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 SECOND = 1_000_000_000
 BEGIN = 1000 * SECOND
@@ -19,18 +19,18 @@ SIGMA = 0.005
 def true_pose(seconds):
     """Return the pose on a circle of 1 m radius, at 0.4 m/s."""
     angle = 0.4 * seconds
-    return PlanarPose(math.sin(angle), 1.0 - math.cos(angle), math.remainder(angle, math.tau))
+    return SE2(math.sin(angle), 1.0 - math.cos(angle), math.remainder(angle, math.tau))
 
 
 def odometry_pose(seconds):
     """Return odometry with a scale error of 2 %, from another origin."""
     angle = 0.4 * seconds
-    away = PlanarPose(3.0, -2.0, 1.0)
-    return away @ PlanarPose(1.02 * math.sin(angle), 1.02 * (1.0 - math.cos(angle)), angle)
+    away = SE2(3.0, -2.0, 1.0)
+    return away @ SE2(1.02 * math.sin(angle), 1.02 * (1.0 - math.cos(angle)), angle)
 
 
 def shift_pose(pose, x=0.0, y=0.0, yaw=0.0):
-    return PlanarPose(pose.x + x, pose.y + y, pose.yaw + yaw)
+    return SE2(pose.x + x, pose.y + y, pose.yaw + yaw)
 
 
 def messages(seconds, sources, begin=0.0, rate=20.0, odometry_rate=50.0):
@@ -78,7 +78,7 @@ def add_messages(arbiter, said, now=None):
 def errors(arbiter, seconds):
     """Return the errors of the fused pose in position [m] and yaw [rad]."""
     estimate = arbiter.estimate_at(BEGIN + round(seconds * SECOND))
-    pose, true = PlanarPose(estimate.x, estimate.y, estimate.yaw), true_pose(seconds)
+    pose, true = SE2(estimate.x, estimate.y, estimate.yaw), true_pose(seconds)
     return pose.distance_to(true), abs(pose.yaw_to(true))
 
 

@@ -21,7 +21,7 @@ from short_drive import (
 )
 
 from pose_arbiter.core.source_settings import SourceSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 def faulty(seconds):
@@ -98,7 +98,7 @@ def test_the_past_stays_what_it_was_seen_from():
 
 
 def test_an_offset_is_taken_off():
-    mount = PlanarPose(0.2, -0.1, 0.3)
+    mount = SE2(0.2, -0.1, 0.3)
     plain = new_arbiter(1)
     add_messages(plain, messages(1.0, [true_pose]))
     source = SourceSettings(sigma_xy=0.005, sigma_yaw=0.005, offset=(mount.x, mount.y, mount.yaw))

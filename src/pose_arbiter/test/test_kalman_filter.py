@@ -20,7 +20,7 @@ from pose_arbiter.core.kalman_filter import (
     update,
 )
 from pose_arbiter.core.odometry_buffer import OdometryBuffer
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 SETTINGS = ArbiterSettings()
 BIAS_FRACTION = 0.4
@@ -58,7 +58,7 @@ def solve_batch(p, said):
 
 def test_the_pose_goes_as_odometry_goes(buffer):
     end = predict(start(buffer), buffer.lookup(BEGIN + 2 * SECOND), SETTINGS)
-    true = PlanarPose(1.0, 2.0, 0.5) @ odometry_pose(0.0).inverse() @ odometry_pose(2.0)
+    true = SE2(1.0, 2.0, 0.5) @ odometry_pose(0.0).inverse() @ odometry_pose(2.0)
     assert (end.x, end.y, end.yaw) == pytest.approx((true.x, true.y, true.yaw), abs=1e-9)
 
 

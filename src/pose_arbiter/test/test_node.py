@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
 from pose_arbiter.core.localization_status import LocalizationStatus
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.isolated_graph import isolated_graph
 from shirube_ros.pose_conversion import pose_with_covariance_stamped
 
@@ -38,7 +38,7 @@ def test_the_diagnostics_list_used_and_rejected_sources_with_reasons(graph):
     robot = Robot(graph)
     robot.drive(1.0)
     assert robot.report().level == DiagnosticStatus.OK
-    robot.drive(1.5, b=lambda pose: PlanarPose(pose.x, pose.y + 1.0, pose.yaw))
+    robot.drive(1.5, b=lambda pose: SE2(pose.x, pose.y + 1.0, pose.yaw))
     report = robot.report()
     assert report.level == DiagnosticStatus.WARN
     assert 'a used, b rejected (' in report.message
@@ -79,7 +79,7 @@ def test_a_person_can_say_where_the_robot_is(graph):
     robot = Robot(graph)
     robot.tick(0.1)
     robot.publish_odometry()
-    initial_pose = pose_with_covariance_stamped(PlanarPose(2.0, 3.0, 1.0), np.eye(3) * 0.01, robot.header())
+    initial_pose = pose_with_covariance_stamped(SE2(2.0, 3.0, 1.0), np.eye(3) * 0.01, robot.header())
     robot.send('initialpose', initial_pose)
     robot.tick(0.1)
     assert graph.spin_until(lambda: bool(robot.poses))

@@ -11,10 +11,10 @@ from nav_msgs.msg import Odometry
 
 from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
 from pose_arbiter.node import PoseArbiterNode, main
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
+from shirube_core.settings import SettingsError
 from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
 from shirube_ros.run_in_process import run_in_process
-from shirube_settings import SettingsError
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -28,10 +28,10 @@ def flat(message):
     ('send', 'name', 'words'),
     [
         (lambda r: r.publish_a(frame='hall'), 'a', "poses of a have frame_id 'hall', expected 'map'"),
-        (lambda r: r.publish_a(PlanarPose(math.nan, 0.0, 0.0)), 'a', 'a holds a pose that is not finite'),
+        (lambda r: r.publish_a(SE2(math.nan, 0.0, 0.0)), 'a', 'a holds a pose that is not finite'),
         (lambda r: r.publish_a(noise=np.zeros((3, 3))), 'a', 'a holds a covariance that is not positive'),
         (lambda r: r.publish_a(noise=np.eye(3) * 1e9), 'a', 'a: covariance is invalid'),
-        (lambda r: r.publish_a(PlanarPose(1e9, 0.0, 0.0)), 'a', 'a: farther than 1000 km from the origin'),
+        (lambda r: r.publish_a(SE2(1e9, 0.0, 0.0)), 'a', 'a: farther than 1000 km from the origin'),
         (lambda r: r.publish_a(ago=r.now), 'a', 'a: stamp is 0'),
         (lambda r: r.publish_a(ago=-5.0), 'a', 'a: stamp is in the future'),
         (lambda r: r.publish_a(ago=50.0), 'a', 'a: stamp is too old'),
@@ -44,7 +44,7 @@ def flat(message):
             "odometry has frame_id 'hall', expected 'odom'",
         ),
         (
-            lambda r: r.publish_odometry(PlanarPose(math.inf, 0.0, 0.0)),
+            lambda r: r.publish_odometry(SE2(math.inf, 0.0, 0.0)),
             'odom',
             'odom holds a pose that is not',
         ),

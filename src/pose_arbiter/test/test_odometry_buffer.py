@@ -13,7 +13,7 @@ from short_drive import BEGIN, SECOND, odometry_pose
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.cumulative_odometry import motion_between
 from pose_arbiter.core.odometry_buffer import OdometryBuffer
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 STAMPS = [BEGIN + k * SECOND // 50 for k in range(60)]
 
@@ -37,7 +37,7 @@ def test_a_motion_is_that_of_the_wheels(first, last):
     a, b = (buffer.lookup(BEGIN + round(s * SECOND)) for s in (first, last))
     motion = motion_between(a, b)
     true = odometry_pose(first).inverse() @ odometry_pose(last)
-    path_length = PlanarPose(0.0, 0.0, -a.yaw) @ PlanarPose(motion.x, motion.y, motion.yaw + a.yaw)
+    path_length = SE2(0.0, 0.0, -a.yaw) @ SE2(motion.x, motion.y, motion.yaw + a.yaw)
     assert (path_length.x, path_length.y, motion.yaw) == pytest.approx((true.x, true.y, true.yaw), abs=1e-5)
 
 
@@ -60,7 +60,7 @@ def test_the_covariance_is_that_of_the_steps_one_by_one():
 
 def test_a_jump_of_odometry_is_a_gap_and_not_motion():
     def restarted(seconds):
-        return odometry_pose(seconds) if seconds < 0.5 else PlanarPose(0.3 * (seconds - 0.5), 0.0, 0.0)
+        return odometry_pose(seconds) if seconds < 0.5 else SE2(0.3 * (seconds - 0.5), 0.0, 0.0)
 
     buffer = buffer_of(pose_at=restarted)
     motion = motion_between(buffer.lookup(STAMPS[24]), buffer.lookup(STAMPS[25]))
@@ -72,11 +72,11 @@ def test_a_jump_of_odometry_is_a_gap_and_not_motion():
 
 def test_odometry_that_begins_again_after_a_silence_may_have_missed_what_was_driven():
     missing = range(20, 50)  # 0.6 s
-    buffer = buffer_of([k for k in range(60) if k not in missing], lambda _: PlanarPose(1.0, 2.0, 0.5))
+    buffer = buffer_of([k for k in range(60) if k not in missing], lambda _: SE2(1.0, 2.0, 0.5))
     motion = motion_between(buffer.lookup(STAMPS[10]), buffer.lookup(STAMPS[55]))
     assert motion.distance == 0.0
     assert 0.3 < motion.odometry_gap < 0.62
-    whole = buffer_of(pose_at=lambda _: PlanarPose(1.0, 2.0, 0.5))
+    whole = buffer_of(pose_at=lambda _: SE2(1.0, 2.0, 0.5))
     assert motion_between(whole.lookup(STAMPS[10]), whole.lookup(STAMPS[55])).odometry_gap == 0.0
 
 
@@ -91,7 +91,7 @@ def test_the_robot_goes_on_for_a_moment_and_then_nothing_is_known():
 def test_a_stamp_that_is_there_is_left_out():
     buffer = buffer_of()
     before = buffer.lookup(STAMPS[-1])
-    assert buffer.add(STAMPS[30], PlanarPose(9.0, 9.0, 0.0)) is None
+    assert buffer.add(STAMPS[30], SE2(9.0, 9.0, 0.0)) is None
     assert buffer.lookup(STAMPS[-1]) == before
 
 

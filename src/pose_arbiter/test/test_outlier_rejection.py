@@ -27,9 +27,9 @@ from pose_arbiter.core.covariance import diagonal
 from pose_arbiter.core.localization_status import LocalizationStatus, localization_status
 from pose_arbiter.core.measurement_status import MeasurementStatus
 from pose_arbiter.core.source_settings import SourceSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
-ORIGIN = PlanarPose(0.0, 0.0, 0.0)
+ORIGIN = SE2(0.0, 0.0, 0.0)
 
 
 def until(source, end):
@@ -41,7 +41,7 @@ def since(source, begin):
 
 
 def displaced_pose(seconds):
-    return PlanarPose(1.0, -2.0, 0.5) @ true_pose(seconds)
+    return SE2(1.0, -2.0, 0.5) @ true_pose(seconds)
 
 
 def run(seconds, sources, **settings):
@@ -225,8 +225,8 @@ def test_an_exact_source_is_accepted_although_the_yaw_slips_as_the_settings_say(
     arbiter, robot, odometry = new_arbiter(1, [SourceSettings(sigma_xy=1e-4, sigma_yaw=1e-4)]), ORIGIN, ORIGIN
     step = 0.15 / 50.0  # slow: random error dominates
     for k in range(2000):
-        slip = PlanarPose(0.0, 0.0, settings.odometry_noise_yaw * math.sqrt(step) * rng.gauss(0.0, 1.0))
-        robot, odometry = robot @ PlanarPose(step, 0.0, 0.0), odometry @ PlanarPose(step, 0.0, 0.0) @ slip
+        slip = SE2(0.0, 0.0, settings.odometry_noise_yaw * math.sqrt(step) * rng.gauss(0.0, 1.0))
+        robot, odometry = robot @ SE2(step, 0.0, 0.0), odometry @ SE2(step, 0.0, 0.0) @ slip
         stamp = BEGIN + k * SECOND // 50
         add_messages(arbiter, [(stamp, ODOMETRY, odometry), *([(stamp, 0, robot)] if k % 5 == 0 else [])])
     counts = arbiter.counts()

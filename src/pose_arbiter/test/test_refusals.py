@@ -11,7 +11,7 @@ from short_drive import BEGIN, SECOND, add_messages, messages, new_arbiter, nois
 from pose_arbiter.core.arbiter import OPERATOR
 from pose_arbiter.core.covariance import diagonal
 from pose_arbiter.core.measurement_status import RejectReason
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 NAN, INF = math.nan, math.inf
 SAID = messages(1.0, [noisy(1), noisy(2)])
@@ -20,10 +20,10 @@ GOOD = true_pose(0.9)
 FINE = diagonal(1e-4, 1e-4)
 
 BAD = [
-    (NOW, PlanarPose(NAN, 0.0, 0.0), FINE, RejectReason.NOT_FINITE),
-    (NOW, PlanarPose(0.0, INF, 0.0), FINE, RejectReason.NOT_FINITE),
-    (NOW, PlanarPose(0.0, 0.0, -INF), FINE, RejectReason.NOT_FINITE),
-    (NOW, PlanarPose(1e300, 0.0, 0.0), FINE, RejectReason.TOO_FAR),
+    (NOW, SE2(NAN, 0.0, 0.0), FINE, RejectReason.NOT_FINITE),
+    (NOW, SE2(0.0, INF, 0.0), FINE, RejectReason.NOT_FINITE),
+    (NOW, SE2(0.0, 0.0, -INF), FINE, RejectReason.NOT_FINITE),
+    (NOW, SE2(1e300, 0.0, 0.0), FINE, RejectReason.TOO_FAR),
     (NOW, GOOD, diagonal(-1.0, 1.0), RejectReason.BAD_COVARIANCE),
     (NOW, GOOD, diagonal(0.0, 0.0), RejectReason.BAD_COVARIANCE),
     (NOW, GOOD, diagonal(1e-30, 1e-30), RejectReason.BAD_COVARIANCE),
@@ -57,8 +57,8 @@ def test_a_bad_pose_is_refused_and_changes_nothing(arbiter, stamp, pose, noise, 
 @pytest.mark.parametrize(
     ('stamp', 'pose', 'reason'),
     [
-        (NOW, PlanarPose(NAN, 0.0, 0.0), RejectReason.NOT_FINITE),
-        (NOW, PlanarPose(0.0, 1e12, 0.0), RejectReason.TOO_FAR),
+        (NOW, SE2(NAN, 0.0, 0.0), RejectReason.NOT_FINITE),
+        (NOW, SE2(0.0, 1e12, 0.0), RejectReason.TOO_FAR),
         (0, GOOD, RejectReason.NO_STAMP),
         (NOW + SECOND, GOOD, RejectReason.FUTURE),
         (NOW - 3 * SECOND, GOOD, RejectReason.TOO_OLD),
@@ -73,7 +73,7 @@ def test_bad_odometry_is_refused_and_changes_nothing(arbiter, stamp, pose, reaso
 
 def test_an_invalid_initial_pose_is_rejected(arbiter):
     before = numbers(arbiter.estimate_at(NOW))
-    assert arbiter.add_pose(OPERATOR, NOW, PlanarPose(NAN, 0.0, 0.0), FINE, NOW) is RejectReason.NOT_FINITE
+    assert arbiter.add_pose(OPERATOR, NOW, SE2(NAN, 0.0, 0.0), FINE, NOW) is RejectReason.NOT_FINITE
     assert numbers(arbiter.estimate_at(NOW)) == before
 
 

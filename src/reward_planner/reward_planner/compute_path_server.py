@@ -16,12 +16,12 @@ from std_msgs.msg import Header
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRouteReason
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.message_error import MessageError
 from shirube_ros.occupancy_conversion import path_message
 from shirube_ros.pose_conversion import planar_pose
 
-PlanRoute = Callable[[PlanarPose | None, PlanarPose, float], NDArray[np.float64] | NoRouteReason]
+PlanRoute = Callable[[SE2 | None, SE2, float], NDArray[np.float64] | NoRouteReason]
 """Plans from a start (None for the robot's pose at a time [s]) to a goal: points [m], shape (n, 2), or a reason."""
 
 _NAME = 'compute_path_to_pose'
@@ -78,7 +78,7 @@ def handle_request(request: Any, result: Any, header: Header, plan: PlanRoute) -
     return result, ''
 
 
-def _in_map(message: Any, header: Header, name: str) -> PlanarPose:
+def _in_map(message: Any, header: Header, name: str) -> SE2:
     if message.header.frame_id not in ('', header.frame_id):
         raise MessageError(
             f'{name} is in the frame {message.header.frame_id!r}; give it in {header.frame_id!r}'

@@ -31,7 +31,7 @@ from reward_planner.map_publisher import MapPublisher
 from reward_planner.map_service import load_static_map, save_global_map
 from reward_planner.node_settings import NodeSettings, check_source
 from reward_planner.planner_report import PlannerReport
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.message_error import PoseError
@@ -190,7 +190,7 @@ class RewardPlannerNode(Node):
         self._navigator.set_goal(goal)
         self._goal_yaw = goal.yaw
 
-    def _in_map(self, message: PoseStamped, topic: str) -> PlanarPose:
+    def _in_map(self, message: PoseStamped, topic: str) -> SE2:
         frame, map_frame = message.header.frame_id, self._settings.map_frame
         if frame not in ('', map_frame):
             raise PoseError(
@@ -224,7 +224,7 @@ class RewardPlannerNode(Node):
         self._publish_plan()
         if drive.waypoint_map is not None:
             x, y = drive.waypoint_map
-            self._waypoint.publish(pose_stamped(PlanarPose(x, y, 0.0), self._map_header()))
+            self._waypoint.publish(pose_stamped(SE2(x, y, 0.0), self._map_header()))
         if drive.velocity is not None:
             self._send(drive.velocity)
 

@@ -18,7 +18,7 @@ from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from scene_simulator.grid_world import GridWorld
 from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 TICK = 0.05
 REACH = 3.0
@@ -37,7 +37,7 @@ class GridDrive:
         self.controller = DriveController(self.global_map, planner, reward, self.settings)
         self.robot = SimulatedRobot(start, MotorLimits(0.6, 4.0))
         self.senses_pose = self.senses_map = True
-        self.error = PlanarPose(0.0, 0.0, 0.0)  # error of the reported pose
+        self.error = SE2(0.0, 0.0, 0.0)  # error of the reported pose
         self.drives, self.poses, self.room = [], [start], []
         self.frame = GridFrame(0.0, 0.0, resolution, *self.walls.shape[::-1])
         self._seen = np.full(self.walls.shape, UNKNOWN, dtype=np.int8)
@@ -95,7 +95,7 @@ class GridDrive:
 
 
 def goal_at(x, y, yaw=0.0):
-    return PlanarPose(x, y, yaw)
+    return SE2(x, y, yaw)
 
 
 def coarse(walls, factor=5):

@@ -8,7 +8,7 @@ import numpy as np
 
 from scene_simulator.box_room import BoxRoom, forward_camera
 from scene_simulator.box_room_rendering import render_picture
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5)
 BASELINE = 0.1

@@ -15,13 +15,13 @@ from std_srvs.srv import Trigger
 from reward_planner.node import RewardPlannerNode
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
 from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.point_cloud_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
 
 CAMERA = PinholeCamera(80, 60, 60.0, 60.0, 39.5, 29.5)
 ROOM = BoxRoom((-1.0, -2.0, 0.0, 5.0, 2.0, 2.5), ((1.6, -0.4, 0.0, 2.0, 0.5, 1.0),))
-START = PlanarPose(0.0, 0.0, 0.0)
+START = SE2(0.0, 0.0, 0.0)
 TOPICS = {
     'points': PointCloud2,
     'pose': PoseStamped,

@@ -11,7 +11,7 @@ import pytest
 from reward_planner.core.compile_kernels import compile_kernels
 from reward_planner.core.navigator import NavigatorSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 
 
 @pytest.mark.parametrize('mode', ['optimal', 'reward'])

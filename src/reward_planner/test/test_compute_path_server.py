@@ -17,7 +17,7 @@ from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings
 from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.pose_conversion import pose_stamped
 
 HEADER = Header(frame_id='map')
@@ -41,7 +41,7 @@ def navigator():
 
 def ask(planner, goal, start=None, frame='map'):
     request = SimpleNamespace(
-        start=pose_stamped(start or PlanarPose(0.0, 0.0, 0.0), Header(frame_id=frame)),
+        start=pose_stamped(start or SE2(0.0, 0.0, 0.0), Header(frame_id=frame)),
         goal=pose_stamped(goal, Header(frame_id=frame)),
         use_start=start is not None,
     )
@@ -51,7 +51,7 @@ def ask(planner, goal, start=None, frame='map'):
 
 
 def test_a_route_around_the_obstacle_is_answered():
-    result, problem = ask(navigator(), PlanarPose(5.0, 3.0, 0.5), PlanarPose(1.0, 3.0, 0.0))
+    result, problem = ask(navigator(), SE2(5.0, 3.0, 0.5), SE2(1.0, 3.0, 0.0))
     assert (problem, result.error_code, result.path.header.frame_id) == ('', 0, 'map')
     places = np.array([(p.pose.position.x, p.pose.position.y) for p in result.path.poses])
     assert np.hypot(*(places[0] - (1.0, 3.0))) < 0.1
@@ -61,31 +61,31 @@ def test_a_route_around_the_obstacle_is_answered():
 
 def test_the_route_begins_where_the_robot_is():
     planner = navigator()
-    assert 'pose is unknown' in ask(planner, PlanarPose(5.0, 3.0, 0.0))[1]
-    planner.add_pose(0.2, PlanarPose(1.0, 5.0, 0.0))
-    result, _ = ask(planner, PlanarPose(5.0, 3.0, 0.0))
+    assert 'pose is unknown' in ask(planner, SE2(5.0, 3.0, 0.0))[1]
+    planner.add_pose(0.2, SE2(1.0, 5.0, 0.0))
+    result, _ = ask(planner, SE2(5.0, 3.0, 0.0))
     assert result.path.poses[0].pose.position.y == pytest.approx(5.0, abs=0.1)
 
 
 def test_no_route_starts_at_an_outdated_pose():
     planner = navigator()
-    planner.add_pose(-3600.0, PlanarPose(1.0, 5.0, 0.0))
-    assert 'too old' in ask(planner, PlanarPose(5.0, 3.0, 0.0))[1]
+    planner.add_pose(-3600.0, SE2(1.0, 5.0, 0.0))
+    assert 'too old' in ask(planner, SE2(5.0, 3.0, 0.0))[1]
 
 
 def test_errors_are_reported_by_line_and_code():
-    planner, start = navigator(), PlanarPose(1.0, 3.0, 0.0)
-    result, problem = ask(planner, PlanarPose(3.0, 3.0, 0.0), start)
+    planner, start = navigator(), SE2(1.0, 3.0, 0.0)
+    result, problem = ask(planner, SE2(3.0, 3.0, 0.0), start)
     assert (result.error_code, problem) == (206, NoRouteReason.GOAL_BLOCKED.value)
-    result, problem = ask(planner, PlanarPose(5.0, 3.0, 0.0), start, frame='odom')
+    result, problem = ask(planner, SE2(5.0, 3.0, 0.0), start, frame='odom')
     assert (result.error_code, problem) == (200, "start is in the frame 'odom'; give it in 'map'")
-    result, problem = ask(planner, PlanarPose(9.0, 3.0, 0.0), start)
+    result, problem = ask(planner, SE2(9.0, 3.0, 0.0), start)
     assert (result.error_code, problem) == (204, NoRouteReason.GOAL_OUTSIDE.value)
-    result, problem = ask(planner, start, PlanarPose(9.0, 3.0, 0.0))
+    result, problem = ask(planner, start, SE2(9.0, 3.0, 0.0))
     assert (result.error_code, problem) == (203, NoRouteReason.START_OUTSIDE.value)
     planner.clear_map()
     with pytest.raises(DrivingError, match='give a nearer goal'):
-        planner.route_between(start, PlanarPose(1e7, 0.0, 0.0), 0.0)
+        planner.route_between(start, SE2(1e7, 0.0, 0.0), 0.0)
 
 
 def test_without_nav2_there_is_no_action(graph):

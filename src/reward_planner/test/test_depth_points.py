@@ -10,7 +10,7 @@ from l_rig import CAMERA, true_depth
 
 from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.depth_points import points_from_depth_image
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 def test_points_project_to_the_pixels_they_came_from():

@@ -25,7 +25,7 @@ from reward_planner.core.grid.inflation import clearance
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_maps import maze, random_field, rooms, warehouse
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 WORLDS = {
     'rooms': coarse(rooms(24, 2, room=8, door=3, closed_fraction=0.0)),
@@ -51,7 +51,7 @@ def shortest_length(walls, start, goal):
 def test_the_robot_gets_through_unknown_worlds(mode, world):
     walls = WORLDS[world]
     start, goal = roomy_place(walls, 1.0, 1.0), roomy_place(walls, 7.5, 9.5)
-    drive = GridDrive(walls, PlanarPose(*start, 0.0), mode=mode)
+    drive = GridDrive(walls, SE2(*start, 0.0), mode=mode)
     drive.controller.set_goal(goal_at(*goal, 1.0))
     last = drive.run(900.0, until=(DriveState.GOAL_REACHED, DriveState.UNREACHABLE))
     assert last.state is DriveState.GOAL_REACHED, last.detail
@@ -62,7 +62,7 @@ def test_the_robot_gets_through_unknown_worlds(mode, world):
 
 @pytest.mark.newest_set_only
 def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
-    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive = GridDrive(wall_with_door(), SE2(2.0, 1.0, 0.0))
     drive.controller.set_goal(goal_at(8.0, 1.0))
     drive.run(120.0)
     around = 2.0 * math.hypot(3.0, 3.8)
@@ -73,12 +73,12 @@ def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
 @pytest.mark.parametrize('yaw', [0.0, 2.5])
 def test_a_robot_whose_pose_is_corrected_at_the_goal_drives_there_again(yaw):
     """Late pose corrections count, too: the goal is never reported as reached beyond the tolerance."""
-    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0), DrivingSettings(goal_tolerance=0.05))
+    drive = GridDrive(hall(), SE2(2.0, 3.0, 0.0), DrivingSettings(goal_tolerance=0.05))
     goal = goal_at(5.0, 3.0, yaw)
-    drive.error = PlanarPose(0.035, 0.0, 0.0)
+    drive.error = SE2(0.035, 0.0, 0.0)
     drive.controller.set_goal(goal)
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
-    drive.error = PlanarPose(0.0, 0.0, 0.0)
+    drive.error = SE2(0.0, 0.0, 0.0)
     assert drive.pose.distance_to(goal) > 0.05
     drive.tick()
     assert drive.drives[-1].state is DriveState.DRIVING
@@ -90,7 +90,7 @@ def test_a_robot_whose_pose_is_corrected_at_the_goal_drives_there_again(yaw):
 
 def test_velocities_stay_within_all_limits():
     settings = DrivingSettings()
-    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), settings)
+    drive = GridDrive(wall_with_door(), SE2(2.0, 1.0, 2.0), settings)
     drive.controller.set_goal(goal_at(8.0, 1.0))
     drive.run(120.0)
     given = [d.velocity for d in drive.drives if d.velocity is not None]
@@ -106,7 +106,7 @@ def test_velocities_stay_within_all_limits():
 def test_the_robot_is_slower_near_obstacles():
     walls = hall()
     walls[:26, 40:60] = walls[-26:, 40:60] = True  # a passage of 0.8 m
-    drive = GridDrive(walls, PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(walls, SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(9.0, 3.0))
     assert drive.run(120.0).state is DriveState.GOAL_REACHED
     speeds = {'in': [], 'before': []}
@@ -120,7 +120,7 @@ def test_a_goal_behind_walls_is_reported_unreachable_and_the_robot_stops():
     walls = hall()
     walls[20:40, [70, 90]] = True
     walls[[20, 39], 70:91] = True
-    drive = GridDrive(walls, PlanarPose(2.0, 3.0, 0.0))
+    drive = GridDrive(walls, SE2(2.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(8.0, 3.0))
     last = drive.run(200.0, until=(DriveState.UNREACHABLE, DriveState.GOAL_REACHED))
     assert last.state is DriveState.UNREACHABLE
@@ -129,7 +129,7 @@ def test_a_goal_behind_walls_is_reported_unreachable_and_the_robot_stops():
 
 
 def test_a_goal_in_a_known_obstacle_is_reported_and_the_robot_stops():
-    drive = GridDrive(wall_with_door(), PlanarPose(4.0, 3.0, 0.0))
+    drive = GridDrive(wall_with_door(), SE2(4.0, 3.0, 0.0))
     drive.tick()
     drive.controller.set_goal(goal_at(5.1, 3.0))
     last = drive.run(1.0)
@@ -139,7 +139,7 @@ def test_a_goal_in_a_known_obstacle_is_reported_and_the_robot_stops():
 
 
 def test_a_goal_that_is_too_far_away_for_any_map_is_reported():
-    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(2.0, 3.0, 0.0))
     drive.tick()
     drive.controller.set_goal(goal_at(1e6, 1e6))
     last = drive.run(0.5)
@@ -149,20 +149,20 @@ def test_a_goal_that_is_too_far_away_for_any_map_is_reported():
 
 
 def test_a_goal_that_is_not_finite_is_refused():
-    drive = GridDrive(hall(), PlanarPose(2.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(2.0, 3.0, 0.0))
     with pytest.raises(DrivingError, match='the goal is not finite'):
         drive.controller.set_goal(goal_at(math.nan, 0.0))
 
 
 def test_a_robot_too_near_to_a_wall_leaves_by_the_way_of_growing_clearance():
-    drive = GridDrive(hall(), PlanarPose(1.0, 0.34, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 0.34, 0.0))
     drive.controller.set_goal(goal_at(5.0, 3.0))
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
     assert min(drive.room) >= drive.room[0] - 0.01
 
 
 def test_an_obstacle_that_appears_on_the_route_is_driven_around():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(6.0)
     ahead = round(drive.pose.x / 0.1) + 10
@@ -172,7 +172,7 @@ def test_an_obstacle_that_appears_on_the_route_is_driven_around():
 
 
 def test_a_cleared_map_is_observed_again_and_the_goal_stays():
-    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive = GridDrive(wall_with_door(), SE2(2.0, 1.0, 0.0))
     drive.controller.set_goal(goal_at(8.0, 1.0))
     drive.run(5.0)
     drive.global_map.clear()
@@ -182,7 +182,7 @@ def test_a_cleared_map_is_observed_again_and_the_goal_stays():
 
 def test_a_known_map_is_used_before_anything_is_seen():
     walls = wall_with_door()
-    drive = GridDrive(walls, PlanarPose(2.0, 1.0, 0.0))
+    drive = GridDrive(walls, SE2(2.0, 1.0, 0.0))
     drive.global_map.write(LocalMap(drive.frame, (100 * walls).astype(np.int8), np.ones_like(walls)))
     drive.controller.set_goal(goal_at(8.0, 1.0))
     assert drive.run(120.0).state is DriveState.GOAL_REACHED
@@ -190,7 +190,7 @@ def test_a_known_map_is_used_before_anything_is_seen():
 
 
 def test_the_robot_does_not_overshoot_its_goal():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(5.0, 3.0))
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
     drive.run(2.0, until=())
@@ -199,7 +199,7 @@ def test_the_robot_does_not_overshoot_its_goal():
 
 def test_the_speed_allows_to_stop_before_obstacles_straight_ahead():
     settings = DrivingSettings(max_linear_velocity=4.0)
-    drive = GridDrive(hall(), PlanarPose(1.0, 0.45, -0.2), settings)
+    drive = GridDrive(hall(), SE2(1.0, 0.45, -0.2), settings)
     drive.sense()
     drive.controller.set_goal(goal_at(8.0, 0.45))
     for k in range(100):  # the robot is prevented from moving
@@ -219,14 +219,14 @@ def test_no_passage_is_entered_that_is_too_narrow_for_cells_so_large(resolution,
     part = slice(round(4.0 / resolution), round(6.0 / resolution))
     low, high = round(2.8 / resolution), round(3.4 / resolution)
     walls[:low, part] = walls[high:, part] = True
-    drive = GridDrive(walls, PlanarPose(*start, 0.0), resolution=resolution)
+    drive = GridDrive(walls, SE2(*start, 0.0), resolution=resolution)
     drive.controller.set_goal(goal_at(8.0, 3.1))
     last = drive.run(60.0, until=(DriveState.GOAL_REACHED, DriveState.UNREACHABLE))
     assert last.state in (DriveState.GOAL_REACHED, DriveState.UNREACHABLE), last.detail
 
 
 def test_a_cleared_map_forgets_its_obstacles():
-    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 0.0))
+    drive = GridDrive(wall_with_door(), SE2(2.0, 1.0, 0.0))
     drive.controller.set_goal(goal_at(8.0, 1.0))
     drive.run(2.0)
     drive.walls = hall()
@@ -239,7 +239,7 @@ def test_a_cleared_map_forgets_its_obstacles():
 
 @pytest.mark.newest_set_only
 def test_the_robot_never_drives_backwards_nor_fast_on_what_is_occupied():
-    drive = GridDrive(wall_with_door(), PlanarPose(2.0, 1.0, 2.0), DrivingSettings(max_linear_velocity=2.0))
+    drive = GridDrive(wall_with_door(), SE2(2.0, 1.0, 2.0), DrivingSettings(max_linear_velocity=2.0))
     drive.controller.set_goal(goal_at(8.0, 1.0))
     assert drive.run(120.0).state is DriveState.GOAL_REACHED
     speeds = [each.velocity.forward for each in drive.drives if each.velocity is not None]

@@ -10,14 +10,14 @@ from grid_drive import GridDrive, goal_at, hall, is_stopped
 from reward_planner.core.driving.drive_command import DriveState
 from reward_planner.core.driving.light_command import LightCommand
 from reward_planner.core.driving.velocity_smoother import Velocity
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 @pytest.mark.parametrize(
     ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)]
 )
 def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, state):
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(4.0)
     setattr(drive, sense, False)
@@ -32,7 +32,7 @@ def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, st
 
 
 def test_before_the_first_pose_and_frame_nothing_moves():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.senses_pose = drive.senses_map = False
     drive.controller.set_goal(goal_at(9.0, 3.0))
     assert 'no pose received' in drive.run(0.5).detail
@@ -42,7 +42,7 @@ def test_before_the_first_pose_and_frame_nothing_moves():
 
 
 def test_poses_that_jump_stop_the_robot():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(4.0)
     drive.senses_pose = False
@@ -53,7 +53,7 @@ def test_poses_that_jump_stop_the_robot():
 
 
 def test_the_lamps_slow_stop_and_turn_the_robot():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(3.0)
     drive.controller.apply_command(LightCommand('slow', 0.15))
@@ -73,7 +73,7 @@ def test_the_lamps_slow_stop_and_turn_the_robot():
 
 
 def test_when_time_jumps_back_the_robot_stops_without_a_goal():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(3.0)
     drive.controller.handle_time_jump()
@@ -84,11 +84,11 @@ def test_when_time_jumps_back_the_robot_stops_without_a_goal():
 
 
 def test_after_the_goal_is_reached_no_push_makes_the_robot_drive_again():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(3.0, 3.0))
     drive.run(60.0)
     drive.run(0.5, until=())
-    for place in (PlanarPose(4.0, 3.0, 2.0), None):
+    for place in (SE2(4.0, 3.0, 2.0), None):
         drive.controller.update_pose(drive.robot.time, place)
         done = drive.controller.step(drive.robot.time + 100.0)
         assert (done.state, done.velocity) == (DriveState.GOAL_REACHED, None)
@@ -98,7 +98,7 @@ def test_after_the_goal_is_reached_no_push_makes_the_robot_drive_again():
 
 
 def test_a_turn_that_nobody_could_make_is_not_made_later():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.run(1.0)
     drive.controller.apply_command(LightCommand('turn', 3.0))
     drive.controller.set_goal(goal_at(3.0, 3.0))
@@ -111,7 +111,7 @@ def test_a_turn_that_nobody_could_make_is_not_made_later():
 
 
 def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(8.0, 3.0))
     drive.run(2.0)
     monkeypatch.setattr(drive.controller, '_allowed_speed', lambda *_: 0.0)
@@ -122,7 +122,7 @@ def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
 
 
 def test_a_lamp_that_leaves_no_speed_holds_the_robot():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(8.0, 3.0))
     drive.run(2.0)
     drive.controller.apply_command(LightCommand('slow', 0.0))
@@ -131,7 +131,7 @@ def test_a_lamp_that_leaves_no_speed_holds_the_robot():
 
 
 def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(8.0, 3.0))
     drive.run(3.0)
     begun = len(drive.drives)
@@ -145,7 +145,7 @@ def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
 
 @pytest.mark.parametrize('what', ['pose', 'frame'])
 def test_stamps_in_the_future_are_not_accepted_for_ever(what):
-    drive = GridDrive(hall(), PlanarPose(1.0, 3.0, 0.0))
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.controller.set_goal(goal_at(8.0, 3.0))
     drive.run(2.0)
     ahead = drive.robot.time + 30.0

@@ -15,7 +15,7 @@ from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 SETTINGS = VoxelSettings(
     resolution=0.125, height_min=0.125, height_max=1.125, range_max=3.0, hit_fraction_min=0.1

@@ -11,7 +11,7 @@ from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.mapping.local_map import LocalMap
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 CORNER = np.array([(0.1 * k, 0.0) for k in range(11)] + [(1.0, 0.1 * k) for k in range(1, 11)])
 
@@ -30,13 +30,13 @@ def costmap_with(boxes):
 
 
 def test_corners_are_cut_where_nothing_is_in_the_way():
-    waypoint = lookahead_point(costmap_with([]), PlanarPose(0.0, 0.0, 0.0), CORNER, 1.6)
+    waypoint = lookahead_point(costmap_with([]), SE2(0.0, 0.0, 0.0), CORNER, 1.6)
     assert waypoint == pytest.approx((1.0, 0.6), abs=0.11)
 
 
 def test_corners_are_not_cut_past_an_obstacle():
     costmap = costmap_with([(0.3, 0.3, 0.7, 0.9)])
-    robot = PlanarPose(0.0, 0.0, 0.0)
+    robot = SE2(0.0, 0.0, 0.0)
     waypoint = lookahead_point(costmap, robot, CORNER, 1.6)
     line = np.array([robot.x, robot.y]) + np.linspace(0.0, 1.0, 200)[:, None] * waypoint
     assert costmap.clearance_at(line).min() >= 0.2
@@ -45,28 +45,28 @@ def test_corners_are_not_cut_past_an_obstacle():
 
 def test_where_no_point_is_seen_it_is_the_next_one():
     costmap = costmap_with([(-0.5, -0.4, 1.5, -0.2)])
-    waypoint = lookahead_point(costmap, PlanarPose(0.0, -0.9, 0.0), CORNER, 1.0)
+    waypoint = lookahead_point(costmap, SE2(0.0, -0.9, 0.0), CORNER, 1.0)
     assert waypoint.tolist() == [0.1, 0.0]
 
 
 def test_a_route_that_comes_back_to_the_robot_leads_it_away_first():
     there = [(0.1 * k, 0.0) for k in range(4)]
     back = [*there, (0.3, 0.1), (0.2, 0.1), (0.1, 0.1), (0.02, 0.01)]
-    waypoint = lookahead_point(costmap_with([]), PlanarPose(0.02, 0.01, 0.0), np.array(back), 1.6)
+    waypoint = lookahead_point(costmap_with([]), SE2(0.02, 0.01, 0.0), np.array(back), 1.6)
     assert np.hypot(*(waypoint - (0.02, 0.01))) >= 0.1
 
 
 def test_free_ahead_ends_before_the_obstacle():
     costmap = costmap_with([(1.5, -1.0, 1.8, 1.0)])
-    free, least = check_path_ahead(costmap, PlanarPose(0.0, 0.0, 0.0), 0.3, 2.5)
+    free, least = check_path_ahead(costmap, SE2(0.0, 0.0, 0.0), 0.3, 2.5)
     assert free == pytest.approx(1.2, abs=0.11)
     assert least >= 0.3
-    assert check_path_ahead(costmap, PlanarPose(0.0, 0.0, 3.1), 0.3, 2.5)[0] == pytest.approx(2.5)
+    assert check_path_ahead(costmap, SE2(0.0, 0.0, 3.1), 0.3, 2.5)[0] == pytest.approx(2.5)
 
 
 def test_a_robot_on_an_obstacle_may_leave_it_but_go_no_deeper():
     costmap = costmap_with([(0.0, -0.5, 1.0, 0.5)])
-    outward, _ = check_path_ahead(costmap, PlanarPose(0.95, 0.0, 0.0), 0.3, 1.0)
-    deeper, _ = check_path_ahead(costmap, PlanarPose(0.95, 0.0, 3.1416), 0.3, 1.0)
+    outward, _ = check_path_ahead(costmap, SE2(0.95, 0.0, 0.0), 0.3, 1.0)
+    deeper, _ = check_path_ahead(costmap, SE2(0.95, 0.0, 3.1416), 0.3, 1.0)
     assert deeper < 0.2
     assert outward > 0.9

@@ -10,7 +10,7 @@ from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 from reward_planner.map_service import load_static_map
 from reward_planner.node_settings import NodeSettings
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 
 
 def load(path, x, y):

@@ -20,7 +20,7 @@ from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, add_disparity_noise, forward_camera, points_from_depth
 from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(120, 90, 90.0, 90.0, 59.5, 44.5)
 MOUNT = CameraMount((0.1, 0.0, 0.5), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
@@ -43,7 +43,7 @@ class RoomDrive:
     def __init__(self, boxes, settings=SETTINGS):
         self.room = BoxRoom(SIZE, boxes)
         self.navigator = Navigator(MOUNT, settings)
-        self.robot = SimulatedRobot(PlanarPose(0.0, 0.0, 0.0), MotorLimits(0.6, 4.0))
+        self.robot = SimulatedRobot(SE2(0.0, 0.0, 0.0), MotorLimits(0.6, 4.0))
         self.rng = np.random.default_rng(1)
         self.gap = math.inf
         self.drive = None
@@ -53,7 +53,7 @@ class RoomDrive:
         return self.robot.pose_at(self.robot.time)
 
     def points(self):
-        camera = self.pose @ PlanarPose(*MOUNT.xyz[:2], 0.0)
+        camera = self.pose @ SE2(*MOUNT.xyz[:2], 0.0)
         depth = self.room.depth_image(CAMERA, forward_camera(camera.x, camera.y, MOUNT.xyz[2], camera.yaw))
         return points_from_depth(add_disparity_noise(depth, 9.0, 0.1, self.rng), CAMERA).astype(np.float32)
 
@@ -87,7 +87,7 @@ class RoomDrive:
 @pytest.mark.parametrize('name', ROOMS)
 def test_a_robot_with_a_depth_camera_gets_through_a_room_and_hits_nothing(name):
     drive = RoomDrive(ROOMS[name])
-    drive.navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    drive.navigator.controller.set_goal(SE2(5.0, 0.0, 0.0))
     for _ in range(900):
         state = drive.tick().state
         if state is DriveState.GOAL_REACHED:
@@ -99,7 +99,7 @@ def test_a_robot_with_a_depth_camera_gets_through_a_room_and_hits_nothing(name):
 def test_frames_without_poses_are_dropped_and_the_robot_does_not_move():
     drive = RoomDrive(())
     navigator = drive.navigator
-    navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    navigator.controller.set_goal(SE2(5.0, 0.0, 0.0))
     for k in range(10):
         navigator.add_frame(0.1 * k, 0.1 * k, SensorFrame(drive.points(), CAMERA.fx))
         assert navigator.process_frames(0.1 * k) == []
@@ -114,7 +114,7 @@ def test_a_frame_of_nan_is_reported_and_changes_nothing():
     navigator.add_frame(1.0, 1.0, SensorFrame(np.full((9, 3), np.nan, dtype=np.float32), CAMERA.fx))
     with pytest.raises(MappingError, match='no finite point'):
         navigator.process_frames(1.0)
-    navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    navigator.controller.set_goal(SE2(5.0, 0.0, 0.0))
     assert navigator.controller.step(1.0).state is DriveState.MAP_STALE
 
 
@@ -124,7 +124,7 @@ NEAR_POINTS = np.tile(np.array([[0.0, 0.0, 0.1]], dtype=np.float32), (CAMERA.wid
 @pytest.mark.parametrize('hidden', [1.0, 0.9])
 def test_a_robot_whose_camera_is_covered_stops_and_hits_nothing(hidden):
     drive = RoomDrive(ROOMS['wall with a door'])
-    drive.navigator.controller.set_goal(PlanarPose(5.0, -1.5, 0.0))
+    drive.navigator.controller.set_goal(SE2(5.0, -1.5, 0.0))
     for _ in range(12):
         drive.tick()
     see = drive.points
@@ -164,18 +164,18 @@ def test_a_blind_frame_changes_nothing_in_the_map():
 
 def test_poses_that_jump_are_rejected_and_the_robot_stops():
     drive = RoomDrive(())
-    drive.navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    drive.navigator.controller.set_goal(SE2(5.0, 0.0, 0.0))
     for _ in range(20):
         drive.tick()
     now = drive.robot.time
-    assert drive.navigator.add_pose(now, PlanarPose(4.0, 2.0, 1.0)) is PoseStatus.JUMPED
+    assert drive.navigator.add_pose(now, SE2(4.0, 2.0, 1.0)) is PoseStatus.JUMPED
     assert drive.navigator.controller.step(now).state is DriveState.LOST
     assert drive.navigator.add_pose(now + 0.1, drive.pose) is PoseStatus.ACCEPTED
 
 
 def test_when_time_jumps_back_goal_and_frames_are_forgotten():
     drive = RoomDrive(())
-    drive.navigator.controller.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    drive.navigator.controller.set_goal(SE2(5.0, 0.0, 0.0))
     for _ in range(40):
         drive.tick()
     drive.navigator.add_frame(9.0, 9.0, SensorFrame(drive.points(), CAMERA.fx))
@@ -190,21 +190,21 @@ def test_when_time_jumps_back_goal_and_frames_are_forgotten():
 def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     drive = RoomDrive(())
     navigator = drive.navigator
-    navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))  # without a static map every goal is allowed
+    navigator.set_goal(SE2(40.0, 0.0, 0.0))  # without a static map every goal is allowed
     cells = np.zeros((20, 20), dtype=np.int8)
     navigator.set_static_map(OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 20, 20), cells))
-    navigator.set_goal(PlanarPose(0.9, 0.9, 0.0))
+    navigator.set_goal(SE2(0.9, 0.9, 0.0))
     with pytest.raises(DrivingError, match=r'outside of the map, which extends from x -1\.00 to 1\.00 m'):
-        navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
+        navigator.set_goal(SE2(2.0, 0.0, 0.0))
     assert navigator.controller.replanner is None
-    here = PlanarPose(0.0, 0.0, 0.0)
-    assert navigator.route_between(here, PlanarPose(2.0, 0.0, 0.0), 0.0) is NoRouteReason.GOAL_OUTSIDE
-    assert navigator.route_between(PlanarPose(2.0, 0.0, 0.0), here, 0.0) is NoRouteReason.START_OUTSIDE
+    here = SE2(0.0, 0.0, 0.0)
+    assert navigator.route_between(here, SE2(2.0, 0.0, 0.0), 0.0) is NoRouteReason.GOAL_OUTSIDE
+    assert navigator.route_between(SE2(2.0, 0.0, 0.0), here, 0.0) is NoRouteReason.START_OUTSIDE
     for _ in range(5):
         drive.tick()
-    navigator.set_goal(PlanarPose(2.0, 0.0, 0.0))
+    navigator.set_goal(SE2(2.0, 0.0, 0.0))
     navigator.clear_map()
-    navigator.set_goal(PlanarPose(40.0, 0.0, 0.0))
+    navigator.set_goal(SE2(40.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(('rows', 'columns'), [(998, 998), (2000, 600), (40, 30_000)])
@@ -222,7 +222,7 @@ def test_on_the_largest_known_map_routes_are_found():
     navigator.set_static_map(
         OccupancyMap(GridFrame(0.0, 0.0, 0.1, 830, 830), np.zeros((830, 830), dtype=np.int8))
     )
-    assert len(navigator.route_between(PlanarPose(0.0, 0.0, 0.0), PlanarPose(82.9, 82.9, 0.0), 0.0)) > 800
+    assert len(navigator.route_between(SE2(0.0, 0.0, 0.0), SE2(82.9, 82.9, 0.0), 0.0)) > 800
 
 
 @pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
@@ -232,7 +232,7 @@ def test_points_that_are_not_finite_change_nothing_in_the_map(bad):
     more = np.concatenate([points, np.full((500, 3), bad, dtype=np.float32)])
     for drive, cloud in ((clean, points), (dirty, more)):
         for k in range(3):
-            drive.navigator.add_pose(1.0 + 0.1 * k, PlanarPose(0.0, 0.0, 0.0))
+            drive.navigator.add_pose(1.0 + 0.1 * k, SE2(0.0, 0.0, 0.0))
             drive.navigator.add_frame(1.0 + 0.1 * k, 1.0 + 0.1 * k, SensorFrame(cloud, CAMERA.fx))
             drive.navigator.process_frames(1.0 + 0.1 * k)
     (_, one), (_, other) = clean.navigator.mapper.map.occupancy(), dirty.navigator.mapper.map.occupancy()

@@ -16,7 +16,7 @@ from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
 from scene_simulator.box_room import forward_camera
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.quality_of_service import map_profile
 
 
@@ -26,8 +26,8 @@ def test_the_robot_is_driven_around_a_box_to_its_goal(graph):
     waypoints = robot.listen(PoseStamped, '/reward_planner/next_waypoint')
     local_maps = robot.listen(OccupancyGrid, '/reward_planner/local_map', map_profile())
     robot.drive(0.5)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
-    goal = PlanarPose(3.5, 0.0, 0.0)
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
+    goal = SE2(3.5, 0.0, 0.0)
     robot.drive(60.0, until=lambda: robot.body.pose_at(robot.body.time).distance_to(goal) < 0.1)
     assert robot.body.pose_at(robot.body.time).distance_to(goal) < 0.1
     assert plans[0].header.frame_id == waypoints[0].header.frame_id == 'map'
@@ -62,7 +62,7 @@ def test_without_drive_a_plan_is_made_and_nothing_is_driven(graph):
     robot = Robot(graph)
     plans = robot.listen(Path, '/reward_planner/plan')
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(0.5)
     assert graph.spin_until(lambda: len(plans) > 0)
     assert robot.velocities == []
@@ -72,7 +72,7 @@ def test_without_drive_a_plan_is_made_and_nothing_is_driven(graph):
 def test_lamps_are_obeyed(graph):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(1.5)
     fields = {'beacon': 3, 'counter': 7, 'op': 'stop', 'value': 0.0}
     robot.send('command', String(data=json.dumps(fields)))
@@ -136,7 +136,7 @@ def test_each_goal_gets_its_plan_and_a_latecomer_the_newest(graph):
     robot = Robot(graph)
     plans = robot.listen(Path, '/reward_planner/plan')
     robot.drive(0.3)
-    goals = [PlanarPose(1.0, -1.5 + 0.3 * k, 0.0) for k in range(10)]
+    goals = [SE2(1.0, -1.5 + 0.3 * k, 0.0) for k in range(10)]
     for goal in goals:
         robot.send_goal(goal)
         robot.drive(0.2)
@@ -150,7 +150,7 @@ def test_each_goal_gets_its_plan_and_a_latecomer_the_newest(graph):
 def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(1.0)
     assert robot.speed > 0.0
 
@@ -165,7 +165,7 @@ def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
 def test_the_robot_stops_when_the_node_ends(graph):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(1.0)
     assert robot.speed > 0.0
     robot.node.stop()
@@ -175,7 +175,7 @@ def test_the_robot_stops_when_the_node_ends(graph):
 def test_the_robot_stops_while_simulated_time_is_paused(graph):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(1.0)
     assert robot.speed > 0.0
     assert graph.spin_until(lambda: robot.speed == 0.0, timeout=3.0)

@@ -17,7 +17,7 @@ from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 from reward_planner.node import RewardPlannerNode, main
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.point_cloud_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
 from shirube_ros.run_in_process import run_in_process
@@ -37,13 +37,13 @@ pytestmark = pytest.mark.newest_set_only
         ),
         (lambda r: r.send_pose(START, 'odom'), 'pose', "pose is in the frame 'odom', map_frame is 'map'"),
         (
-            lambda r: r.send_pose(PlanarPose(math.nan, 0.0, 0.0)),
+            lambda r: r.send_pose(SE2(math.nan, 0.0, 0.0)),
             'pose',
             'pose holds a pose that is not finite',
         ),
         (lambda r: r.send_goal(START, 'odom'), 'goal_pose', "goal_pose is in the frame 'odom'"),
         (
-            lambda r: r.send_goal(PlanarPose(math.inf, 0.0, 0.0)),
+            lambda r: r.send_goal(SE2(math.inf, 0.0, 0.0)),
             'goal_pose',
             'goal_pose holds a pose that is not',
         ),
@@ -64,10 +64,10 @@ def test_a_bad_message_is_refused_with_one_line(graph, send, topic, words):
 def test_a_refused_goal_stops_the_robot(graph):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(2.0)
     assert robot.speed > 0.0
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0), 'odom')
+    robot.send_goal(SE2(3.5, 0.0, 0.0), 'odom')
     robot.drive(2.5)
     assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
 
@@ -75,7 +75,7 @@ def test_a_refused_goal_stops_the_robot(graph):
 def test_frames_of_nan_do_not_keep_the_robot_driving(graph):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(1.5)
     assert robot.speed > 0.0
     for _ in range(30):
@@ -103,14 +103,14 @@ def test_some_points_that_are_not_finite_do_no_harm(graph, bad):
 def test_a_pose_that_jumps_stops_the_robot_until_poses_agree(graph, capfd):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(1.5)
     for _ in range(6):
-        robot.send_pose(PlanarPose(4.0, 1.5, 0.0))
+        robot.send_pose(SE2(4.0, 1.5, 0.0))
         robot.tick(0.1)
     assert 'the pose jumped' in robot.message().message
     for _ in range(8):
-        robot.send_pose(PlanarPose(4.0, 1.5, 0.0))
+        robot.send_pose(SE2(4.0, 1.5, 0.0))
         robot.tick(0.1)
     words = capfd.readouterr().err
     assert 'the pose jumped; the robot stops' in words
@@ -120,7 +120,7 @@ def test_a_pose_that_jumps_stops_the_robot_until_poses_agree(graph, capfd):
 def test_when_time_jumps_back_the_robot_stops_without_a_goal(graph, capfd):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(1.0)
     robot.send('pose', pose_stamped(START, robot.header(ago=50.0)))
     robot.send('pose', pose_stamped(START, robot.header(ago=49.9)))
@@ -141,7 +141,7 @@ def test_when_time_jumps_back_images_of_both_runs_are_not_mixed(graph):
 def test_a_pose_that_is_not_of_now_does_not_stop_the_robot(graph, ago):
     robot = Robot(graph, drive=True)
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(3.5, 0.0, 0.0))
+    robot.send_goal(SE2(3.5, 0.0, 0.0))
     robot.drive(1.5)
     bad = pose_stamped(START, robot.header(ago=robot.now if ago is None else ago))
     robot.send('pose', bad)
@@ -154,10 +154,10 @@ def test_a_pose_that_is_not_of_now_does_not_stop_the_robot(graph, ago):
 def test_goals_that_cannot_be_reached_are_reported(graph):
     robot = Robot(graph, drive=True)
     robot.drive(1.0)
-    robot.send_goal(PlanarPose(1.65, 0.0, 0.0))
+    robot.send_goal(SE2(1.65, 0.0, 0.0))
     robot.drive(0.3)
     assert 'the goal is in an obstacle or too near to one' in robot.message().message
-    robot.send_goal(PlanarPose(1e7, 0.0, 0.0))
+    robot.send_goal(SE2(1e7, 0.0, 0.0))
     robot.drive(0.3)
     assert 'give a nearer goal' in robot.message().message
     assert robot.speed == 0.0
@@ -200,10 +200,10 @@ def test_a_goal_outside_of_the_known_map_is_refused_and_the_robot_stops(graph, t
     save_occupancy_map(path, OccupancyMap(GridFrame(-1.0, -1.0, 0.1, 40, 20), cells))
     robot = Robot(graph, drive=True, map_file=str(path))
     robot.drive(0.3)
-    robot.send_goal(PlanarPose(2.5, 0.0, 0.0))
+    robot.send_goal(SE2(2.5, 0.0, 0.0))
     robot.drive(1.0)
     assert robot.speed > 0.0
-    robot.send_goal(PlanarPose(30.0, 0.0, 0.0))
+    robot.send_goal(SE2(30.0, 0.0, 0.0))
     (line,) = robot.refusals('goal_pose')
     assert line.startswith(
         'the goal at x 30.00 m, y 0.00 m is outside of the map, which extends from x -1.00 to 3.00 m'

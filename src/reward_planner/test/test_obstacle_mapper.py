@@ -17,7 +17,7 @@ from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(160, 120, 131.0, 131.0, 79.5, 59.5)
 MOUNT = CameraMount((0.1, 0.02, 0.5), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
@@ -29,7 +29,7 @@ SETTINGS = VoxelSettings(resolution=0.1, range_max=3.0)
 
 
 def points_at(pose, room=ROOM):
-    camera = pose @ PlanarPose(MOUNT.xyz[0], MOUNT.xyz[1], 0.0)
+    camera = pose @ SE2(MOUNT.xyz[0], MOUNT.xyz[1], 0.0)
     T = forward_camera(camera.x, camera.y, MOUNT.xyz[2], camera.yaw)
     return points_from_depth(room.depth_image(CAMERA, T), CAMERA)
 
@@ -38,9 +38,7 @@ def circle(count=72):
     """Poses on a circle around the box: once round looking at it, once looking out."""
     for k in range(2 * count):
         angle = math.tau * k / count
-        yield PlanarPose(
-            0.8 + 1.7 * math.cos(angle), 1.7 * math.sin(angle), angle + (math.pi if k < count else 0.0)
-        )
+        yield SE2(0.8 + 1.7 * math.cos(angle), 1.7 * math.sin(angle), angle + (math.pi if k < count else 0.0))
 
 
 def test_a_drive_maps_the_room():
@@ -90,17 +88,17 @@ def test_the_same_ground_again_takes_no_memory():
 
 def test_the_walls_of_a_known_room_stay_when_only_others_are_seen():
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    wall = PlanarPose(-2.0, 0.0, math.pi)
+    wall = SE2(-2.0, 0.0, math.pi)
     for k in range(5):
         mapper.add(0.1 * k, points_at(wall), wall, CAMERA.fx)
-    away = PlanarPose(-2.0, 0.0, 0.0)
+    away = SE2(-2.0, 0.0, 0.0)
     for k in range(5, 10):
         mapper.add(0.1 * k, points_at(away), away, CAMERA.fx)
     frame, cells = mapper.map.occupancy()
     assert cells[tuple(frame.cell_of((-3.05, 0.0)))] == OCCUPIED
 
 
-BEFORE_THE_WALL = PlanarPose(-1.9, 0.0, math.pi)
+BEFORE_THE_WALL = SE2(-1.9, 0.0, math.pi)
 WALL = (-3.05, 0.0)
 
 
@@ -119,7 +117,7 @@ def test_time_alone_never_takes_an_obstacle_from_the_map(half_life):
     settings = replace(SETTINGS, half_life=half_life)
     mapper = ObstacleMapper(MOUNT, settings, MappingSettings())
     look(mapper, ROOM, BEFORE_THE_WALL, 0.1 * np.arange(5))
-    away = PlanarPose(BEFORE_THE_WALL.x, BEFORE_THE_WALL.y, 0.0)
+    away = SE2(BEFORE_THE_WALL.x, BEFORE_THE_WALL.y, 0.0)
     look(mapper, ROOM, away, half_life * np.array([0.5, 1.0, 1.6, 2.5, 7.0, 30.0, 200.0]))
     assert cell(mapper, *WALL) == OCCUPIED
 
@@ -133,7 +131,7 @@ def test_a_known_box_stays_when_it_is_seen_in_part_and_rays_pass_over_it(frames)
     box = GridFrame(2.2, -0.3, 0.1, 4, 6)
     known = np.full(box.shape, OCCUPIED, dtype=np.int8)
     mapper.map.write(LocalMap(box, known, known == OCCUPIED))
-    pose, room = PlanarPose(0.0, 0.0, 0.0), BoxRoom(ROOM.size, (LOW_BOX,))
+    pose, room = SE2(0.0, 0.0, 0.0), BoxRoom(ROOM.size, (LOW_BOX,))
     look(mapper, room, pose, 0.1 * np.arange(frames))
     np.testing.assert_array_equal(mapper.map.occupancy_in(box), known)
 
@@ -143,12 +141,12 @@ def test_a_known_box_that_is_gone_is_found_free():
     box = GridFrame(1.3, -0.3, 0.1, 4, 6)
     known = np.full(box.shape, OCCUPIED, dtype=np.int8)
     mapper.map.write(LocalMap(box, known, known == OCCUPIED))
-    look(mapper, BoxRoom(ROOM.size, ()), PlanarPose(0.0, 0.0, 0.0), 0.1 * np.arange(30))
+    look(mapper, BoxRoom(ROOM.size, ()), SE2(0.0, 0.0, 0.0), 0.1 * np.arange(30))
     np.testing.assert_array_equal(mapper.map.occupancy_in(box), FREE)
 
 
 def test_what_stood_close_to_the_robot_and_went_away_is_taken_back():
-    mapper, pose = ObstacleMapper(MOUNT, SETTINGS, MappingSettings()), PlanarPose(0.0, 0.0, 0.0)
+    mapper, pose = ObstacleMapper(MOUNT, SETTINGS, MappingSettings()), SE2(0.0, 0.0, 0.0)
     person = (0.71, -0.2, 0.0, 0.95, 0.2, 1.7)
     look(mapper, BoxRoom(ROOM.size, (person,)), pose, 0.1 * np.arange(10))
     assert cell(mapper, 0.75, 0.0) == OCCUPIED
@@ -160,19 +158,19 @@ def test_an_obstacle_whose_voxels_were_given_up_stays():
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
     look(mapper, ROOM, BEFORE_THE_WALL, 0.1 * np.arange(5))
     mapper.voxels.clear()
-    look(mapper, ROOM, PlanarPose(-1.9, 0.0, 0.0), 1.0 + 0.1 * np.arange(5))
+    look(mapper, ROOM, SE2(-1.9, 0.0, 0.0), 1.0 + 0.1 * np.arange(5))
     assert cell(mapper, *WALL) == OCCUPIED
 
 
 def test_a_pose_that_is_not_finite_is_refused_and_maps_nothing():
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
     with pytest.raises(VoxelError, match='not a rigid transform'):
-        mapper.add(0.0, points_at(PlanarPose(0.0, 0.0, 0.0)), PlanarPose(math.nan, 0.0, 0.0), CAMERA.fx)
+        mapper.add(0.0, points_at(SE2(0.0, 0.0, 0.0)), SE2(math.nan, 0.0, 0.0), CAMERA.fx)
     assert mapper.map.frame() is None
 
 
 def test_a_cleared_mapper_knows_nothing():
-    mapper, pose = ObstacleMapper(MOUNT, SETTINGS, MappingSettings()), PlanarPose(-2.0, 0.0, 0.0)
+    mapper, pose = ObstacleMapper(MOUNT, SETTINGS, MappingSettings()), SE2(-2.0, 0.0, 0.0)
     mapper.add(0.0, points_at(pose), pose, CAMERA.fx)
     mapper.clear()
     assert mapper.map.frame() is None

@@ -5,7 +5,7 @@ import numpy as np
 from reward_planner.core.driving.drive_command import DriveCommand, DriveState
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.planner_report import PlannerReport
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.diagnostics import Level
 from shirube_ros.stamp_synchronizer import StampSynchronizer
 
@@ -32,8 +32,8 @@ def test_a_robot_that_is_stopped_by_a_problem_is_a_warning():
 def test_frames_points_and_what_was_dropped_are_counted():
     navigator = a_navigator()
     report = a_report(navigator)
-    navigator.add_pose(1.0, PlanarPose(0.0, 0.0, 0.0))
-    navigator.add_pose(1.2, PlanarPose(50.0, 0.0, 0.0))
+    navigator.add_pose(1.0, SE2(0.0, 0.0, 0.0))
+    navigator.add_pose(1.2, SE2(50.0, 0.0, 0.0))
     points = np.array([(0.0, 0.0, 1.0), (np.nan, 0.0, 1.0)], dtype=np.float32)
     for stamp in (1.0, 9.0):
         navigator.add_frame(stamp, 1.0, SensorFrame(points, 0.0))
@@ -66,7 +66,7 @@ def test_frames_that_are_late_are_a_warning_whatever_the_robot_does():
         levels.append(report.status().level)
     assert levels == [Level.OK, Level.OK, Level.OK, Level.WARN]
     assert report.status().message == f'{DriveState.IDLE.value}; no frame mapped for 1.5 s'
-    navigator.add_pose(101.5, PlanarPose(0.0, 0.0, 0.0))
+    navigator.add_pose(101.5, SE2(0.0, 0.0, 0.0))
     navigator.add_frame(101.5, 101.5, SensorFrame(np.array([(0.0, 0.0, 1.0)], dtype=np.float32), 0.0))
     for frame in navigator.process_frames(101.5):
         report.add_frame(frame)

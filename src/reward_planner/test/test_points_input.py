@@ -8,7 +8,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from reward_planner.inputs.points_input import PointsInput
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.point_cloud_conversion import cloud_from_points
 

@@ -9,14 +9,14 @@ import pytest
 
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import NoPoseReason, PoseBuffer, PoseStatus
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 def driven(until=5.0, rate=20.0):
     """A pose buffer of a robot that drives along x at 1 m/s."""
     buffer = PoseBuffer(MappingSettings())
     for k in range(int(until * rate) + 1):
-        assert buffer.add(k / rate, PlanarPose(k / rate, 2.0, 0.0)) is PoseStatus.ACCEPTED
+        assert buffer.add(k / rate, SE2(k / rate, 2.0, 0.0)) is PoseStatus.ACCEPTED
     return buffer
 
 
@@ -29,8 +29,8 @@ def test_poses_are_interpolated():
 
 def test_headings_turn_the_short_way():
     buffer = PoseBuffer(MappingSettings())
-    buffer.add(0.0, PlanarPose(0.0, 0.0, math.pi - 0.1))
-    buffer.add(0.1, PlanarPose(0.0, 0.0, -math.pi + 0.1))
+    buffer.add(0.0, SE2(0.0, 0.0, math.pi - 0.1))
+    buffer.add(0.1, SE2(0.0, 0.0, -math.pi + 0.1))
     assert abs(buffer.lookup(0.05).yaw) == pytest.approx(math.pi)
 
 
@@ -43,27 +43,27 @@ def test_a_frame_newer_than_all_poses_waits_and_an_older_one_does_not():
 
 def test_no_pose_is_guessed_in_a_gap():
     buffer = driven(1.0)
-    buffer.add(1.8, PlanarPose(1.8, 2.0, 0.0))
+    buffer.add(1.8, SE2(1.8, 2.0, 0.0))
     assert buffer.lookup(1.4) is NoPoseReason.MISSING
     assert buffer.lookup(1.8).x == pytest.approx(1.8)
 
 
 def test_a_pose_that_jumps_is_refused_and_the_next_good_one_taken():
     buffer = driven(1.0)
-    assert buffer.add(1.05, PlanarPose(5.0, 2.0, 0.0)) is PoseStatus.JUMPED
+    assert buffer.add(1.05, SE2(5.0, 2.0, 0.0)) is PoseStatus.JUMPED
     assert buffer.has_jumped
-    assert buffer.add(1.1, PlanarPose(1.1, 2.0, 0.0)) is PoseStatus.ACCEPTED
+    assert buffer.add(1.1, SE2(1.1, 2.0, 0.0)) is PoseStatus.ACCEPTED
     assert not buffer.has_jumped
     assert buffer.lookup(1.05).x == pytest.approx(1.05)
 
 
 def test_a_turn_that_no_robot_makes_is_a_jump():
-    assert driven(1.0).add(1.05, PlanarPose(1.05, 2.0, 2.0)) is PoseStatus.JUMPED
+    assert driven(1.0).add(1.05, SE2(1.05, 2.0, 2.0)) is PoseStatus.JUMPED
 
 
 def test_a_new_place_is_accepted_once_poses_agree_there():
     buffer = driven(1.0)
-    statuses = [buffer.add(1.0 + 0.1 * k, PlanarPose(8.0 + 0.1 * k, 2.0, 0.0)) for k in range(1, 13)]
+    statuses = [buffer.add(1.0 + 0.1 * k, SE2(8.0 + 0.1 * k, 2.0, 0.0)) for k in range(1, 13)]
     assert statuses[:10] == [PoseStatus.JUMPED] * 10
     assert statuses[10] is PoseStatus.RELOCATED
     assert statuses[11] is PoseStatus.ACCEPTED
@@ -75,22 +75,22 @@ def test_poses_that_jump_all_over_are_never_accepted():
     buffer, rng = driven(1.0), np.random.default_rng(0)
     for k in range(1, 200):
         x, y = rng.uniform(20.0, 400.0, 2)
-        assert buffer.add(1.0 + 0.1 * k, PlanarPose(x, y, 0.0)) is PoseStatus.JUMPED
+        assert buffer.add(1.0 + 0.1 * k, SE2(x, y, 0.0)) is PoseStatus.JUMPED
     assert buffer.lookup(2.0) is NoPoseReason.NOT_YET
 
 
 def test_a_pose_that_comes_late_is_reported():
     buffer = driven()
-    assert buffer.add(4.9, PlanarPose(4.9, 2.0, 0.0)) is PoseStatus.OUT_OF_ORDER
-    assert buffer.add(5.0, PlanarPose(5.0, 2.0, 0.0)) is PoseStatus.OUT_OF_ORDER
+    assert buffer.add(4.9, SE2(4.9, 2.0, 0.0)) is PoseStatus.OUT_OF_ORDER
+    assert buffer.add(5.0, SE2(5.0, 2.0, 0.0)) is PoseStatus.OUT_OF_ORDER
     assert buffer.lookup(4.95).x == pytest.approx(4.95)
 
 
-@pytest.mark.parametrize('pose', [PlanarPose(math.nan, 0.0, 0.0), PlanarPose(0.0, math.inf, 0.0)])
+@pytest.mark.parametrize('pose', [SE2(math.nan, 0.0, 0.0), SE2(0.0, math.inf, 0.0)])
 def test_a_pose_that_is_not_finite_is_reported(pose):
     buffer = driven()
     assert buffer.add(5.1, pose) is PoseStatus.NOT_FINITE
-    assert buffer.add(math.nan, PlanarPose(5.0, 2.0, 0.0)) is PoseStatus.NOT_FINITE
+    assert buffer.add(math.nan, SE2(5.0, 2.0, 0.0)) is PoseStatus.NOT_FINITE
     assert buffer.lookup(5.0).x == pytest.approx(5.0)
 
 

@@ -7,13 +7,13 @@ import pytest
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseBuffer
 from reward_planner.core.mapping.pose_message_filter import DropReason, PoseMessageFilter
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 def drive(buffer, start, end):
     """Poses at 20 Hz of a robot that drives along x at 1 m/s."""
     for k in range(round(20 * start), round(20 * end) + 1):
-        buffer.add(k / 20.0, PlanarPose(k / 20.0, 0.0, 0.0))
+        buffer.add(k / 20.0, SE2(k / 20.0, 0.0, 0.0))
 
 
 def test_a_frame_waits_for_the_pose_of_its_instant():
@@ -54,7 +54,7 @@ def test_frames_within_a_jump_are_dropped_and_later_ones_taken():
         frames.add(0.1 * k, 0.1 * k, k)
         if k > 10:
             for stamp in (0.1 * k - 0.05, 0.1 * k):
-                buffer.add(stamp, PlanarPose(30.0 + stamp, 0.0, 0.0))
+                buffer.add(stamp, SE2(30.0 + stamp, 0.0, 0.0))
         taken += frames.take_ready(0.1 * k, buffer)
     assert [frame for _, frame, _ in taken] == [8, 9, 10, *range(21, 32)]
     assert frames.dropped[DropReason.POSE_MISSING] == 10

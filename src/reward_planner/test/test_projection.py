@@ -13,7 +13,7 @@ from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
 HALL = (-3.0, -3.5, 0.0, 4.0, 3.5, 2.5)

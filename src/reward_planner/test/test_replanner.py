@@ -14,10 +14,10 @@ from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRouteReason
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 FRAME = GridFrame(-1.0, -4.0, 0.1, 100, 80)
-HERE = PlanarPose(0.0, 0.0, 0.0)
+HERE = SE2(0.0, 0.0, 0.0)
 GOAL = (8.0, 0.0)
 
 
@@ -103,9 +103,9 @@ def test_a_start_in_a_passage_that_is_too_narrow_is_reported():
 def test_the_route_shrinks_as_the_robot_drives_and_a_robot_off_it_gets_another():
     floor = Floor()
     floor.replanner.update(0.0, HERE)
-    floor.replanner.update(0.1, PlanarPose(1.0, 0.05, 0.0))
+    floor.replanner.update(0.1, SE2(1.0, 0.05, 0.0))
     assert path_length(floor.replanner.points_map) == pytest.approx(7.0, abs=0.2)
-    floor.replanner.update(0.2, PlanarPose(1.0, 0.9, 0.0))
+    floor.replanner.update(0.2, SE2(1.0, 0.9, 0.0))
     assert floor.replanner.replan_count == 2
 
 
@@ -116,5 +116,5 @@ def test_the_reward_rule_decides_a_stretch_at_a_time():
     x = 0.0
     while x < 8.0:
         x += 0.1
-        floor.replanner.update(x, PlanarPose(x, 0.0, 0.0))
+        floor.replanner.update(x, SE2(x, 0.0, 0.0))
     assert floor.replanner.points_map[-1].tolist() == list(GOAL)

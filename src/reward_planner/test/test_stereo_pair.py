@@ -10,7 +10,7 @@ from l_rig import projection
 
 from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.stereo_pair import pair_from_projections
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 @pytest.mark.parametrize(('x', 'y'), [(0.1, 0.0), (-0.12, 0.0), (0.0, 0.08), (0.0, -0.1)])

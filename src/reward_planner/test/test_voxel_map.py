@@ -14,7 +14,7 @@ from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import Box, BoxRoom, forward_camera, points_from_depth
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(160, 120, 131.0, 131.0, 79.5, 59.5)
 HALL: Box = (-4.0, -4.0, 0.0, 4.0, 4.0, 2.5)

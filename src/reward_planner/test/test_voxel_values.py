@@ -16,7 +16,7 @@ from reward_planner.core.voxels.voxel_values import (
     mark_touched_tiles,
 )
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
 SETTINGS = VoxelSettings(resolution=0.1, height_min=0.1, height_max=1.2)

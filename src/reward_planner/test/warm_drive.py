@@ -20,7 +20,7 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.trinocular_rig import TrinocularRig
 from reward_planner.core.planner_settings import PlannerSettings
 from scene_simulator.box_room import BoxRoom
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 def signatures():
@@ -37,7 +37,7 @@ def signatures():
 def drive(settings):
     """Drive towards a goal; a box comes into the way and leaves it."""
     robot = RoomDrive((), settings)
-    robot.navigator.set_goal(PlanarPose(5.0, 0.0, 0.0))
+    robot.navigator.set_goal(SE2(5.0, 0.0, 0.0))
     for boxes in ((), ROOMS['box'], ()):
         robot.room = BoxRoom(robot.room.size, boxes)
         for _ in range(15):

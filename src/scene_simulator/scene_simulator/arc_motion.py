@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
-def arc_motion(distance: float, yaw: float) -> PlanarPose:
+def arc_motion(distance: float, yaw: float) -> SE2:
     """Return the pose after an arc in the frame of its start.
 
     Args:
@@ -17,4 +17,4 @@ def arc_motion(distance: float, yaw: float) -> PlanarPose:
         yaw: yaw change along the arc, counter-clockwise positive [rad].
     """
     chord = distance * float(np.sinc(0.5 * yaw / math.pi))
-    return PlanarPose(chord * math.cos(0.5 * yaw), chord * math.sin(0.5 * yaw), yaw)
+    return SE2(chord * math.cos(0.5 * yaw), chord * math.sin(0.5 * yaw), yaw)

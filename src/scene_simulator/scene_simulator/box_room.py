@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scene_simulator.errors import SceneError
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 Box = tuple[float, float, float, float, float, float]
 """x, y and z of the lowest and then of the highest corner [m]."""

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scene_simulator.box_room import BoxRoom, points_from_depth
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 _GRAIN_SIZES = (0.02, 0.06, 0.2)  # sizes of the pattern [m]
 _STRENGTHS = (40.0, 45.0, 40.0)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from shirube_geometry import CameraMount, PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
 _KNOTS = 5
 """Poses sampled per frame, with linear interpolation between them: at 1 m/s^2 an error of 2 um in 16 ms."""
@@ -36,7 +36,7 @@ PoseAt = Callable[[float], CameraPose]
 """Gives the camera's pose at a time [s]."""
 
 
-def camera_pose(T_map_base: PlanarPose, mount: CameraMount) -> CameraPose:
+def camera_pose(T_map_base: SE2, mount: CameraMount) -> CameraPose:
     """Return the pose of a camera on a robot.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.camera_motion import camera_pose
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class CameraRig:
             for name, offset in self.camera_offsets.items()
         }
 
-    def views(self, T_map_base: PlanarPose) -> dict[str, NDArray[np.float64]]:
+    def views(self, T_map_base: SE2) -> dict[str, NDArray[np.float64]]:
         """Return ``T_map_camera`` of each camera, shape (4, 4), by name."""
         pose = camera_pose(T_map_base, self.mount)
         views = {}

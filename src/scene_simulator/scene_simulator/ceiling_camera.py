@@ -18,7 +18,7 @@ from scene_simulator.lamp_light import LampLight
 from scene_simulator.lamp_profile import face_homographies
 from scene_simulator.lamp_projection import LampProjection, image_motion
 from scene_simulator.shutter import Shutter
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 
 PAPER_OPTICS = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
 """The paper's camera (3.1): 1280 x 1024 pixels of 5.5 um behind 3.5 mm."""

@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from light_waveform import Waveform, steady_light
 from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import Disc, LampShape
-from shirube_geometry import matrix_from_rpy
+from shirube_core.geometry import matrix_from_rpy
+from shirube_core.waveform import Waveform, steady_light
 
 
 @dataclass(frozen=True)

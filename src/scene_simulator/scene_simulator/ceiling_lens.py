@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.blooming import Blooming
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 _FLARE_EDGE_SLOPE = 1.0
 """Edge slope of a flare [1/px]."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from light_waveform import Waveform
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.ceiling_surface import CeilingSurface, panelled_ceiling
 from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import LampShape, LedGrid
+from shirube_core.waveform import Waveform
 
 PAPER_LAMPS = ((0.0, 0.0, 2.5), (0.0, 1.8, 2.5), (1.8, 0.0, 2.5), (1.8, 1.8, 2.5))
 """Places of the paper's panels (3.1) in the map frame [m]."""

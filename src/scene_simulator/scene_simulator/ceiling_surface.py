@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from light_waveform import Waveform, steady_light
 from scene_simulator.errors import SceneError, check_seed
+from shirube_core.waveform import Waveform, steady_light
 
 _TILE = 1024
 _SPACING = 0.0046875

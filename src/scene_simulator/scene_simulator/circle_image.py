@@ -9,7 +9,7 @@ import numpy as np
 
 from scene_simulator.camera_motion import CameraPose
 from scene_simulator.corridor_landmark import RoundLandmark
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from scene_simulator.errors import SceneError
 from scene_simulator.leg_drive import LegDrive
 from scene_simulator.stereo_drive import StereoDrive
 from scene_simulator.stereo_rig import StereoRig
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
-TAUGHT_POSE = PlanarPose(-3.0, 0.0, 0.0)
+TAUGHT_POSE = SE2(-3.0, 0.0, 0.0)
 """Taught pose ``T_map_place``."""
 
 _RUN_UP, _SPEED, _REST = 1.0, 0.5, 0.5
@@ -43,14 +43,14 @@ class CorridorRun:
     change: str = ''
 
     @property
-    def goal(self) -> PlanarPose:
+    def goal(self) -> SE2:
         """``T_map_base`` at the end."""
-        return TAUGHT_POSE @ PlanarPose(self.ahead, self.left, self.yaw)
+        return TAUGHT_POSE @ SE2(self.ahead, self.left, self.yaw)
 
     @property
     def route(self) -> LegDrive:
         """The drive to the goal."""
-        start = self.goal @ PlanarPose(-_RUN_UP, 0.0, 0.0)
+        start = self.goal @ SE2(-_RUN_UP, 0.0, 0.0)
         return LegDrive([(start.x, start.y), (self.goal.x, self.goal.y)], [_SPEED], 0.1, _REST)
 
     def apply_change(self, scene: CorridorScene) -> CorridorScene:

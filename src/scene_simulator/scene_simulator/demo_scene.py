@@ -15,7 +15,7 @@ from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Ta
 from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs, scratches
 from scene_simulator.robot_drive import RobotDrive, Waypoint
 from scene_simulator.suspension import Suspension
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 DEMO_FLOOR_SEED = 1812
 """Seed of the demo floor, whose dot map is installed with the localizer."""
@@ -115,7 +115,7 @@ class DemoScene:
             SpecularReflection((0.60, -0.50), 0.03, 0.7),
         )
 
-    def pose_at(self, time: float) -> PlanarPose:
+    def pose_at(self, time: float) -> SE2:
         """Return ``T_map_base`` at a time [s]: the truth."""
         return self.drive.pose_at(time)
 

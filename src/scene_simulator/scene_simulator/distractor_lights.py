@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from light_waveform import Waveform, waveform_from_steps
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import Disc, Rectangle
+from shirube_core.waveform import Waveform, waveform_from_steps
 
 _STEPS = 64
 """Steps in which a period of the mains' flicker is played."""

@@ -13,7 +13,7 @@ from scene_simulator.demo_scene import DemoScene
 from scene_simulator.errors import SceneError
 from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_bags.bag_writer import BagWriter
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 CAMERA_FRAME = 'belly_camera_optical_frame'
 
@@ -90,7 +90,7 @@ def _write_image(bag: BagWriter, scene: DemoScene, index: int, time_ns: int) -> 
 
 
 def odometry_messages(
-    pose_at: Callable[[float], PlanarPose], seconds: float, rng: np.random.Generator
+    pose_at: Callable[[float], SE2], seconds: float, rng: np.random.Generator
 ) -> Iterator[tuple[int, object]]:
     """Yield wheel odometry, each message with its time since the start [ns].
 

@@ -15,7 +15,7 @@ from scene_simulator.errors import SceneError
 from scene_simulator.floor_view import FloorView
 from scene_simulator.ground_texture import GroundTexture, mottled_ground
 from scene_simulator.imaging import Lighting, Sensor
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 PAPER_CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 """The paper's camera (3.1): 90 mm square in 235 pixels square from 130 mm."""
@@ -67,7 +67,7 @@ class FloorCamera:
     def photograph(
         self,
         floor: DotFloor,
-        poses: Sequence[PlanarPose],
+        poses: Sequence[SE2],
         mount: CameraMount = DOWNWARD_MOUNT,
         disturbances: Sequence[Disturbance] = (),
         rng: np.random.Generator | None = None,
@@ -100,7 +100,7 @@ class FloorCamera:
         return FloorPhoto(image if self.colour else image[..., 0], view.covered.mean(axis=0))
 
     def project(
-        self, points: NDArray[np.float64], pose: PlanarPose, mount: CameraMount = DOWNWARD_MOUNT
+        self, points: NDArray[np.float64], pose: SE2, mount: CameraMount = DOWNWARD_MOUNT
     ) -> NDArray[np.float64]:
         """Return the pixels u, v of floor points.
 
@@ -116,7 +116,7 @@ class FloorCamera:
         return self.intrinsics.pixels_from_points(mount.camera_points_from_floor(points_base))
 
     def visible_chips(
-        self, floor: DotFloor, pose: PlanarPose, mount: CameraMount = DOWNWARD_MOUNT
+        self, floor: DotFloor, pose: SE2, mount: CameraMount = DOWNWARD_MOUNT
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Return the chips whose centres are in the image.
 

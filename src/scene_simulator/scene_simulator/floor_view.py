@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_simulator.floor_marks import FloorMarks
 from scene_simulator.paint_polygons import paint_polygons
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])
 """Weights of blue, green and red in a mono camera's grey (ITU-R BT.601)."""
@@ -35,7 +35,7 @@ class FloorView:
         self,
         camera: PinholeCamera,
         mount: CameraMount,
-        poses: Sequence[PlanarPose],
+        poses: Sequence[SE2],
         rays: NDArray[np.float64],
         *,
         colour: bool,
@@ -112,7 +112,7 @@ class FloorView:
         self.glare += light.astype(np.float32)
         self.covered += (light > MAX_GLARE) * (1.0 - self.covered)
 
-    def _project(self, pose: PlanarPose, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _project(self, pose: SE2, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the pixels of map points, shape (n, 2), seen by the robot at ``pose`` (``T_map_base``)."""
         points_base = pose.inverse().transform(points)
         return self._camera.pixels_from_points(self._mount.camera_points_from_floor(points_base))

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 @dataclass(frozen=True)

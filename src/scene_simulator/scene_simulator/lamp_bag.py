@@ -12,7 +12,7 @@ from scene_simulator.errors import SceneError
 from scene_simulator.floor_bag import START_NS
 from scene_simulator.lamp_drive import LampDrive, LampFrame
 from shirube_bags.bag_writer import BagWriter
-from shirube_files import write_text
+from shirube_core.files import write_text
 
 CAMERA_FRAME = 'ceiling_camera_optical_frame'
 

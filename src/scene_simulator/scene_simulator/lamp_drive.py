@@ -17,7 +17,7 @@ from scene_simulator.errors import check_seed
 from scene_simulator.suspension import Suspension
 from scene_simulator.tilt_sensor import TiltErrors, TiltReading, simulate_tilt
 from scene_simulator.wheel_odometry import WheelErrors, WheelReading, simulate_wheel_readings
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 
 GOOD_WHEEL_ERRORS = WheelErrors(left_scale=1.0195, right_scale=1.0205, slip=0.0002)
 """Good wheels: 2 % too much distance and rotation, and 0.2 degrees a metre to the left."""
@@ -31,7 +31,7 @@ _IMAGE_NOISE, _CLOCK, _WHEELS, _TILT = range(4)
 class Route(Protocol):
     """Where the robot truly is."""
 
-    def pose_at(self, time: float) -> PlanarPose:
+    def pose_at(self, time: float) -> SE2:
         """Return ``T_map_base`` at a time [s]."""
 
 
@@ -47,7 +47,7 @@ class LampFrame:
 
     stamp: float
     photo: CeilingPhoto
-    pose: PlanarPose
+    pose: SE2
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class LampDrive:
         """Refuse a negative seed with a SceneError."""
         check_seed(self.seed)
 
-    def pose_at(self, time: float) -> PlanarPose:
+    def pose_at(self, time: float) -> SE2:
         """Return ``T_map_base`` at a time [s], its place and heading on the floor: the truth."""
         return self.route.pose_at(time)
 

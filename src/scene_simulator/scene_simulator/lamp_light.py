@@ -15,7 +15,7 @@ from scene_simulator.ceiling_lens import CeilingLens, LensFlare
 from scene_simulator.lamp_profile import face_homographies, lamp_profiles
 from scene_simulator.lamp_projection import LampProjection, is_in_view, project_lamp
 from scene_simulator.shutter import Shutter
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 _MAX_LAMP_MOTION = 0.7
 """Smear of a lamp between two instants of an exposure [px]: its edges are softer."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scene_simulator.camera_motion import CameraMotion, CameraPose
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.shutter import Shutter
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 @dataclass(frozen=True)

@@ -12,19 +12,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_simulator.arc_motion import arc_motion
 from scene_simulator.errors import SceneError
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 @dataclass(frozen=True)
 class _Segment:
     """A leg between its corners (curvature 0) or the arc in a corner, driven at most at one speed."""
 
-    start: PlanarPose
+    start: SE2
     length: float
     curvature: float
     speed: float
 
-    def pose_after(self, distance: float) -> PlanarPose:
+    def pose_after(self, distance: float) -> SE2:
         """Return ``T_map_base`` at a distance from the segment's start [m]."""
         return self.start @ arc_motion(distance, self.curvature * distance)
 
@@ -69,7 +69,7 @@ class LegDrive:
         self._phases = _phases(self._segments, rest, acceleration)
         self.duration = float(self._phases[-1, 0])
 
-    def pose_at(self, time: float) -> PlanarPose:
+    def pose_at(self, time: float) -> SE2:
         """Return ``T_map_base`` at a time since the start [s]; outside the drive the robot is stationary."""
         phase = max(int(np.searchsorted(self._phases[:, 0], time, side='right')) - 1, 0)
         start, distance, speed, acceleration = self._phases[phase].tolist()
@@ -90,7 +90,7 @@ def _segments(places: NDArray[np.float64], speeds: Sequence[float], radius: floa
     straight_lengths = lengths - tangents[:-1] - tangents[1:]
     if not (straight_lengths > 0.0).all():
         raise SceneError(f'corners of radius {radius} m do not fit between legs of {lengths.min():.2f} m')
-    pose = PlanarPose(float(places[0, 0]), float(places[0, 1]), float(headings[0]))
+    pose = SE2(float(places[0, 0]), float(places[0, 1]), float(headings[0]))
     segments: list[_Segment] = []
     for index, straight in enumerate(straight_lengths.tolist()):
         segments.append(_Segment(pose, straight, 0.0, speeds[index]))

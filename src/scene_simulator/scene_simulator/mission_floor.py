@@ -12,7 +12,7 @@ from scene_simulator.floor_camera import Disturbance, FloorCamera, FloorPhoto
 from scene_simulator.floor_disturbance import SpecularReflection, Tape
 from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs
 from scene_simulator.mission_layout import CARPET, ROOM
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 DESIGN = FloorDesign(size=(ROOM[3], ROOM[4]), count=57_600, diameters=(0.004, 0.006), min_distance=0.0035)
 """1200 chips a square meter; about fifty are in view."""
@@ -66,7 +66,7 @@ class MissionFloor:
             SpecularReflection((-0.55, 0.42), 0.035, 0.9),
         )
 
-    def photograph(self, poses: list[PlanarPose], mount: CameraMount, rng: np.random.Generator) -> FloorPhoto:
+    def photograph(self, poses: list[SE2], mount: CameraMount, rng: np.random.Generator) -> FloorPhoto:
         """Return the picture of an exposure.
 
         Args:

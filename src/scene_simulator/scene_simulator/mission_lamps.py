@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from light_waveform import Waveform
 from scene_simulator.blooming import Blooming
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_lamp import CeilingLamp
@@ -17,7 +16,8 @@ from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.mission_layout import ROOM
 from scene_simulator.shutter import Shutter
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
+from shirube_core.waveform import Waveform
 
 LAMP_RADIUS = 0.12
 """Radius of the frosted discs [m]: 27 image rows."""

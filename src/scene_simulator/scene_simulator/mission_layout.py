@@ -13,7 +13,7 @@ import numpy as np
 
 from scene_simulator.box_room import Box
 from scene_simulator.errors import check_seed
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 ROOM: Box = (0.0, 0.0, 0.0, 8.0, 6.0, 3.2)
 """Corners of the room in the map frame [m]."""
@@ -21,11 +21,11 @@ ROOM: Box = (0.0, 0.0, 0.0, 8.0, 6.0, 3.2)
 ROBOT_RADIUS, ROBOT_HEIGHT = 0.2, 1.3
 """Radius and height of the robot's bounding cylinder, mast included [m]."""
 
-_START = PlanarPose(0.9, 1.1, 0.0)
+_START = SE2(0.9, 1.1, 0.0)
 _GOALS = (
-    PlanarPose(5.8, 1.2, 0.0),
-    PlanarPose(6.4, 3.8, 0.5 * math.pi),
-    PlanarPose(2.2, 4.6, math.pi),
+    SE2(5.8, 1.2, 0.0),
+    SE2(6.4, 3.8, 0.5 * math.pi),
+    SE2(2.2, 4.6, math.pi),
 )
 """Each faces a wall with landmarks, 2.2 m before it."""
 
@@ -74,8 +74,8 @@ class MissionLayout:
         goals: the poses that the robot is to reach, in this order.
     """
 
-    start: PlanarPose
-    goals: tuple[PlanarPose, ...]
+    start: SE2
+    goals: tuple[SE2, ...]
 
 
 NOMINAL = MissionLayout(_START, _GOALS)
@@ -94,6 +94,6 @@ def mission_layout(seed: int) -> MissionLayout:
     return MissionLayout(start, tuple(goals))
 
 
-def _perturb(pose: PlanarPose, rng: np.random.Generator) -> PlanarPose:
+def _perturb(pose: SE2, rng: np.random.Generator) -> SE2:
     x, y, turn = rng.uniform(-1.0, 1.0, 3).tolist()
-    return PlanarPose(pose.x + _MAX_SHIFT * x, pose.y + _MAX_SHIFT * y, pose.yaw + _MAX_ROTATION * turn)
+    return SE2(pose.x + _MAX_SHIFT * x, pose.y + _MAX_SHIFT * y, pose.yaw + _MAX_ROTATION * turn)

@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import Waveform
 from scene_simulator.box_room import add_disparity_noise
 from scene_simulator.camera_motion import CameraPose, camera_pose
 from scene_simulator.ceiling_room import CeilingRoom
@@ -25,9 +24,10 @@ from scene_simulator.stereo_drive import STIFF_SUSPENSION
 from scene_simulator.stereo_rig import StereoRig
 from scene_simulator.suspension import Suspension
 from scene_simulator.tilt_sensor import TiltErrors, TiltReading
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.waveform import Waveform
 
-PoseAt = Callable[[float], PlanarPose]
+PoseAt = Callable[[float], SE2]
 """Gives ``T_map_base`` at a time [s]."""
 
 DEPTH_CAMERA = PinholeCamera(160, 120, 100.0, 100.0, 79.5, 59.5)

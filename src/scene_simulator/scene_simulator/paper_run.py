@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from light_waveform import Waveform
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.distractor_lights import distractors
 from scene_simulator.lamp_drive import LampDrive
 from scene_simulator.lamp_shape import LampShape
 from scene_simulator.leg_drive import LegDrive
+from shirube_core.waveform import Waveform
 
 LAMP_A, LAMP_B = 3, 2
 """Indices into ``PAPER_LAMPS``: A at (1.8, 1.8), B at (1.8, 0)."""

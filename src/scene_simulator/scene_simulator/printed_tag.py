@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import Rectangle
-from shirube_geometry import matrix_from_rpy
+from shirube_core.geometry import matrix_from_rpy
 
 
 def printed_tag(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from scene_simulator.errors import SceneError
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _STEP = 0.005
 """Distance between the points of a route at which the speed is planned [m]."""
@@ -83,14 +83,14 @@ class RobotDrive:
         self._parameter_at = CubicHermiteSpline(*_insert_pauses(times, parameters, rates, stops, route))
         self.duration = float(self._parameter_at.x[-1])
 
-    def pose_at(self, time: float) -> PlanarPose:
+    def pose_at(self, time: float) -> SE2:
         """Return ``T_map_base`` at a time since the start [s]; outside the drive the robot is stationary."""
         parameter = float(self._parameter_at(min(max(time, 0.0), self.duration)))
         x, y = self._spline(parameter)
         ahead_x, ahead_y = self._spline(parameter, 1)
-        return PlanarPose(float(x), float(y), math.atan2(ahead_y, ahead_x))
+        return SE2(float(x), float(y), math.atan2(ahead_y, ahead_x))
 
-    def poses_during(self, middle: float, exposure: float, count: int) -> list[PlanarPose]:
+    def poses_during(self, middle: float, exposure: float, count: int) -> list[SE2]:
         """Return ``T_map_base`` at even instants of an exposure.
 
         Args:

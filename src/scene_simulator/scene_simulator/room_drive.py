@@ -14,7 +14,7 @@ from scene_simulator.box_room_rendering import render_picture
 from scene_simulator.camera_rig import CameraRig
 from scene_simulator.furnished_room import FurnishedRoom, Furnishing, furnish
 from scene_simulator.robot_drive import RobotDrive, Waypoint
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _PICTURE_NOISE, _POSE_NOISE = 1, 2
 _PATH_STEP = 0.02
@@ -97,9 +97,9 @@ class RoomDrive:
             name: render_picture(boxes, self.rig.camera, view, noise, rng) for name, view in views.items()
         }
 
-    def localizer_pose(self, index: int, time: float) -> PlanarPose:
+    def localizer_pose(self, index: int, time: float) -> SE2:
         """Return ``T_map_base`` as a localizer measures it, with noise; arguments as for `pictures`."""
         rng = np.random.default_rng((self.seed, _POSE_NOISE, index))
         x, y, yaw = rng.normal(0.0, (self.pose_noise[0], *self.pose_noise)).tolist()
         pose = self.drive.pose_at(time)
-        return PlanarPose(pose.x + x, pose.y + y, pose.yaw + yaw)
+        return SE2(pose.x + x, pose.y + y, pose.yaw + yaw)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from scene_simulator.tilt_sensor import TiltReading
 from shirube_bags.message_types import jazzy_types
-from shirube_geometry import PinholeCamera, PlanarPose, quaternion_from_yaw
+from shirube_core.geometry import SE2, PinholeCamera, quaternion_from_yaw
 
 _ODOMETRY_VARIANCES = (1e-4, 1e-4, 1e-12, 1e-12, 1e-12, 1e-3)
 _IMU_VARIANCES = (1e-6, 1e-6, math.pi**2)
@@ -80,12 +80,12 @@ def camera_info(
     )
 
 
-def pose_stamped(pose: PlanarPose, frame: str, stamp_ns: int) -> object:
+def pose_stamped(pose: SE2, frame: str, stamp_ns: int) -> object:
     """Return a pose on the floor as geometry_msgs/PoseStamped in a frame."""
     return _message('geometry_msgs/msg/PoseStamped', header=_header(frame, stamp_ns), pose=_pose(pose))
 
 
-def odometry(pose: PlanarPose, velocity: tuple[float, float], stamp_ns: int) -> object:
+def odometry(pose: SE2, velocity: tuple[float, float], stamp_ns: int) -> object:
     """Return wheel odometry as nav_msgs/Odometry.
 
     Args:
@@ -144,7 +144,7 @@ def occupancy_grid(
         resolution=resolution,
         width=cells.shape[1],
         height=cells.shape[0],
-        origin=_pose(PlanarPose(*origin, 0.0)),
+        origin=_pose(SE2(*origin, 0.0)),
     )
     return _message('nav_msgs/msg/OccupancyGrid', header=header, info=info, data=cells.ravel())
 
@@ -164,7 +164,7 @@ def _header(frame: str, stamp_ns: int) -> object:
     return _message('std_msgs/msg/Header', stamp=stamp, frame_id=frame)
 
 
-def _pose(pose: PlanarPose) -> object:
+def _pose(pose: SE2) -> object:
     x, y, z, w = quaternion_from_yaw(pose.yaw)
     return _message(
         'geometry_msgs/msg/Pose',

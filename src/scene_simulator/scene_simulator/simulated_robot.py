@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from scene_simulator.arc_motion import arc_motion
 from scene_simulator.errors import SceneError
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _STEP = 0.005
 """Longest time in which the speeds are held [s]."""
@@ -30,7 +30,7 @@ class MotorLimits:
 class SimulatedRobot:
     """True motion of a robot from time 0 to the end of the last command."""
 
-    def __init__(self, start: PlanarPose, limits: MotorLimits | None = None) -> None:
+    def __init__(self, start: SE2, limits: MotorLimits | None = None) -> None:
         """Start with the robot stationary at ``T_map_base``."""
         self._limits = limits or MotorLimits()
         self._times, self._poses = [0.0], [start]
@@ -71,7 +71,7 @@ class SimulatedRobot:
             self._speeds.append((self._forward, self._yaw_rate))
             self._times.append(after)
 
-    def pose_at(self, time: float) -> PlanarPose:
+    def pose_at(self, time: float) -> SE2:
         """Return ``T_map_base`` at a time [s]; before 0 the robot is stationary at its start.
 
         Raises:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scene_simulator.dot_floor import DotFloor
 from scene_simulator.errors import SceneError
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 SURVEY_ERROR = 0.00005
 """Standard deviation of a surveyed centre along each axis [m]: what careful photogrammetry reaches."""

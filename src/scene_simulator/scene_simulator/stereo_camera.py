@@ -16,7 +16,7 @@ from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.renderable_scene import PaintedScene
 from scene_simulator.shape_painting import SAMPLES, Texture, paint_outline
 from scene_simulator.shape_projection import project_outline, view_planes
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 @dataclass(frozen=True)

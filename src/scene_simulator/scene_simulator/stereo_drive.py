@@ -17,7 +17,7 @@ from scene_simulator.stereo_rig import StereoRig, render_pair
 from scene_simulator.suspension import Suspension
 from scene_simulator.tilt_sensor import TiltErrors, TiltReading, simulate_tilt
 from scene_simulator.wheel_odometry import WheelErrors, WheelReading, simulate_wheel_readings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 STIFF_SUSPENSION = Suspension(heave=0.0005, tilt=math.radians(0.2))
 """Suspension that hardly moves: a mast with cameras on a slow robot."""
@@ -39,7 +39,7 @@ class StereoFrame:
     stamp: float
     left: NDArray[np.uint8]
     right: NDArray[np.uint8]
-    pose: PlanarPose
+    pose: SE2
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class StereoDrive:
         if not 0.0 < self.rate < math.inf:
             raise SceneError(f'{self.rate} pictures a second cannot be taken: give a positive number')
 
-    def pose_at(self, time: float) -> PlanarPose:
+    def pose_at(self, time: float) -> SE2:
         """Return ``T_map_base`` at a time [s], its place and heading on the floor: the truth."""
         return self.route.pose_at(time)
 

@@ -13,7 +13,7 @@ from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.renderable_scene import PaintedScene
 from scene_simulator.stereo_calibration import CameraCalibration, rectified_pair, stereo_pair
 from scene_simulator.stereo_camera import StereoCamera
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 
 FORWARD_MOUNT = CameraMount((0.1, 0.12, 1.25), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
 """The left camera: it looks along the robot's x axis, level, on a mast."""
@@ -46,7 +46,7 @@ class StereoRig:
         """Distance of the cameras [m]."""
         return math.hypot(*self.right_xyz)
 
-    def camera_poses(self, T_map_base: PlanarPose) -> tuple[CameraPose, CameraPose]:
+    def camera_poses(self, T_map_base: SE2) -> tuple[CameraPose, CameraPose]:
         """Return ``T_map_left`` and ``T_map_right``."""
         left = camera_pose(T_map_base, self.mount)
         position = left.position + left.rotation @ self.right_xyz
@@ -80,7 +80,7 @@ def raw_rig() -> StereoRig:
 
 
 def render_pair(
-    scene: PaintedScene, rig: StereoRig, T_map_base: PlanarPose, rng: np.random.Generator | None = None
+    scene: PaintedScene, rig: StereoRig, T_map_base: SE2, rng: np.random.Generator | None = None
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Return the pictures of the left and the right camera, each of shape (height, width).
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from shirube_geometry import CameraMount, matrix_from_rpy
+from shirube_core.geometry import CameraMount, matrix_from_rpy
 
 _FREQUENCIES = (0.07, 0.19, 0.43)
 """Frequencies of the oscillation; each motion has its own phase [Hz]."""

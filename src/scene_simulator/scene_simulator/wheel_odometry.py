@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,13 @@ class WheelReading:
     """
 
     time: float
-    pose: PlanarPose
+    pose: SE2
     forward: float
     yaw_rate: float
 
 
 def simulate_wheel_readings(
-    pose_at: Callable[[float], PlanarPose],
+    pose_at: Callable[[float], SE2],
     seconds: float,
     period: float,
     errors: WheelErrors,
@@ -74,9 +74,7 @@ def simulate_wheel_readings(
     ]
 
 
-def simulate_odometry(
-    poses: Sequence[PlanarPose], errors: WheelErrors, rng: np.random.Generator
-) -> list[PlanarPose]:
+def simulate_odometry(poses: Sequence[SE2], errors: WheelErrors, rng: np.random.Generator) -> list[SE2]:
     """Return the odometry of a drive.
 
     Args:
@@ -89,7 +87,7 @@ def simulate_odometry(
     """
     scales = np.array([errors.left_scale, errors.right_scale])
     ways = ticks = np.zeros(2)
-    odometry = [PlanarPose(0.0, 0.0, 0.0)]
+    odometry = [SE2(0.0, 0.0, 0.0)]
     for before, after in pairwise(poses):
         true_ways = _wheel_distances(before.inverse() @ after, errors.separation)
         ways = ways + scales * true_ways + rng.normal(size=2) * errors.slip * np.sqrt(np.abs(true_ways))
@@ -100,15 +98,15 @@ def simulate_odometry(
     return odometry
 
 
-def _wheel_distances(motion: PlanarPose, separation: float) -> NDArray[np.float64]:
+def _wheel_distances(motion: SE2, separation: float) -> NDArray[np.float64]:
     """Return how far the left and the right wheel roll in a motion along an arc, shape (2,) [m]."""
     half = 0.5 * motion.yaw
     way = math.hypot(motion.x, motion.y) * math.copysign(1.0, motion.x) / np.sinc(half / math.pi)
     return np.array([way - half * separation, way + half * separation])
 
 
-def _motion(left: float, right: float, separation: float) -> PlanarPose:
+def _motion(left: float, right: float, separation: float) -> SE2:
     """Return the motion along the arc on which the wheels roll so far [m]."""
     way, yaw_rate = 0.5 * (left + right), (right - left) / separation
     chord = way * float(np.sinc(0.5 * yaw_rate / math.pi))
-    return PlanarPose(chord * math.cos(0.5 * yaw_rate), chord * math.sin(0.5 * yaw_rate), yaw_rate)
+    return SE2(chord * math.cos(0.5 * yaw_rate), chord * math.sin(0.5 * yaw_rate), yaw_rate)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from light_waveform import steady_light
 from scene_simulator.mission_lamps import LAMPS
+from shirube_core.waveform import steady_light
 
 STEADY = {name: steady_light() for name in LAMPS}

@@ -15,7 +15,7 @@ from scene_simulator.box_room import (
     points_from_depth,
 )
 from scene_simulator.errors import SceneError
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(64, 48, 50.0, 50.0, 31.5, 23.5)
 ROOM = BoxRoom(

@@ -6,7 +6,7 @@ import numpy as np
 
 from scene_simulator.box_room import BoxRoom, forward_camera
 from scene_simulator.box_room_rendering import render_picture
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(160, 120, 131.0, 131.0, 79.5, 59.5)
 WALL = BoxRoom((-1.0, -5.0, -3.0, 2.62, 5.0, 4.0))

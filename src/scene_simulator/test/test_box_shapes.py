@@ -12,7 +12,7 @@ from scene_simulator.corridor_shape import shape_table
 from scene_simulator.mission_landmarks import OrderedScene
 from scene_simulator.stereo_camera import StereoCamera, StereoOptics
 from scene_simulator.stereo_rig import FORWARD_MOUNT
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 
 CAMERA = PinholeCamera(160, 120, 130.0, 130.0, 79.5, 59.5)
 BOXES = (
@@ -23,7 +23,7 @@ BOXES = (
 
 
 def test_painted_pixels_are_those_whose_rays_meet_a_box():
-    pose = camera_pose(PlanarPose(0.0, 0.1, -0.05), FORWARD_MOUNT)
+    pose = camera_pose(SE2(0.0, 0.1, -0.05), FORWARD_MOUNT)
     shapes = [shape for box in sort_farthest_first(BOXES, pose.position) for shape in box_shapes(box, 0.6)]
     scene = OrderedScene(shape_table(shapes), CorridorLight(0.9, (0.0, 0.0, 0.0)))
     painted = StereoCamera(CAMERA, StereoOptics(blur=0.0, vignetting=0.0)).light(scene, pose) > 0.05

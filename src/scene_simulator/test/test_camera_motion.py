@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from scene_simulator.camera_motion import CameraMotion, CameraPose, camera_pose
-from shirube_geometry import CameraMount, PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
 MOUNT = CameraMount((0.1, -0.05, 0.4), (0.02, -0.01, math.pi / 2.0))
 
 
 def moving(time: float) -> CameraPose:
     """A robot that drives 1 m/s in a bend of 1.5 rad/s."""
-    return camera_pose(PlanarPose(math.sin(1.5 * time) / 1.5, 0.2, 1.5 * time), MOUNT)
+    return camera_pose(SE2(math.sin(1.5 * time) / 1.5, 0.2, 1.5 * time), MOUNT)
 
 
 def test_a_camera_is_where_the_robot_carries_it() -> None:
-    robot = PlanarPose(1.0, 2.0, math.pi / 2.0)
+    robot = SE2(1.0, 2.0, math.pi / 2.0)
     pose = camera_pose(robot, MOUNT)
     # A quarter turn to the left takes ahead to +y and left to -x.
     np.testing.assert_allclose(pose.position, [1.0 + 0.05, 2.0 + 0.1, 0.4], atol=1e-12)

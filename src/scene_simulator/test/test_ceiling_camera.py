@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from light_waveform import waveform_from_steps
 from scene_simulator.blooming import SHARP, Blooming
 from scene_simulator.camera_motion import CameraPose, PoseAt, camera_pose
 from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera, CeilingPhoto
@@ -17,7 +16,8 @@ from scene_simulator.ceiling_room import CeilingRoom
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.shutter import Shutter
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.waveform import waveform_from_steps
 
 SMALL = PinholeCamera(200, 160, 636.4, 636.4, 99.5, 79.5)
 BENT = PinholeCamera(640, 512, 318.0, 320.0, 322.1, 250.3, (-0.1, 0.01, 0.0008, -0.0005, 0.0))
@@ -28,11 +28,11 @@ OVERHEAD = (0.0, 0.0, 2.5)
 
 
 def resting(_: float) -> CameraPose:
-    return camera_pose(PlanarPose(0.0, 0.0, 0.0), UPWARD_MOUNT)
+    return camera_pose(SE2(0.0, 0.0, 0.0), UPWARD_MOUNT)
 
 
 def moving(vx: float, vy: float, mount: CameraMount = UPWARD_MOUNT) -> PoseAt:
-    return lambda time: camera_pose(PlanarPose(vx * time, vy * time, 0.0), mount)
+    return lambda time: camera_pose(SE2(vx * time, vy * time, 0.0), mount)
 
 
 def camera(
@@ -76,7 +76,7 @@ def test_with_a_bent_lens_and_tilt_a_disc_is_at_the_centroid_of_its_outline(
 ) -> None:
     taken = CeilingCamera(BENT, lens=CeilingLens(0.0, blooming=blooming))
     room = CeilingRoom((CeilingLamp((*place, 2.5), Disc(0.05), brightness=taken.brightness_for(1.0)),))
-    robot = camera_pose(PlanarPose(0.02, -0.03, 0.4), TILTED)
+    robot = camera_pose(SE2(0.02, -0.03, 0.4), TILTED)
     (seen,) = taken.photograph(room, lambda _: robot, 0.0).lamp_projections
     assert math.dist(centroid(taken.light(room, lambda _: robot, 0.0)), seen.centroid) < 0.02
 
@@ -261,10 +261,10 @@ def test_the_ceiling_moves_with_the_lamps() -> None:
     taken = camera()
     here = taken.light(room, resting, 0.0)
     # One metre at 2.52 m is 252.54 px; eight panels of 0.6 m are the same ceiling again.
-    again = taken.light(room, lambda _: camera_pose(PlanarPose(4.8, -4.8, 0.0), UPWARD_MOUNT), 0.0)
+    again = taken.light(room, lambda _: camera_pose(SE2(4.8, -4.8, 0.0), UPWARD_MOUNT), 0.0)
     np.testing.assert_allclose(here, again, atol=1e-4)
     step = 20.0 * 2.52 / 636.4
-    ahead = taken.light(room, lambda _: camera_pose(PlanarPose(step, 0.0, 0.0), UPWARD_MOUNT), 0.0)
+    ahead = taken.light(room, lambda _: camera_pose(SE2(step, 0.0, 0.0), UPWARD_MOUNT), 0.0)
     np.testing.assert_allclose(ahead[20:], here[:-20], atol=1e-4)
 
 

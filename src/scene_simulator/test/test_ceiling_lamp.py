@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from light_waveform import waveform_from_steps
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.errors import SceneError
+from shirube_core.waveform import waveform_from_steps
 
 BLINK = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
 

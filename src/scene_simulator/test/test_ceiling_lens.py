@@ -7,7 +7,7 @@ import pytest
 
 from scene_simulator.blooming import Blooming
 from scene_simulator.ceiling_lens import CeilingLens, LensFlare
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(201, 151, 100.0, 100.0, 100.0, 75.0)
 

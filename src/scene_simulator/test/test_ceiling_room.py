@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from light_waveform import steady_light
 from scene_simulator.ceiling_room import PAPER_LAMPS, CeilingRoom, paper_room
 from scene_simulator.distractor_lights import distractors
 from scene_simulator.errors import SceneError
+from shirube_core.waveform import steady_light
 
 WAVEFORMS = [steady_light() for _ in range(4)]
 

@@ -10,10 +10,10 @@ from scene_simulator.ceiling_surface import CeilingSurface, panelled_ceiling
 from scene_simulator.distractor_lights import mains_flicker
 from scene_simulator.errors import SceneError
 from scene_simulator.lamp_profile import face_homographies
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(80, 60, 60.0, 62.0, 41.0, 28.0, (-0.1, 0.02, 0.0, 0.0, 0.0))
-POSE = camera_pose(PlanarPose(-0.7, 3.1, 0.8), CameraMount((0.0, 0.0, 0.2), (0.1, -0.05, 0.3)))
+POSE = camera_pose(SE2(-0.7, 3.1, 0.8), CameraMount((0.0, 0.0, 0.2), (0.1, -0.05, 0.3)))
 
 
 def with_ambient_light(surface: CeilingSurface, levels: np.ndarray) -> np.ndarray:

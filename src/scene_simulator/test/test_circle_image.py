@@ -11,17 +11,15 @@ from scene_simulator.camera_motion import camera_pose
 from scene_simulator.circle_image import circle_image
 from scene_simulator.corridor_landmark import RoundLandmark
 from scene_simulator.corridor_surface import facing_wall
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 306.0, 305.0, 158.3, 121.1)
 MOUNT = CameraMount((0.1, 0.12, 1.2), (-math.pi / 2.0 + 0.03, 0.04, -math.pi / 2.0 + 0.02))
 METER = RoundLandmark('meter', facing_wall(0.0), (0.4, 1.3), 0.25)
 
 
-@pytest.mark.parametrize(
-    'pose', [PlanarPose(-2.6, 0.0, 0.0), PlanarPose(-3.0, 0.4, -0.26), PlanarPose(-2.0, -1.0, 0.5)]
-)
-def test_the_ellipse_passes_through_projected_points_of_the_circle(pose: PlanarPose) -> None:
+@pytest.mark.parametrize('pose', [SE2(-2.6, 0.0, 0.0), SE2(-3.0, 0.4, -0.26), SE2(-2.0, -1.0, 0.5)])
+def test_the_ellipse_passes_through_projected_points_of_the_circle(pose: SE2) -> None:
     T_map_camera = camera_pose(pose, MOUNT)
     ellipse = circle_image(METER, CAMERA, T_map_camera)
     angles = np.linspace(0.0, math.tau, 50)
@@ -35,7 +33,7 @@ def test_the_ellipse_passes_through_projected_points_of_the_circle(pose: PlanarP
 
 
 def test_the_picture_of_the_centre_is_not_the_centre_of_the_picture() -> None:
-    T_map_camera = camera_pose(PlanarPose(-2.0, -1.0, 0.5), MOUNT)
+    T_map_camera = camera_pose(SE2(-2.0, -1.0, 0.5), MOUNT)
     ellipse = circle_image(METER, CAMERA, T_map_camera)
     centre = CAMERA.pixels_from_points(T_map_camera.camera_points([METER.points_map()['meter']]))[0]
     assert 0.3 < math.dist(ellipse.centre, centre) < 3.0

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from light_waveform import waveform_from_steps
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.distractor_lights import distractors, mains_flicker, reflection
 from scene_simulator.errors import SceneError
 from scene_simulator.lamp_shape import LedGrid
+from shirube_core.waveform import waveform_from_steps
 
 HALVES = waveform_from_steps([1e-3, 1e-3], [[1.0, 0.0], [0.0, 1.0]])
 LAMP = CeilingLamp((0.4, 1.8, 2.5), LedGrid(), HALVES, 2000.0, rpy=(0.0, 0.0, 0.3))

@@ -14,7 +14,7 @@ from scene_simulator.errors import SceneError
 from scene_simulator.floor_bag import START_NS, image_count, record_drive
 from shirube_bags.bag_reader import BagMessage, BagReader
 from shirube_bags.errors import BagError
-from shirube_geometry import yaw_from_quaternion
+from shirube_core.geometry import yaw_from_quaternion
 
 SCENE = DemoScene()
 

@@ -12,13 +12,13 @@ from scene_simulator.dot_floor import COLOURED, DotFloor, FloorDesign, generate_
 from scene_simulator.errors import SceneError
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.imaging import Lighting, Sensor
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 APART = FloorDesign(size=(0.4, 0.4), count=900, min_distance=0.0075, mottling=0.0, colour_spread=0.0)
 EVEN_LIGHT = Lighting(level=1.35, gradient=(0.0, 0.0), vignetting=0.0, blur=0.6)
 BARREL = PinholeCamera(300, 240, 345.0, 343.0, 148.3, 121.2, (-0.25, 0.08, 0.0008, -0.0005, 0.0))
 TILTED = CameraMount(xyz=(0.03, -0.02, 0.14), rpy=(math.pi + 0.03, -0.02, -1.5))
-POSE = PlanarPose(0.21, 0.19, 0.4)
+POSE = SE2(0.21, 0.19, 0.4)
 FLOOR = generate_dot_floor(APART, 5)
 
 
@@ -67,7 +67,7 @@ def test_a_chip_is_seen_where_a_hand_written_nadir_projection_says() -> None:
 def test_the_darkness_of_the_picture_is_the_area_of_the_chips() -> None:
     one = DotFloor(APART, FLOOR.chips.select(np.array([17])), FLOOR.diameters[[17]])
     lamps = Lighting(level=1.0, gradient=(0.0, 0.0), vignetting=0.0, blur=0.0)
-    over_it = PlanarPose(*one.points[0], 0.0)
+    over_it = SE2(*one.points[0], 0.0)
     image = FloorCamera(lighting=lamps).photograph(one, [over_it]).image.astype(float)
     ground, chip = image[0, 0], image[117, 117]
     pixels = (ground - image).sum() / (ground - chip)
@@ -77,7 +77,7 @@ def test_the_darkness_of_the_picture_is_the_area_of_the_chips() -> None:
 
 def test_motion_smears_a_chip_about_the_middle_of_the_exposure() -> None:
     camera = FloorCamera(lighting=EVEN_LIGHT)
-    moving = [POSE @ PlanarPose(0.0004 * step, 0.0, 0.002 * step) for step in (-2, -1, 0, 1, 2)]
+    moving = [POSE @ SE2(0.0004 * step, 0.0, 0.002 * step) for step in (-2, -1, 0, 1, 2)]
     _, pixels = camera.visible_chips(FLOOR, POSE)
     inner = pixels[((pixels > 12.0) & (pixels < 222.0)).all(axis=1)]
     sharp, smeared = (camera.photograph(FLOOR, poses).image for poses in ([POSE], moving))

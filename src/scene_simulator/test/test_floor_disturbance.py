@@ -12,12 +12,12 @@ from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import Disturbance, FloorCamera, FloorPhoto
 from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
 from scene_simulator.imaging import Lighting
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 FLOOR = generate_dot_floor(FloorDesign(size=(0.4, 0.4), count=860, mottling=0.0), 5)
 BARE = generate_dot_floor(FloorDesign(size=(0.4, 0.4), count=0, mottling=0.0), 5)
 CAMERA = FloorCamera(lighting=Lighting(gradient=(0.0, 0.0), vignetting=0.0, blur=0.0))
-POSE = PlanarPose(0.2, 0.2, 0.0)
+POSE = SE2(0.2, 0.2, 0.0)
 LEFT, RIGHT = (slice(None), slice(0, 110)), (slice(None), slice(125, None))
 
 
@@ -56,7 +56,7 @@ def test_a_shadow_darkens_its_side_and_hides_nothing() -> None:
 
 def test_a_reflection_stays_at_its_place_while_the_robot_moves() -> None:
     lamp = SpecularReflection((-0.5, 0.2), strength=1.5)
-    for pose in (POSE, PlanarPose(0.21, 0.18, 1.0)):
+    for pose in (POSE, SE2(0.21, 0.18, 1.0)):
         photo = CAMERA.photograph(FLOOR, [pose], disturbances=[lamp])
         v, u = np.nonzero(photo.dirt)
         assert np.mean(u) == pytest.approx(117.0 - 0.5 * 117.5, abs=0.5)
@@ -88,6 +88,6 @@ def test_a_far_wet_spot_changes_nothing() -> None:
 
 def test_a_tape_under_a_moving_robot_is_where_the_middle_of_the_exposure_sees_it() -> None:
     tape = Tape((0.2, 0.0), (0.2, 0.4), 0.02)
-    moving = [POSE @ PlanarPose(0.001 * step, 0.0, 0.0) for step in (-2, -1, 0, 1, 2)]
+    moving = [POSE @ SE2(0.001 * step, 0.0, 0.0) for step in (-2, -1, 0, 1, 2)]
     photo = CAMERA.photograph(BARE, moving, disturbances=[tape])
     np.testing.assert_allclose(photo.dirt, photo_with(tape).dirt, atol=1e-6)

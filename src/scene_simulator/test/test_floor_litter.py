@@ -13,7 +13,7 @@ from scene_simulator.errors import SceneError
 from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.floor_litter import FloorArea, Litter, crumbs, dust, hairs, scratches
 from scene_simulator.outlines import polygon_areas
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 AREA = FloorArea((0.1, 0.2), (2.1, 1.2))
 Scatter = Callable[[FloorArea, float, int], Litter]
@@ -41,7 +41,7 @@ def test_the_same_seed_scatters_the_same(kind: Scatter) -> None:
 def test_dirt_in_the_picture_has_the_area_of_the_crumbs() -> None:
     floor = generate_dot_floor(FloorDesign(size=(0.4, 0.4), count=0), 1)
     litter = crumbs(FloorArea((0.18, 0.18), (0.22, 0.22)), 12_000.0, 3)
-    photo = FloorCamera().photograph(floor, [PlanarPose(0.2, 0.2, 0.0)], disturbances=[litter])
+    photo = FloorCamera().photograph(floor, [SE2(0.2, 0.2, 0.0)], disturbances=[litter])
     hidden = photo.dirt.sum() * (0.13 / 339.44) ** 2
     upper = (polygon_areas(litter.marks.outlines) * litter.marks.opacities).sum()
     assert 0.8 * upper < hidden <= 1.001 * upper

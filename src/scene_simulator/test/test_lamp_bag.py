@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from light_waveform import steady_light, waveform_from_steps, waveform_to_csv
 from scene_simulator.commands import record_lamp_bag
 from scene_simulator.paper_run import paper_run
 from shirube_bags.bag_reader import BagMessage, BagReader
+from shirube_core.waveform import steady_light, waveform_from_steps, waveform_to_csv
 
 SECONDS = 0.2
 

@@ -8,7 +8,6 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from light_waveform import steady_light
 from scene_simulator.camera_clock import CameraClock
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import paper_room
@@ -18,7 +17,8 @@ from scene_simulator.leg_drive import LegDrive
 from scene_simulator.shutter import Shutter
 from scene_simulator.simulated_robot import SimulatedRobot
 from scene_simulator.wheel_odometry import WheelErrors
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.waveform import steady_light
 
 EYE = CeilingCamera(PinholeCamera(320, 256, 159.0, 159.0, 159.5, 127.5), Shutter(0.5e-3, 30e-6))
 ROUTE = LegDrive([(0.0, 0.5), (1.5, 0.5), (1.5, -0.5)], [0.5, 0.3], 0.3)
@@ -105,7 +105,7 @@ def test_a_negative_seed_is_refused() -> None:
 
 
 def test_a_robot_may_be_driven_by_what_its_camera_sees() -> None:
-    robot = SimulatedRobot(PlanarPose(0.3, 0.4, 0.0))
+    robot = SimulatedRobot(SE2(0.3, 0.4, 0.0))
     recorded = LampDrive(ROOM, robot, EYE, clock=CameraClock(20.0))
     frames = recorded.frames(2.0)
     for index in range(recorded.frame_count(2.0)):

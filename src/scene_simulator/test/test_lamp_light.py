@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from light_waveform import waveform_from_steps
 from scene_simulator.blooming import SHARP
 from scene_simulator.camera_motion import CameraPose, camera_pose
 from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
@@ -14,7 +13,8 @@ from scene_simulator.ceiling_lens import CeilingLens, LensFlare
 from scene_simulator.ceiling_room import CeilingRoom
 from scene_simulator.lamp_shape import Disc, Rectangle
 from scene_simulator.shutter import Shutter
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
+from shirube_core.waveform import waveform_from_steps
 
 CAMERA = PinholeCamera(320, 240, 320.0, 320.0, 159.5, 119.5)
 GHOST = LensFlare(scale=-0.5, strength=0.1, radius=8.0)
@@ -22,7 +22,7 @@ BLINK = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
 
 
 def resting(_: float) -> CameraPose:
-    return camera_pose(PlanarPose(0.0, 0.0, 0.0), UPWARD_MOUNT)
+    return camera_pose(SE2(0.0, 0.0, 0.0), UPWARD_MOUNT)
 
 
 def flare_light(lamp: CeilingLamp, shutter: Shutter, stamp: float = 0.0) -> np.ndarray:
@@ -62,7 +62,7 @@ def test_the_flare_of_a_lamp_outside_the_image_may_be_inside() -> None:
 def test_a_window_next_to_the_camera_may_extend_from_behind_it_into_view() -> None:
     window = CeilingLamp((0.0, 1.0, -0.2), Rectangle(1.0, 6.0), rpy=(np.pi / 2.0, 0.0, 0.0), brightness=500.0)
     taken = CeilingCamera(CAMERA, Shutter(2e-3), CeilingLens(0.0, blooming=SHARP))
-    turning = lambda time: camera_pose(PlanarPose(0.0, 0.0, 3.0 * time), UPWARD_MOUNT)  # noqa: E731
+    turning = lambda time: camera_pose(SE2(0.0, 0.0, 3.0 * time), UPWARD_MOUNT)  # noqa: E731
     light = taken.light(CeilingRoom((window,)), turning, 0.0)
     # The wall at 1 m is seen where it is up to 2.8 m high, half a metre to each side.
     u = 159.5 + 320.0 * 1.0 / np.array([3.4, 2.4, 2.2])

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from light_waveform import steady_light
 from scene_simulator.blooming import SHARP, Blooming
 from scene_simulator.camera_motion import CameraPose, camera_pose
 from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.lamp_profile import face_homographies, lamp_profiles
 from scene_simulator.lamp_shape import Disc, LampShape, LedGrid, Rectangle
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
+from shirube_core.waveform import steady_light
 
 CAMERA = PinholeCamera(160, 120, 636.4, 630.0, 80.2, 59.1, (-0.25, 0.08, 0.0008, -0.0005, 0.0))
 TILTED = CameraMount((0.0, 0.0, 0.0), (0.05, -0.08, 1.2))
-POSE = camera_pose(PlanarPose(0.1, -0.15, 0.4), TILTED)
+POSE = camera_pose(SE2(0.1, -0.15, 0.4), TILTED)
 FORWARD_MOUNT = (0.24, -0.32, 2.5)
 
 

@@ -13,7 +13,7 @@ from scene_simulator.ceiling_lamp import CeilingLamp
 from scene_simulator.lamp_projection import LampProjection, image_motion, project_lamp
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.shutter import Shutter
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 PAPER = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
 BENT = PinholeCamera(1280, 1024, 640.0, 636.0, 650.0, 500.0, (-0.12, 0.02, 0.0008, -0.0005, 0.0))
@@ -22,7 +22,7 @@ GLOBAL, ROLLING = Shutter(0.5e-3), Shutter(60e-6, 9e-6)
 
 
 def driving(time: float) -> CameraPose:
-    return camera_pose(PlanarPose(0.5 + 0.8 * time, 0.9, 0.3 + 1.5 * time), MOUNT)
+    return camera_pose(SE2(0.5 + 0.8 * time, 0.9, 0.3 + 1.5 * time), MOUNT)
 
 
 def seen(
@@ -86,7 +86,6 @@ def test_lamps_behind_or_far_outside_the_view_are_not_projected() -> None:
 
 def test_image_motion_is_the_displacement_of_a_point_in_the_image() -> None:
     before, after = (
-        camera_pose(PlanarPose(x, 0.0, 0.0), CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
-        for x in (0.0, 0.1)
+        camera_pose(SE2(x, 0.0, 0.0), CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))) for x in (0.0, 0.1)
     )
     assert image_motion(np.array([0.0, 0.0, 2.5]), PAPER, before, after) == pytest.approx(636.4 * 0.1 / 2.5)

@@ -18,10 +18,10 @@ from scene_simulator.mission_lamps import (
 )
 from scene_simulator.mission_layout import CARPET, DARK, NOMINAL
 from scene_simulator.mission_sensors import MissionSensors
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
-def pictures(sensors: MissionSensors, place: PlanarPose) -> list[np.ndarray]:
+def pictures(sensors: MissionSensors, place: SE2) -> list[np.ndarray]:
     """Return what all sensors see from a place."""
     left, right = sensors.stereo_pair(3, 1.5, lambda _: place)
     return [
@@ -35,7 +35,7 @@ def pictures(sensors: MissionSensors, place: PlanarPose) -> list[np.ndarray]:
 
 @pytest.mark.newest_set_only
 def test_pictures_depend_on_seed_and_number_alone():
-    place = PlanarPose(3.0, 2.5, 0.4)
+    place = SE2(3.0, 2.5, 0.4)
     first, again = (pictures(MissionSensors(2, STEADY), place) for _ in range(2))
     other = pictures(MissionSensors(3, STEADY), place)
     for a, b, c in zip(first, again, other):
@@ -48,9 +48,9 @@ def test_pictures_depend_on_seed_and_number_alone():
 def test_no_dot_is_seen_on_the_carpet():
     sensors, rng = MissionSensors(0, STEADY), np.random.default_rng(1)
     for x, y in rng.uniform(np.array(CARPET.low) + 0.15, np.array(CARPET.high) - 0.15, (4, 2)):
-        grey = sensors.floor_picture(0, 1.0, lambda _, x=x, y=y: PlanarPose(x, y, 0.3))
+        grey = sensors.floor_picture(0, 1.0, lambda _, x=x, y=y: SE2(x, y, 0.3))
         assert np.quantile(grey, 0.98) - np.quantile(grey, 0.02) < 40
-    grey = sensors.floor_picture(0, 1.0, lambda _: PlanarPose(2.0, 3.0, 0.3))
+    grey = sensors.floor_picture(0, 1.0, lambda _: SE2(2.0, 3.0, 0.3))
     assert np.quantile(grey, 0.98) - np.quantile(grey, 0.02) > 80
 
 
@@ -58,8 +58,8 @@ def test_no_dot_is_seen_on_the_carpet():
 def test_at_the_dark_goal_no_lamp_is_seen(yaw):
     sensors, goal = MissionSensors(0, STEADY), NOMINAL.goals[1]
     assert DARK.contains(goal.x, goal.y)
-    dark = sensors.ceiling_picture(0, 1.0, lambda _: PlanarPose(goal.x, goal.y, yaw))
-    light = sensors.ceiling_picture(0, 1.0, lambda _: PlanarPose(2.0, 2.0, yaw))
+    dark = sensors.ceiling_picture(0, 1.0, lambda _: SE2(goal.x, goal.y, yaw))
+    light = sensors.ceiling_picture(0, 1.0, lambda _: SE2(2.0, 2.0, yaw))
     assert dark.max() < 60
     assert light.max() > 200
 
@@ -70,7 +70,7 @@ def test_lamps_that_are_left_out_would_not_be_seen(place):
     near = lamps_near(ceiling, *place)
     assert 0 < len(near.lamps) < len(ceiling.lamps)
     for yaw in (0.0, 0.7, 2.0, 4.0):
-        pose = camera_pose(PlanarPose(*place, yaw), CEILING_MOUNT)
+        pose = camera_pose(SE2(*place, yaw), CEILING_MOUNT)
         whole, part = (
             CEILING_CAMERA.photograph(room, lambda _, p=pose: p, 1.0).image for room in (ceiling, near)
         )

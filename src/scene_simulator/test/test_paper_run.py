@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from light_waveform import steady_light
 from scene_simulator.ceiling_camera import PAPER_OPTICS
 from scene_simulator.ceiling_room import PAPER_AREA, PAPER_LAMPS
 from scene_simulator.errors import SceneError
 from scene_simulator.paper_run import LAMP_A, LAMP_B, paper_run
+from shirube_core.waveform import steady_light
 
 RUN = paper_run([steady_light(2) for _ in range(4)])
 END = 36.0

@@ -14,7 +14,7 @@ from scene_simulator.ceiling_room import CeilingRoom
 from scene_simulator.errors import SceneError
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.printed_tag import printed_tag
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 
 EYE = CeilingCamera(
     PinholeCamera(200, 160, 636.4, 636.4, 99.5, 79.5),
@@ -27,7 +27,7 @@ CELL = 10.0 * 2.5 / 636.4
 
 def seen(cells: np.ndarray) -> np.ndarray:
     room = CeilingRoom(printed_tag(cells, CELL, (0.0, 0.0, 2.5), EYE.brightness_for(0.8)))
-    return EYE.photograph(room, lambda _: camera_pose(PlanarPose(0.0, 0.0, 0.0), UPWARD_MOUNT), 0.0).image
+    return EYE.photograph(room, lambda _: camera_pose(SE2(0.0, 0.0, 0.0), UPWARD_MOUNT), 0.0).image
 
 
 def test_every_cell_is_seen_in_its_place() -> None:

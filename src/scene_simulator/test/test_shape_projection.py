@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scene_simulator.outlines import polygon_areas
 from scene_simulator.shape_projection import project_outline, view_planes
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 PLAIN = PinholeCamera(320, 240, 300.0, 310.0, 158.0, 121.0)
 BENT = PinholeCamera(320, 240, 300.0, 310.0, 158.0, 121.0, (-0.28, 0.08, 0.001, -0.002, 0.01))

@@ -9,9 +9,9 @@ import pytest
 
 from scene_simulator.errors import SceneError
 from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
-START = PlanarPose(1.0, 2.0, 0.5 * math.pi)
+START = SE2(1.0, 2.0, 0.5 * math.pi)
 
 
 def test_the_robot_is_stationary_until_the_first_command() -> None:
@@ -32,11 +32,11 @@ def test_it_speeds_up_evenly_and_then_keeps_its_speed() -> None:
 
 
 def test_it_drives_circles() -> None:
-    robot = SimulatedRobot(PlanarPose(0.0, 0.0, 0.0), MotorLimits(1e6, 1e6))
+    robot = SimulatedRobot(SE2(0.0, 0.0, 0.0), MotorLimits(1e6, 1e6))
     robot.drive(0.5, -0.25, math.tau / 0.25)
     half, whole = robot.pose_at(0.5 * robot.time), robot.pose_at(robot.time)
     assert (half.x, half.y) == pytest.approx((0.0, -4.0), abs=1e-9)
-    assert whole.distance_to(PlanarPose(0.0, 0.0, 0.0)) < 1e-9
+    assert whole.distance_to(SE2(0.0, 0.0, 0.0)) < 1e-9
 
 
 def test_the_motion_has_no_steps_whatever_the_commands() -> None:

@@ -22,14 +22,14 @@ from scene_simulator.corridor_sign import NoticeBoard
 from scene_simulator.corridor_surface import facing_wall
 from scene_simulator.gain_sensor import GainSensor
 from scene_simulator.stereo_camera import StereoCamera, StereoOptics
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 PLAIN = StereoOptics(vignetting=0.0)
 CAMERA = StereoCamera(PinholeCamera(320, 240, 306.0, 305.0, 158.3, 121.1), PLAIN)
 BENT = StereoCamera(PinholeCamera(64, 48, 60.0, 61.0, 30.9, 24.2, (-0.28, 0.08, 0.002, -0.001, 0.01)), PLAIN)
 LEANING = CameraMount((0.1, 0.12, 1.2), (-math.pi / 2.0 + 0.03, 0.04, -math.pi / 2.0 + 0.02))
 UPRIGHT = CameraMount((0.1, 0.12, 1.2), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
-POSES = [PlanarPose(-2.6, 0.0, 0.0), PlanarPose(-3.0, 0.4, -0.26), PlanarPose(-2.4, -0.3, 0.2)]
+POSES = [SE2(-2.6, 0.0, 0.0), SE2(-3.0, 0.4, -0.26), SE2(-2.4, -0.3, 0.2)]
 
 
 @pytest.fixture(scope='module')
@@ -51,9 +51,7 @@ def brightness(light: NDArray[np.float32]) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize('pose', POSES)
 @pytest.mark.parametrize('blur', [0.0, 0.6, 1.5])
-def test_edges_of_a_panel_are_where_its_corners_project(
-    scene: CorridorScene, pose: PlanarPose, blur: float
-) -> None:
+def test_edges_of_a_panel_are_where_its_corners_project(scene: CorridorScene, pose: SE2, blur: float) -> None:
     T_map_camera = camera_pose(pose, LEANING)
     camera = replace(CAMERA, optics=StereoOptics(blur, vignetting=0.0))
     seen = brightness(camera.light(scene, T_map_camera))
@@ -76,7 +74,7 @@ def test_a_fit_to_the_response_of_an_edge_finds_it_at_any_phase(scene: CorridorS
     camera = replace(CAMERA, optics=StereoOptics(blur, vignetting=0.0))
     corner = parts_of(scene)[0].points_map()['panel/0']
     for shift in np.linspace(0.0, 0.009, 10):  # A pixel is 8.5 mm there.
-        T_map_camera = camera_pose(PlanarPose(-2.7, float(shift), 0.0), UPRIGHT)
+        T_map_camera = camera_pose(SE2(-2.7, float(shift), 0.0), UPRIGHT)
         u, v = camera.intrinsics.pixels_from_points(T_map_camera.camera_points([corner]))[0]
         window = np.arange(int(u) - 6, int(u) + 8)
         profile = brightness(camera.light(scene, T_map_camera))[int(v) + 30, window]
@@ -92,7 +90,7 @@ def edge_response(distances: NDArray[np.float64], blur: float) -> NDArray[np.flo
 
 
 @pytest.mark.parametrize('pose', POSES)
-def test_the_outline_of_a_meter_is_the_projected_circle(scene: CorridorScene, pose: PlanarPose) -> None:
+def test_the_outline_of_a_meter_is_the_projected_circle(scene: CorridorScene, pose: SE2) -> None:
     T_map_camera = camera_pose(pose, LEANING)
     disc = parts_of(scene)[1]
     ellipse = circle_image(disc, CAMERA.intrinsics, T_map_camera)
@@ -142,7 +140,7 @@ def supersampled(
 
 
 @pytest.mark.parametrize('pose', POSES)
-def test_no_seam_shows_along_the_outline_of_a_box(pose: PlanarPose) -> None:
+def test_no_seam_shows_along_the_outline_of_a_box(pose: SE2) -> None:
     """What shines through between two surfaces shrinks with the pixel; so a picture is the mean of a finer one."""
     cabinet = Cabinet('box', facing_wall(0.0), (-0.3, 1.0), depth=0.3)
     scene = plain_wall().with_objects([cabinet, NoticeBoard('board', facing_wall(0.0), (0.5, 0.6))])
@@ -198,5 +196,5 @@ def test_corners_are_darker_and_noise_is_as_the_sensor_says(scene: CorridorScene
 
 
 def test_what_is_behind_the_camera_is_not_seen(scene: CorridorScene) -> None:
-    away = camera_pose(PlanarPose(-2.0, 0.0, math.pi), LEANING)
+    away = camera_pose(SE2(-2.0, 0.0, math.pi), LEANING)
     assert not CAMERA.light(scene, away).any()

@@ -10,9 +10,9 @@ from flat_patches import patches
 
 from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.stereo_rig import StereoRig, raw_rig, render_pair
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
-POSE = PlanarPose(-3.0, 0.3, -0.2)
+POSE = SE2(-3.0, 0.3, -0.2)
 
 
 def test_the_rig_has_the_goals_of_the_accuracy_runs() -> None:
@@ -24,7 +24,7 @@ def test_the_rig_has_the_goals_of_the_accuracy_runs() -> None:
 
 
 def test_a_level_rig_looks_along_the_robot() -> None:
-    left, right = StereoRig().camera_poses(PlanarPose(1.0, 2.0, 0.5 * math.pi))
+    left, right = StereoRig().camera_poses(SE2(1.0, 2.0, 0.5 * math.pi))
     np.testing.assert_allclose(left.rotation[:, 2], (0.0, 1.0, 0.0), atol=1e-12)
     np.testing.assert_allclose(left.rotation[:, 1], (0.0, 0.0, -1.0), atol=1e-12)
     np.testing.assert_allclose(right.position - left.position, (0.24, 0.0, 0.0), atol=1e-12)
@@ -74,8 +74,6 @@ def test_a_pair_is_two_pictures_with_noise_of_their_own() -> None:
 
 def test_no_seam_shows_where_surfaces_meet() -> None:
     scene = corridor(CorridorDesign(1))
-    for camera, pose in zip(
-        (StereoRig().left, raw_rig().left), (PlanarPose(-5.0, 0.3, 0.1), POSE), strict=True
-    ):
+    for camera, pose in zip((StereoRig().left, raw_rig().left), (SE2(-5.0, 0.3, 0.1), POSE), strict=True):
         light = camera.light(scene, StereoRig().camera_poses(pose)[0])
         assert light.min() > 0.005

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.suspension import Suspension, apply_body_motion
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 
 AT_REST = CameraMount()
 SPRINGS = Suspension(seed=3)

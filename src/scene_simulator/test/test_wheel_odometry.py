@@ -10,11 +10,11 @@ import pytest
 from scene_simulator.demo_scene import ROUTE
 from scene_simulator.robot_drive import RobotDrive
 from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 DRIVE = RobotDrive(ROUTE)
 DRIVEN = [DRIVE.pose_at(time) for time in np.arange(0.0, 60.0, 0.02)]
-STRAIGHT = [PlanarPose(0.01 * step, 0.0, 0.0) for step in range(1001)]
+STRAIGHT = [SE2(0.01 * step, 0.0, 0.0) for step in range(1001)]
 PERFECT = WheelErrors(tick=1e-9, left_scale=1.0, right_scale=1.0, slip=0.0)
 
 
@@ -27,8 +27,8 @@ def test_perfect_wheels_measure_the_drive() -> None:
 
 
 def test_a_reverse_arc_is_measured_too() -> None:
-    step = PlanarPose(-0.01, 0.0, 0.0) @ PlanarPose(0.0, 0.0, 0.02)
-    poses = [PlanarPose(1.0, 1.0, 0.5)]
+    step = SE2(-0.01, 0.0, 0.0) @ SE2(0.0, 0.0, 0.02)
+    poses = [SE2(1.0, 1.0, 0.5)]
     for _ in range(50):
         poses.append(poses[-1] @ step)
     measured = simulate_odometry(poses, PERFECT, np.random.default_rng(1))[-1]
@@ -49,4 +49,4 @@ def test_the_default_wheels_drift_by_two_percent_and_a_degree_a_metre() -> None:
 
 def test_a_robot_at_rest_does_not_drift() -> None:
     odometry = simulate_odometry([DRIVEN[100]] * 50, WheelErrors(), np.random.default_rng(1))
-    assert set(odometry) == {PlanarPose(0.0, 0.0, 0.0)}
+    assert set(odometry) == {SE2(0.0, 0.0, 0.0)}

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from shirube_bags.stamps import text_from_stamp
 from shirube_bags.trajectory import Trajectory
 from shirube_bags.trajectory_errors import TrajectoryErrors
-from shirube_files import write_text
+from shirube_core.files import write_text
 
 COLUMNS = (
     'stamp', 'position_error', 'heading_error',

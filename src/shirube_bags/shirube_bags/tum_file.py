@@ -9,7 +9,7 @@ import numpy as np
 from shirube_bags.errors import TumFileError
 from shirube_bags.stamps import stamp_from_text, text_from_stamp
 from shirube_bags.trajectory import Trajectory, find_malformed_pose, make_trajectory
-from shirube_files import write_text
+from shirube_core.files import write_text
 
 COLUMNS = 'stamp x y z qx qy qz qw'
 

@@ -4,12 +4,13 @@ Arguments: `params_file` (your copy of config/pose_arbiter.yaml, which names the
 `initialpose` (topic of the initial pose), `use_sim_time` (the parameter file has precedence).
 """
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node, SetParameter
 from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
 
 
 def generate_launch_description() -> LaunchDescription:

@@ -7,7 +7,6 @@ robot and noise). All nodes use the simulation's /clock, which waits for them; a
 
 from typing import Any
 
-from launch import LaunchDescription
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
@@ -23,6 +22,8 @@ from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
+from launch import LaunchDescription
+
 WRITTEN = b'parameter files are written'
 """Printed by the simulation when the nodes can start."""
 
@@ -33,7 +34,7 @@ def generate_launch_description() -> LaunchDescription:
     # Not a Node action: that would add --ros-args, which the executable does not accept.
     room = ExecuteProcess(
         cmd=[
-            ExecutableInPackage(package='shirube_mission', executable='room'),
+            ExecutableInPackage(package='shirube_bringup', executable='room'),
             given('folder'),
             *('--seed', given('seed'), '--launched'),
         ],

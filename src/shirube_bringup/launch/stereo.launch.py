@@ -5,12 +5,13 @@ that of the parameter file), `left` and `right` (namespaces of the two cameras),
 raw images if the parameter `rectify` is true), `imu` (IMU topic), `use_sim_time` (the parameter file has precedence).
 """
 
-from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node, SetParameter
 from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchContext, LaunchDescription
 
 
 def generate_launch_description() -> LaunchDescription:

@@ -12,7 +12,7 @@ from shirube_cli.floor_accuracy import measure_accuracy
 from shirube_cli.floor_picture import draw_floor_picture
 from shirube_cli.floor_replay import replay_floor_drive
 from shirube_cli.floor_report import figures_as_text, page, sentence_on_limits
-from shirube_files import write_text
+from shirube_core.files import write_text
 
 # What must come out, with room for the rounding of other versions; lengths in metres, angles in radians.
 LIMITS = {

@@ -15,7 +15,7 @@ from pathlib import Path
 from shirube_cli.kernel_compiler import compile_sets
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
 from shirube_cli.project import safe_environment
-from shirube_files import exclusive_lock
+from shirube_core.files import exclusive_lock
 
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
 _COMPILED = re.compile(rb'^@njit', re.MULTILINE)

@@ -42,7 +42,7 @@ KERNEL_SETS = (
         21,
     ),
     KernelSet(
-        'shirube_mission', 'shirube_mission', 'shirube_mission.compile_kernels', 'compile_kernels()', 29
+        'shirube_bringup', 'shirube_bringup', 'shirube_bringup.compile_kernels', 'compile_kernels()', 29
     ),
     KernelSet(
         'reward_planner',

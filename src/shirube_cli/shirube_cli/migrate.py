@@ -11,8 +11,8 @@ import yaml
 
 from shirube_cli.error import CommandError
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
-from shirube_files import YamlFileError, read_yaml, write_text
-from shirube_settings import describe_settings
+from shirube_core.files import YamlFileError, read_yaml, write_text
+from shirube_core.settings import describe_settings
 
 PARAMETERS = 'ros__parameters'
 _KEY = re.compile(

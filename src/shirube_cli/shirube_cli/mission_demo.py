@@ -16,7 +16,7 @@ def demo_mission(root: Path, folder: Path) -> int:
     Raises:
         CommandError: the mission's package is not installed.
     """
-    command = [sys.executable, str(find_executable(root, 'shirube_mission', 'room')), str(folder)]
+    command = [sys.executable, str(find_executable(root, 'shirube_bringup', 'room')), str(folder)]
     with child_process(command, overlay_environment(root), log=None) as process:
         code = process.wait()
     return 1 if code else 0

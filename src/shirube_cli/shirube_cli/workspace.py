@@ -18,7 +18,7 @@ from shirube_cli.error import CommandError
 from shirube_cli.kernel_cache import PYTHON, are_installed, compiled_kernels, copy_to_installed
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
 from shirube_cli.project import safe_environment
-from shirube_files import exclusive_lock
+from shirube_core.files import exclusive_lock
 
 
 def find_packages(root: Path) -> list[str]:

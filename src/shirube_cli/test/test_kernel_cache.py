@@ -41,7 +41,7 @@ def test_the_registry_names_every_compile_function() -> None:
 
 def test_the_total_of_kernels_fits_the_sources() -> None:
     for package in {one.package for one in KERNEL_SETS}:
-        folder = SOURCES / package.replace('shirube_mission', 'scene_simulator')
+        folder = SOURCES / package.replace('shirube_bringup', 'scene_simulator')
         written = sum(
             path.read_text().count('\n@njit') for path in folder.glob('*/**/*.py') if 'test' not in path.parts
         )
@@ -53,7 +53,7 @@ def test_a_package_needs_its_own_kernels_and_those_of_what_it_imports() -> None:
     root = SOURCES.parent
     assert [one.name for one in sets_of_package(root, 'floor_localizer')] == ['floor_localizer']
     assert sets_of_package(root, 'shirube_bags') == ()
-    assert set(DEMO_SETS) <= set(sets_of_package(root, 'shirube_mission'))
+    assert set(DEMO_SETS) <= set(sets_of_package(root, 'shirube_bringup'))
     assert sets_of_package(root, 'nothing') == ()
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from shirube_files import YamlFileError, format_value, is_number, read_yaml
-from shirube_geometry import PinholeCamera
+from shirube_core.files import YamlFileError, format_value, is_number, read_yaml
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.file_errors import CalibrationError
 from shirube_ros.message_error import CameraInfoError

@@ -1,4 +1,4 @@
-"""Conversion of CameraInfo to the camera model of shirube_geometry."""
+"""Conversion of CameraInfo to the camera model of shirube_core.geometry."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Protocol
 
 from sensor_msgs.msg import CameraInfo
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.message_error import CameraInfoError
 
 _REMEDY = 'calibrate the camera (camera_calibration) and load the file in its driver'

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from shirube_geometry import CameraMount
-from shirube_settings import setting
+from shirube_core.geometry import CameraMount
+from shirube_core.settings import setting
 
 _DOWNWARD = CameraMount()
 

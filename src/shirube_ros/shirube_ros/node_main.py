@@ -19,8 +19,8 @@ from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from rclpy.signals import SignalHandlerOptions
 
+from shirube_core.settings import SettingsError
 from shirube_ros.node_executor import node_executor
-from shirube_settings import SettingsError
 
 # User errors on the command line, in a parameter file or in the files that parameters name.
 _START_ERRORS = (

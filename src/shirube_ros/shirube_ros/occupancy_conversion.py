@@ -10,7 +10,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import pose_message, pose_stamped
 
 
@@ -26,7 +26,7 @@ def occupancy_grid(
         header: stamp and frame.
     """
     rows, columns = cells.shape
-    origin_pose = pose_message(PlanarPose(*origin, 0.0))
+    origin_pose = pose_message(SE2(*origin, 0.0))
     info = MapMetaData(
         map_load_time=header.stamp, resolution=resolution, width=columns, height=rows, origin=origin_pose
     )
@@ -48,7 +48,6 @@ def path_message(points: NDArray[np.float64], yaw_end: float, header: Header) ->
     segments = np.diff(points, axis=0)
     headings = [*np.arctan2(segments[:, 1], segments[:, 0]).tolist(), yaw_end]
     poses: list[PoseStamped] = [
-        pose_stamped(PlanarPose(x, y, yaw), header)
-        for (x, y), yaw in zip(points.tolist(), headings, strict=True)
+        pose_stamped(SE2(x, y, yaw), header) for (x, y), yaw in zip(points.tolist(), headings, strict=True)
     ]
     return Path(header=header, poses=poses)

@@ -9,7 +9,7 @@ from typing import TypeVar
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from shirube_settings import (
+from shirube_core.settings import (
     SettingDescription,
     SettingsError,
     describe_settings,

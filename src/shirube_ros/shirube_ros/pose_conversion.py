@@ -17,20 +17,20 @@ from nav_msgs.msg import Odometry
 from numpy.typing import ArrayLike, NDArray
 from std_msgs.msg import Header
 
-from shirube_geometry import PlanarPose, quaternion_from_yaw, yaw_from_quaternion
+from shirube_core.geometry import SE2, quaternion_from_yaw, yaw_from_quaternion
 from shirube_ros.message_error import PoseError
 
 _PLANAR = np.ix_([0, 1, 5], [0, 1, 5])  # x, y and yaw among x, y, z, roll, pitch, yaw
 _SHORTEST_QUATERNION = 0.1
 
 
-def pose_message(pose: PlanarPose) -> Pose:
+def pose_message(pose: SE2) -> Pose:
     """Return a pose on the floor, z = 0."""
     x, y, z, w = quaternion_from_yaw(pose.yaw)
     return Pose(position=Point(x=pose.x, y=pose.y), orientation=Quaternion(x=x, y=y, z=z, w=w))
 
 
-def pose_with_covariance_message(pose: PlanarPose, covariance: ArrayLike) -> PoseWithCovariance:
+def pose_with_covariance_message(pose: SE2, covariance: ArrayLike) -> PoseWithCovariance:
     """Return a pose on the floor with its covariance; rows and columns of z, roll and pitch are zero.
 
     Args:
@@ -42,25 +42,25 @@ def pose_with_covariance_message(pose: PlanarPose, covariance: ArrayLike) -> Pos
     return PoseWithCovariance(pose=pose_message(pose), covariance=full.ravel())
 
 
-def pose_stamped(pose: PlanarPose, header: Header) -> PoseStamped:
+def pose_stamped(pose: SE2, header: Header) -> PoseStamped:
     """Return the pose of a robot in the header's frame."""
     return PoseStamped(header=header, pose=pose_message(pose))
 
 
 def pose_with_covariance_stamped(
-    pose: PlanarPose, covariance: ArrayLike, header: Header
+    pose: SE2, covariance: ArrayLike, header: Header
 ) -> PoseWithCovarianceStamped:
     """Return the pose of a robot in the header's frame with its covariance, shape (3, 3), of (x, y, yaw)."""
     return PoseWithCovarianceStamped(header=header, pose=pose_with_covariance_message(pose, covariance))
 
 
-def odometry_message(pose: PlanarPose, covariance: ArrayLike, header: Header, child_frame: str) -> Odometry:
+def odometry_message(pose: SE2, covariance: ArrayLike, header: Header, child_frame: str) -> Odometry:
     """Return odometry without a twist: the pose of ``child_frame`` in the header's frame."""
     pose_part = pose_with_covariance_message(pose, covariance)
     return Odometry(header=header, child_frame_id=child_frame, pose=pose_part)
 
 
-def planar_pose(message: Pose, topic: str) -> PlanarPose:
+def planar_pose(message: Pose, topic: str) -> SE2:
     """Return x, y and yaw; z, roll and pitch are dropped.
 
     Args:
@@ -78,12 +78,10 @@ def planar_pose(message: Pose, topic: str) -> PlanarPose:
     if length < _SHORTEST_QUATERNION:
         raise PoseError(f'{topic} holds a quaternion of zeros; its publisher must set w to 1 for no rotation')
     x, y, z, w = (number / length for number in quaternion)
-    return PlanarPose(message.position.x, message.position.y, yaw_from_quaternion(x, y, z, w))
+    return SE2(message.position.x, message.position.y, yaw_from_quaternion(x, y, z, w))
 
 
-def planar_pose_with_covariance(
-    message: PoseWithCovariance, topic: str
-) -> tuple[PlanarPose, NDArray[np.float64]]:
+def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tuple[SE2, NDArray[np.float64]]:
     """Return the pose on the floor and its covariance, shape (3, 3), of (x, y, yaw) [m, m, rad].
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.message_error import CameraInfoError
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from rclpy.node import Node
 
+from shirube_core.settings import setting
 from shirube_ros.node_main import run_node
 from shirube_ros.parameters import declare_parameters
-from shirube_settings import setting
 
 
 class FloorError(RuntimeError):

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from sensor_msgs.msg import CameraInfo
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info, check_image_size
 from shirube_ros.message_error import CameraInfoError
 

@@ -13,7 +13,7 @@ from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.image_conversion import image_from_array

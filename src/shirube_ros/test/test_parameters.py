@@ -9,10 +9,10 @@ import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from shirube_core.settings import SettingsError, check_settings, setting
 from shirube_ros.camera_settings import CameraSettings
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
-from shirube_settings import SettingsError, check_settings, setting
 
 
 @dataclass(frozen=True)

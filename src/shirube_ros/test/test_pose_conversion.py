@@ -10,7 +10,7 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.message_error import PoseError
 from shirube_ros.pose_conversion import (
     odometry_message,
@@ -23,12 +23,12 @@ from shirube_ros.pose_conversion import (
 )
 
 RNG = np.random.default_rng(9)
-POSES = [PlanarPose(*RNG.uniform(-3.0, 3.0, 3)) for _ in range(10)]
+POSES = [SE2(*RNG.uniform(-3.0, 3.0, 3)) for _ in range(10)]
 COVARIANCE = np.array([[4.0, 1.0, 0.5], [1.0, 3.0, 0.2], [0.5, 0.2, 2.0]])
 
 
 @pytest.mark.parametrize('pose', POSES)
-def test_poses_come_back_from_every_message(pose: PlanarPose) -> None:
+def test_poses_come_back_from_every_message(pose: SE2) -> None:
     header = Header(frame_id='map')
     odometry = odometry_message(pose, COVARIANCE, header, 'base_link')
     assert (odometry.header.frame_id, odometry.child_frame_id) == ('map', 'base_link')
@@ -42,7 +42,7 @@ def test_poses_come_back_from_every_message(pose: PlanarPose) -> None:
 
 
 def test_the_covariance_has_the_layout_of_ros() -> None:
-    message = pose_with_covariance_message(PlanarPose(0.0, 0.0, 0.0), COVARIANCE)
+    message = pose_with_covariance_message(SE2(0.0, 0.0, 0.0), COVARIANCE)
     full = np.array(message.covariance).reshape(6, 6)
     assert (full[0, 0], full[1, 1], full[5, 5]) == (4.0, 3.0, 2.0)
     assert (full[0, 1], full[5, 0], full[1, 5]) == (1.0, 0.5, 0.2)

@@ -3,7 +3,7 @@
 import pytest
 from sensor_msgs.msg import CameraInfo
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.message_error import CameraInfoError
 from shirube_ros.rectified_camera import projection_from_camera_info, rectified_camera
 

@@ -6,7 +6,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
-from shirube_geometry import quaternion_from_yaw
+from shirube_core.geometry import quaternion_from_yaw
 from stereo_landmark.core.landmark_fix import LandmarkFix
 
 

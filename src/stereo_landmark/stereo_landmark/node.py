@@ -17,6 +17,7 @@ from sensor_msgs.msg import Image, Imu
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
+from shirube_core.settings import SettingsError
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
 from shirube_ros.drain_subscription import drain_subscription
@@ -29,7 +30,6 @@ from shirube_ros.quality_of_service import odometry_profile, overridable, pose_p
 from shirube_ros.stamp_validator import StampValidator
 from shirube_ros.tilt_conversion import tilt_from_imu
 from shirube_ros.trigger_service import create_trigger_service
-from shirube_settings import SettingsError
 from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkSettings

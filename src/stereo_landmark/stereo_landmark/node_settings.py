@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from shirube_core.settings import setting
 from shirube_ros.camera_settings import CameraSettings
-from shirube_settings import setting
 from stereo_landmark.core.pair.settings import PairSettings
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from place_scenes import RIG
 
-from shirube_geometry import matrix_from_rpy
+from shirube_core.geometry import matrix_from_rpy
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.stereo_view import StereoView
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from taught_wall import HERE, RIG, TAUGHT, taught_place
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
 from stereo_landmark.core.place.place_fix import PlaceFix
@@ -37,7 +37,7 @@ def detection(state=HERE):
 def with_fix(in_map=True, stamp_ns=10_000_000_000):
     """Return a result with a fix."""
     place = taught_place() if in_map else replace(taught_place(), T_map_place=None)
-    pose = PlanarPose(HERE[0], HERE[1], HERE[3])
+    pose = SE2(HERE[0], HERE[1], HERE[3])
     names = place.coordinates.names[:3]
     fix = PlaceFix(pose, 0.02, (0.0, 0.0), COVARIANCE, names, np.zeros((3, 4)))
     return LocatedPair(stamp_ns, IMAGE, LandmarkFix(place, fix, (detection(), MISSING)), (0.0, 0.0), RIG)

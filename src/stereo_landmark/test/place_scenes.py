@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.reprojection_model import reproject
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
@@ -49,5 +49,5 @@ def teach(points, noise=0.0, rng=None, rig=RIG) -> SpatialPoints:
 
 def random_state(rng, reach=0.4, turn=0.2):
     """Return a random state near the taught pose."""
-    pose = PlanarPose(*rng.uniform(-reach, reach, 2), rng.uniform(-turn, turn))
+    pose = SE2(*rng.uniform(-reach, reach, 2), rng.uniform(-turn, turn))
     return state_of(pose, rng.uniform(-0.01, 0.01))

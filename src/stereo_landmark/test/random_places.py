@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
-from shirube_settings import describe_settings, settings_from_values
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.settings import describe_settings, settings_from_values
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.place.stereo_rig import StereoRig
@@ -76,7 +76,7 @@ def random_place(seed, name='hall'):
         for target, those in zip(NAMES, parts)
     )
     around = tuple(primitive(rng, f'corner {i}') for i in range(int(rng.integers(0, 4))))
-    pose = PlanarPose(*awkward(rng, 3).tolist()) if seed % 2 else None
+    pose = SE2(*awkward(rng, 3).tolist()) if seed % 2 else None
     return TaughtPlace(name, rig, targets, points, around, processing(rng), pose)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 
 

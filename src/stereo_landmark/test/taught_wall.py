@@ -10,7 +10,7 @@ from drawn_wall import Disc, Plate, Wall, look
 from place_scenes import MOUNT
 from stereo_calibrations import rectified_calibration, write_calibration
 
-from shirube_geometry import PinholeCamera, PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
@@ -35,7 +35,7 @@ RAW = tuple(
 )
 """Raw cameras whose rectification gives CALIBRATIONS."""
 METERS = tuple(Disc(y, z, 0.1, 50.0) for y, z in ((0.7, 0.8), (0.2, 0.9), (-0.3, 0.75), (-0.8, 0.85)))
-T_MAP_PLACE = PlanarPose(10.0, -4.0, 2.0)
+T_MAP_PLACE = SE2(10.0, -4.0, 2.0)
 TAUGHT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HERE = (0.15, -0.1, 0.0, 0.06, 0.0, 0.0)
 """Pose of the repeat view: x, y, z [m], yaw, roll, pitch [rad] in the place frame."""

@@ -6,7 +6,7 @@ import pytest
 from place_scenes import CAMERA, MOUNT
 from stereo_calibrations import raw_calibrations, rectified_calibration, write_calibration
 
-from shirube_geometry import PinholeCamera, matrix_from_rpy
+from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from shirube_ros.file_errors import CalibrationError
 from shirube_ros.message_error import CameraInfoError
 from stereo_landmark.calibration_message import calibration_from_camera_info

@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 from random_places import random_place
 
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 from stereo_landmark.core.pair.camera_check import calibration_hash, check_cameras
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 

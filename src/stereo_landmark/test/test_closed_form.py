@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel, random_state, state_of, teach, view
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.place.closed_form import Displacement, closed_form, closed_form_covariance
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.stereo_points import SpatialPoints
@@ -12,7 +12,7 @@ from stereo_landmark.core.place.stereo_points import SpatialPoints
 
 def test_a_robot_that_drove_ahead_and_turned_left_is_there():
     """The sign: moving ahead brings points nearer, and the pose is the inverse of their motion."""
-    pose = PlanarPose(0.3, 0.1, 0.2)
+    pose = SE2(0.3, 0.1, 0.2)
     taught = panel()
     found = np.column_stack([pose.inverse().transform(taught[:, :2]), taught[:, 2]])
     displacement = closed_form(found, taught)
@@ -56,4 +56,4 @@ def test_the_covariance_is_that_of_the_errors():
 def test_exact_points_have_no_covariance():
     points = SpatialPoints(('a', 'b', 'c'), panel(count=3), np.zeros((3, 3, 3)))
     assert closed_form_covariance(points, points) == pytest.approx(np.zeros((4, 4)))
-    assert state_of(PlanarPose(0.0, 0.0, math.pi))[3] == math.pi
+    assert state_of(SE2(0.0, 0.0, math.pi))[3] == math.pi

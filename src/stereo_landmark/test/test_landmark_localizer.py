@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from drawn_wall import Disc, Plate, Wall, look, view_of
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core import landmark_localizer
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
@@ -31,7 +31,7 @@ def taught(wall, name, T_map_place=None):
 
 @pytest.fixture(scope='module')
 def places():
-    return [taught(PANELS, 'panels', PlanarPose(5.0, 2.0, 1.0)), taught(SIGNS, 'signs')]
+    return [taught(PANELS, 'panels', SE2(5.0, 2.0, 1.0)), taught(SIGNS, 'signs')]
 
 
 @pytest.fixture(scope='module')
@@ -45,7 +45,7 @@ def test_the_place_and_the_displacement_are_found(places, images):
     assert fix.place.name == 'panels'
     pose = fix.displacement.T_place_base
     assert [pose.x, pose.y, pose.yaw] == pytest.approx(STATE[[0, 1, 3]].tolist(), abs=0.004)
-    expected = PlanarPose(5.0, 2.0, 1.0) @ PlanarPose(*STATE[[0, 1, 3]])
+    expected = SE2(5.0, 2.0, 1.0) @ SE2(*STATE[[0, 1, 3]])
     assert fix.T_map_base.distance_to(expected) < 0.006
 
 

@@ -12,7 +12,7 @@ from stereo_calibrations import rectified_calibration, write_calibration
 from taught_wall import CALIBRATIONS, CAMERA, HERE, RAW, T_MAP_PLACE, TAUGHT, raw_image, seen, write_files
 
 from shirube_bags.tum_file import load_tum
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 from stereo_landmark.commands.locate import main
 
 
@@ -41,7 +41,7 @@ def test_the_pose_is_found_in_the_place_and_in_the_map(once, tmp_path, capsys):
     assert (x, y, z, yaw) == pytest.approx(HERE[:4], abs=0.01)
     assert (row['place'], row['targets'], row['reason']) == ('wall', 'meters', '')
     assert all(0.0 < float(row[f'sigma_{name}']) < 0.02 for name in ('x', 'y', 'z', 'yaw'))
-    T_map_base = T_MAP_PLACE @ PlanarPose(x, y, yaw)
+    T_map_base = T_MAP_PLACE @ SE2(x, y, yaw)
     pose = load_tum(tmp_path / 'poses.tum')
     assert pose.positions[0, :2] == pytest.approx([T_map_base.x, T_map_base.y], abs=1e-5)
     displacement = load_tum(tmp_path / 'displacements_wall.tum')

@@ -18,7 +18,7 @@ from std_srvs.srv import Trigger
 from taught_wall import CALIBRATIONS, HERE, T_MAP_PLACE, TAUGHT, seen, write_files
 from visualization_msgs.msg import Marker, MarkerArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import planar_pose
@@ -44,7 +44,7 @@ def test_a_robot_that_came_back_is_localized(graph: IsolatedGraph, places: Path)
     moved, turned = displacement.transform.translation, displacement.transform.rotation
     assert (moved.x, moved.y, moved.z) == pytest.approx(HERE[:3], abs=0.01)
     assert 2.0 * math.atan2(turned.z, turned.w) == pytest.approx(HERE[3], abs=0.01)
-    T_map_base = T_MAP_PLACE @ PlanarPose(HERE[0], HERE[1], HERE[3])
+    T_map_base = T_MAP_PLACE @ SE2(HERE[0], HERE[1], HERE[3])
     assert robot.poses[0].header == header(12.5, 'hall')
     assert planar_pose(robot.poses[0].pose, '').distance_to(T_map_base) < 0.01
     assert with_covariance[0].header == header(12.5, 'hall')

@@ -7,7 +7,7 @@ from located_pairs import with_fix, without_fix
 from place_scenes import MOUNT
 from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
 from stereo_landmark.core.pair import pair_localizer
 from stereo_landmark.core.pair.epipolar_check import PairFault

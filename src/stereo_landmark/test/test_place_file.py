@@ -8,7 +8,7 @@ import pytest
 import yaml
 from random_places import is_same, random_images, random_place
 
-from shirube_files import atomic_file
+from shirube_core.files import atomic_file
 from stereo_landmark.files.place_file import load_images, load_place, load_places, place_path, save_place
 from stereo_landmark.files.yaml_file import LandmarkFileError
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from stereo_calibrations import RealPairs
 
-from shirube_geometry import CameraMount, wrap_angle
+from shirube_core.geometry import CameraMount, wrap_angle
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.camera_calibration import stereo_rig

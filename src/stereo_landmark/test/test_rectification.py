@@ -5,7 +5,7 @@ import pytest
 from place_scenes import CAMERA, MOUNT
 from stereo_calibrations import RealPairs, raw_calibrations
 
-from shirube_geometry import PinholeCamera, matrix_from_rpy
+from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.epipolar_check import PairFault, pair_fault
 from stereo_landmark.core.pair.rectification import Rectifier

@@ -1,6 +1,6 @@
 import pytest
 
-from shirube_settings import SettingsError, check_settings
+from shirube_core.settings import SettingsError, check_settings
 from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 

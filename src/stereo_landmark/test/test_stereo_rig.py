@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from place_scenes import CAMERA, MOUNT, RIG
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 

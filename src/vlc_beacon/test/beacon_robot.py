@@ -16,7 +16,7 @@ from receptions import POSE, with_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
 
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import odometry_message
@@ -36,7 +36,7 @@ class FakeReceiver:
         self.calls: list[tuple[Any, ...]] = []
         self.answer: ReceiverOutput | Exception = with_fix()
 
-    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+    def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
         self.calls.append(('odometry', stamp, T_odom_base))
 
     def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
@@ -121,5 +121,5 @@ def header(stamp: float, frame: str) -> Header:
     return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
 
-def odometry(stamp: float, pose: PlanarPose = POSE, child_frame: str = 'base_link') -> Odometry:
+def odometry(stamp: float, pose: SE2 = POSE, child_frame: str = 'base_link') -> Odometry:
     return odometry_message(pose, np.eye(3), header(stamp, 'odom'), child_frame)

@@ -7,7 +7,7 @@ from collections import deque
 
 import numpy as np
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from vlc_beacon.core.drive.command_executor import CommandExecutor
 from vlc_beacon.core.drive.velocity import Velocity
 
@@ -24,11 +24,9 @@ class DrivenRobot:
         velocities: what the executor gave.
     """
 
-    def __init__(
-        self, executor: CommandExecutor, pose: PlanarPose, seed: int = 0, noise: float = 0.003
-    ) -> None:
+    def __init__(self, executor: CommandExecutor, pose: SE2, seed: int = 0, noise: float = 0.003) -> None:
         self.executor, self.pose, self.stamp = executor, pose, 0.0
-        self.track: list[PlanarPose] = [pose]
+        self.track: list[SE2] = [pose]
         self.velocities: list[Velocity | None] = []
         self._rng, self._noise = np.random.default_rng(seed), noise
         self._coming = deque([Velocity()] * DELAY_STEPS)
@@ -39,7 +37,7 @@ class DrivenRobot:
             if sees:
                 dx, dy, turn = self._rng.normal(0.0, self._noise, 3)
                 self.executor.update_pose(
-                    self.stamp, PlanarPose(self.pose.x + dx, self.pose.y + dy, self.pose.yaw + turn)
+                    self.stamp, SE2(self.pose.x + dx, self.pose.y + dy, self.pose.yaw + turn)
                 )
             velocity = self.executor.velocity(self.stamp)
             self.velocities.append(velocity)
@@ -50,7 +48,7 @@ class DrivenRobot:
         # The wheels turn 3 % less than they are told.
         ahead, turn = 0.97 * velocity.forward * STEP, 0.97 * velocity.turn_rate * STEP
         middle = self.pose.yaw + 0.5 * turn
-        self.pose = PlanarPose(
+        self.pose = SE2(
             self.pose.x + ahead * math.cos(middle),
             self.pose.y + ahead * math.sin(middle),
             self.pose.yaw + turn,

@@ -4,7 +4,7 @@ import numpy as np
 
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.message_types import jazzy_types
-from shirube_geometry import quaternion_from_yaw
+from shirube_core.geometry import quaternion_from_yaw
 
 TYPES = {
     '/image_raw': 'sensor_msgs/msg/Image',

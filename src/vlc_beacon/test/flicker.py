@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from light_waveform import Waveform
+from shirube_core.waveform import Waveform
 
 
 def worst_flicker(waveform: Waveform, *, whole: bool = False, highest: float = 90.0) -> float:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, gravity_aligned_camera
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.bearing_model import camera_points
 
@@ -33,4 +33,4 @@ def pixels_of(beacons, pose, height=0.0, tilt=(0.0, 0.0), motions=None, camera=C
 
 def random_pose(rng):
     """Return a pose from which all lamps are in view."""
-    return PlanarPose(*rng.uniform([0.5, 0.5, -3.1], [1.3, 1.3, 3.1]))
+    return SE2(*rng.uniform([0.5, 0.5, -3.1], [1.3, 1.3, 3.1]))

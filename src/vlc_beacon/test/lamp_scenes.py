@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-from light_waveform import steady_light
 from scene_simulator.camera_clock import CameraClock
 from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling_lamp import CeilingLamp
@@ -10,7 +9,8 @@ from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.lamp_drive import LampDrive
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.leg_drive import LegDrive
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
+from shirube_core.waveform import steady_light
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.pose.beacon import Beacon
 

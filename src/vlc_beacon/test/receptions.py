@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
@@ -13,7 +13,7 @@ from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision
 from vlc_beacon.core.receiver.light_receiver import LampObservation
 
-POSE = PlanarPose(1.25, -0.5, 0.75)
+POSE = SE2(1.25, -0.5, 0.75)
 COMMAND = Command(1, Operation.SLOW, 0.125, 7)
 PACKET = CommandKey(bytes(range(32))).sign(COMMAND)
 ACCEPTED = CommandDecision(PACKET, 1, Accepted(COMMAND))

@@ -1,4 +1,4 @@
-from shirube_settings import check_settings
+from shirube_core.settings import check_settings
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 
 

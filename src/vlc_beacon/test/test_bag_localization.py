@@ -11,9 +11,9 @@ from builtin_interfaces.msg import Time
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
 
-from shirube_geometry import PlanarPose
-from shirube_recordings.recording_topics import RecordingTopics
+from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import odometry_message
+from shirube_ros.recording_topics import RecordingTopics
 from vlc_beacon.bag_localization import BagLocalization
 
 
@@ -38,7 +38,7 @@ class Receiver:
     def __init__(self) -> None:
         self.stamps: list[float] = []
 
-    def add_odometry(self, stamp: float, _: PlanarPose) -> None:
+    def add_odometry(self, stamp: float, _: SE2) -> None:
         self.stamps.append(stamp)
 
     def add_tilt(self, stamp: float, *_: float) -> None:
@@ -58,7 +58,7 @@ def test_messages_after_a_jump_back_go_to_the_new_receiver() -> None:
 
     bag = Bag(
         *(
-            ('/odom', odometry_message(PlanarPose(1.0, 2.0, 0.5), np.eye(3), header(stamp), 'base_link'))
+            ('/odom', odometry_message(SE2(1.0, 2.0, 0.5), np.eye(3), header(stamp), 'base_link'))
             for stamp in (100, 5, 6)
         ),
         *(('/imu', Imu(header=header(stamp))) for stamp in (7, 1)),

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, UNEVEN, pixels_of, random_pose
 
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.known_states import KnownStates
@@ -43,7 +43,7 @@ def test_exact_centres_give_the_exact_pose(beacons):
 
 def test_the_pose_follows_every_motion_of_the_map():
     rng = np.random.default_rng(2)
-    pose, motion = random_pose(rng), PlanarPose(3.0, -2.0, 1.9)
+    pose, motion = random_pose(rng), SE2(3.0, -2.0, 1.9)
     moved = [replace(b, xyz=(*motion.transform([b.xyz[:2]])[0].tolist(), b.xyz[2] + 0.7)) for b in UNEVEN]
     locator, other = BeaconLocator(UNEVEN, MOUNT), BeaconLocator(moved, MOUNT)
     pixels = pixels_of(UNEVEN, pose) + 0.2 * rng.normal(size=(5, 2))
@@ -57,7 +57,7 @@ def test_the_pose_follows_every_motion_of_the_map():
 def test_a_robot_that_looks_backwards_has_one_pose(count):
     rng = np.random.default_rng(8)
     for _ in range(30):
-        pose = PlanarPose(*rng.uniform(0.5, 1.3, 2), math.pi)
+        pose = SE2(*rng.uniform(0.5, 1.3, 2), math.pi)
         fix = locate(UNEVEN, UNEVEN[:count], pose, noise=0.1, rng=rng)
         if count > 2 or isinstance(fix, BeaconFix):
             assert abs(fix.T_map_base.yaw_to(pose)) < 0.02
@@ -105,7 +105,7 @@ def test_the_covariance_knows_of_tilt():
 
 
 def test_tilt_error_matches_the_geometry():
-    pose = PlanarPose(0.9, 0.9, 0.0)
+    pose = SE2(0.9, 0.9, 0.0)
     pixels = pixels_of(BEACONS, pose, tilt=(math.radians(0.5), 0.0))
     locator = BeaconLocator(BEACONS, MOUNT, None, PoseSettings(tilt_sigma=0.0))
     rays = locator.rays(CAMERA, [1, 2, 3, 4], pixels, np.full(4, 0.5))
@@ -116,7 +116,7 @@ def test_tilt_error_matches_the_geometry():
 
 def test_a_distorting_lens_is_undone():
     camera = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5, (-0.2, 0.05, 0.001, -0.001, 0.0))
-    pose = PlanarPose(0.6, 1.1, 0.4)
+    pose = SE2(0.6, 1.1, 0.4)
     locator = BeaconLocator(BEACONS, MOUNT, None, EXACT)
     rays = locator.rays(camera, [1, 2, 3, 4], pixels_of(BEACONS, pose, camera=camera), np.full(4, 0.1))
     assert locator.locate(rays).T_map_base.distance_to(pose) < 1e-6
@@ -153,12 +153,12 @@ def test_swapped_lamps_are_named():
 
 def test_opposite_lamps_of_a_square_swapped_are_no_pose_unless_one_is_expected():
     # Seen from half a turn around the middle the other two would be swapped.
-    pose = PlanarPose(0.7, 1.0, 0.3)
+    pose = SE2(0.7, 1.0, 0.3)
     seen = [replace(BEACONS[0], xyz=BEACONS[3].xyz), *BEACONS[1:3], replace(BEACONS[3], xyz=BEACONS[0].xyz)]
     answer = locate(BEACONS, seen, pose)
     assert isinstance(answer, NoBeaconFix)
     assert answer.reason is NoFixReason.AMBIGUOUS
-    fix = locate(BEACONS, seen, pose, expected=ExpectedPose(PlanarPose(0.72, 1.0, 0.3), NEARLY))
+    fix = locate(BEACONS, seen, pose, expected=ExpectedPose(SE2(0.72, 1.0, 0.3), NEARLY))
     assert fix.T_map_base.distance_to(pose) < 1e-6
     assert {d.id for d in fix.anomalies} == {1, 4}
 
@@ -174,19 +174,19 @@ def test_a_duplicated_lamp_is_reported():
 
 
 def test_three_lamps_with_one_moved_are_ambiguous_without_an_expected_pose():
-    pose = PlanarPose(0.7, 1.0, 0.3)
+    pose = SE2(0.7, 1.0, 0.3)
     seen = [*BEACONS[:2], replace(BEACONS[2], xyz=(1.6, 0.2, 2.8))]
     answer = locate(BEACONS, seen, pose)
     assert isinstance(answer, NoBeaconFix)
     assert answer.reason is NoFixReason.INCONSISTENT
     assert [d.id for d in answer.anomalies] == [1, 2, 3]
-    fix = locate(BEACONS, seen, pose, expected=ExpectedPose(PlanarPose(0.71, 1.0, 0.3), NEARLY / 4.0))
+    fix = locate(BEACONS, seen, pose, expected=ExpectedPose(SE2(0.71, 1.0, 0.3), NEARLY / 4.0))
     assert fix.T_map_base.distance_to(pose) < 1e-6
     assert [(d.id, d.kind) for d in fix.anomalies] == [(3, AnomalyKind.MOVED)]
 
 
 def test_two_lamps_alone_do_not_overrule_the_expected_pose():
-    pose = PlanarPose(0.7, 1.0, 0.3)
+    pose = SE2(0.7, 1.0, 0.3)
     seen = [BEACONS[0], replace(BEACONS[2], xyz=(1.8, 1.0, 2.8))]
     answer = locate(BEACONS, seen, pose, expected=ExpectedPose(pose, NEARLY / 100.0))
     assert isinstance(answer, NoBeaconFix)
@@ -195,13 +195,13 @@ def test_two_lamps_alone_do_not_overrule_the_expected_pose():
 
 def test_two_lamps_of_different_height_may_fit_two_poses():
     beacons = [Beacon(1, (0.0, 0.0, 3.0), 0.03), Beacon(2, (0.3, 0.0, 2.0), 0.03)]
-    answers = [locate(beacons, beacons, PlanarPose(x, 0.3, 0.0)) for x in np.arange(-1.5, 1.5, 0.1)]
+    answers = [locate(beacons, beacons, SE2(x, 0.3, 0.0)) for x in np.arange(-1.5, 1.5, 0.1)]
     ambiguous = [a for a in answers if isinstance(a, NoBeaconFix) and a.reason is NoFixReason.AMBIGUOUS]
     assert ambiguous
     assert all(isinstance(a, BeaconFix) or a in ambiguous for a in answers)
     for x, answer in zip(np.arange(-1.5, 1.5, 0.1), answers):
         if isinstance(answer, BeaconFix):
-            assert answer.T_map_base.distance_to(PlanarPose(x, 0.3, 0.0)) < 1e-4
+            assert answer.T_map_base.distance_to(SE2(x, 0.3, 0.0)) < 1e-4
 
 
 @pytest.mark.parametrize(
@@ -215,27 +215,27 @@ def test_two_lamps_of_different_height_may_fit_two_poses():
 )
 def test_too_few_lamps_are_no_fix(seen, known, reason):
     locator = BeaconLocator(BEACONS, MOUNT, known)
-    pixels = pixels_of(seen, PlanarPose(0.7, 1.0, 0.3)) if seen else np.empty((0, 2))
+    pixels = pixels_of(seen, SE2(0.7, 1.0, 0.3)) if seen else np.empty((0, 2))
     rays = locator.rays(CAMERA, [b.id for b in seen], pixels, np.full(len(seen), 0.1))
     assert locator.locate(rays).reason is reason
 
 
 def test_two_images_of_one_lamp_alone_are_named():
-    answer = locate(BEACONS, [BEACONS[0], Beacon(1, (0.5, 0.9, 2.8), 0.0325)], PlanarPose(0.7, 1.0, 0.3))
+    answer = locate(BEACONS, [BEACONS[0], Beacon(1, (0.5, 0.9, 2.8), 0.0325)], SE2(0.7, 1.0, 0.3))
     assert answer.reason is NoFixReason.TOO_FEW_LAMPS
     assert [(anomaly.id, anomaly.kind) for anomaly in answer.anomalies] == [(1, AnomalyKind.DUPLICATED)] * 2
 
 
 def test_a_rolling_shutter_on_a_robot_that_drives_and_turns():
     # Lamps of later rows are seen from farther on: without the motions the pose is off by centimetres.
-    pose, velocity, row_time = PlanarPose(0.7, 1.0, 0.3), (0.8, 0.1, 0.7), 2e-5
+    pose, velocity, row_time = SE2(0.7, 1.0, 0.3), (0.8, 0.1, 0.7), 2e-5
     rows = pixels_of(UNEVEN, pose)[:, 1]
     for _ in range(20):
         arcs = []
         for row in rows:
-            moved, small = PlanarPose(0.0, 0.0, 0.0), row * row_time / 200.0
+            moved, small = SE2(0.0, 0.0, 0.0), row * row_time / 200.0
             for _ in range(200):
-                moved = moved @ PlanarPose(*(small * np.array(velocity)))
+                moved = moved @ SE2(*(small * np.array(velocity)))
             arcs.append((moved.x, moved.y, moved.yaw))
         pixels = pixels_of(UNEVEN, pose, motions=np.array(arcs))
         if np.abs(pixels[:, 1] - rows).max() < 1e-6:

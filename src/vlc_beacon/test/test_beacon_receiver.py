@@ -10,7 +10,7 @@ import pytest
 from lamp_scenes import BEACONS, CAMERA, MOUNT, PLACES, STRANGE_PLACE, id_packets, receptions, speaking_room
 
 from scene_simulator.shutter import Shutter
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey

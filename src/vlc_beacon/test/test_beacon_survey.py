@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from shirube_geometry import matrix_from_rpy
+from shirube_core.geometry import matrix_from_rpy
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
 from vlc_beacon.core.survey.lamp_bearings import LampBearings
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_tracker import LOST_IMAGES, BeaconTracker
 from vlc_beacon.core.pose.known_states import KnownStates
@@ -25,14 +25,14 @@ def rays_of(tracker, pose, hung, rng, noise=0.2):
 
 def drive(count, seed=1):
     """Yield true poses on a winding way about the room and the odometry, which is off by 2 % and 0.2 degrees/m."""
-    pose, odometry = PlanarPose(0.9, 0.9, 0.3), PlanarPose(0.0, 0.0, 0.0)
+    pose, odometry = SE2(0.9, 0.9, 0.3), SE2(0.0, 0.0, 0.0)
     for k in range(count):
         yield pose, odometry
         far = math.hypot(0.9 - pose.x, 0.9 - pose.y)
         home = wrap_angle(math.atan2(0.9 - pose.y, 0.9 - pose.x) - pose.yaw)
         turn = np.clip(1.5 * home if far > 1.4 else math.sin(0.03 * k + seed), -0.8, 0.8) / 20.0
-        pose = pose @ PlanarPose(STEP, 0.0, turn)
-        odometry = odometry @ PlanarPose(SCALE * STEP, 0.0, SCALE * turn + BEND * STEP)
+        pose = pose @ SE2(STEP, 0.0, turn)
+        odometry = odometry @ SE2(SCALE * STEP, 0.0, SCALE * turn + BEND * STEP)
 
 
 @pytest.mark.parametrize('seed', [1, 2, 3])
@@ -58,13 +58,13 @@ def test_errors_with_wheel_slip_match_the_covariance(seed):
     rng = np.random.default_rng(seed)
     settings = OdometrySettings(slip=0.004, turn_slip=0.035)
     tracker = BeaconTracker(BEACONS, MOUNT, odometry_settings=settings)
-    odometry, before, normalised = PlanarPose(0.0, 0.0, 0.0), None, []
+    odometry, before, normalised = SE2(0.0, 0.0, 0.0), None, []
     for k, (pose, _) in enumerate(drive(900, seed)):
-        motion = PlanarPose(0.0, 0.0, 0.0) if before is None else before.inverse() @ pose
+        motion = SE2(0.0, 0.0, 0.0) if before is None else before.inverse() @ pose
         before = pose
         # Wheels 0.2 m apart slip by 5 mm after a metre, each by itself.
         left, right = 0.005 * math.sqrt(STEP) * rng.normal(size=2)
-        slip = PlanarPose(0.5 * (left + right), 0.0, (right - left) / 0.2)
+        slip = SE2(0.5 * (left + right), 0.0, (right - left) / 0.2)
         odometry = odometry @ (motion @ slip)
         tracker.add_odometry(odometry)
         hung = BEACONS[k // 120 % 4 :][:2] if k // 40 % 2 == 0 else []
@@ -120,8 +120,8 @@ def test_two_lamps_seen_one_after_the_other_are_a_start():
 def test_a_robot_that_was_carried_away_is_found_again():
     rng = np.random.default_rng(5)
     tracker = BeaconTracker(BEACONS, MOUNT)
-    tracker.add_odometry(PlanarPose(0.0, 0.0, 0.0))
-    for pose in (PlanarPose(0.5, 0.6, 0.1), PlanarPose(1.2, 1.1, 2.0)):
+    tracker.add_odometry(SE2(0.0, 0.0, 0.0))
+    for pose in (SE2(0.5, 0.6, 0.1), SE2(1.2, 1.1, 2.0)):
         for _ in range(5):
             fix = tracker.track(rays_of(tracker, pose, BEACONS, rng))
             assert fix.T_map_base.distance_to(pose) < 0.02
@@ -147,8 +147,8 @@ def test_a_pose_without_lamps_is_given_up_in_the_end():
 )
 def test_a_single_lamp_in_the_wrong_place_is_named(hung, kind):
     rng = np.random.default_rng(7)
-    tracker, pose = BeaconTracker(BEACONS, MOUNT), PlanarPose(0.8, 1.0, 0.4)
-    tracker.add_odometry(PlanarPose(0.0, 0.0, 0.0))
+    tracker, pose = BeaconTracker(BEACONS, MOUNT), SE2(0.8, 1.0, 0.4)
+    tracker.add_odometry(SE2(0.0, 0.0, 0.0))
     tracker.track(rays_of(tracker, pose, BEACONS, rng))
     fix = tracker.track(rays_of(tracker, pose, hung, rng))
     assert fix.T_map_base.distance_to(pose) < 0.02
@@ -160,7 +160,7 @@ def test_a_single_lamp_in_the_wrong_place_is_named(hung, kind):
 
 
 CORRIDOR = [Beacon(i + 1, (1.8 * i, 0.9 * (i % 2), 2.8), 0.0325) for i in range(8)]
-HALL = [PlanarPose(0.9, 0.4, 0.1), PlanarPose(9.0, 0.4, 0.3)]
+HALL = [SE2(0.9, 0.4, 0.1), SE2(9.0, 0.4, 0.3)]
 
 
 def two_lamps_near(pose):
@@ -170,8 +170,8 @@ def two_lamps_near(pose):
 @pytest.mark.parametrize(
     ('poses', 'odometry'),
     [
-        ((HALL[0], HALL[1]), (PlanarPose(0.0, 0.0, 0.0), PlanarPose(0.0, 0.0, 0.0))),
-        ((HALL[0], HALL[0]), (PlanarPose(4.0, -3.0, 1.0), PlanarPose(0.0, 0.0, 0.0))),
+        ((HALL[0], HALL[1]), (SE2(0.0, 0.0, 0.0), SE2(0.0, 0.0, 0.0))),
+        ((HALL[0], HALL[0]), (SE2(4.0, -3.0, 1.0), SE2(0.0, 0.0, 0.0))),
     ],
     ids=['robot carried away', 'odometry began again'],
 )
@@ -187,8 +187,8 @@ def test_two_lamps_that_are_not_in_place_for_long_are_a_new_start(poses, odometr
 
 
 def test_one_lamp_that_is_not_in_place_is_no_new_start():
-    rng, tracker, pose = np.random.default_rng(9), BeaconTracker(BEACONS, MOUNT), PlanarPose(0.8, 1.0, 0.4)
-    tracker.add_odometry(PlanarPose(0.0, 0.0, 0.0))
+    rng, tracker, pose = np.random.default_rng(9), BeaconTracker(BEACONS, MOUNT), SE2(0.8, 1.0, 0.4)
+    tracker.add_odometry(SE2(0.0, 0.0, 0.0))
     tracker.track(rays_of(tracker, pose, BEACONS, rng))
     for _ in range(2 * LOST_IMAGES):
         fix = tracker.track(rays_of(tracker, pose, [replace(BEACONS[1], xyz=(0.4, 1.6, 2.8))], rng))

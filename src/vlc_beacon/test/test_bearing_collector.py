@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from lamp_pictures import draw_lamp, photograph, room
 
-from shirube_geometry import PinholeCamera, matrix_from_rpy
+from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.settings import ReceiverSettings

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, MOUNT
 
-from shirube_geometry import gravity_aligned_camera, matrix_from_rpy
+from shirube_core.geometry import gravity_aligned_camera, matrix_from_rpy
 from vlc_beacon.core.pose.bearing_model import camera_points, projections_with_jacobian
 
 LAMPS = np.array([beacon.xyz for beacon in BEACONS])

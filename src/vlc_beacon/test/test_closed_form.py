@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, UNEVEN, pixels_of, random_pose
 
-from shirube_geometry import gravity_aligned_camera
+from shirube_core.geometry import gravity_aligned_camera
 from vlc_beacon.core.pose.closed_form import TwoLampSolver
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import lamp_rays

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from driven_robot import STEP, DrivenRobot
 
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 from vlc_beacon.core.drive.command_executor import CommandExecutor
 from vlc_beacon.core.drive.drive_settings import DriveSettings
 from vlc_beacon.core.packet.operation import Operation
@@ -14,7 +14,7 @@ LIMIT = 0.5
 
 
 def robot(x: float = 0.0, y: float = 0.0, yaw: float = 0.0, **noise: float) -> DrivenRobot:
-    return DrivenRobot(CommandExecutor(SETTINGS, LIMIT), PlanarPose(x, y, yaw), **noise)
+    return DrivenRobot(CommandExecutor(SETTINGS, LIMIT), SE2(x, y, yaw), **noise)
 
 
 def speed_of(driven: DrivenRobot) -> float:
@@ -43,7 +43,7 @@ def test_it_keeps_to_its_line():
     driven = robot(1.0, 2.0, 0.7, noise=0.0)
     driven.drive(2.0)
     # Somebody pushes it aside.
-    driven.pose = PlanarPose(driven.pose.x - 0.1, driven.pose.y + 0.1, driven.pose.yaw)
+    driven.pose = SE2(driven.pose.x - 0.1, driven.pose.y + 0.1, driven.pose.yaw)
     driven.drive(15.0)
     dx, dy = driven.pose.x - 1.0, driven.pose.y - 2.0
     assert abs(math.cos(0.7) * dy - math.sin(0.7) * dx) < 0.01
@@ -126,7 +126,7 @@ def test_no_commands_exceed_the_limits():
 
 
 def test_a_cruise_speed_above_the_limit_is_cut():
-    driven = DrivenRobot(CommandExecutor(DriveSettings(cruise_speed=2.0), 0.2), PlanarPose(0.0, 0.0, 0.0))
+    driven = DrivenRobot(CommandExecutor(DriveSettings(cruise_speed=2.0), 0.2), SE2(0.0, 0.0, 0.0))
     driven.drive(6.0)
     assert driven.velocities[-1].forward == 0.2
 
@@ -139,7 +139,7 @@ def test_where_others_left_it_a_new_line_begins(is_turning):
         driven.executor.execute(Operation.TURN, 2.0)
     driven.drive(2.0, sees=False)
     assert driven.velocities[-1] is None
-    driven.pose = PlanarPose(1.0, 3.0, -0.8)
+    driven.pose = SE2(1.0, 3.0, -0.8)
     driven.drive(6.0)
     assert driven.pose.yaw == pytest.approx(-0.8, abs=0.02)
     dx, dy = driven.pose.x - 1.0, driven.pose.y - 3.0

@@ -12,7 +12,7 @@ from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.shutter import Shutter
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
@@ -60,14 +60,14 @@ class Memory:
 class Robot:
     """Wheels that do a little less than they are told, and the camera on top."""
 
-    def __init__(self, pose: PlanarPose) -> None:
+    def __init__(self, pose: SE2) -> None:
         self.pose, self.velocity, self.stamp = pose, Velocity(), 0.0
 
-    def pose_at(self, stamp: float) -> PlanarPose:
+    def pose_at(self, stamp: float) -> SE2:
         since = stamp - self.stamp
         turn = 0.98 * self.velocity.turn_rate * since
         way = 0.98 * self.velocity.forward * since
-        return self.pose @ PlanarPose(way * math.cos(0.5 * turn), way * math.sin(0.5 * turn), turn)
+        return self.pose @ SE2(way * math.cos(0.5 * turn), way * math.sin(0.5 * turn), turn)
 
     def execute(self, velocity: Velocity | None, stamp: float) -> None:
         self.pose, self.stamp, self.velocity = self.pose_at(stamp), stamp, velocity or Velocity()
@@ -79,7 +79,7 @@ def packets_of(beacon: int) -> list[bytes]:
 
 
 @pytest.fixture(scope='module')
-def run() -> list[tuple[float, PlanarPose, Velocity]]:
+def run() -> list[tuple[float, SE2, Velocity]]:
     """Stamps, true poses and velocities; the robot begins 0.7 m before A and stands until A was heard."""
     beacons = [Beacon(i + 1, place, RADIUS) for i, place in enumerate(PAPER_LAMPS)]
     authorizer = CommandAuthorizer(KEY, Memory(), {b.id: b.xyz[:2] for b in beacons}, AUTHORIZATION)
@@ -88,7 +88,7 @@ def run() -> list[tuple[float, PlanarPose, Velocity]]:
     eye = CeilingCamera(CAMERA, Shutter(LIGHT.exposure_time, LIGHT.row_time))
     waveforms = [rs_fsk_waveform(packets_of(beacon.id), 30.0) for beacon in beacons]
     room = paper_room(waveforms, Disc(RADIUS), eye.brightness_for(0.9))
-    robot, rng, told = Robot(PlanarPose(1.1, 1.8, 0.0)), np.random.default_rng(1), []
+    robot, rng, told = Robot(SE2(1.1, 1.8, 0.0)), np.random.default_rng(1), []
     for stamp in STAMPS.tolist():
         photo = eye.photograph(room, lambda time: camera_pose(robot.pose_at(time), UPWARD_MOUNT), stamp, rng)
         output = receiver.receive(stamp, photo.image, CAMERA)
@@ -105,26 +105,26 @@ def run() -> list[tuple[float, PlanarPose, Velocity]]:
     return told
 
 
-def test_the_robot_turns_where_the_lamps_say(run: list[tuple[float, PlanarPose, Velocity]]) -> None:
+def test_the_robot_turns_where_the_lamps_say(run: list[tuple[float, SE2, Velocity]]) -> None:
     for lamp, yaw in ((4, 0.0), (3, -0.5 * math.pi)):
         x, y, _ = PAPER_LAMPS[lamp - 1]
         # Where it is half way round.
         half = yaw - 0.25 * math.pi
-        _, pose, _ = min(run, key=lambda told: abs(told[1].yaw_to(PlanarPose(0.0, 0.0, half))))
+        _, pose, _ = min(run, key=lambda told: abs(told[1].yaw_to(SE2(0.0, 0.0, half))))
         assert math.hypot(pose.x - x, pose.y - y) < AUTHORIZATION.zone_radius + 0.05
 
 
 def test_it_leaves_backwards_at_the_commanded_speed(
-    run: list[tuple[float, PlanarPose, Velocity]],
+    run: list[tuple[float, SE2, Velocity]],
 ) -> None:
     _, end, velocity = run[-1]
-    assert abs(end.yaw_to(PlanarPose(0.0, 0.0, math.pi))) < 0.02
+    assert abs(end.yaw_to(SE2(0.0, 0.0, math.pi))) < 0.02
     assert velocity.forward == pytest.approx(CRUISE)
     assert end.y == pytest.approx(0.0, abs=AUTHORIZATION.zone_radius + 0.05)
     assert end.x < 1.5
 
 
-def test_it_is_slow_from_a_to_b(run: list[tuple[float, PlanarPose, Velocity]]) -> None:
+def test_it_is_slow_from_a_to_b(run: list[tuple[float, SE2, Velocity]]) -> None:
     ahead = [velocity.forward for _, pose, velocity in run if 0.5 < pose.y < 1.3]
     assert np.median(ahead) == pytest.approx(SLOW)
     assert max(ahead) <= SLOW + 1e-9

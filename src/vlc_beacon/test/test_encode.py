@@ -5,7 +5,7 @@ import pytest
 from lamp_on_a_line import lamp_that, usual
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 
-from light_waveform import waveform_from_csv
+from shirube_core.waveform import waveform_from_csv
 from vlc_beacon.commands import encode, make_key
 from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder

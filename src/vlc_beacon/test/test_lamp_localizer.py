@@ -8,20 +8,18 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.lamp_localizer import LampLocalizer
 from vlc_beacon.core.receiver.light_receiver import LampObservation
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 
-POSE = PlanarPose(0.8, 1.0, 0.6)
+POSE = SE2(0.8, 1.0, 0.6)
 STILL = np.zeros(3)
 
 
-def seen(
-    pose: PlanarPose, count: int = 4, dark: tuple[int, ...] = (), bloom: float = 0.0
-) -> list[LampObservation]:
+def seen(pose: SE2, count: int = 4, dark: tuple[int, ...] = (), bloom: float = 0.0) -> list[LampObservation]:
     """Return lamps as an image shows them, 2.5 m above the camera."""
     radius = 0.0325 * CAMERA.fx / (2.8 - MOUNT.xyz[2]) + bloom
     return [
@@ -36,7 +34,7 @@ def seen(
 
 
 def locate(
-    lamps: list[LampObservation], odometry: PlanarPose | None = None, **changed: object
+    lamps: list[LampObservation], odometry: SE2 | None = None, **changed: object
 ) -> BeaconFix | NoBeaconFix:
     localizer = LampLocalizer(BEACONS, MOUNT, ReceiverSettings(**changed))  # type: ignore[arg-type]
     return localizer.locate(lamps, CAMERA, odometry, STILL, (0.0, 0.0))
@@ -75,7 +73,7 @@ def test_dark_lamps_and_lamps_without_a_name_do_not_count() -> None:
 
 def test_one_lamp_carries_the_pose_on_with_odometry_only() -> None:
     localizer = LampLocalizer(BEACONS, MOUNT, ReceiverSettings())
-    start, later = PlanarPose(5.0, 5.0, 0.0), PlanarPose(5.2, 5.0, 0.05)
+    start, later = SE2(5.0, 5.0, 0.0), SE2(5.2, 5.0, 0.05)
     moved = POSE @ start.inverse() @ later
     assert isinstance(localizer.locate(seen(POSE), CAMERA, start, STILL, (0.0, 0.0)), BeaconFix)
     result = localizer.locate(seen(moved, 1), CAMERA, later, STILL, (0.0, 0.0))
@@ -93,7 +91,7 @@ def test_rows_of_a_moving_robot_are_seen_from_where_it_was() -> None:
     lamps = seen(POSE)
     for _ in range(3):  # a lamp's row tells when it is seen
         rows = [lamp.sample.centre[1] for lamp in lamps]
-        poses = [POSE @ PlanarPose(30e-6 * row, 0.0, 0.8 * 30e-6 * row) for row in rows]
+        poses = [POSE @ SE2(30e-6 * row, 0.0, 0.8 * 30e-6 * row) for row in rows]
         lamps = [seen(pose)[i] for i, pose in enumerate(poses)]
     result = localizer.locate(lamps, CAMERA, None, velocity, (0.0, 0.0))
     assert isinstance(result, BeaconFix)

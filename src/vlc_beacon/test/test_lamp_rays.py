@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from lamp_room import CAMERA
 
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 from vlc_beacon.core.pose.lamp_rays import lamp_rays, row_motions
 
 FISHY = PinholeCamera(1280, 1024, 636.4, 640.0, 639.5, 511.5, (-0.25, 0.06, 0.001, -0.001, 0.0))
@@ -22,9 +22,9 @@ def test_rows_are_seen_from_where_the_robot_got_to():
     velocity, row_time, rows = (0.7, -0.2, 1.1), 2e-5, np.array([0.0, 300.0, 1000.0])
     motions = row_motions(rows, row_time, velocity)
     for row, motion in zip(rows, motions):
-        moved, steps = PlanarPose(0.0, 0.0, 0.0), 2000
+        moved, steps = SE2(0.0, 0.0, 0.0), 2000
         for _ in range(steps):
-            moved = moved @ PlanarPose(*(row * row_time / steps * np.array(velocity)))
+            moved = moved @ SE2(*(row * row_time / steps * np.array(velocity)))
         assert motion == pytest.approx([moved.x, moved.y, moved.yaw], abs=1e-6)
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 from vlc_beacon.core.lamp_image.coarse_contrast import noise_sigma
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.row_profile import row_profile

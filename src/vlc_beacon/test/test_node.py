@@ -22,7 +22,7 @@ from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import planar_pose
@@ -109,7 +109,7 @@ def test_the_node_survives_every_bad_message(graph: IsolatedGraph, beacons_file:
     robot.send('image_raw', image_from_array(PIXELS, header(0.9, '')))
     robot.send('camera_info', CameraInfo(width=160, height=100))
     robot.send('image_raw', image_from_array(PIXELS, header(1.2, '')))
-    robot.send('odom', odometry(1.0, PlanarPose(math.nan, 0.0, 0.0)))
+    robot.send('odom', odometry(1.0, SE2(math.nan, 0.0, 0.0)))
     robot.send('odom', odometry(1.0, child_frame='arm'))
     robot.send('imu', Imu(orientation=NOWHERE))
     robot.send('imu', Imu(orientation_covariance=[-1.0, *[0.0] * 8]))

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 
-from shirube_geometry import PlanarPose, gravity_aligned_camera
+from shirube_core.geometry import SE2, gravity_aligned_camera
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
 from vlc_beacon.core.pose.pose_filter import PoseFilter
 from vlc_beacon.core.pose.settings import PoseSettings
@@ -25,10 +25,10 @@ def seen(pose, which, noise=0.2, rng=None):
 
 
 def test_odometry_alone_composes_motions_and_loses_certainty():
-    filter_ = PoseFilter(PlanarPose(1.0, 2.0, 0.3), 0.0, START)
-    expected, pixel_jacobians = PlanarPose(1.0, 2.0, 0.3), []
+    filter_ = PoseFilter(SE2(1.0, 2.0, 0.3), 0.0, START)
+    expected, pixel_jacobians = SE2(1.0, 2.0, 0.3), []
     for _ in range(50):
-        step = PlanarPose(0.1, 0.0, 0.05)
+        step = SE2(0.1, 0.0, 0.05)
         expected = expected @ step
         filter_.predict(step)
         pixel_jacobians.append(np.trace(filter_.covariance[:2, :2]))
@@ -36,12 +36,12 @@ def test_odometry_alone_composes_motions_and_loses_certainty():
     assert filter_.pose.yaw_to(expected) == pytest.approx(0.0, abs=1e-9)
     assert pixel_jacobians == sorted(pixel_jacobians)
     # After 5 m the way is off by 2 % and more.
-    assert math.sqrt(pixel_jacobians[-1]) > 0.02 * filter_.pose.distance_to(PlanarPose(1.0, 2.0, 0.3))
+    assert math.sqrt(pixel_jacobians[-1]) > 0.02 * filter_.pose.distance_to(SE2(1.0, 2.0, 0.3))
 
 
 def test_lamps_pull_the_pose_to_the_truth():
-    truth = PlanarPose(0.8, 1.0, 0.4)
-    filter_ = PoseFilter(truth @ PlanarPose(0.015, -0.01, 0.008), 0.01, START, EXACT)
+    truth = SE2(0.8, 1.0, 0.4)
+    filter_ = PoseFilter(truth @ SE2(0.015, -0.01, 0.008), 0.01, START, EXACT)
     for _ in range(100):
         assert filter_.update(*seen(truth, range(4)), LEVEL).all()
     assert filter_.pose.distance_to(truth) < 1e-3
@@ -49,7 +49,7 @@ def test_lamps_pull_the_pose_to_the_truth():
 
 
 def test_one_lamp_reduces_the_observable_errors():
-    truth = PlanarPose(0.8, 1.0, 0.4)
+    truth = SE2(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth, 0.0, START, EXACT)
     before = filter_.covariance
     filter_.update(*seen(truth, [0]), LEVEL)
@@ -63,13 +63,13 @@ def test_errors_match_the_covariance():
     rng = np.random.default_rng(1)
     normalised = []
     for _ in range(60):
-        pose = PlanarPose(0.9, 0.5, 0.2)
-        start = PlanarPose(*(np.array([pose.x, pose.y, pose.yaw]) + 0.01 * rng.normal(size=3)))
+        pose = SE2(0.9, 0.5, 0.2)
+        start = SE2(*(np.array([pose.x, pose.y, pose.yaw]) + 0.01 * rng.normal(size=3)))
         filter_ = PoseFilter(start, 0.01 * rng.normal(), START, EXACT)
         scale, bend = 1.0 + 0.02 * rng.normal(), 0.0035 * rng.normal()
         for k in range(30):
-            pose = pose @ PlanarPose(0.02, 0.0, 0.01)
-            filter_.predict(PlanarPose(0.02 / scale, 0.0, 0.01 - bend * 0.02))
+            pose = pose @ SE2(0.02, 0.0, 0.01)
+            filter_.predict(SE2(0.02 / scale, 0.0, 0.01 - bend * 0.02))
             if k % 3 == 0:
                 filter_.update(*seen(pose, [k % 4], rng=rng), LEVEL)
         error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
@@ -86,13 +86,13 @@ def test_biases_match_the_covariance():
     for _ in range(16):
         shifted = [replace(b, xyz=tuple(b.xyz + settings.beacon_sigma * rng.normal(size=3))) for b in BEACONS]
         tilt = settings.tilt_sigma * rng.normal(size=2)
-        pose = PlanarPose(0.7, 0.7, rng.uniform(-3.0, 3.0))
-        filter_ = PoseFilter(pose @ PlanarPose(*(0.01 * rng.normal(size=3))), 0.0, START, settings)
+        pose = SE2(0.7, 0.7, rng.uniform(-3.0, 3.0))
+        filter_ = PoseFilter(pose @ SE2(*(0.01 * rng.normal(size=3))), 0.0, START, settings)
         for _ in range(150):
             pixels = pixels_of(shifted, pose, tilt=tilt) + 0.1 * rng.normal(size=(4, 2))
             rays = lamp_rays(CAMERA, [b.id for b in BEACONS], pixels, np.full(4, 0.1))
             filter_.update(rays, np.array([b.xyz for b in BEACONS]), LEVEL)
-            step = PlanarPose(0.004, 0.0, 0.005)
+            step = SE2(0.004, 0.0, 0.005)
             pose = pose @ step
             filter_.predict(step)
         error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
@@ -101,7 +101,7 @@ def test_biases_match_the_covariance():
 
 
 def test_a_lamp_in_the_wrong_place_is_left_out():
-    truth = PlanarPose(0.8, 1.0, 0.4)
+    truth = SE2(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth, 0.0, START)
     rays, lamps = seen(truth, range(4))
     lamps[2, 0] += 0.3
@@ -118,7 +118,7 @@ def test_a_lamp_in_the_wrong_place_is_left_out():
     ],
 )
 def test_a_stationary_robot_does_not_average_out_biases(settings, lamps, least):
-    truth = PlanarPose(0.8, 1.0, 0.4)
+    truth = SE2(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth, 0.0, START, settings)
     for _ in range(60):
         filter_.update(*seen(truth, range(lamps)), LEVEL)
@@ -128,17 +128,17 @@ def test_a_stationary_robot_does_not_average_out_biases(settings, lamps, least):
 
 @pytest.mark.newest_set_only
 def test_a_stationary_robot_does_not_become_overconfident():
-    rng, settings, pose = np.random.default_rng(5), PoseSettings(), PlanarPose(0.9, 0.9, 0.3)
+    rng, settings, pose = np.random.default_rng(5), PoseSettings(), SE2(0.9, 0.9, 0.3)
     squares = []
     for _ in range(5):
         shifted = [replace(b, xyz=tuple(b.xyz + settings.beacon_sigma * rng.normal(size=3))) for b in BEACONS]
         tilt = settings.tilt_sigma * rng.normal(size=2)
-        filter_ = PoseFilter(pose @ PlanarPose(*(0.01 * rng.normal(size=3))), 0.0, START, settings)
+        filter_ = PoseFilter(pose @ SE2(*(0.01 * rng.normal(size=3))), 0.0, START, settings)
         rays = lamp_rays(
             CAMERA, [b.id for b in BEACONS], pixels_of(shifted, pose, tilt=tilt), np.full(4, 0.2)
         )
         for _ in range(1500):
-            filter_.predict(PlanarPose(0.0, 0.0, 0.0))
+            filter_.predict(SE2(0.0, 0.0, 0.0))
             assert filter_.update(rays, np.array([b.xyz for b in BEACONS]), LEVEL).all()
         error = np.array([filter_.pose.x - pose.x, filter_.pose.y - pose.y])
         squares.append(error @ np.linalg.solve(filter_.covariance[:2, :2], error) / 2.0)
@@ -148,12 +148,12 @@ def test_a_stationary_robot_does_not_become_overconfident():
 @pytest.mark.newest_set_only
 def test_a_turn_on_the_spot_after_long_rest_is_followed():
     """Odometry that turns 2 % too far: lamps must still correct the heading."""
-    pose = PlanarPose(0.9, 0.9, 0.0)
+    pose = SE2(0.9, 0.9, 0.0)
     filter_ = PoseFilter(pose, 0.0, START)
     for k in range(1000):
         if k >= 400:
-            pose = pose @ PlanarPose(0.0, 0.0, 0.01)
-            filter_.predict(PlanarPose(0.0, 0.0, 0.0102))
+            pose = pose @ SE2(0.0, 0.0, 0.01)
+            filter_.predict(SE2(0.0, 0.0, 0.0102))
         assert filter_.update(*seen(pose, range(4)), LEVEL).all()
     assert filter_.pose.yaw_to(pose) == pytest.approx(0.0, abs=0.005)
     assert filter_.pose.distance_to(pose) < 0.005
@@ -161,7 +161,7 @@ def test_a_turn_on_the_spot_after_long_rest_is_followed():
 
 @pytest.mark.newest_set_only
 def test_a_new_lamp_is_used_by_a_stationary_robot():
-    truth = PlanarPose(0.8, 1.0, 0.4)
+    truth = SE2(0.8, 1.0, 0.4)
     filter_ = PoseFilter(truth, 0.0, 25.0 * START)
     for _ in range(400):
         filter_.update(*seen(truth, [0]), LEVEL)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of, random_pose
 
-from shirube_geometry import PlanarPose, gravity_aligned_camera
+from shirube_core.geometry import SE2, gravity_aligned_camera
 from vlc_beacon.core.pose.pose_fix import NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
 
@@ -42,7 +42,7 @@ def test_counted_radii_give_the_centimetres_of_the_paper():
 
 
 def test_disjoint_intervals_are_no_fix():
-    seen = discs(PlanarPose(0.9, 0.9, 0.2))
+    seen = discs(SE2(0.9, 0.9, 0.2))
     seen.radii[1] *= 1.3
     answer = radius_interval(seen, CAMERA, LEVEL, 0.2)
     assert answer.reason is NoFixReason.INCONSISTENT
@@ -51,7 +51,7 @@ def test_disjoint_intervals_are_no_fix():
 def test_the_printed_equations_are_far_off():
     # The plus of eq. (5) puts the camera over the ceiling; with the focal length of eq. (2) a lamp that is u aside
     # moves the camera by half the way, to the wrong side.
-    pose = PlanarPose(0.9, 0.9, 0.0)
+    pose = SE2(0.9, 0.9, 0.0)
     fix = radius_interval_printed(discs(pose), CAMERA, LEVEL, 0.0)
     assert fix.height == pytest.approx(2.0 * DEPTH)
     lone = LampDiscs(BEACONS[3:], pixels_of(BEACONS[3:], pose), np.array([TRUE_RADIUS]))

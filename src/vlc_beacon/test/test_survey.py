@@ -10,7 +10,7 @@ from lamp_pictures import draw_lamp, photograph, room
 from scene_simulator import scene_messages
 from scene_simulator.tilt_sensor import TiltReading
 from shirube_bags.bag_writer import BagWriter
-from shirube_geometry import PinholeCamera, PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
 from vlc_beacon.commands import survey
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.id_packet import IdPacket
@@ -24,8 +24,8 @@ SECONDS, RATE, START_NS = 8.0, 60.004, 1_000_000_000
 LIGHT = ufsook_waveform([IdPacket(BEACON).to_bytes()])
 
 
-def pose_at(time: float) -> PlanarPose:
-    return PlanarPose(0.6 + 0.2 * time, 0.6 + 0.3 * math.sin(time), 0.5 * math.sin(0.8 * time))
+def pose_at(time: float) -> SE2:
+    return SE2(0.6 + 0.2 * time, 0.6 + 0.3 * math.sin(time), 0.5 * math.sin(0.8 * time))
 
 
 def tilt_at(time: float) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from sensor_msgs.msg import Image, Imu
 from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.diagnostics import Diagnostics

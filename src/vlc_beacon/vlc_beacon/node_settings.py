@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from shirube_core.settings import setting
 from shirube_ros.camera_settings import CameraSettings
-from shirube_settings import setting
 from vlc_beacon.core.drive.drive_settings import DriveSettings
 
 

@@ -29,10 +29,10 @@ from floor_localizer.survey_files.survey_run import SurveyRun, run_survey, surve
 from floor_localizer.survey_files.survey_source import BagSource, FolderSource
 from floor_localizer.task_runner import task_runner
 from shirube_bags.errors import ShirubeBagsError
-from shirube_files import atomic_write, remove_temporary_files, write_text
-from shirube_geometry import CameraMount
+from shirube_core.files import atomic_write, remove_temporary_files, write_text
+from shirube_core.geometry import CameraMount
+from shirube_core.settings import SettingsError
 from shirube_ros.file_errors import CameraFileError
-from shirube_settings import SettingsError
 
 RESULTS = ('sightings.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
 """Files that are written; the map is the last."""

@@ -14,7 +14,7 @@ from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.files.camera_files import save_intrinsics, save_mount
 from floor_localizer.files.dot_map_file import load_dot_map
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_ros.calibration_file import load_calibration
 from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import load_image
@@ -73,7 +73,7 @@ def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
         CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy)),
         focal_length_known=options.calibration is not None,
         known_height=None if options.height is None else KnownHeight(options.height, _RULER_SIGMA),
-        T_mat_base=None if options.robot_at is None else PlanarPose(*options.robot_at),
+        T_mat_base=None if options.robot_at is None else SE2(*options.robot_at),
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
 from floor_localizer.files.dot_map_file import load_dot_map
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

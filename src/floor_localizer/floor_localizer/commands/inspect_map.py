@@ -16,8 +16,8 @@ from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import Place, ViewSettings, inspect_places, list_places
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from floor_localizer.map_report import map_report, places_report
-from shirube_files import atomic_write
-from shirube_settings import SettingsError
+from shirube_core.files import atomic_write
+from shirube_core.settings import SettingsError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

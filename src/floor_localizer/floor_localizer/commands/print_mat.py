@@ -17,8 +17,8 @@ from floor_localizer.core.mat.unique_mat import generate_unique_mat
 from floor_localizer.core.uniqueness import ViewSettings
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.map_report import places_report
-from shirube_files import atomic_write
-from shirube_settings import SettingsError
+from shirube_core.files import atomic_write
+from shirube_core.settings import SettingsError
 
 _SEEDS = 10**6
 

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import fields
 from typing import TypeVar
 
-from shirube_settings import check_settings, describe_settings, reject_former_option
+from shirube_core.settings import check_settings, describe_settings, reject_former_option
 
 Settings = TypeVar('Settings')
 

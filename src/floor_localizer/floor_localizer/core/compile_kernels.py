@@ -16,12 +16,12 @@ from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _DOTS = 200
 _SIDE = 0.2  # side of the synthetic floor [m]
 _HALF_VIEW = 0.04  # half the width of the view [m]
-_POSE = PlanarPose(_SIDE / 2.0, _SIDE / 2.0, 0.3)
+_POSE = SE2(_SIDE / 2.0, _SIDE / 2.0, 0.3)
 
 
 def compile_kernels() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.detected_dots import DetectedDots
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class PosePrior:
             there is no pose inside (a prediction from the last pose, which is wrong after a kidnapping).
     """
 
-    T_map_base: PlanarPose
+    T_map_base: SE2
     radius: float
     yaw_tolerance: float
     is_strict: bool = False
@@ -48,7 +48,7 @@ class Fix:
         level: name of the floor level in whose frame pose and map dots are; empty for the frame of the whole map.
     """
 
-    T_map_base: PlanarPose
+    T_map_base: SE2
     covariance: NDArray[np.float64]
     dots: DetectedDots
     matched: NDArray[np.bool_]

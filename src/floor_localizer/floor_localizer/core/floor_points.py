@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 # Maximum distance between two observations of the same dot [standard deviations].
 _SAME_DOT_SIGMAS = 4.0
@@ -28,7 +28,7 @@ class FloorPoints:
     sigmas: NDArray[np.float64]
 
 
-def transform_points(points: FloorPoints, T_new_old: PlanarPose, odometry_error: float) -> FloorPoints:
+def transform_points(points: FloorPoints, T_new_old: SE2, odometry_error: float) -> FloorPoints:
     """Transform points to the base frame at a later time.
 
     Args:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 # Gap between levels, larger than any constellation [m].
 _GAP = 2.0
@@ -31,13 +31,13 @@ class Level:
     lower: tuple[float, float]
     upper: tuple[float, float]
 
-    def to_map(self, T_level_base: PlanarPose) -> PlanarPose:
+    def to_map(self, T_level_base: SE2) -> SE2:
         """Transform a pose from the level frame to the map frame."""
-        return PlanarPose(T_level_base.x + self.offset[0], T_level_base.y + self.offset[1], T_level_base.yaw)
+        return SE2(T_level_base.x + self.offset[0], T_level_base.y + self.offset[1], T_level_base.yaw)
 
-    def to_level(self, T_map_base: PlanarPose) -> PlanarPose:
+    def to_level(self, T_map_base: SE2) -> SE2:
         """Transform a pose from the map frame to the level frame; the inverse of `to_map`."""
-        return PlanarPose(T_map_base.x - self.offset[0], T_map_base.y - self.offset[1], T_map_base.yaw)
+        return SE2(T_map_base.x - self.offset[0], T_map_base.y - self.offset[1], T_map_base.yaw)
 
 
 def arrange_levels(

@@ -38,7 +38,7 @@ from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.pose_fit import MountedRays
 from floor_localizer.core.refinement import refine_pose
 from floor_localizer.core.settings import LocalizerSettings
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, wrap_angle
 
 _MIN_DOTS = 5
 _PRIOR_PAIRS = 12
@@ -103,7 +103,7 @@ class FloorLocalizer:
             level=level.name,
         )
 
-    def to_map(self, pose: PlanarPose, level: str) -> PlanarPose:
+    def to_map(self, pose: SE2, level: str) -> SE2:
         """Transform a pose from the frame of a level to the whole map.
 
         Args:
@@ -230,7 +230,7 @@ class FloorLocalizer:
             return NoFix(NoFixReason.UNCERTAIN, f'match rate {match_rate:.0%} after the fit', dots)
         map_points = np.where(matched[:, None], self._floor.grid.points[matches], np.nan)
         return Fix(
-            PlanarPose(float(state[0]), float(state[1]), wrap_angle(float(state[2]))),
+            SE2(float(state[0]), float(state[1]), wrap_angle(float(state[2]))),
             covariance[:3, :3],
             dots,
             matched[: len(dots)],
@@ -285,7 +285,7 @@ def _describe_pose(pose: NDArray[np.float64]) -> str:
 
 def _is_in_area(pose: NDArray[np.float64], prior: PosePrior) -> bool:
     """Return whether a pose of the search is within the prior."""
-    found = PlanarPose(float(pose[3]), float(pose[4]), math.atan2(pose[2], pose[1]))
+    found = SE2(float(pose[3]), float(pose[4]), math.atan2(pose[2], pose[1]))
     expected = prior.T_map_base
     return found.distance_to(expected) <= prior.radius and abs(found.yaw_to(expected)) <= prior.yaw_tolerance
 

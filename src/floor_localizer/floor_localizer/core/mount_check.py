@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 
 # Smallest sine of the angle by which the optical axis points below the horizon.
 _MIN_SLOPE = 0.1

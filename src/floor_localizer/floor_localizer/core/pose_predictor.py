@@ -8,7 +8,7 @@ from collections import deque
 
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.settings import TrackerSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _BUFFER_SIZE = 4000
 # Odometry with a larger time difference from an image is not used [s].
@@ -25,15 +25,15 @@ class PosePredictor:
             settings: tolerances of the prediction.
         """
         self._settings = settings
-        self._odometry: deque[tuple[float, PlanarPose]] = deque(maxlen=_BUFFER_SIZE)
-        self._poses: deque[tuple[float, PlanarPose]] = deque(maxlen=2)
+        self._odometry: deque[tuple[float, SE2]] = deque(maxlen=_BUFFER_SIZE)
+        self._poses: deque[tuple[float, SE2]] = deque(maxlen=2)
 
-    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+    def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
         """Add an odometry pose; ignored unless newer than the last one."""
         if not self._odometry or stamp > self._odometry[-1][0]:
             self._odometry.append((stamp, T_odom_base))
 
-    def add_pose(self, stamp: float, T_map_base: PlanarPose) -> None:
+    def add_pose(self, stamp: float, T_map_base: SE2) -> None:
         """Add a pose that was found."""
         self._poses.append((stamp, T_map_base))
 
@@ -41,7 +41,7 @@ class PosePredictor:
         """Clear the poses, but not the odometry."""
         self._poses.clear()
 
-    def interpolate_odometry(self, stamp: float) -> PlanarPose | None:
+    def interpolate_odometry(self, stamp: float) -> SE2 | None:
         """Interpolate ``T_odom_base`` at a time; None without odometry close in time.
 
         An image is often newer than the last odometry: then the pose is extrapolated from the last two messages.
@@ -63,7 +63,7 @@ class PosePredictor:
             return min((before, after), key=lambda entry: abs(entry[0] - stamp))[1]
         return before[1] @ _scale_step(before, after, (stamp - before[0]) / (after[0] - before[0]))
 
-    def relative_motion(self, earlier: float, later: float) -> PlanarPose | None:
+    def relative_motion(self, earlier: float, later: float) -> SE2 | None:
         """Return the pose at ``later`` in the base frame at ``earlier`` from odometry, None if unknown."""
         start, end = self.interpolate_odometry(earlier), self.interpolate_odometry(later)
         return None if start is None or end is None else start.inverse() @ end
@@ -79,7 +79,7 @@ class PosePredictor:
         )
         return prior if prior.radius <= self._settings.prior_radius_max else None
 
-    def _predict_from_odometry(self, last: PlanarPose, step: PlanarPose) -> PosePrior:
+    def _predict_from_odometry(self, last: SE2, step: SE2) -> PosePrior:
         settings = self._settings
         distance = math.hypot(step.x, step.y)
         error = settings.odometry_error
@@ -96,11 +96,11 @@ class PosePredictor:
         dt = stamp - last_stamp
         first_stamp, first = self._poses[0]
         interval = last_stamp - first_stamp
-        step = PlanarPose(0.0, 0.0, 0.0)
+        step = SE2(0.0, 0.0, 0.0)
         if interval > 0.0:
             last_step = first.inverse() @ last
             fraction = dt / interval
-            step = PlanarPose(fraction * last_step.x, fraction * last_step.y, fraction * last_step.yaw)
+            step = SE2(fraction * last_step.x, fraction * last_step.y, fraction * last_step.yaw)
         squared_time = dt * (dt + interval) if interval > 0.0 else dt * max(dt, 0.3)
         return PosePrior(
             last @ step,
@@ -109,8 +109,6 @@ class PosePredictor:
         )
 
 
-def _scale_step(
-    before: tuple[float, PlanarPose], after: tuple[float, PlanarPose], fraction: float
-) -> PlanarPose:
+def _scale_step(before: tuple[float, SE2], after: tuple[float, SE2], fraction: float) -> SE2:
     step = before[1].inverse() @ after[1]
-    return PlanarPose(fraction * step.x, fraction * step.y, fraction * step.yaw)
+    return SE2(fraction * step.x, fraction * step.y, fraction * step.yaw)

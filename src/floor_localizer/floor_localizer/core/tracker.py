@@ -14,7 +14,7 @@ from floor_localizer.core.floor_points import FloorPoints, merge_points, transfo
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings
-from shirube_geometry import PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, PinholeCamera
 
 # Radius of the search area of an initial pose [standard deviations].
 _AREA_SIGMAS = 3.0
@@ -39,11 +39,11 @@ class FloorTracker:
         )
         self._last_thorough = -math.inf
 
-    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+    def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
         """Add an odometry pose at a time [s]."""
         self._predictor.add_odometry(stamp, T_odom_base)
 
-    def set_area(self, T_map_base: PlanarPose, covariance: NDArray[np.float64], level: str = '') -> None:
+    def set_area(self, T_map_base: SE2, covariance: NDArray[np.float64], level: str = '') -> None:
         """Set an initial pose: only the area around it is searched until the robot is found.
 
         Args:

@@ -28,7 +28,7 @@ from floor_localizer.core.constellation.search_state import (
 )
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.settings import LocalizerSettings
-from shirube_settings import setting
+from shirube_core.settings import setting
 
 # An ambiguous place shares a quarter of the view's constellations: some are among this number.
 _EXTRA_LOOKUPS = 200

@@ -32,7 +32,7 @@ from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.occupancy_bitmap import OccupancyBitmap
 from floor_localizer.core.levels import Level
 from floor_localizer.files.file_errors import DotMapError
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 SUFFIX = '.dotmap'
 MAGIC = b'\x89DOTMAP\n'

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import yaml
 
-from shirube_files import write_text
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.files import write_text
+from shirube_core.geometry import CameraMount, PinholeCamera
 
 
 def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.dot_map_check import check_dot_map
 from floor_localizer.files.file_errors import DotMapError
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 HEADER = 'x,y,diameter'
 _COLUMNS = HEADER.split(',')

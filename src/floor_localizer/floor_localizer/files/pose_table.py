@@ -12,7 +12,7 @@ import numpy as np
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.located_image import LocatedImage
 from shirube_bags.stamps import text_from_stamp
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 COLUMNS = (
     *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),

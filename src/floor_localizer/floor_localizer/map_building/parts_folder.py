@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.files.array_file import write_array
 from floor_localizer.files.file_errors import DotMapError
-from shirube_files import atomic_write, write_text
+from shirube_core.files import atomic_write, write_text
 
 
 class PartsFolder:

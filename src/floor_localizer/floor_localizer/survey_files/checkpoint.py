@@ -18,7 +18,7 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.submap import Submap
 from floor_localizer.survey_files.code_version import code_version
 from floor_localizer.survey_files.disk_array_store import DiskArrayStore
-from shirube_files import atomic_write, remove_temporary_files, write_text
+from shirube_core.files import atomic_write, remove_temporary_files, write_text
 
 Detection = DetectedDots | str
 """The dots of an image, or why it cannot be used."""

@@ -12,9 +12,9 @@ import scipy
 
 import floor_localizer.core
 import floor_localizer.survey_files
-import shirube_geometry
+import shirube_core.geometry
 
-_PACKAGES = (floor_localizer.core, floor_localizer.survey_files, shirube_geometry)
+_PACKAGES = (floor_localizer.core, floor_localizer.survey_files, shirube_core.geometry)
 _LIBRARIES = (cv2, numba, np, scipy)
 
 

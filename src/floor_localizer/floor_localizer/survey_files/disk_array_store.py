@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.files.array_file import write_array
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.file_errors import ImageFileError
 from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
 from shirube_ros.image_files import load_image

@@ -11,12 +11,12 @@ import numpy as np
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from shirube_bags.tum_file import load_tum
-from shirube_geometry import PlanarPose, yaw_from_quaternion
+from shirube_core.geometry import SE2, yaw_from_quaternion
 
 COLUMNS = ('image', 'x', 'y', 'yaw')
 
 
-def load_odometry(path: Path, images: Sequence[Path]) -> list[PlanarPose]:
+def load_odometry(path: Path, images: Sequence[Path]) -> list[SE2]:
     """Return ``T_odom_base`` of each image.
 
     Args:
@@ -39,7 +39,7 @@ def load_odometry(path: Path, images: Sequence[Path]) -> list[PlanarPose]:
     return [known[image.name] for image in images]
 
 
-def _from_tum(path: Path, count: int) -> list[PlanarPose]:
+def _from_tum(path: Path, count: int) -> list[SE2]:
     trajectory = load_tum(path)
     lines = [
         line for line in path.read_text().splitlines() if line.strip() and not line.lstrip().startswith('#')
@@ -55,12 +55,12 @@ def _from_tum(path: Path, count: int) -> list[PlanarPose]:
             f'{path}: has {len(trajectory)} poses for {count} images; give one line per image'
         )
     return [
-        PlanarPose(float(xyz[0]), float(xyz[1]), yaw_from_quaternion(*(float(batch) for batch in q)))
+        SE2(float(xyz[0]), float(xyz[1]), yaw_from_quaternion(*(float(batch) for batch in q)))
         for xyz, q in zip(trajectory.positions, trajectory.quaternions, strict=True)
     ]
 
 
-def _from_csv(path: Path) -> dict[str, PlanarPose]:
+def _from_csv(path: Path) -> dict[str, SE2]:
     try:
         rows = list(csv.reader(path.read_text(encoding='utf-8-sig').splitlines()))
     except (OSError, UnicodeDecodeError) as fault:
@@ -71,7 +71,7 @@ def _from_csv(path: Path) -> dict[str, PlanarPose]:
         raise FloorLocalizerError(
             f'{path}, line 1: the header must be "{",".join(COLUMNS)}" (metres and radians)'
         )
-    known: dict[str, PlanarPose] = {}
+    known: dict[str, SE2] = {}
     for number, row in enumerate(rows[1:], start=2):
         if not row:
             continue
@@ -86,5 +86,5 @@ def _from_csv(path: Path) -> dict[str, PlanarPose]:
             raise FloorLocalizerError(f'{path}, line {number}: is not finite; give metres and radians')
         if name.strip() in known:
             raise FloorLocalizerError(f'{path}, line {number}: {name} is a duplicate; keep one')
-        known[name.strip()] = PlanarPose(x, y, yaw)
+        known[name.strip()] = SE2(x, y, yaw)
     return known

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.survey_files.survey_source import Frame
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 _COLUMNS = 7
 _ROW = _COLUMNS * np.dtype(np.float64).itemsize

@@ -12,7 +12,7 @@ import numpy as np
 from floor_localizer.core.survey.floor_survey import SurveyResult
 from floor_localizer.survey_files.residual_statistics import LengthHistogram
 from floor_localizer.survey_files.survey_run import SurveyRun
-from shirube_files import atomic_write, write_text
+from shirube_core.files import atomic_write, write_text
 
 _MAX_LISTED = 10
 

@@ -24,7 +24,7 @@ from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.packed_images import PackedImages, pack_images
 from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
 from floor_localizer.survey_files.survey_tasks import build_span_submaps, detect_dots
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 
 IMAGES_PER_CHUNK = 40
 _MIN_USABLE_FRACTION = 0.5

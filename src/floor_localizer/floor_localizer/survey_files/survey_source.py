@@ -17,13 +17,13 @@ from floor_localizer.core.survey.odometry_buffer import OdometryBuffer
 from floor_localizer.survey_files.image_batches import BagImageBatch, FileImageBatch, ImageBatch
 from floor_localizer.survey_files.odometry_file import load_odometry
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import PinholeCamera, PlanarPose
-from shirube_recordings.recording import RecordedOdometry, Recording
-from shirube_recordings.recording_topics import RecordingTopics
+from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.calibration_file import load_calibration
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.image_files import list_images
 from shirube_ros.message_error import MessageError
+from shirube_ros.recording import RecordedOdometry, Recording
+from shirube_ros.recording_topics import RecordingTopics
 
 _NANOSECONDS = 1_000_000_000
 
@@ -38,7 +38,7 @@ class Frame:
     """
 
     name: str
-    T_odom_base: PlanarPose
+    T_odom_base: SE2
 
 
 class SurveySource(Protocol):

@@ -8,7 +8,7 @@ from floor_localizer.core.pole_star.candidate_regions import (
     farthest_distances,
     nodes_in_squares,
 )
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 PITCH = 0.06
 
@@ -38,7 +38,7 @@ def test_squares_between_the_nodes_cover_none() -> None:
 def test_some_region_holds_all_right_candidates(seed: int) -> None:
     rng = np.random.default_rng(seed)
     image = rng.uniform(-0.045, 0.045, (30, 2))
-    floor = PlanarPose(*rng.uniform(-5.0, 5.0, 3)).transform(image)
+    floor = SE2(*rng.uniform(-5.0, 5.0, 3)).transform(image)
     regions = candidate_regions(np.arange(30), floor, farthest_distances(image), PITCH, overlap_min=4)
     assert max(len(region) for region in regions) == 30
 

@@ -9,7 +9,7 @@ from floor_localizer.core.pole_star.congruence import (
     mutual_distances,
     prune_to_congruent,
 )
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 TOLERANCE = 0.0016
 PAIRS = ['1a', '1b', '2a', '2b', '3', '4', '5', '6']
@@ -44,7 +44,7 @@ def mirrored(
 
 def agreement(image: NDArray[np.float64], floor: NDArray[np.float64]) -> NDArray[np.bool_]:
     C_d = mutual_distances(image[IMAGE_DOTS], IMAGE_DOTS)
-    F_d = mutual_distances(PlanarPose(1.0, 2.0, 0.6).transform(floor), IMAGE_DOTS)
+    F_d = mutual_distances(SE2(1.0, 2.0, 0.6).transform(floor), IMAGE_DOTS)
     return agreement_matrix(C_d, F_d, TOLERANCE)
 
 
@@ -110,7 +110,7 @@ def test_right_pairs_survive_among_chance_ones(seed: int) -> None:
     rng = np.random.default_rng(seed)
     image = rng.uniform(-0.045, 0.045, (30, 2))
     image_dots = np.concatenate([np.arange(15), rng.integers(0, 30, 60)])
-    floor = np.vstack([PlanarPose(0.0, 0.0, 2.0).transform(image[:15]), rng.uniform(-0.08, 0.08, (60, 2))])
+    floor = np.vstack([SE2(0.0, 0.0, 2.0).transform(image[:15]), rng.uniform(-0.08, 0.08, (60, 2))])
     matrix = agreement_matrix(
         mutual_distances(image[image_dots], image_dots), mutual_distances(floor, image_dots), TOLERANCE
     )

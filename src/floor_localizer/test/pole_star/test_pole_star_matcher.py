@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarPose
 from floor_localizer.core.pole_star.settings import PoleStarSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 NOISE = 0.000383  # 1 px of the paper's camera [m]
 FLOOR = np.random.default_rng(9).uniform(0.0, 0.9, (4361, 2))
@@ -14,7 +14,7 @@ MATCHER = PoleStarMatcher(FLOOR, PoleStarSettings())
 
 
 def view_of(
-    T_map_view: PlanarPose,
+    T_map_view: SE2,
     rng: np.random.Generator,
     missing: float = 0.0,
     spurious: float = 0.0,
@@ -33,7 +33,7 @@ def view_of(
 @pytest.mark.parametrize('seed', range(3))
 def test_the_pose_is_found(missing: float, spurious: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    T_map_view = PlanarPose(*rng.uniform((0.07, 0.07, -np.pi), (0.83, 0.83, np.pi)))
+    T_map_view = SE2(*rng.uniform((0.07, 0.07, -np.pi), (0.83, 0.83, np.pi)))
     image, map_dots = view_of(T_map_view, rng, missing, spurious)
     found = MATCHER.match(image)
     assert isinstance(found, PoleStarPose)
@@ -44,8 +44,8 @@ def test_the_pose_is_found(missing: float, spurious: float, seed: int) -> None:
 
 
 def test_the_pose_follows_the_map() -> None:
-    T_room_map = PlanarPose(-3.0, 11.0, 2.5)
-    image, _ = view_of(PlanarPose(0.4, 0.5, -1.0), np.random.default_rng(10))
+    T_room_map = SE2(-3.0, 11.0, 2.5)
+    image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(10))
     here = MATCHER.match(image)
     there = PoleStarMatcher(T_room_map.transform(FLOOR), PoleStarSettings()).match(image)
     assert isinstance(here, PoleStarPose)
@@ -54,7 +54,7 @@ def test_the_pose_follows_the_map() -> None:
 
 
 def test_poses_come_in_order_of_their_match_rate() -> None:
-    image, _ = view_of(PlanarPose(0.4, 0.5, -1.0), np.random.default_rng(11), 0.25, 0.5)
+    image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(11), 0.25, 0.5)
     rates = [pose.match_rate for pose in MATCHER.congruent_poses(image)]
     assert rates == sorted(rates, reverse=True)
 
@@ -62,14 +62,14 @@ def test_poses_come_in_order_of_their_match_rate() -> None:
 @pytest.mark.parametrize('seed', range(12, 16))
 def test_another_floor_has_no_pose(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    image, _ = view_of(PlanarPose(0.45, 0.45, 0.0), rng, floor=rng.uniform(0.0, 0.9, FLOOR.shape))
+    image, _ = view_of(SE2(0.45, 0.45, 0.0), rng, floor=rng.uniform(0.0, 0.9, FLOOR.shape))
     found = MATCHER.match(image)
     assert isinstance(found, NoPose)
     assert found.reason
 
 
 def test_a_mirrored_image_has_no_pose() -> None:
-    image, _ = view_of(PlanarPose(0.45, 0.45, 0.3), np.random.default_rng(13))
+    image, _ = view_of(SE2(0.45, 0.45, 0.3), np.random.default_rng(13))
     assert isinstance(MATCHER.match(image * (1.0, -1.0)), NoPose)
 
 
@@ -79,7 +79,7 @@ def test_too_few_different_dots_have_no_pose(image: NDArray[np.float64]) -> None
 
 
 def test_the_match_rate_has_a_lower_bound() -> None:
-    image, _ = view_of(PlanarPose(0.4, 0.5, -1.0), np.random.default_rng(14), 0.25, 0.5)
+    image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(14), 0.25, 0.5)
     strict = PoleStarMatcher(FLOOR, PoleStarSettings(match_rate_min=0.9))
     found = strict.match(image)
     assert isinstance(found, NoPose)

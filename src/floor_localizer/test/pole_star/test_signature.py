@@ -11,7 +11,7 @@ from floor_localizer.core.pole_star.signature import (
     top_candidates,
     vote,
 )
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 RADIUS, QUANTUM, TOLERANCE = 0.09, 0.0005, 0.00075
 FLOOR = np.random.default_rng(1).uniform(0.0, 0.5, (1350, 2))
@@ -20,7 +20,7 @@ TABLE = build_signature_table(FLOOR, RADIUS, QUANTUM)
 
 def view_of(centre: tuple[float, float], half_width: float) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
     inside = np.flatnonzero(np.abs(FLOOR - centre).max(axis=1) < half_width)
-    return PlanarPose(*centre, 0.7).inverse().transform(FLOOR[inside]), inside
+    return SE2(*centre, 0.7).inverse().transform(FLOOR[inside]), inside
 
 
 def test_the_signature_is_the_sorted_distances_within_the_radius() -> None:
@@ -29,7 +29,7 @@ def test_the_signature_is_the_sorted_distances_within_the_radius() -> None:
 
 
 def test_no_motion_of_the_camera_changes_the_signature() -> None:
-    moved = PlanarPose(3.0, -2.0, 1.1).transform(FLOOR)
+    moved = SE2(3.0, -2.0, 1.1).transform(FLOOR)
     np.testing.assert_allclose(
         pole_star_signature(moved, 17, RADIUS), pole_star_signature(FLOOR, 17, RADIUS), atol=1e-12
     )

@@ -24,7 +24,7 @@ from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.survey_files import disk_array_store
 from floor_localizer.survey_files.disk_array_store import DiskArrayStore
 from floor_localizer.survey_files.packed_images import pack_images
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 PRIORS = SuspensionPriors(POSITION, 0.001, 0.001)
 MERGE_DISTANCE = 0.0008
@@ -164,7 +164,7 @@ def some_dots(states: np.ndarray, blocks: ObservationBlocks) -> np.ndarray:
 def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
     """Return images of one dot each, all from the map's origin."""
     directions = np.column_stack([points - POSITION[:2], np.full(len(points), -POSITION[2])])
-    one, home = np.full(1, 0.0001), PlanarPose(0.0, 0.0, 0.0)
+    one, home = np.full(1, 0.0001), SE2(0.0, 0.0, 0.0)
     return [
         SurveyImage(str(k), home, directions[[k]], points[[k]], one, 20.0 * one) for k in range(len(points))
     ]

@@ -6,7 +6,7 @@ from floor_localizer.core.pose_fit import MountedRays, project_to_map
 from floor_localizer.core.survey.bundle_adjustment import SuspensionPriors, bundle_adjust
 from floor_localizer.core.survey.dot_estimation import project_rays_to_map
 from floor_localizer.core.survey.observation_blocks import Observations
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 POSITION = np.array(MOUNT.xyz)
 PRIORS = SuspensionPriors(POSITION, 0.01, 0.01)
@@ -78,8 +78,8 @@ def test_fixed_dots_stay_and_hold_the_images() -> None:
     np.testing.assert_allclose(found.states[:, :2], states[:, :2], atol=0.0001)
 
 
-@pytest.mark.parametrize('shift', [PlanarPose(3.0, -1.0, 0.0), PlanarPose(0.0, 0.0, 2.0)])
-def test_the_result_moves_along_with_the_start(shift: PlanarPose) -> None:
+@pytest.mark.parametrize('shift', [SE2(3.0, -1.0, 0.0), SE2(0.0, 0.0, 2.0)])
+def test_the_result_moves_along_with_the_start(shift: SE2) -> None:
     observations, states, points = scene(0.00003)
     nowhere = np.full((len(points), 2), np.nan)
     seen = np.unique(observations.dot)

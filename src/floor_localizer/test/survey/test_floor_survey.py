@@ -90,18 +90,16 @@ def test_a_loop_is_closed_despite_odometry_drift() -> None:
             poses.append((x, y, np.arctan2(way[1], way[0])))
     from floor_views import MOUNT  # noqa: PLC0415
 
-    from shirube_geometry import PlanarPose  # noqa: PLC0415
+    from shirube_core.geometry import SE2  # noqa: PLC0415
 
     # The robot turns on the spot below its camera in steps of 0.4 rad.
     truth = []
     for k, (x, y, yaw) in enumerate(poses):
         if k and abs(yaw - poses[k - 1][2]) > 0.1:
             turn = (yaw - poses[k - 1][2] + np.pi) % (2 * np.pi) - np.pi
-            truth += [
-                PlanarPose(float(x), float(y), float(poses[k - 1][2] + turn * s)) for s in (0.25, 0.5, 0.75)
-            ]
-        truth.append(PlanarPose(float(x), float(y), float(yaw)))
-    truth = [pose @ PlanarPose(*MOUNT.xyz[:2], 0.0).inverse() for pose in truth]
+            truth += [SE2(float(x), float(y), float(poses[k - 1][2] + turn * s)) for s in (0.25, 0.5, 0.75)]
+        truth.append(SE2(float(x), float(y), float(yaw)))
+    truth = [pose @ SE2(*MOUNT.xyz[:2], 0.0).inverse() for pose in truth]
     drive = drive_over(random_floor(3, size), truth)
     result = survey(drive)
     assert result.loop_closures >= 1

@@ -5,12 +5,12 @@ from floor_views import random_floor
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.map_comparison import compare
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
-MOTION = PlanarPose(3.0, -2.0, 2.5)
+MOTION = SE2(3.0, -2.0, 2.5)
 
 
-def moved(floor: DotMap, motion: PlanarPose, scale: float = 1.0) -> DotMap:
+def moved(floor: DotMap, motion: SE2, scale: float = 1.0) -> DotMap:
     return DotMap(scale * motion.inverse().transform(floor.points), floor.diameters)
 
 

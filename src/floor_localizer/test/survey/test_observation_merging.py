@@ -3,7 +3,7 @@ from floor_views import CAMERA, MOUNT
 
 from floor_localizer.core.survey.observation_merging import count_expected_views, merge_observations
 from floor_localizer.core.survey.survey_image import view_outline
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 def test_observations_of_one_dot_are_merged_and_others_are_not() -> None:
@@ -32,7 +32,7 @@ def test_the_images_that_should_see_a_dot_are_those_whose_picture_holds_it() -> 
     dots = rng.uniform(-0.1, 0.1, (200, 2))
     expected = np.zeros(200, dtype=int)
     for state in states:
-        base = PlanarPose(*state[:3]).inverse().transform(dots)
+        base = SE2(*state[:3]).inverse().transform(dots)
         pixels = CAMERA.pixels_from_points(MOUNT.camera_points_from_floor(base))
         expected += ((pixels > 0.0) & (pixels < 234.0)).all(axis=1)
     np.testing.assert_array_equal(count_expected_views(dots, states, outline, 0.0), expected)

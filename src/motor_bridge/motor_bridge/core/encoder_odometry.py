@@ -21,7 +21,7 @@ from motor_bridge.core.wheel_motion_bounds import (
     max_abs_turns,
 )
 from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_from_distances
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _SPEED_TIME_MIN = 0.02  # least time of a speed measurement [s]
 _BOOT_TIME_MIN = 0.3  # least time in which a controller resets and replies again [s]
@@ -40,7 +40,7 @@ class OdometryState:
         speeds: speeds of the left and the right wheel [rad/s].
     """
 
-    T_odom_base: PlanarPose
+    T_odom_base: SE2
     covariance: NDArray[np.float64]
     velocity: Velocity
     velocity_covariance: NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motor_bridge.core.velocity import Velocity
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _SIGMA_START = 1e-4  # [m] and [rad]; many programs reject a zero covariance
 
@@ -33,7 +33,7 @@ class WheelOdometry:
 
     def reset(self) -> None:
         """Reset the pose to the origin."""
-        self.T_odom_base = PlanarPose(0.0, 0.0, 0.0)
+        self.T_odom_base = SE2(0.0, 0.0, 0.0)
         self.covariance: NDArray[np.float64] = _SIGMA_START**2 * np.eye(3)
 
     def move(self, left: float, right: float) -> None:
@@ -41,7 +41,7 @@ class WheelOdometry:
         self._propagate_covariance(left, right, (self._noise**2 * abs(left), self._noise**2 * abs(right)))
         turn = (right - left) / self._separation
         chord = 0.5 * (left + right) * (math.sin(0.5 * turn) / (0.5 * turn) if turn else 1.0)
-        step = PlanarPose(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
+        step = SE2(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
         self.T_odom_base = self.T_odom_base @ step
 
     def add_uncounted_motion(self, left: float, right: float) -> None:

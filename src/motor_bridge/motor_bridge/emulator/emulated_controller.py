@@ -10,12 +10,12 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.firmware import Firmware
 from motor_bridge.emulator.robot_model import RobotModel
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _STEP = 0.005  # longest simulation step [s]
 _HISTORY_MAX = 120_000  # poses to keep: ten minutes
 _STOPPED_SPEED = 1e-2  # below this a wheel counts as stopped [rad/s]
-_ORIGIN = PlanarPose(0.0, 0.0, 0.0)
+_ORIGIN = SE2(0.0, 0.0, 0.0)
 
 
 class EmulatedController:
@@ -25,9 +25,7 @@ class EmulatedController:
         time: simulated time [s].
     """
 
-    def __init__(
-        self, settings: EmulatorSettings, rng: np.random.Generator, start: PlanarPose = _ORIGIN
-    ) -> None:
+    def __init__(self, settings: EmulatorSettings, rng: np.random.Generator, start: SE2 = _ORIGIN) -> None:
         """Start at rest at time 0.
 
         Args:
@@ -47,7 +45,7 @@ class EmulatedController:
         return self._times[-1]
 
     @property
-    def T_world_base(self) -> PlanarPose:  # noqa: N802 the field's name for it
+    def T_world_base(self) -> SE2:  # noqa: N802 the field's name for it
         """True pose now."""
         return self._poses[-1]
 
@@ -81,7 +79,7 @@ class EmulatedController:
         if len(self._times) > 2 * _HISTORY_MAX:
             del self._times[:_HISTORY_MAX], self._poses[:_HISTORY_MAX]
 
-    def pose_at(self, time: float) -> PlanarPose:
+    def pose_at(self, time: float) -> SE2:
         """Return ``T_world_base`` at a time [s], at the earliest that of the start.
 
         Raises:
@@ -94,4 +92,4 @@ class EmulatedController:
             return self._poses[min(after, len(self._poses) - 1)]
         fraction = (time - self._times[after - 1]) / (self._times[after] - self._times[after - 1])
         here, step = self._poses[after - 1], self._poses[after - 1].inverse() @ self._poses[after]
-        return here @ PlanarPose(fraction * step.x, fraction * step.y, fraction * step.yaw)
+        return here @ SE2(fraction * step.x, fraction * step.y, fraction * step.yaw)

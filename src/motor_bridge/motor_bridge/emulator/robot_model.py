@@ -8,7 +8,7 @@ import numpy as np
 
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.wheel_pid import PWM_MAX
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _STOPPED_SPEED = 1e-3  # below this a wheel without voltage stops [rad/s]
 
@@ -22,7 +22,7 @@ class RobotModel:
         wheel_angles: angles of the left and the right wheel since the start [rad].
     """
 
-    def __init__(self, settings: EmulatorSettings, rng: np.random.Generator, start: PlanarPose) -> None:
+    def __init__(self, settings: EmulatorSettings, rng: np.random.Generator, start: SE2) -> None:
         """Start at rest."""
         self._settings, self._rng = settings, rng
         self.T_world_base = start
@@ -68,5 +68,5 @@ class RobotModel:
         )
         forward, turn = 0.5 * (left + right), (right - left) / settings.wheel_separation
         chord = forward * (math.sin(0.5 * turn) / (0.5 * turn) if turn else 1.0)
-        step = PlanarPose(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
+        step = SE2(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
         self.T_world_base = self.T_world_base @ step

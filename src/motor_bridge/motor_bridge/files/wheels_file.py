@@ -9,8 +9,8 @@ from pathlib import Path
 
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from shirube_files import YamlFileError, read_yaml, write_text
-from shirube_settings import SettingsError, settings_from_values
+from shirube_core.files import YamlFileError, read_yaml, write_text
+from shirube_core.settings import SettingsError, settings_from_values
 
 _NODE = 'motor_bridge'
 

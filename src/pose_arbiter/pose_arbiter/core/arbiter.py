@@ -15,7 +15,7 @@ from pose_arbiter.core.odometry_buffer import OdometryBuffer
 from pose_arbiter.core.outlier_rejection import FilterState, OutlierRejection
 from pose_arbiter.core.pose_measurement import PoseMeasurement
 from pose_arbiter.core.source_settings import SourceSettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 OPERATOR = -1
 """Source index of poses set by an operator (`initialpose`)."""
@@ -37,7 +37,7 @@ class Arbiter:
             settings: filter settings.
         """
         self._settings, self._sources = settings, tuple(sources)
-        self._offsets = [PlanarPose(*source.offset) for source in sources]
+        self._offsets = [SE2(*source.offset) for source in sources]
         self._sigmas = [diagonal(source.sigma_xy**2, source.sigma_yaw**2) for source in sources]
         self._rejection = OutlierRejection(sources, settings)
         self._history_length = round(settings.history_seconds * 1e9)
@@ -49,7 +49,7 @@ class Arbiter:
         self._history = MeasurementHistory(self._rejection, self._odometry)
         self._newest: int | None = None
 
-    def add_odometry(self, stamp: int, T_odom_base: PlanarPose, now: int) -> RejectReason | None:
+    def add_odometry(self, stamp: int, T_odom_base: SE2, now: int) -> RejectReason | None:
         """Add an odometry message.
 
         Args:
@@ -71,7 +71,7 @@ class Arbiter:
         return None
 
     def add_pose(
-        self, source: int, stamp: int, pose: PlanarPose, noise: Covariance | None, now: int
+        self, source: int, stamp: int, pose: SE2, noise: Covariance | None, now: int
     ) -> RejectReason | None:
         """Add a pose of a source or of the `OPERATOR`.
 
@@ -109,12 +109,12 @@ class Arbiter:
             return estimate
         return predict(estimate, self._odometry.lookup(stamp), self._settings)
 
-    def T_map_odom(self, estimate: Estimate) -> PlanarPose | None:  # noqa: N802
+    def T_map_odom(self, estimate: Estimate) -> SE2 | None:  # noqa: N802
         """Return the pose of the odometry frame in the map at an estimate's stamp, None without odometry."""
         T_odom_base = self._odometry.pose_at(estimate.odometry.stamp)
         if T_odom_base is None:
             return None
-        return PlanarPose(estimate.x, estimate.y, estimate.yaw) @ T_odom_base.inverse()
+        return SE2(estimate.x, estimate.y, estimate.yaw) @ T_odom_base.inverse()
 
     def counts(self) -> Counter[tuple[int, MeasurementStatus]]:
         """Return the number of poses by (source index, status)."""

@@ -6,13 +6,13 @@ import math
 
 from pose_arbiter.core.covariance import Covariance, is_positive_definite
 from pose_arbiter.core.measurement_status import RejectReason
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _FARTHEST = 1e6  # [m]
 _VAR_MIN, _VAR_XY_MAX, _VAR_YAW_MAX = 1e-14, 1e4, math.tau**2
 
 
-def validate_pose(pose: PlanarPose) -> RejectReason | None:
+def validate_pose(pose: SE2) -> RejectReason | None:
     """Return the reason a pose is invalid, None if it is valid."""
     if not (math.isfinite(pose.x) and math.isfinite(pose.y) and math.isfinite(pose.yaw)):
         return RejectReason.NOT_FINITE

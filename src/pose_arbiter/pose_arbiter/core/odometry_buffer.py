@@ -7,7 +7,7 @@ from bisect import bisect_left
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.cumulative_odometry import CumulativeOdometry
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _EXTRAPOLATION_MAX = 250_000_000  # longest extrapolation beyond the last message, at constant velocity [ns]
 _KEPT_BEFORE = 2  # messages kept before the horizon, for extrapolation
@@ -26,7 +26,7 @@ class OdometryBuffer:
         """
         self._settings = settings
         self._stamps: list[int] = []
-        self._poses: list[PlanarPose] = []  # T_odom_base
+        self._poses: list[SE2] = []  # T_odom_base
         self._cumulative: list[CumulativeOdometry] = []
         self._is_jump: list[bool] = []
 
@@ -35,7 +35,7 @@ class OdometryBuffer:
         """Newest stamp [ns], None without odometry."""
         return self._stamps[-1] if self._stamps else None
 
-    def add(self, stamp: int, T_odom_base: PlanarPose) -> int | None:
+    def add(self, stamp: int, T_odom_base: SE2) -> int | None:
         """Insert a message; return the stamp [ns] from which lookups have changed, None for a duplicate stamp."""
         index = len(self._stamps)
         if index and stamp <= self._stamps[-1]:
@@ -69,7 +69,7 @@ class OdometryBuffer:
             return first._replace(stamp=stamp, odometry_gap=first.odometry_gap - (first.stamp - stamp))
         return _interpolate(self._cumulative[k - 1], self._cumulative[k], stamp)
 
-    def pose_at(self, stamp: int) -> PlanarPose | None:
+    def pose_at(self, stamp: int) -> SE2 | None:
         """Return ``T_odom_base`` at a stamp [ns], None without odometry at or before it."""
         if not self._stamps or stamp < self._stamps[0]:
             return None
@@ -77,7 +77,7 @@ class OdometryBuffer:
         if stamp < self._stamps[k] and self._is_jump[k]:
             k -= 1
         last_message, cumulative = self._cumulative[k], self.lookup(stamp)
-        step = PlanarPose(last_message.x, last_message.y, last_message.yaw).inverse() @ PlanarPose(
+        step = SE2(last_message.x, last_message.y, last_message.yaw).inverse() @ SE2(
             cumulative.x, cumulative.y, cumulative.yaw
         )
         return self._poses[k] @ step

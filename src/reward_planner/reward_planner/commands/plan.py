@@ -20,7 +20,7 @@ from reward_planner.files.occupancy_map_file import load_occupancy_map
 from reward_planner.files.reward_table_file import save_reward_table
 from reward_planner.files.route_picture import draw_route, save_picture
 from reward_planner.files.route_table import save_route_table
-from shirube_settings import SettingsError, check_settings
+from shirube_core.settings import SettingsError, check_settings
 
 _PLANNER, _REWARD = PlannerSettings(), RewardSettings()
 

@@ -11,10 +11,10 @@ from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.voxels.point_density import equivalent_focal_length
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _CAMERA = PinholeCamera(16, 12, 12.0, 12.0, 7.5, 5.5)
-_GOAL = PlanarPose(-1.0, 0.3, 0.0)
+_GOAL = SE2(-1.0, 0.3, 0.0)
 
 
 def compile_kernels(mount: CameraMount, settings: NavigatorSettings) -> None:
@@ -29,7 +29,7 @@ def compile_kernels(mount: CameraMount, settings: NavigatorSettings) -> None:
     points = points_from_depth_image(depth, _CAMERA)
     for focal_length in (0.0, equivalent_focal_length(points)):
         navigator.add_frame(1.0, 1.0, SensorFrame(points, focal_length))
-    navigator.add_pose(1.0, PlanarPose(0.0, 0.0, 0.0))
+    navigator.add_pose(1.0, SE2(0.0, 0.0, 0.0))
     navigator.controller.set_goal(_GOAL)
     navigator.process_frames(1.0)
     cell = _cell_on_route(settings.voxels.resolution)
@@ -37,7 +37,7 @@ def compile_kernels(mount: CameraMount, settings: NavigatorSettings) -> None:
     navigator.controller.step(1.0)
     later = 1.1 + settings.driving.replan_period
     _write(navigator, later, cell, OCCUPIED)
-    navigator.add_pose(later, PlanarPose(-settings.voxels.resolution, 0.0, 0.0))
+    navigator.add_pose(later, SE2(-settings.voxels.resolution, 0.0, 0.0))
     navigator.controller.step(later)
     fuse_disparities(depth, depth, (1.0, 1.0), 1.0, True)
 

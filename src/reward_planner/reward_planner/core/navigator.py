@@ -27,7 +27,7 @@ from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.count_points import PointCounts
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Navigator:
                 f'{global_map.cells_max}; raise cells_max, crop the map or use a larger resolution'
             )
 
-    def set_goal(self, T_map_goal: PlanarPose) -> None:
+    def set_goal(self, T_map_goal: SE2) -> None:
         """Set a goal; the previous one is cancelled even if this one is rejected.
 
         Raises:
@@ -139,7 +139,7 @@ class Navigator:
                 f'x {frame.origin_x:.2f} to {end_x:.2f} m and y {frame.origin_y:.2f} to {end_y:.2f} m; give one on it'
             )
 
-    def _is_outside(self, frame: GridFrame, place: PlanarPose) -> bool:
+    def _is_outside(self, frame: GridFrame, place: SE2) -> bool:
         """Return whether a pose is neither on the static map nor on a cell observed since."""
         point = (place.x, place.y)
         if bool(frame.contains(frame.cell_of(point))):
@@ -149,7 +149,7 @@ class Navigator:
         cell = self.mapper.map.occupancy_in(GridFrame(x, y, resolution, 1, 1))
         return bool(cell[0, 0] == UNKNOWN)
 
-    def add_pose(self, stamp: float, T_map_base: PlanarPose) -> PoseStatus:
+    def add_pose(self, stamp: float, T_map_base: SE2) -> PoseStatus:
         """Add the robot's pose at a stamp [s] and return its status; the robot stops while poses jump."""
         status = self._pose_buffer.add(stamp, T_map_base)
         self.pose_status_counts[status] += 1
@@ -184,9 +184,7 @@ class Navigator:
             )
         return mapped
 
-    def route_between(
-        self, start: PlanarPose | None, goal: PlanarPose, now: float
-    ) -> NDArray[np.float64] | NoRouteReason:
+    def route_between(self, start: SE2 | None, goal: SE2, now: float) -> NDArray[np.float64] | NoRouteReason:
         """Plan the shortest route on the current map in any mode; return it or why there is none.
 
         Args:

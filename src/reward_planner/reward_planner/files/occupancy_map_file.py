@@ -22,7 +22,7 @@ from reward_planner.core.grid.occupancy_map import (
     OccupancyMap,
 )
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from shirube_files import YamlFileError, atomic_write, format_value, is_number, read_yaml, write_text
+from shirube_core.files import YamlFileError, atomic_write, format_value, is_number, read_yaml, write_text
 
 # Free, unknown and occupied. map_saver's 205 for unknown would be read as free with its threshold of 0.25.
 _WHITE, _GREY, _BLACK = 254, 128, 0

@@ -8,7 +8,7 @@ from pathlib import Path
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.reward.explained_walk import ExplainedCell
 from reward_planner.core.reward.step_reward import TERM_NAMES
-from shirube_files import write_text
+from shirube_core.files import write_text
 
 _HEAD = ('number', 'x', 'y', 'to_x', 'to_y', *TERM_NAMES, 'total', 'can_enter', 'taken')
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.grid.occupancy_map import FREE_THRESHOLD, OccupancyMap
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 
 _LONG_SIDE_MIN = 800  # least size of the long side of the picture [px]
 _FREE, _UNKNOWN, _OCCUPIED, _INFLATED = (255, 255, 255), (205, 205, 205), (0, 0, 0), (200, 215, 250)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_files import write_text
+from shirube_core.files import write_text
 
 
 def save_route_table(path: Path, points_map: NDArray[np.float64]) -> None:

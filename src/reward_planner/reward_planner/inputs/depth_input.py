@@ -8,7 +8,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.inputs.frame_callback import FrameCallback
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.depth_conversion import depth_from_image
 from shirube_ros.message_error import CameraInfoError

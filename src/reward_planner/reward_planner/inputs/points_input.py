@@ -9,7 +9,7 @@ from sensor_msgs.msg import PointCloud2
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.core.voxels.point_density import equivalent_focal_length
 from reward_planner.inputs.frame_callback import FrameCallback
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.message_error import PointCloudError
 from shirube_ros.point_cloud_conversion import points_from_cloud

@@ -13,7 +13,6 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from light_waveform import LightWaveformError, Waveform, waveform_from_csv
 from scene_simulator.camera_clock import CameraClock
 from scene_simulator.ceiling_camera import CeilingCamera
 from scene_simulator.ceiling_room import PAPER_LAMPS
@@ -24,7 +23,8 @@ from scene_simulator.lamp_shape import Disc, LedGrid
 from scene_simulator.paper_run import paper_run
 from scene_simulator.shutter import Shutter
 from shirube_bags.errors import BagError
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
+from shirube_core.waveform import LightWaveformError, Waveform, waveform_from_csv
 
 GLOBAL = CeilingCamera(PinholeCamera(640, 512, 318.2, 318.2, 319.5, 255.5))
 """The paper's camera at half its resolution: large enough to read the lamps, and a third of the bag's size."""

@@ -20,8 +20,8 @@ from scene_simulator.corridor_recordings import TAUGHT_POSE
 from scene_simulator.errors import SceneError
 from scene_simulator.stereo_calibration import calibration_yaml
 from scene_simulator.stereo_rig import StereoRig, raw_rig, render_pair
-from shirube_files import write_text
-from shirube_geometry import PlanarPose
+from shirube_core.files import write_text
+from shirube_core.geometry import SE2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -29,9 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         design = CorridorDesign(options.seed, people=options.people, needles=options.needles)
-        _write_pair(
-            options.folder, design, raw_rig() if options.raw else StereoRig(), PlanarPose(*options.pose)
-        )
+        _write_pair(options.folder, design, raw_rig() if options.raw else StereoRig(), SE2(*options.pose))
     except SceneError as error:
         print(f'render_stereo_pair: {error}', file=sys.stderr)
         return 1
@@ -45,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _write_pair(folder: Path, design: CorridorDesign, rig: StereoRig, T_map_base: PlanarPose) -> None:
+def _write_pair(folder: Path, design: CorridorDesign, rig: StereoRig, T_map_base: SE2) -> None:
     """Write pictures, calibration and points."""
     scene, rng = corridor(design), np.random.default_rng((design.seed, design.needles))
     folder.mkdir(parents=True, exist_ok=True)

@@ -30,7 +30,7 @@ from shirube_bags.time_intervals import load_intervals
 from shirube_bags.trajectory import Trajectory
 from shirube_bags.trajectory_errors import TrajectoryErrors, compare_trajectories
 from shirube_bags.tum_file import load_tum, save_tum
-from shirube_files import write_text
+from shirube_core.files import write_text
 
 # A pose has the stamp of its image; files of other tools round it to microseconds.
 STAMP_TOLERANCE_NS = 1_000_000

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from shirube_bags.errors import ShirubeBagsError
+from shirube_core.settings import SettingsError
 from shirube_ros.file_errors import CameraFileError
-from shirube_settings import SettingsError
 from stereo_landmark.core.landmark_fix import NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.stereo_images import StereoImages

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
@@ -16,7 +16,6 @@ from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detec
 from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
-from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 _CAMERA = PinholeCamera(320, 240, 300.0, 300.0, 159.5, 119.5)
 _MOUNT = CameraMount((0.0, 0.0, 1.0), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
@@ -34,20 +33,12 @@ def compile_kernels() -> None:
     parts: dict[str, Primitive] = {}
     for kind in PrimitiveKind:
         for primitive in view.left.kinds[kind].primitives:
-            if kind.value not in parts and _is_measurable(teacher, primitive):
+            if kind.value not in parts and teacher.can_measure(primitive):
                 parts[kind.value] = primitive
     place = teacher.teach('wall', [TargetSelection('things', parts)])
     LandmarkLocalizer([place]).locate(*images)
     # Only images with thousands of line segments reach this kernel.
     nearest_links(link_corners(np.empty((0, 2, 2)), 1.0, 1.0, 1.0), 1)
-
-
-def _is_measurable(teacher: Teacher, primitive: Primitive) -> bool:
-    try:
-        teacher.measure(primitive)
-    except StereoLandmarkError:
-        return False
-    return True
 
 
 def _draw_wall(shift: int) -> NDArray[np.uint8]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, matrix_from_rpy
+from shirube_core.geometry import SE2, matrix_from_rpy
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.procedure.target_detection import (
     NoDetectionReason,
@@ -38,7 +38,7 @@ class LandmarkFix:
     matched_patches: tuple[str, ...] = ()
 
     @property
-    def T_map_base(self) -> PlanarPose | None:  # noqa: N802
+    def T_map_base(self) -> SE2 | None:  # noqa: N802
         """Pose of the robot in the map, None if the place has no map pose."""
         T_map_place = self.place.T_map_place
         return None if T_map_place is None else T_map_place @ self.displacement.T_place_base

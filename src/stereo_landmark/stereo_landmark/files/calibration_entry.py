@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from shirube_geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.pair.camera_check import INTRINSICS, calibration_hash
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -13,8 +13,8 @@ import numpy as np
 from shirube_bags.stamps import text_from_stamp
 from shirube_bags.trajectory import planar_trajectory
 from shirube_bags.tum_file import save_tum
-from shirube_files import write_text
-from shirube_geometry import PlanarPose
+from shirube_core.files import write_text
+from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.procedure.target_detection import TargetDetection
 from stereo_landmark.located_frame import LocatedFrame
@@ -36,8 +36,8 @@ def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Pat
     """
     table = folder / 'poses.csv'
     existing = _existing_trajectories(table)
-    in_map: dict[int, PlanarPose] = {}
-    in_places: dict[str, dict[int, PlanarPose]] = {}
+    in_map: dict[int, SE2] = {}
+    in_places: dict[str, dict[int, SE2]] = {}
     for frame in frames:
         if frame.fix is None:
             continue

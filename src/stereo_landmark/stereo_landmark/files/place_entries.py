@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from shirube_geometry import PlanarPose
-from shirube_settings import SettingsError, describe_settings, settings_from_values
+from shirube_core.geometry import SE2
+from shirube_core.settings import SettingsError, describe_settings, settings_from_values
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
@@ -71,7 +71,7 @@ def place_from_entries(content: dict[str, Any]) -> TaughtPlace:
         coordinates,
         tuple(primitive_from_entry(each) for each in content['targets']['surroundings']),
         processing_from_entry(content['image_processing']),
-        None if pose is None else PlanarPose(float(pose['x']), float(pose['y']), float(pose['yaw'])),
+        None if pose is None else SE2(float(pose['x']), float(pose['y']), float(pose['yaw'])),
     )
 
 

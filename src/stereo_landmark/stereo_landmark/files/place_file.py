@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from shirube_files import write_text
+from shirube_core.files import write_text
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

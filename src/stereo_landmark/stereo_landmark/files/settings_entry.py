@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import reduce
 from typing import Any
 
-from shirube_settings import describe_settings
+from shirube_core.settings import describe_settings
 
 
 def nest(settings: object) -> dict[str, Any]:

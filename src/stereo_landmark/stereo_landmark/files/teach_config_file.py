@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from shirube_geometry import CameraMount, PlanarPose
-from shirube_settings import SettingsError, settings_from_values
+from shirube_core.geometry import SE2, CameraMount
+from shirube_core.settings import SettingsError, settings_from_values
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.primitive_selection import (
@@ -93,7 +93,7 @@ class TeachConfig:
     targets: list[TargetConfig]
     is_raw: bool = False
     tilt: tuple[float, float] | None = None
-    T_map_place: PlanarPose | None = None
+    T_map_place: SE2 | None = None
     processing: ImageProcessing = field(default_factory=ImageProcessing)
 
 
@@ -121,7 +121,7 @@ def load_teach_config(path: Path) -> TeachConfig:
         [_target(path, entry) for entry in content['targets']],
         content.get('rectify', False),
         None if tilt is None else (float(tilt[0]), float(tilt[1])),
-        None if pose is None else PlanarPose(float(pose['x']), float(pose['y']), float(pose['yaw'])),
+        None if pose is None else SE2(float(pose['x']), float(pose['y']), float(pose['yaw'])),
         processing,
     )
 

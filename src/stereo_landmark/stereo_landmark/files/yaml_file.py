@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import shirube_files
+import shirube_core.files
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 _NUMBER_MAX = 1e30
@@ -28,8 +28,8 @@ def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
         LandmarkFileError: the file is missing or malformed, or contains no fields or a non-finite number.
     """
     try:
-        content = shirube_files.read_yaml(path, _BYTES_MAX)
-    except shirube_files.YamlFileError as fault:
+        content = shirube_core.files.read_yaml(path, _BYTES_MAX)
+    except shirube_core.files.YamlFileError as fault:
         raise LandmarkFileError(f'{fault}; {remedy}') from fault
     non_finite = find_non_finite(content)
     if non_finite is not None:

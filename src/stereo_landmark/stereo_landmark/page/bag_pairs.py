@@ -9,7 +9,7 @@ from itertools import islice
 from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 from stereo_landmark.core.pair.camera_calibration import stereo_rig
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

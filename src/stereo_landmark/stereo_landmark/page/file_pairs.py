@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from shirube_geometry import CameraMount
+from shirube_core.geometry import CameraMount
 from shirube_ros.image_files import list_images
 from stereo_landmark.core.pair.camera_calibration import stereo_rig
 from stereo_landmark.core.pair.stereo_images import StereoImages

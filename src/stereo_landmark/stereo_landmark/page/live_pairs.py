@@ -19,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
 
-from shirube_geometry import CameraMount, TiltBuffer
+from shirube_core.geometry import CameraMount, TiltBuffer
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.image_input import ImageInput
 from shirube_ros.quality_of_service import odometry_profile

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.teaching_state import Region, TeachingState
@@ -38,11 +38,11 @@ EDITS: dict[str, Edit] = {
 """Edits by the value of the field ``do``; each may raise a StereoLandmarkError."""
 
 
-def _pose(request: Request) -> PlanarPose | None:
+def _pose(request: Request) -> SE2 | None:
     if request.get('pose') is None:
         return None
     x, y, yaw = _numbers(request, 'pose', 3)
-    return PlanarPose(x, y, yaw)
+    return SE2(x, y, yaw)
 
 
 def _region(request: Request) -> Region | None:

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
-from shirube_files import exclusive_lock
+from shirube_core.files import exclusive_lock
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_settings import describe_settings
+from shirube_core.settings import describe_settings
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing

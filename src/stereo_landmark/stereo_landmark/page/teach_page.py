@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 
-from shirube_geometry import CameraMount
-from shirube_settings import check_settings
+from shirube_core.geometry import CameraMount
+from shirube_core.settings import check_settings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.edits import rename_place
 from stereo_landmark.core.teaching.place_state import state_from_place

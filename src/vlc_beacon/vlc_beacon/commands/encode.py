@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 
-from light_waveform import waveform_to_csv
-from shirube_files import atomic_write, write_text
-from shirube_settings import SettingsError, check_settings, describe_settings, reject_former_option
+from shirube_core.files import atomic_write, write_text
+from shirube_core.settings import SettingsError, check_settings, describe_settings, reject_former_option
+from shirube_core.waveform import waveform_to_csv
 from vlc_beacon.core.light_code.code_profile import CodeProfile
 from vlc_beacon.core.transmitter.encoding_settings import TONE_NAME, EncodingSettings
 from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes

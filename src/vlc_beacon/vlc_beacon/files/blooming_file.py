@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from shirube_files import YamlFileError, read_yaml, write_text
+from shirube_core.files import YamlFileError, read_yaml, write_text
 from vlc_beacon.core.lamp_image.blooming import BloomingCalibration
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 

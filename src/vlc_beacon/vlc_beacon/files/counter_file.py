@@ -11,7 +11,7 @@ import json
 import os
 from pathlib import Path
 
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.packet.command_packet import COUNTER_MAX
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from shirube_bags.stamps import text_from_stamp
-from shirube_files import atomic_write
+from shirube_core.files import atomic_write
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.located_image import LocatedImage
 

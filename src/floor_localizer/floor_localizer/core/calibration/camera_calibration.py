@@ -14,7 +14,7 @@ from floor_localizer.core.calibration.mount_fit import KnownHeight, MountFit, fi
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, wrap_angle
 
 _MIN_DOTS = 12
 _MIN_COVERAGE = 0.4
@@ -56,7 +56,7 @@ def calibrate(
     *,
     focal_length_known: bool = True,
     known_height: KnownHeight | None = None,
-    T_mat_base: PlanarPose | None = None,
+    T_mat_base: SE2 | None = None,
 ) -> CameraCalibration:
     """Calibrate the mount of the camera on the robot.
 
@@ -90,9 +90,7 @@ def calibrate(
     return _check_accuracy(_calibration(fit, initial_mount, T_mat_base), dots)
 
 
-def _calibration(
-    fit: MountFit, initial_mount: CameraMount, T_mat_base: PlanarPose | None
-) -> CameraCalibration:
+def _calibration(fit: MountFit, initial_mount: CameraMount, T_mat_base: SE2 | None) -> CameraCalibration:
     x, y, height = (float(value) for value in fit.position)
     if T_mat_base is None:
         yaw_offset = wrap_angle(_heading(fit.rotation) - _heading(initial_mount.rotation))

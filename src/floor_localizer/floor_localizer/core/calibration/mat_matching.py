@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, Tolerances
-from shirube_geometry import CameraMount, PinholeCamera, matrix_from_rpy
+from shirube_core.geometry import CameraMount, PinholeCamera, matrix_from_rpy
 
 # Tilts to try about both axes [rad]; the error from tilts in between is smaller than the dot spacing.
 _TILTS = tuple(math.radians(degrees) for degrees in (0.0, -5.0, 5.0, -10.0, 10.0, -15.0, 15.0))

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 _INLIER_GATE = 3.5
 _ROUNDS = 3

@@ -18,7 +18,7 @@ from floor_localizer.core.dot_extraction.polarity import choose_polarity
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.dot_extraction.splitting import split_touching
 from floor_localizer.core.dot_extraction.surroundings import grow_labels
-from shirube_settings import SettingsError, check_settings
+from shirube_core.settings import SettingsError, check_settings
 
 SMALLEST_SIDE = 32
 """Minimum side of an image [px]."""

@@ -23,7 +23,7 @@ from floor_localizer.core.pole_star.signature import (
     top_candidates,
     vote,
 )
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class PoleStarPose:
         pairs: shape (k, 2), indices of the congruent image dots and floor dots.
     """
 
-    T_map_view: PlanarPose
+    T_map_view: SE2
     match_rate: float
     pairs: NDArray[np.intp]
 

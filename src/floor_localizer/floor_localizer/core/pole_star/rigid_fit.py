@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
-def fit_pose(image_points: NDArray[np.float64], map_points: NDArray[np.float64]) -> PlanarPose:
+def fit_pose(image_points: NDArray[np.float64], map_points: NDArray[np.float64]) -> SE2:
     """Return the least-squares pose ``T_map_view`` of paired dots: rotation and translation, without reflection.
 
     Args:
@@ -20,6 +20,6 @@ def fit_pose(image_points: NDArray[np.float64], map_points: NDArray[np.float64])
     image_centre, map_centre = image_points.mean(axis=0), map_points.mean(axis=0)
     a, b = (image_points - image_centre).T, (map_points - map_centre).T
     yaw = math.atan2(float(a[0] @ b[1] - a[1] @ b[0]), float(a[0] @ b[0] + a[1] @ b[1]))
-    turn = PlanarPose(0.0, 0.0, yaw)
+    turn = SE2(0.0, 0.0, yaw)
     shift = map_centre - turn.transform(image_centre)
-    return PlanarPose(float(shift[0]), float(shift[1]), yaw)
+    return SE2(float(shift[0]), float(shift[1]), yaw)

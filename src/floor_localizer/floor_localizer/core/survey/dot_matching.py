@@ -24,7 +24,7 @@ from floor_localizer.core.constellation.search_state import (
 )
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view
 from floor_localizer.core.dot_map import DotMap
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _MIN_DOTS = 5
 _MAX_NEAR_PAIRS = 40
@@ -71,9 +71,9 @@ class DotMatch:
     log_chance_alignments: float
 
     @property
-    def pose(self) -> PlanarPose:
+    def pose(self) -> SE2:
         """Pose of the source frame in the target frame, without the scale."""
-        return PlanarPose(
+        return SE2(
             self.translation.real, self.translation.imag, math.atan2(self.rotation.imag, self.rotation.real)
         )
 
@@ -91,7 +91,7 @@ class DotMatcher:
     def match_near(
         self,
         points: NDArray[np.float64],
-        expected: PlanarPose,
+        expected: SE2,
         radius: float,
         yaw_tolerance: float,
         tolerances: Tolerances,

@@ -31,7 +31,7 @@ class PartialSolution:
         order = np.argsort(images)
         return PartialSolution(images[order], np.concatenate([self.values, other.values])[order])
 
-    def values_of(self, images: NDArray[np.int64]) -> NDArray[np.float64]:
+    def unknowns_of_images(self, images: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the solved unknowns of some images, shape (6 j,)."""
         return self.values[np.searchsorted(self.images, images)].ravel()
 
@@ -97,7 +97,8 @@ class EliminationTree:
             return EMPTY_SOLUTION
         images, others, upper, y = self.store.get(f'factor{level}', index)
         return PartialSolution(
-            images, back_substitute(upper, y, known.values_of(others)).reshape(-1, UNKNOWNS_PER_IMAGE)
+            images,
+            back_substitute(upper, y, known.unknowns_of_images(others)).reshape(-1, UNKNOWNS_PER_IMAGE),
         )
 
     def solve_subtree(self, level: int, index: int, known: PartialSolution) -> list[PartialSolution]:

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 # A rotation by this angle counts as much as a translation by one view width [rad].
 _YAW_PER_VIEW = 1.2
 
 
-def select_keyframes(poses: Sequence[PlanarPose], view_width: float, settings: SurveySettings) -> list[int]:
+def select_keyframes(poses: Sequence[SE2], view_width: float, settings: SurveySettings) -> list[int]:
     """Return the indices of the keyframes: images that show enough new floor, according to odometry.
 
     Args:
@@ -28,7 +28,7 @@ def select_keyframes(poses: Sequence[PlanarPose], view_width: float, settings: S
 
 
 def split_into_submaps(
-    poses: Sequence[PlanarPose], view_width: float, settings: SurveySettings
+    poses: Sequence[SE2], view_width: float, settings: SurveySettings
 ) -> list[tuple[int, int]]:
     """Return first and last image of each submap; consecutive submaps share an image."""
     cuts, distance = [0], 0.0
@@ -42,6 +42,6 @@ def split_into_submaps(
     return list(pairwise(cuts))
 
 
-def _view_motion(before: PlanarPose, after: PlanarPose, view_width: float) -> float:
+def _view_motion(before: SE2, after: SE2, view_width: float) -> float:
     """Return the motion of the view, in view widths."""
     return before.distance_to(after) / view_width + abs(before.yaw_to(after)) / _YAW_PER_VIEW

@@ -18,7 +18,7 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, Tolerances, nearest_pairs
 from floor_localizer.core.survey.submap import fit_rigid_pose
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _PATCH_DOTS, _PATCHES = 60, 25
 _SIGMA, _SCALE, _CHANCE_ALIGNMENTS_MAX = 0.0003, 0.05, 1e-6
@@ -44,7 +44,7 @@ class MapComparison:
         outside: number of dots of either map outside the area of the other.
     """
 
-    T_first_second: PlanarPose
+    T_first_second: SE2
     scale: float
     pairs: NDArray[np.int64]
     residuals: NDArray[np.float64]
@@ -104,7 +104,7 @@ def _scale(source: NDArray[np.float64], target: NDArray[np.float64]) -> float:
     return float(abs(np.vdot(z, m)) / np.vdot(m, m).real)
 
 
-def _initial_motion(matcher: DotMatcher, points: NDArray[np.float64]) -> PlanarPose | None:
+def _initial_motion(matcher: DotMatcher, points: NDArray[np.float64]) -> SE2 | None:
     """Return the motion of the patch with the most matched dots."""
     tree, best = cKDTree(points), None
     tolerances = Tolerances(_SIGMA, _SCALE, 0.0, _CHANCE_ALIGNMENTS_MAX)
@@ -121,10 +121,10 @@ def _initial_motion(matcher: DotMatcher, points: NDArray[np.float64]) -> PlanarP
     return None if best is None else best[1]
 
 
-def _relative_to_origin(found: DotMatch, centroid: NDArray[np.float64]) -> PlanarPose:
+def _relative_to_origin(found: DotMatch, centroid: NDArray[np.float64]) -> SE2:
     rotation = found.rotation / abs(found.rotation)
     translation = found.translation - rotation * complex(*centroid)
-    return PlanarPose(translation.real, translation.imag, math.atan2(rotation.imag, rotation.real))
+    return SE2(translation.real, translation.imag, math.atan2(rotation.imag, rotation.real))
 
 
 def _unmatched(

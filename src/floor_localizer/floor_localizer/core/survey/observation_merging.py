@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.survey.survey_image import ViewOutline
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _MAX_SPLITS = 4
 
@@ -81,7 +81,7 @@ def count_expected_views(
         return counts
     tree = cKDTree(dots)
     for place, state in zip(outline.centres(states), states, strict=True):
-        pose = PlanarPose(*(float(value) for value in state[:3]))
+        pose = SE2(*(float(value) for value in state[:3]))
         near = np.array(tree.query_ball_point(place, outline.radius), dtype=np.int64)
         counts[near[outline.contains(pose.inverse().transform(dots[near]), margin)]] += 1
     return counts

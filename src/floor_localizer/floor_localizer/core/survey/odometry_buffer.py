@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 
 # Largest time between an image and the nearest odometry [s].
 _MAX_AGE = 0.25
@@ -41,7 +41,7 @@ class OdometryBuffer:
         self._seconds = (stamps_ns - stamps_ns[0]) / _NANOSECONDS
         self._xy, self._yaw = poses[:, :2], np.unwrap(poses[:, 2])
 
-    def pose_at(self, stamp_ns: int, name: str) -> PlanarPose:
+    def pose_at(self, stamp_ns: int, name: str) -> SE2:
         """Return ``T_odom_base`` at a stamp; ``name`` is the image, for error messages.
 
         Raises:
@@ -56,4 +56,4 @@ class OdometryBuffer:
                 'a survey needs it from the first to the last image'
             )
         x, y = (float(np.interp(time, self._seconds, self._xy[:, k])) for k in range(2))
-        return PlanarPose(x, y, wrap_angle(float(np.interp(time, self._seconds, self._yaw))))
+        return SE2(x, y, wrap_angle(float(np.interp(time, self._seconds, self._yaw))))

@@ -21,7 +21,7 @@ from floor_localizer.core.survey.submap_matchers import SubmapMatchers
 from floor_localizer.core.survey.submap_poses import DOT_SIGMA, SubmapPoses
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _SCALE_TOLERANCE = 0.02
 _MIN_SHARED_DOTS = 6
@@ -103,7 +103,7 @@ class PoseGraphBuilder:
         last = before.images[-1]
         x, y, yaw = (float(value) for value in before.states[-1, :3])
         step = self._images[last].T_odom_base.inverse() @ self._images[submap.images[0]].T_odom_base
-        pose = PlanarPose(x, y, yaw) @ step
+        pose = SE2(x, y, yaw) @ step
         a = self.poses.rotations[-1] / abs(self.poses.rotations[-1])
         rotation = a * complex(np.exp(1j * pose.yaw))
         translation = self.poses.rotations[-1] * complex(pose.x, pose.y) + self.poses.translations[-1]
@@ -115,8 +115,8 @@ class PoseGraphBuilder:
             drift += gap_drift
         return rotation, translation, drift
 
-    def _pose(self, index: int) -> PlanarPose:
-        return PlanarPose(
+    def _pose(self, index: int) -> SE2:
+        return SE2(
             self.poses.translations[index].real,
             self.poses.translations[index].imag,
             float(np.angle(self.poses.rotations[index])),
@@ -168,7 +168,7 @@ class PoseGraphBuilder:
         # Relative to their centroid: far from the origin, a small rotation moves dots far.
         centroid = points.mean(axis=0)
         x, y = (float(value) for value in expected.transform([centroid])[0])
-        expected_centroid = PlanarPose(x, y, expected.yaw)
+        expected_centroid = SE2(x, y, expected.yaw)
         tolerances = Tolerances(DOT_SIGMA, _SCALE_TOLERANCE, 0.0, self._settings.chance_alignments_max)
         return self._shared_dots(
             index,

@@ -15,7 +15,7 @@ from floor_localizer.core.survey.observation_merging import merge_observations
 from floor_localizer.core.survey.projected_observations import collect_observations, project_observations
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.core.survey.survey_settings import SurveySettings
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _SCALE_SIGMAS, _TILT_SIGMAS = 4.0, 2.0
 _FIRST_MERGE_FACTOR = 2.0
@@ -55,7 +55,7 @@ def build_submap(
         settings: survey settings.
         is_continuation: whether the first image is also the last one of the previous submap.
     """
-    poses = [PlanarPose(0.0, 0.0, 0.0)]
+    poses = [SE2(0.0, 0.0, 0.0)]
     for index in range(first + 1, last + 1):
         pose = _register_image(images, first, index, poses, float(position[2]), settings)
         if pose is None:
@@ -87,10 +87,10 @@ def _register_image(
     images: Sequence[SurveyImage],
     first: int,
     index: int,
-    poses: Sequence[PlanarPose],
+    poses: Sequence[SE2],
     height: float,
     settings: SurveySettings,
-) -> PlanarPose | None:
+) -> SE2 | None:
     """Register an image to one of the previous images; return its pose, None if it matches none."""
     image = images[index]
     for before in range(index - 1, max(index - 1 - _MAX_LOOKBACK, first - 1), -1):
@@ -102,8 +102,8 @@ def _register_image(
 
 
 def match_images(
-    target: SurveyImage, source: SurveyImage, expected: PlanarPose, height: float, settings: SurveySettings
-) -> PlanarPose | None:
+    target: SurveyImage, source: SurveyImage, expected: SE2, height: float, settings: SurveySettings
+) -> SE2 | None:
     """Register one image to another near the pose expected from odometry; None if they do not match.
 
     Args:
@@ -138,17 +138,17 @@ def match_images(
     return fit_rigid_pose(source_points[found.source], target.points[found.target])
 
 
-def fit_rigid_pose(source: NDArray[np.float64], target: NDArray[np.float64]) -> PlanarPose:
+def fit_rigid_pose(source: NDArray[np.float64], target: NDArray[np.float64]) -> SE2:
     """Return the least-squares rigid motion from source dots, shape (k, 2), to their target dots."""
     z, m = source @ (1.0, 1j), target @ (1.0, 1j)
     rotation = np.vdot(z - z.mean(), m - m.mean())
     rotation /= abs(rotation)
     translation = m.mean() - rotation * z.mean()
-    return PlanarPose(float(translation.real), float(translation.imag), float(np.angle(rotation)))
+    return SE2(float(translation.real), float(translation.imag), float(np.angle(rotation)))
 
 
 def points_near(
-    points: NDArray[np.float64], others: NDArray[np.float64], expected: PlanarPose, max_distance: float
+    points: NDArray[np.float64], others: NDArray[np.float64], expected: SE2, max_distance: float
 ) -> NDArray[np.float64]:
     """Return the points, shape (n, 2), within ``max_distance`` [m] of one of the others at the expected pose."""
     if len(points) == 0 or len(others) == 0:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.dot_matching import DotMatcher
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _CACHE_SIZE = 64
 
@@ -47,7 +47,7 @@ class SubmapMatchers:
         self._cache.move_to_end(index)
         return self._cache[index]
 
-    def may_overlap(self, index: int, other: int, pose: PlanarPose, radius: float) -> bool:
+    def may_overlap(self, index: int, other: int, pose: SE2, radius: float) -> bool:
         """Return whether the bounding boxes of two submaps may overlap.
 
         Args:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class SurveyImage:
     """
 
     name: str
-    T_odom_base: PlanarPose
+    T_odom_base: SE2
     directions: NDArray[np.float64]
     points: NDArray[np.float64]
     sigmas: NDArray[np.float64]
@@ -62,7 +62,7 @@ class ImageSelection(Sequence[SurveyImage]):
 
 
 def survey_image(
-    name: str, T_odom_base: PlanarPose, dots: DetectedDots, camera: PinholeCamera, mount: CameraMount
+    name: str, T_odom_base: SE2, dots: DetectedDots, camera: PinholeCamera, mount: CameraMount
 ) -> SurveyImage:
     """Return the dots of an image in the base frame; dots above the horizon are left out."""
     rays = camera.rays_from_pixels(dots.pixels)

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.depth.depth_error import DepthError
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from reward_planner.core.depth.depth_error import DepthError
-from shirube_settings import setting
+from shirube_core.settings import setting
 
 
 @dataclass(frozen=True)

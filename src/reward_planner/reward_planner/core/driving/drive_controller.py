@@ -25,7 +25,7 @@ from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 
 _TURN_TOLERANCE = 0.02  # tolerance of a commanded turn [rad]
 _GOAL_ENTER_FACTOR = 0.7  # within this multiple of goal_tolerance the robot turns to the goal's heading
@@ -65,10 +65,10 @@ class DriveController:
         self._planning_settings = (planner, reward)
         self._smoother = VelocitySmoother(driving)
         self.goal_count = 0
-        self._goal: PlanarPose | None = None
+        self._goal: SE2 | None = None
         self._is_at_goal = self._is_goal_reached = False
         self._last_motion_time = math.nan
-        self._pose: PlanarPose | None = None
+        self._pose: SE2 | None = None
         self._pose_stamp = self._map_stamp = -math.inf
         self._last_step_time = math.nan
 
@@ -77,12 +77,12 @@ class DriveController:
         """Points of the route [m], shape (n, 2); n is 0 if there is none."""
         return np.empty((0, 2)) if self.replanner is None else self.replanner.points_map
 
-    def fresh_pose(self, now: float) -> PlanarPose | None:
+    def fresh_pose(self, now: float) -> SE2 | None:
         """Return the robot's pose if it is not older than pose_timeout at a time [s], else None."""
         is_fresh = abs(now - self._pose_stamp) <= self._settings.pose_timeout
         return self._pose if is_fresh else None
 
-    def set_goal(self, T_map_goal: PlanarPose) -> None:
+    def set_goal(self, T_map_goal: SE2) -> None:
         """Set a goal; it replaces the previous one.
 
         Raises:
@@ -108,7 +108,7 @@ class DriveController:
         if command.operation != 'turn' or is_on_its_way:
             self.command_state.apply_command(command)
 
-    def update_pose(self, stamp: float, T_map_base: PlanarPose | None) -> None:
+    def update_pose(self, stamp: float, T_map_base: SE2 | None) -> None:
         """Set the robot's pose and its stamp [s]; None after a jump, until the poses are consistent again."""
         self._pose, self._pose_stamp = T_map_base, stamp
         if T_map_base is None:
@@ -206,7 +206,7 @@ class DriveController:
         return Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
 
     def _follow_route(
-        self, robot: PlanarPose, goal: PlanarPose, replanner: Replanner
+        self, robot: SE2, goal: SE2, replanner: Replanner
     ) -> tuple[DriveState, str, Velocity, tuple[float, float] | None]:
         """Follow the route, and turn to the goal's heading at its end."""
         tolerance, distance = self._settings.goal_tolerance, robot.distance_to(goal)
@@ -232,7 +232,7 @@ class DriveController:
     def _turn_in_place(self, remaining: float) -> Velocity:
         return Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
 
-    def _allowed_speed(self, robot: PlanarPose, replanner: Replanner) -> float:
+    def _allowed_speed(self, robot: SE2, replanner: Replanner) -> float:
         """Return the speed that commands, obstacles and the goal allow [m/s]."""
         costmap, settings = replanner.costmap, self._settings
         robot_radius = self._planning_settings[0].robot_radius

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from reward_planner.core.driving.light_command import LightCommand
-from shirube_geometry import wrap_angle
+from shirube_core.geometry import wrap_angle
 
 
 class LightCommandState:

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _SAMPLES_PER_CELL = 2.0
 _EXIT_DISTANCE = 1.5  # a robot on an occupied cell may drive on if it leaves it within this distance [cells]
 
 
 def lookahead_point(
-    costmap: InflatedCostmap, robot: PlanarPose, points_map: NDArray[np.float64], lookahead: float
+    costmap: InflatedCostmap, robot: SE2, points_map: NDArray[np.float64], lookahead: float
 ) -> NDArray[np.float64]:
     """Return the farthest point of the route within the lookahead distance in line of sight, shape (2,) [m].
 
@@ -46,7 +46,7 @@ def lookahead_point(
 
 
 def check_path_ahead(
-    costmap: InflatedCostmap, robot: PlanarPose, inflation_radius: float, distance_max: float
+    costmap: InflatedCostmap, robot: SE2, inflation_radius: float, distance_max: float
 ) -> tuple[float, float]:
     """Return the free distance straight ahead of the robot, and the least clearance along it [m].
 

@@ -17,7 +17,7 @@ from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.reachability import is_reachable
 from reward_planner.core.route.route import NoRoute, NoRouteReason, check_endpoints
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _ROUNDING = 1e-5  # clearances are computed in single precision [m]
 MARGIN_CELLS_MIN = 1.5  # half diagonals of two cells, rounded up [cells]
@@ -74,7 +74,7 @@ class Replanner:
         self._has_changed = False
         self._planned_at = -math.inf
 
-    def update(self, now: float, robot: PlanarPose) -> None:
+    def update(self, now: float, robot: SE2) -> None:
         """Update the route, and replan if needed.
 
         Args:
@@ -104,7 +104,7 @@ class Replanner:
         )
         return InflatedCostmap(inflation_radius, max(inflation_radius, radius + driving.slow_distance) + 0.1)
 
-    def _update_planner(self, robot: PlanarPose) -> RoutePlanner:
+    def _update_planner(self, robot: SE2) -> RoutePlanner:
         """Return the planner; a new one if the costmap was resized."""
         changed = self.costmap.cover(self._global_map, [self._goal, (robot.x, robot.y)])
         if not changed and self._planner is not None:
@@ -125,7 +125,7 @@ class Replanner:
         """Steps along twice the lookahead distance."""
         return 2 + int(2.0 * self._settings.lookahead / self._global_map.resolution)
 
-    def _replan(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
+    def _replan(self, now: float, robot: SE2, planner: RoutePlanner) -> None:
         result = self._plan(robot, planner)
         self._planned_at, self._has_changed = now, False
         if isinstance(result, NoRoute):
@@ -134,7 +134,7 @@ class Replanner:
         self.points_map, self.no_route_reason = result, None
         self.replan_count += 1
 
-    def _replan_if_shorter(self, now: float, robot: PlanarPose, planner: RoutePlanner) -> None:
+    def _replan_if_shorter(self, now: float, robot: SE2, planner: RoutePlanner) -> None:
         """Take a new route if it is shorter by replan_gain and by more than the lookahead distance."""
         result = self._plan(robot, planner)
         self._planned_at, self._has_changed = now, False
@@ -146,7 +146,7 @@ class Replanner:
             self.points_map = result
             self.replan_count += 1
 
-    def _plan(self, robot: PlanarPose, planner: RoutePlanner) -> NDArray[np.float64] | NoRoute:
+    def _plan(self, robot: SE2, planner: RoutePlanner) -> NDArray[np.float64] | NoRoute:
         """Return the points of a route from the robot; it first leaves the inflated obstacles if it is in them."""
         costmap = self.costmap
         ends = costmap.frame.cell_of([(robot.x, robot.y), self._goal])
@@ -168,14 +168,14 @@ class Replanner:
             points[-1] = self._goal
         return points
 
-    def _drop_passed_points(self, robot: PlanarPose) -> None:
+    def _drop_passed_points(self, robot: SE2) -> None:
         """Drop the points before the nearest one within the horizon."""
         if len(self.points_map) == 0:
             return
         distances = np.hypot(*(self.points_map[: self._horizon_steps] - (robot.x, robot.y)).T)
         self.points_map = self.points_map[int(distances.argmin()) :]
 
-    def _record_position(self, robot: PlanarPose) -> None:
+    def _record_position(self, robot: SE2) -> None:
         """Record visited positions, one per robot radius; only the reward rule uses them."""
         planner = self._planning_settings[0]
         if planner.mode != 'reward':
@@ -188,7 +188,7 @@ class Replanner:
         ends_before = bool((self.points_map[-1] != self._goal).any())
         return ends_before and path_length(self.points_map) < self._settings.lookahead
 
-    def _is_off_route(self, robot: PlanarPose) -> bool:
+    def _is_off_route(self, robot: SE2) -> bool:
         return math.hypot(*(self.points_map[0] - (robot.x, robot.y))) > _OFF_ROUTE_DISTANCE
 
     def _is_blocked(self) -> bool:

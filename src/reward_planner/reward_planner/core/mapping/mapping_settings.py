@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from shirube_settings import setting
+from shirube_core.settings import setting
 
 
 @dataclass(frozen=True)

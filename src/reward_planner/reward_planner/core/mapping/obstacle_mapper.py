@@ -13,7 +13,7 @@ from reward_planner.core.voxels.count_points import PointCounts
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from shirube_geometry import CameraMount, PlanarPose
+from shirube_core.geometry import SE2, CameraMount
 
 
 class ObstacleMapper:
@@ -40,7 +40,7 @@ class ObstacleMapper:
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
 
     def add(
-        self, stamp: float, points: ArrayLike, T_map_base: PlanarPose, focal_length: float
+        self, stamp: float, points: ArrayLike, T_map_base: SE2, focal_length: float
     ) -> tuple[LocalMap, PointCounts]:
         """Add a frame; return the local map and the number of points by outcome.
 
@@ -65,7 +65,7 @@ class ObstacleMapper:
         self.map.clear()
 
 
-def _matrix_from_pose(pose: PlanarPose) -> NDArray[np.float64]:
+def _matrix_from_pose(pose: SE2) -> NDArray[np.float64]:
     cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
     rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     return _matrix_from_parts(rotation, np.array([pose.x, pose.y, 0.0]))

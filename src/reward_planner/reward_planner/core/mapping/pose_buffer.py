@@ -7,7 +7,7 @@ import math
 from enum import Enum
 
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 
 _HISTORY = 10.0  # length of the buffer [s]
 _POSES_MAX = 5000
@@ -38,15 +38,15 @@ class PoseBuffer:
         """Start without poses."""
         self._settings = settings
         self._stamps: list[float] = []
-        self._poses: list[PlanarPose] = []
-        self._relocation: list[tuple[float, PlanarPose]] = []
+        self._poses: list[SE2] = []
+        self._relocation: list[tuple[float, SE2]] = []
 
     @property
     def has_jumped(self) -> bool:
         """Whether poses jumped and are not yet consistent at the new place: the robot should stop."""
         return bool(self._relocation)
 
-    def add(self, stamp: float, T_map_base: PlanarPose) -> PoseStatus:
+    def add(self, stamp: float, T_map_base: SE2) -> PoseStatus:
         """Add a pose and return its status; make a new buffer when the clock jumps back.
 
         Args:
@@ -63,7 +63,7 @@ class PoseBuffer:
             return PoseStatus.ACCEPTED
         return self._confirm_relocation(stamp, T_map_base)
 
-    def lookup(self, stamp: float) -> PlanarPose | NoPoseReason:
+    def lookup(self, stamp: float) -> SE2 | NoPoseReason:
         """Return the pose at a stamp [s], interpolated between its neighbours."""
         if not self._stamps or stamp > self._stamps[-1]:
             return NoPoseReason.NOT_YET
@@ -74,10 +74,10 @@ class PoseBuffer:
             return NoPoseReason.MISSING
         return self._interpolate(after, stamp)
 
-    def _interpolate(self, after: int, stamp: float) -> PlanarPose:
+    def _interpolate(self, after: int, stamp: float) -> SE2:
         start, end = self._poses[after - 1], self._poses[after]
         fraction = (stamp - self._stamps[after - 1]) / (self._stamps[after] - self._stamps[after - 1])
-        return PlanarPose(
+        return SE2(
             start.x + fraction * (end.x - start.x),
             start.y + fraction * (end.y - start.y),
             wrap_angle(start.yaw + fraction * start.yaw_to(end)),
@@ -88,14 +88,14 @@ class PoseBuffer:
             return self._relocation[-1][0]
         return self._stamps[-1] if self._stamps else -math.inf
 
-    def _is_plausible(self, stamp: float, pose: PlanarPose, last_stamp: float, last: PlanarPose) -> bool:
+    def _is_plausible(self, stamp: float, pose: SE2, last_stamp: float, last: SE2) -> bool:
         elapsed = min(stamp - last_stamp, self._settings.pose_gap_max)
         return (
             pose.distance_to(last) <= _POSE_NOISE[0] + elapsed * self._settings.speed_max
             and abs(pose.yaw_to(last)) <= _POSE_NOISE[1] + elapsed * self._settings.turn_rate_max
         )
 
-    def _confirm_relocation(self, stamp: float, pose: PlanarPose) -> PoseStatus:
+    def _confirm_relocation(self, stamp: float, pose: SE2) -> PoseStatus:
         """Collect poses at a new place until they have been consistent for settle_time."""
         if self._relocation and not self._is_plausible(stamp, pose, *self._relocation[-1]):
             self._relocation.clear()
@@ -105,11 +105,11 @@ class PoseBuffer:
         self._restart(stamp, pose)
         return PoseStatus.RELOCATED
 
-    def _restart(self, stamp: float, pose: PlanarPose) -> None:
+    def _restart(self, stamp: float, pose: SE2) -> None:
         self._relocation.clear()
         self._stamps, self._poses = [stamp], [pose]
 
-    def _append(self, stamp: float, pose: PlanarPose) -> None:
+    def _append(self, stamp: float, pose: SE2) -> None:
         self._stamps.append(stamp)
         self._poses.append(pose)
         old = bisect.bisect_left(self._stamps, stamp - _HISTORY)

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Generic, TypeVar
 
 from reward_planner.core.mapping.pose_buffer import NoPoseReason, PoseBuffer
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _FRAMES_MAX = 32
 
@@ -51,7 +51,7 @@ class PoseMessageFilter(Generic[Frame]):
             self.dropped[DropReason.QUEUE_FULL] += 1
         self._frames.append((stamp, now, frame))
 
-    def take_ready(self, now: float, buffer: PoseBuffer) -> list[tuple[float, Frame, PlanarPose]]:
+    def take_ready(self, now: float, buffer: PoseBuffer) -> list[tuple[float, Frame, SE2]]:
         """Return the frames whose pose is known and drop those that timed out.
 
         Args:
@@ -65,7 +65,7 @@ class PoseMessageFilter(Generic[Frame]):
         waiting: deque[tuple[float, float, Frame]] = deque()
         for stamp, received, frame in self._frames:
             pose = buffer.lookup(stamp)
-            if isinstance(pose, PlanarPose):
+            if isinstance(pose, SE2):
                 ready.append((stamp, frame, pose))
             elif pose is NoPoseReason.MISSING:
                 self.dropped[DropReason.POSE_MISSING] += 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from reward_planner.core.reward.reward_table import RewardTable
-from shirube_settings import setting
+from shirube_core.settings import setting
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_settings import setting
+from shirube_core.settings import setting
 
 
 @dataclass(frozen=True)

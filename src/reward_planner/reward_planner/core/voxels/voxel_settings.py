@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from reward_planner.core.voxels.voxel_error import VoxelError
-from shirube_settings import setting
+from shirube_core.settings import setting
 
 FREE_FRACTION = 0.5
 """A voxel is free below minus this fraction of log_odds_pass; higher values are decayed evidence."""

@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, TiltBuffer
+from shirube_core.geometry import CameraMount, TiltBuffer
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_localizer import LocatedPair, PairLocalizer

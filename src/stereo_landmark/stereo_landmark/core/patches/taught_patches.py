@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import gravity_aligned_camera
+from shirube_core.geometry import gravity_aligned_camera
 from stereo_landmark.core.patches.patch_alignment import AlignedPatch, align_patch
 from stereo_landmark.core.patches.patch_template import PatchTemplate, patch_template
 from stereo_landmark.core.place.reprojection_model import reproject

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 def ellipse_centre_offset(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 
 SPREAD_MIN = 0.005
@@ -43,10 +43,10 @@ class Displacement:
         return np.asarray(taught @ turn.T + [self.dx, self.dy, self.dz])
 
     @property
-    def pose(self) -> PlanarPose:
+    def pose(self) -> SE2:
         """``T_place_base``: pose of the robot in the taught frame."""
         place = -cmath.rect(1.0, self.theta_z) * complex(self.dx, self.dy)
-        return PlanarPose(place.real, place.imag, self.theta_z)
+        return SE2(place.real, place.imag, self.theta_z)
 
     @property
     def height(self) -> float:

@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class PlaceFix:
         residuals: reprojection residuals of these points, u, v left and u, v right, shape (n, 4) [px].
     """
 
-    T_place_base: PlanarPose
+    T_place_base: SE2
     height: float
     tilt: tuple[float, float]
     covariance: NDArray[np.float64]

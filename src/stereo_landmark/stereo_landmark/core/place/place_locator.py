@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose, gravity_aligned_camera, wrap_angle
+from shirube_core.geometry import SE2, gravity_aligned_camera, wrap_angle
 from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
 from stereo_landmark.core.place.consensus import find_consensus_set
 from stereo_landmark.core.place.consistency import consistent_points
@@ -173,7 +173,7 @@ def _make_fix(
     observed: StereoPoints,
 ) -> PlaceFix:
     return PlaceFix(
-        PlanarPose(float(state[0]), float(state[1]), float(state[3])),
+        SE2(float(state[0]), float(state[1]), float(state[3])),
         float(state[2]),
         (float(state[4]), float(state[5])),
         covariance,

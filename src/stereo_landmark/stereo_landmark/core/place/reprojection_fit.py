@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import wrap_angle
+from shirube_core.geometry import wrap_angle
 from stereo_landmark.core.place.reprojection_model import PITCH, ROLL, STATE_SIZE, reproject
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints

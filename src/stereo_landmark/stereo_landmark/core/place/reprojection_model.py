@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import matrix_from_rpy
+from shirube_core.geometry import matrix_from_rpy
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
 STATE_SIZE = 6

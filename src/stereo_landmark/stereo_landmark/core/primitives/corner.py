@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_settings import setting
+from shirube_core.settings import setting
 from stereo_landmark.core.primitives.angle_wrapping import wrap_differences
 from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.image_point import ImagePoint

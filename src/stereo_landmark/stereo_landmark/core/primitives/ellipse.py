@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_settings import setting
+from shirube_core.settings import setting
 from stereo_landmark.core.primitives.angle_wrapping import wrap_difference, wrap_differences
 from stereo_landmark.core.primitives.arcs import find_arcs
 from stereo_landmark.core.primitives.ellipse_geometry import normal_jacobian

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from shirube_settings import setting
+from shirube_core.settings import setting
 from stereo_landmark.core.primitives.angle_wrapping import wrap_difference, wrap_differences
 from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_lines

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_settings import setting
+from shirube_core.settings import setting
 from stereo_landmark.core.primitives.angle_wrapping import wrap_difference
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
 from stereo_landmark.core.primitives.image_point import ImagePoint

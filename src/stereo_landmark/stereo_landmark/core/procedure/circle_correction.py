@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import matrix_from_rpy
+from shirube_core.geometry import matrix_from_rpy
 from stereo_landmark.core.place.circle_centre import ellipse_centre_offset
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive

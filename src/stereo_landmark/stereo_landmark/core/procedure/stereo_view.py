@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import GravityAlignedCamera, gravity_aligned_camera
+from shirube_core.geometry import GravityAlignedCamera, gravity_aligned_camera
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives, DetectedScene
 from stereo_landmark.core.procedure.primitive import PrimitiveKind

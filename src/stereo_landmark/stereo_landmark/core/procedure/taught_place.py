@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.stereo_points import SpatialPoints
 from stereo_landmark.core.place.stereo_rig import StereoRig
@@ -78,7 +78,7 @@ class TaughtPlace:
     coordinates: SpatialPoints
     context_landmarks: tuple[TaughtPrimitive, ...] = ()
     processing: ImageProcessing = field(default_factory=ImageProcessing)
-    T_map_place: PlanarPose | None = None
+    T_map_place: SE2 | None = None
     images: StereoImages | None = field(default=None, compare=False, repr=False)
 
     @property

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.place.stereo_points import (
@@ -96,6 +96,14 @@ class Teacher:
             )
         return measured
 
+    def can_measure(self, chosen: Primitive) -> bool:
+        """Return whether a primitive detected in the left image can be measured in both."""
+        try:
+            self.measure(chosen)
+        except StereoLandmarkError:
+            return False
+        return True
+
     def coordinates(self, points: StereoPoints) -> SpatialPoints:
         """Triangulate points into the place's frame.
 
@@ -112,7 +120,7 @@ class Teacher:
         return triangulate(points, self._view.rig).transform(camera.rotation, camera.position)
 
     def teach(
-        self, name: str, selections: Sequence[TargetSelection], T_map_place: PlanarPose | None = None
+        self, name: str, selections: Sequence[TargetSelection], T_map_place: SE2 | None = None
     ) -> TaughtPlace:
         """Return the taught place.
 
@@ -184,8 +192,8 @@ class Teacher:
         (position,) = self.coordinates(_centre(left, right)).positions
         return position
 
-    def _is_measurable(self, left: Primitive, right: Primitive) -> bool:
-        """Return whether the position of a primitive can be measured."""
+    def _has_position(self, left: Primitive, right: Primitive) -> bool:
+        """Return whether the disparity of a primitive is large enough for its position."""
         return bool(is_measurable(_centre(left, right), self._view.rig).all())
 
     def _find_match(self, chosen: Primitive) -> Primitive | None:
@@ -207,7 +215,7 @@ class Teacher:
                 if any(_may_be_same_object(primitive, other) for other in taken):
                     continue
                 match = self._find_match(primitive)
-                if match is not None and self._is_measurable(primitive, match):
+                if match is not None and self._has_position(primitive, match):
                     taken.append(primitive)
                     position = self._position(primitive, match)
                     name = f'{kind.value} {len(found) + 1}'

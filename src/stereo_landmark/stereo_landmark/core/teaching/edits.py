@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from shirube_geometry import PlanarPose
-from shirube_settings import SettingsError, describe_settings, settings_from_values
+from shirube_core.geometry import SE2
+from shirube_core.settings import SettingsError, describe_settings, settings_from_values
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -33,7 +33,7 @@ def rename_place(state: TeachingState, name: str) -> TeachingState:
     return replace(state, name=name)
 
 
-def set_map_pose(state: TeachingState, T_map_place: PlanarPose | None) -> TeachingState:
+def set_map_pose(state: TeachingState, T_map_place: SE2 | None) -> TeachingState:
     """Set the pose of the place in the map; None removes it."""
     return replace(state, T_map_place=T_map_place)
 

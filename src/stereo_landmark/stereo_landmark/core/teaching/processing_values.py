@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import reduce
 from typing import Any
 
-from shirube_settings import describe_settings
+from shirube_core.settings import describe_settings
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing
 from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
 
@@ -80,7 +80,7 @@ class TeachingState:
     kinds: frozenset[PrimitiveKind] = frozenset({PrimitiveKind.ELLIPSE, PrimitiveKind.QUADRILATERAL})
     targets: tuple[TargetDraft, ...] = (TargetDraft('target_1'),)
     active: int = 0
-    T_map_place: PlanarPose | None = None
+    T_map_place: SE2 | None = None
 
     @property
     def target(self) -> TargetDraft:

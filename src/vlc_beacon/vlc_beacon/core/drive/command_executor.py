@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from vlc_beacon.core.drive.drive_settings import DriveSettings
 from vlc_beacon.core.drive.reference_line import ReferenceLine
 from vlc_beacon.core.drive.velocity import Velocity
@@ -61,7 +61,7 @@ class CommandExecutor:
                 self._line.rotate(value)
                 self._is_turning = True
 
-    def update_pose(self, stamp: float, T_map_base: PlanarPose) -> None:
+    def update_pose(self, stamp: float, T_map_base: SE2) -> None:
         """Update the robot's pose in the map at a time [s]; the first pose, also after a stop, defines the line."""
         if self._line is None or self._is_released:
             self._line = ReferenceLine(T_map_base)

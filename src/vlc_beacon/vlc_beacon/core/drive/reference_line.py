@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from shirube_geometry import PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 
 
 class ReferenceLine:
@@ -16,12 +16,12 @@ class ReferenceLine:
         start: initial pose of the robot in the map; it defines the line.
     """
 
-    def __init__(self, start: PlanarPose) -> None:
+    def __init__(self, start: SE2) -> None:
         self._origin = (start.x, start.y)
         self._pose = start
         self._yaw = self._heading = start.yaw
 
-    def update_pose(self, T_map_base: PlanarPose) -> None:
+    def update_pose(self, T_map_base: SE2) -> None:
         """Update the robot's pose."""
         self._yaw += wrap_angle(T_map_base.yaw - self._yaw)
         self._pose = T_map_base

@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import Waveform, waveform_from_steps
+from shirube_core.waveform import Waveform, waveform_from_steps
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 PREAMBLE = (1, 1, 1, 0, 0, 0)

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import waveform_from_steps
+from shirube_core.waveform import waveform_from_steps
 from vlc_beacon.core.light_code.lamp_rows import LampRows
 
 PHASES = 48

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import Waveform, waveform_from_steps
+from shirube_core.waveform import Waveform, waveform_from_steps
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 
 BITS = 3

@@ -7,7 +7,7 @@ import cmath
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import GravityAlignedCamera
+from shirube_core.geometry import GravityAlignedCamera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.consensus import ConsensusSet
 from vlc_beacon.core.pose.lamp_rays import LampRays

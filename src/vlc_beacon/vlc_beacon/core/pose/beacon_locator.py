@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
-from shirube_geometry import CameraMount, GravityAlignedCamera, PinholeCamera, gravity_aligned_camera
+from shirube_core.geometry import CameraMount, GravityAlignedCamera, PinholeCamera, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_anomalies import classify_anomalies, unclassified_anomalies
 from vlc_beacon.core.pose.closed_form import TwoLampSolver

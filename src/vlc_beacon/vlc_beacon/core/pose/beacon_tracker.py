@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PlanarPose, gravity_aligned_camera
+from shirube_core.geometry import SE2, CameraMount, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import EXPECTED_SIGMAS, BeaconLocator
 from vlc_beacon.core.pose.keyframe_buffer import KeyframeBuffer
@@ -48,7 +48,7 @@ class BeaconTracker:
         self.locator = BeaconLocator(beacons, mount, known, self._settings)
         self._mount = mount
         self._filter: PoseFilter | None = None
-        self._T_odom_base: PlanarPose | None = None
+        self._T_odom_base: SE2 | None = None
         self._keyframes = KeyframeBuffer()
         self._lost_images = 0
 
@@ -58,7 +58,7 @@ class BeaconTracker:
         self._keyframes.clear()
         self._lost_images = 0
 
-    def add_odometry(self, T_odom_base: PlanarPose) -> None:
+    def add_odometry(self, T_odom_base: SE2) -> None:
         """Add the newest odometry pose; call it before `track` for the same time."""
         if self._filter is not None and self._T_odom_base is not None:
             self._filter.predict(self._T_odom_base.inverse() @ T_odom_base)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import GravityAlignedCamera, matrix_from_rpy
+from shirube_core.geometry import GravityAlignedCamera, matrix_from_rpy
 
 STATES = 6
 _ROTATION_90 = np.array([[0.0, -1.0], [1.0, 0.0]])

@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import GravityAlignedCamera
+from shirube_core.geometry import GravityAlignedCamera
 from vlc_beacon.core.pose.bearing_model import STATES
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import GravityAlignedCamera
+from shirube_core.geometry import GravityAlignedCamera
 from vlc_beacon.core.pose.bearing_model import camera_points
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares

@@ -7,7 +7,7 @@ from collections import deque
 
 import numpy as np
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 from vlc_beacon.core.pose.lamp_rays import LampRays
 
 KEYFRAMES_MAX = 12
@@ -26,20 +26,20 @@ class KeyframeBuffer:
 
     def __init__(self) -> None:
         """Start without keyframes."""
-        self._keyframes: deque[tuple[PlanarPose, LampRays]] = deque(maxlen=KEYFRAMES_MAX)
+        self._keyframes: deque[tuple[SE2, LampRays]] = deque(maxlen=KEYFRAMES_MAX)
 
     def clear(self) -> None:
         """Drop all keyframes."""
         self._keyframes.clear()
 
-    def add(self, T_odom_base: PlanarPose, rays: LampRays) -> None:
+    def add(self, T_odom_base: SE2, rays: LampRays) -> None:
         """Add the lamps of an image as a keyframe, if there are any and the robot has moved."""
         if len(rays) and (
             not self._keyframes or self._keyframes[-1][0].distance_to(T_odom_base) >= KEYFRAME_SPACING
         ):
             self._keyframes.append((T_odom_base, rays))
 
-    def merged_with(self, T_odom_base: PlanarPose, rays: LampRays) -> LampRays:
+    def merged_with(self, T_odom_base: SE2, rays: LampRays) -> LampRays:
         """Return the lamps in view merged with those of earlier keyframes.
 
         Args:
@@ -60,8 +60,8 @@ class KeyframeBuffer:
         )
 
 
-def _transform_rays(observed: LampRays, motion: PlanarPose, distance: float, view: int) -> LampRays:
-    motions = [motion @ PlanarPose(*row) for row in observed.motions.tolist()]
+def _transform_rays(observed: LampRays, motion: SE2, distance: float, view: int) -> LampRays:
+    motions = [motion @ SE2(*row) for row in observed.motions.tolist()]
     pixel = np.sqrt(np.abs(np.linalg.det(observed.pixel_jacobians)))
     return LampRays(
         observed.ids,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import GravityAlignedCamera, PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, GravityAlignedCamera, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.odometry_settings import OdometrySettings
@@ -35,7 +35,7 @@ class PoseFilter:
 
     def __init__(
         self,
-        T_map_base: PlanarPose,
+        T_map_base: SE2,
         height: float,
         covariance: NDArray[np.float64],
         pose_settings: PoseSettings | None = None,
@@ -67,9 +67,9 @@ class PoseFilter:
         self._cluster_lamps: set[int] = set()
 
     @property
-    def pose(self) -> PlanarPose:
+    def pose(self) -> SE2:
         """``T_map_base``."""
-        return PlanarPose(float(self._state[X]), float(self._state[Y]), float(self._state[YAW]))
+        return SE2(float(self._state[X]), float(self._state[Y]), float(self._state[YAW]))
 
     @property
     def height(self) -> float:
@@ -102,7 +102,7 @@ class PoseFilter:
         keep = [X, Y, YAW]
         return ExpectedPose(self.pose, self._P[np.ix_(keep, keep)])
 
-    def predict(self, T_before_after: PlanarPose) -> None:
+    def predict(self, T_before_after: SE2) -> None:
         """Predict the state with the odometry motion since the last call, in the previous base frame."""
         distance = math.hypot(T_before_after.x, T_before_after.y)
         turn = T_before_after.yaw

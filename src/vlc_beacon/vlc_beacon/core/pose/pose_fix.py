@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 """Indices of x, y and yaw among x, y, z and yaw."""
@@ -56,7 +56,7 @@ class BeaconFix:
         anomalies: lamps that are not at their position in the file.
     """
 
-    T_map_base: PlanarPose
+    T_map_base: SE2
     height: float
     covariance: NDArray[np.float64]
     tilt: tuple[float, float]
@@ -105,10 +105,10 @@ class ExpectedPose:
         covariance: covariance of x, y [m] and yaw [rad], shape (3, 3).
     """
 
-    T_map_base: PlanarPose
+    T_map_base: SE2
     covariance: NDArray[np.float64]
 
-    def mahalanobis_distance(self, pose: PlanarPose, covariance: NDArray[np.float64]) -> float:
+    def mahalanobis_distance(self, pose: SE2, covariance: NDArray[np.float64]) -> float:
         """Return the Mahalanobis distance of a measured pose.
 
         Args:

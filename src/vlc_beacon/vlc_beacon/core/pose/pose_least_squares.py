@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import GravityAlignedCamera, PlanarPose, wrap_angle
+from shirube_core.geometry import SE2, GravityAlignedCamera, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
@@ -43,9 +43,9 @@ class PoseEstimate:
         return np.where(self.in_front, np.hypot(self.residuals[:, 0], self.residuals[:, 1]), np.inf)
 
     @property
-    def pose(self) -> PlanarPose:
+    def pose(self) -> SE2:
         """``T_map_base``."""
-        return PlanarPose(float(self.state[0]), float(self.state[1]), float(self.state[3]))
+        return SE2(float(self.state[0]), float(self.state[1]), float(self.state[3]))
 
     def mahalanobis_distance_to(self, expected: ExpectedPose) -> float:
         """Return the Mahalanobis distance from an expected pose."""

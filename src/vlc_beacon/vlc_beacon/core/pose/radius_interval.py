@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import GravityAlignedCamera, PinholeCamera, PlanarPose
+from shirube_core.geometry import SE2, GravityAlignedCamera, PinholeCamera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 
@@ -115,5 +115,5 @@ def _make_fix(
     base = camera_position - _yaw_rotation(yaw) @ level_camera.position
     covariance = np.diag([*(half_width**2 / 3.0), 0.0])
     used = np.ones(count, dtype=np.bool_)
-    pose = PlanarPose(float(base[0]), float(base[1]), yaw)
+    pose = SE2(float(base[0]), float(base[1]), yaw)
     return BeaconFix(pose, float(base[2]), covariance, (0.0, 0.0), used, np.zeros((count, 2)))

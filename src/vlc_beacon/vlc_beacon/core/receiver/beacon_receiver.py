@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, TiltBuffer
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, TiltBuffer
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
@@ -72,9 +72,9 @@ class BeaconReceiver:
         self._command_processor = CommandProcessor(authorizer)
         self._odometry, self._tilt = OdometryBuffer(), TiltBuffer()
         self._pose_check = PoseConsistencyCheck()
-        self._last_odometry: PlanarPose | None = None
+        self._last_odometry: SE2 | None = None
 
-    def add_odometry(self, stamp: float, T_odom_base: PlanarPose) -> None:
+    def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
         """Add an odometry pose at a time [s]."""
         self._odometry.add(stamp, T_odom_base)
 
@@ -105,7 +105,7 @@ class BeaconReceiver:
             self._authorizer.update_position(stamp, (result.T_map_base.x, result.T_map_base.y))
         return ReceiverOutput(tuple(lamps), result, tuple(self._command_processor.process(stamp, lamps)))
 
-    def _image_rotation(self, odometry: PlanarPose | None) -> float:
+    def _image_rotation(self, odometry: SE2 | None) -> float:
         """Return the image rotation since the last image [rad], opposite to the robot's rotation."""
         before, self._last_odometry = self._last_odometry, odometry
         return -before.yaw_to(odometry) if before is not None and odometry is not None else 0.0

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import CameraMount, PinholeCamera, PlanarPose, gravity_aligned_camera
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
 from vlc_beacon.core.pose.known_states import KnownStates
@@ -45,7 +45,7 @@ class LampLocalizer:
         self,
         lamps: Sequence[LampObservation],
         camera: PinholeCamera,
-        T_odom_base: PlanarPose | None,
+        T_odom_base: SE2 | None,
         velocity: NDArray[np.float64],
         tilt: tuple[float, float],
     ) -> BeaconFix | NoBeaconFix:

@@ -8,7 +8,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 _CAPACITY = 400
 _STEP_MIN = 1e-3
@@ -22,14 +22,14 @@ class OdometryBuffer:
 
     def __init__(self) -> None:
         """Start with an empty buffer."""
-        self._poses: deque[tuple[float, PlanarPose]] = deque(maxlen=_CAPACITY)
+        self._poses: deque[tuple[float, SE2]] = deque(maxlen=_CAPACITY)
 
-    def add(self, stamp: float, T_odom_base: PlanarPose) -> None:
+    def add(self, stamp: float, T_odom_base: SE2) -> None:
         """Add a pose at a time [s]; one that is not newer than the last by the minimum time is skipped."""
         if not self._poses or stamp - self._poses[-1][0] >= _STEP_MIN:
             self._poses.append((stamp, T_odom_base))
 
-    def pose_at(self, stamp: float) -> PlanarPose | None:
+    def pose_at(self, stamp: float) -> SE2 | None:
         """Return ``T_odom_base`` at a time [s], interpolated or extrapolated; None if no pose is near.
 
         Images are often newer than the last pose: then the pose is extrapolated with constant velocity.
@@ -39,14 +39,14 @@ class OdometryBuffer:
             return None
         begin, pose, velocity = step
         since = stamp - begin
-        return pose @ PlanarPose(*(velocity * since).tolist())
+        return pose @ SE2(*(velocity * since).tolist())
 
     def velocity_at(self, stamp: float) -> NDArray[np.float64]:
         """Return the velocity of the base along its x and y [m/s] and its yaw rate [rad/s]; zeros if unknown."""
         step = self._motion_at(stamp)
         return np.zeros(3) if step is None else step[2]
 
-    def _motion_at(self, stamp: float) -> tuple[float, PlanarPose, NDArray[np.float64]] | None:
+    def _motion_at(self, stamp: float) -> tuple[float, SE2, NDArray[np.float64]] | None:
         """Return stamp, pose and velocity of the motion segment around a time; None if unknown."""
         if not self._poses:
             return None

@@ -7,7 +7,7 @@ must also be consistent with an older anchor pose. A relocated robot is accepted
 
 from __future__ import annotations
 
-from shirube_geometry import PlanarPose
+from shirube_core.geometry import SE2
 
 JUMP_MAX = 0.3
 """Maximum difference between poses and odometry [m]."""
@@ -20,7 +20,7 @@ ACCEPT_AFTER = 30.0
 ANCHOR_TIME = 10.0
 """Age at which the anchor pose is replaced [s]."""
 
-_StampedPose = tuple[float, PlanarPose, PlanarPose | None]
+_StampedPose = tuple[float, SE2, SE2 | None]
 """Stamp [s], ``T_map_base`` and ``T_odom_base``."""
 
 
@@ -33,7 +33,7 @@ class PoseConsistencyCheck:
         self._last: _StampedPose | None = None
         self._jump_stamp: float | None = None
 
-    def is_consistent(self, stamp: float, T_map_base: PlanarPose, T_odom_base: PlanarPose | None) -> bool:
+    def is_consistent(self, stamp: float, T_map_base: SE2, T_odom_base: SE2 | None) -> bool:
         """Check a pose and return whether it may be used to authorize commands.
 
         Args:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from shirube_geometry import matrix_from_rpy
+from shirube_core.geometry import matrix_from_rpy
 from vlc_beacon.core.survey.lamp_bearings import LampBearings
 
 CLUSTER = 1.0

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from shirube_geometry import PinholeCamera
+from shirube_core.geometry import PinholeCamera
 from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
 from vlc_beacon.core.receiver.settings import ReceiverSettings
 from vlc_beacon.core.survey.lamp_bearings import LampBearings

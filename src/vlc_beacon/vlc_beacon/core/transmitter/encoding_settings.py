@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from shirube_settings import setting
+from shirube_core.settings import setting
 from vlc_beacon.core.light_code.manchester import SEGMENT_BYTES_MAX
 from vlc_beacon.core.transmitter.lamp_frame import PLAYS_MAX, TICK_RATE
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from light_waveform import Waveform
+from shirube_core.waveform import Waveform
 from vlc_beacon.core.transmitter.lamp_frame import STEP_FRACTION, TICK_RATE, LampFrame, PulseTrain, Section
 
 

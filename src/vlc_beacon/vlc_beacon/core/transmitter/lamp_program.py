@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from light_waveform import Waveform
+from shirube_core.waveform import Waveform
 from vlc_beacon.core.light_code.code_profile import (
     CodeProfile,
     manchester_profile,

@@ -1,0 +1,124 @@
+"""Runs a mission: from goal to goal, step by step, until all are reached or a node fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from scene_simulator.disc_clearance import disc_clearance
+from scene_simulator.mission_layout import ROBOT_HEIGHT, ROBOT_RADIUS
+from scene_simulator.mission_sensors import MissionSensors
+from shirube_bags.errors import ReplayError
+from shirube_bringup.lockstep_simulator import Simulator
+from shirube_bringup.mission_error import MissionError
+from shirube_bringup.mission_record import GoalRecord, MissionRecord
+from shirube_bringup.mission_subscribers import MissionSubscribers
+from shirube_bringup.node_processes import NodeProcesses
+from shirube_bringup.sensor_schedule import STEP_MS
+from shirube_bringup.stopwatch import Stopwatch
+from shirube_core.geometry import SE2
+
+_FIRST_POSE, _GOAL_TIME = 10.0, 90.0
+"""Timeouts for the first pose and for each goal, in mission time [s]."""
+_STATIONARY_TIME = 1.0
+"""A robot without motion for this long is stationary [s]."""
+_REACHED = 'goal reached'
+
+
+@dataclass
+class Mission:
+    """A running mission.
+
+    Attributes:
+        sensors: simulated sensors and room.
+        controller: emulated controller that moves the robot.
+        subscribers: messages received from the nodes.
+        steps: lockstep simulation.
+        record: result so far.
+        processes: processes of the nodes.
+        stopwatch: timing of the drive.
+    """
+
+    sensors: MissionSensors
+    controller: EmulatedController
+    subscribers: MissionSubscribers
+    steps: Simulator
+    record: MissionRecord
+    processes: NodeProcesses
+    stopwatch: Stopwatch
+
+    def run(self, log: Callable[[str], None]) -> None:
+        """Drive to all goals; if a node ends or hangs, the drive ends and the record gives the reason.
+
+        Args:
+            log: called with a line for each event.
+
+        Raises:
+            MissionError: a node has ended before the first step.
+            ReplayError: a node does not respond before the first step.
+        """
+        try:
+            self._visit_goals(log)
+        except (MissionError, ReplayError) as fault:
+            if not self.record.track:
+                raise
+            self.record.ended = str(fault)
+
+    def _visit_goals(self, log: Callable[[str], None]) -> None:
+        self._step_until(lambda: len(self.subscribers.fused) > 0, _FIRST_POSE)
+        if not self.subscribers.fused:
+            raise MissionError(f'no fused pose after {_FIRST_POSE:g} s; see the logs of the nodes')
+        self._step_until(lambda: False, _STATIONARY_TIME)
+        for number, goal in enumerate(self.sensors.layout.goals, start=1):
+            given = self.steps.now
+            record = self._drive_to(goal)
+            self.record.goals.append(record)
+            self.record.legs.append((1e-3 * given, 1e-3 * self.steps.now))
+            log(
+                f'goal {number} {"reached" if record.reached else "NOT reached"} after {record.seconds:.1f} s: true '
+                f'pose {1e3 * record.true_error:.1f} mm off, fused pose {1e3 * record.fused_error:.1f} mm'
+            )
+            if not record.reached:
+                self.record.ended = f'goal {number} was not reached: {self.subscribers.planner[1]}'
+                return
+        self.record.ended = 'all goals were reached'
+
+    def _drive_to(self, goal: SE2) -> GoalRecord:
+        start = self.steps.now
+        self.steps.publishers.publish_goal(start, goal)
+        stationary_ms = 0
+
+        def is_goal_done() -> bool:
+            nonlocal stationary_ms
+            stationary_ms = stationary_ms + STEP_MS if self.controller.is_stopped else 0
+            status_time, status = self.subscribers.planner
+            # An earlier status may be based on a pose that was corrected since.
+            is_fresh = status_time >= 1e-3 * (self.steps.now - stationary_ms) + _STATIONARY_TIME
+            return status == _REACHED and status_time > 1e-3 * start + 0.5 and is_fresh
+
+        reached = self._step_until(is_goal_done, _GOAL_TIME)
+        truth = self.controller.T_world_base
+        fused = self.subscribers.fused[-1]
+        then = self.controller.pose_at(fused.time)
+        return GoalRecord(
+            reached,
+            1e-3 * (self.steps.now - start),
+            truth.distance_to(goal),
+            abs(truth.yaw_to(goal)),
+            fused.pose.distance_to(then),
+        )
+
+    def _step_until(self, is_done: Callable[[], bool], seconds: float) -> bool:
+        """Step until a condition is true; return False after a timeout [s]."""
+        end = self.steps.now + round(1e3 * seconds)
+        while self.steps.now < end:
+            self.steps.step()
+            self.processes.check()
+            pose = self.controller.T_world_base
+            room = disc_clearance(self.sensors.room.boxes, pose.x, pose.y, ROBOT_RADIUS, ROBOT_HEIGHT)
+            self.record.add_step(1e-3 * self.steps.now, pose, room)
+            self.stopwatch.record_time(1e-3 * self.steps.now)
+            if is_done():
+                return True
+        return False

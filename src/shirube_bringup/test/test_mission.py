@@ -1,0 +1,136 @@
+"""An aborted mission keeps its record, with the reason."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from scene_simulator.mission_sensors import MissionSensors
+from shirube_bags.errors import ReplayError
+from shirube_bringup.mission import Mission
+from shirube_bringup.mission_error import MissionError
+from shirube_bringup.mission_record import MissionRecord
+from shirube_bringup.mission_subscribers import StampedPose
+from shirube_bringup.sensor_schedule import STEP_MS
+from shirube_core.geometry import SE2
+
+SEED = 3
+
+
+class FakeSubscribers:
+    """Subscribers with a fused pose from the start, and no goal reached."""
+
+    fused = (StampedPose(0.0, SE2(0.0, 0.0, 0.0)),)
+    planner = (0.0, 'driving to the goal')
+
+
+class FakeSimulation:
+    """A simulation of some steps, after which a node does not respond."""
+
+    def __init__(self, count: int) -> None:
+        self.now, self.left = 0, count
+        self.publishers = self
+
+    def step(self) -> None:
+        if self.left == 0:
+            raise ReplayError('/vlc_beacon has not responded for 60 s; check whether it hangs')
+        self.left -= 1
+        self.now += STEP_MS
+
+    def publish_goal(self, now: int, goal: SE2) -> None:
+        """Ignore the goal."""
+
+
+class FakeProcesses:
+    """Processes of which one ends after some checks."""
+
+    def __init__(self, count: int) -> None:
+        self.left = count
+
+    def check(self) -> None:
+        if self.left == 0:
+            raise MissionError('vlc_beacon ended with exit code -9; see vlc_beacon.log')
+        self.left -= 1
+
+
+class FakeStopwatch:
+    """A stopwatch without function."""
+
+    def record_time(self, now: float) -> None:
+        """Ignore the time."""
+
+
+def mission(steps: int, looks: int) -> Mission:
+    sensors = MissionSensors(SEED, {})
+    controller = EmulatedController(EmulatorSettings(), np.random.default_rng(0), sensors.layout.start)
+    record = MissionRecord(SEED)
+    return Mission(
+        sensors,
+        controller,
+        FakeSubscribers(),
+        FakeSimulation(steps),
+        record,
+        FakeProcesses(looks),
+        FakeStopwatch(),
+    )
+
+
+@pytest.mark.parametrize(
+    ('steps', 'looks', 'reason'), [(70, 500, 'has not responded'), (500, 70, 'ended with exit code -9')]
+)
+def test_a_node_that_hangs_or_ends_leaves_a_record_with_the_reason(steps, looks, reason):
+    broken = mission(steps, looks)
+    broken.run(print)
+    assert reason in broken.record.ended
+    assert 'vlc_beacon' in broken.record.ended
+    assert len(broken.record.track) == 70
+    assert not broken.record.has_succeeded(3)
+
+
+@pytest.mark.parametrize(('steps', 'looks'), [(0, 500), (500, 0)])
+def test_an_error_before_the_first_step_is_raised(steps, looks):
+    with pytest.raises((MissionError, ReplayError)):
+        mission(steps, looks).run(print)
+
+
+class StoppingController:
+    """A controller that stops at a time [s]."""
+
+    T_world_base = SE2(0.0, 0.0, 0.0)
+
+    def __init__(self, steps: FakeSimulation, time: float) -> None:
+        self.steps, self.time = steps, time
+
+    @property
+    def is_stopped(self) -> bool:
+        return 1e-3 * self.steps.now >= self.time
+
+    def pose_at(self, _: float) -> SE2:
+        return self.T_world_base
+
+
+class FakePlannerStatus:
+    """A planner status each second: goal reached, except for one second, when the pose was corrected."""
+
+    fused = FakeSubscribers.fused
+
+    def __init__(self, steps: FakeSimulation, corrected: int) -> None:
+        self.steps, self.corrected = steps, corrected
+
+    @property
+    def planner(self) -> tuple[float, str]:
+        second = self.steps.now // 1000
+        return float(second), 'driving' if second == self.corrected else 'goal reached'
+
+
+@pytest.mark.parametrize(('corrected', 'seconds'), [(3, 3.0), (4, 4.0), (5, 3.0)])
+def test_a_goal_is_reached_when_the_planner_still_says_so_a_second_after_the_halt(corrected, seconds):
+    """The first goal is published at 1 s and the wheels stop at 2.5 s: the status of second 4 is the first valid."""
+    driven = mission(8000 // STEP_MS, 8000)
+    driven.controller = StoppingController(driven.steps, 2.5)
+    driven.subscribers = FakePlannerStatus(driven.steps, corrected)
+    driven.run(print)
+    assert driven.record.goals[0].reached
+    assert driven.record.goals[0].seconds == pytest.approx(seconds, abs=0.1)

@@ -1,0 +1,33 @@
+"""Each node's command line names a parameter file with its parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import yaml
+
+from shirube_bringup.building_files import BuildingFiles
+from shirube_bringup.node_parameters import mission_nodes
+
+
+def test_the_six_nodes_get_their_files_and_topics(tmp_path):
+    files = BuildingFiles(Path('/building'))
+    nodes = {node.package: node for node in mission_nodes(files, '/dev/pts/9')}
+    assert len(nodes) == 6
+    values = {}
+    for name, node in nodes.items():
+        flag, params, path, *remapped = node.arguments(tmp_path)
+        assert (flag, params) == ('--ros-args', '--params-file')
+        assert remapped[::2] == ['-r'] * len(node.topics)
+        values[name] = yaml.safe_load(Path(path).read_text())[name]['ros__parameters']
+        assert values[name]['use_sim_time'] is True
+    assert values['motor_bridge']['port'] == '/dev/pts/9'
+    assert values['floor_localizer']['map_file'] == '/building/floor.dotmap'
+    assert values['reward_planner']['drive'] is True
+    assert nodes['reward_planner'].topics['pose'] == '/pose_arbiter/pose'
+
+
+def test_pictures_do_not_get_lost(tmp_path):
+    for node in mission_nodes(BuildingFiles(Path('/building')), 'x'):
+        text = Path(node.arguments(tmp_path)[2]).read_text()
+        assert text.count('reliability: reliable') == len(node.images)

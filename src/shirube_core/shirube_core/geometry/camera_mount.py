@@ -1,0 +1,61 @@
+"""Extrinsics of a camera on the robot, and its projection to the floor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from shirube_core.geometry.rotation import matrix_from_rpy
+
+
+@dataclass(frozen=True)
+class CameraMount:
+    """Pose of a camera's optical frame in ``base_link``, whose z = 0 plane is the floor.
+
+    Attributes:
+        xyz: position of the optical centre in the base frame [m].
+        rpy: fixed-axis roll, pitch, yaw of the optical frame in the base frame [rad].
+            ``(pi, 0, -pi/2)`` looks straight down; the upper edge of the image is at the front.
+    """
+
+    xyz: tuple[float, float, float] = (0.0, 0.0, 0.13)
+    rpy: tuple[float, float, float] = (math.pi, 0.0, -math.pi / 2.0)
+
+    @cached_property
+    def rotation(self) -> NDArray[np.float64]:
+        """``R_base_camera``, shape (3, 3), read-only."""
+        rotation = matrix_from_rpy(self.rpy)
+        rotation.flags.writeable = False
+        return rotation
+
+    def floor_points_from_rays(self, rays: ArrayLike) -> NDArray[np.float64]:
+        """Intersect rays of the camera with the floor.
+
+        Args:
+            rays: array-like, shape (n, 3), directions in the optical frame.
+
+        Returns:
+            array, shape (n, 2), x and y in the base frame [m]; NaN for a ray that does not point down.
+        """
+        directions = np.asarray(rays, dtype=np.float64) @ self.rotation.T
+        x, y, z = self.xyz
+        with np.errstate(divide='ignore', invalid='ignore'):
+            scale = np.where(directions[:, 2] < 0.0, -z / directions[:, 2], np.nan)
+        return np.column_stack([x + scale * directions[:, 0], y + scale * directions[:, 1]])
+
+    def camera_points_from_floor(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Transform floor points from the base frame to the optical frame.
+
+        Args:
+            points: array-like, shape (n, 2), x and y in the base frame [m], on the floor.
+
+        Returns:
+            array, shape (n, 3), in the optical frame [m].
+        """
+        floor = np.asarray(points, dtype=np.float64)
+        base = np.column_stack([floor, np.zeros(len(floor))])
+        return (base - np.array(self.xyz)) @ self.rotation

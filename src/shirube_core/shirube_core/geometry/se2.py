@@ -1,0 +1,68 @@
+"""Poses of a robot on a floor: x, y and yaw, their composition and inverse.
+
+``T_a_b`` is the pose of frame ``b`` in frame ``a``: it transforms coordinates in ``b`` to coordinates in ``a``.
+So ``T_map_base @ T_base_camera`` is ``T_map_camera``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def wrap_angle(angle: float) -> float:
+    """Wrap an angle [rad] to [-pi, pi]."""
+    return math.remainder(angle, math.tau)
+
+
+@dataclass(frozen=True)
+class SE2:
+    """A pose in SE(2): the pose of one frame in another.
+
+    Attributes:
+        x: x of the child frame's origin in the parent frame [m].
+        y: y of the child frame's origin in the parent frame [m].
+        yaw: heading of the child frame in the parent frame [rad], counter-clockwise.
+    """
+
+    x: float
+    y: float
+    yaw: float
+
+    def __matmul__(self, other: SE2) -> SE2:
+        """Compose: ``T_a_b @ T_b_c`` is ``T_a_c``."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return SE2(
+            self.x + cos * other.x - sin * other.y,
+            self.y + sin * other.x + cos * other.y,
+            wrap_angle(self.yaw + other.yaw),
+        )
+
+    def inverse(self) -> SE2:
+        """Return ``T_b_a`` of ``T_a_b``."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return SE2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap_angle(-self.yaw))
+
+    def transform(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Transform points from the child frame to the parent frame.
+
+        Args:
+            points: array-like, shape (n, 2), coordinates in the child frame [m].
+
+        Returns:
+            array, shape (n, 2), the same points in the parent frame [m].
+        """
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        rotation = np.array([[cos, -sin], [sin, cos]])
+        return np.asarray(points, dtype=np.float64) @ rotation.T + (self.x, self.y)
+
+    def distance_to(self, other: SE2) -> float:
+        """Return the distance between the origins of the two poses [m]."""
+        return math.hypot(self.x - other.x, self.y - other.y)
+
+    def yaw_to(self, other: SE2) -> float:
+        """Return the yaw from this pose to the other [rad], in [-pi, pi]."""
+        return wrap_angle(other.yaw - self.yaw)

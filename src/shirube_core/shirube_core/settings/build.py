@@ -1,0 +1,79 @@
+"""Builds a settings instance from values by name, from parameters, files or command line options."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Collection, Mapping
+from difflib import get_close_matches
+from numbers import Real
+from typing import Any, TypeVar, cast, get_type_hints
+
+from shirube_core.settings.check import check_value
+from shirube_core.settings.definition import SettingDescription, describe_settings
+from shirube_core.settings.settings_error import SettingsError
+
+Settings = TypeVar('Settings')
+
+
+def settings_from_values(cls: type[Settings], values: Mapping[str, object]) -> Settings:
+    """Return validated settings with the given values and defaults for the rest.
+
+    Args:
+        cls: a settings dataclass.
+        values: value by setting name (``group.name`` in a nested class). Lists become tuples, integers floats.
+
+    Raises:
+        SettingsError: a value of a wrong type or out of range, or a name that does not exist.
+    """
+    descriptions = {description.name: description for description in describe_settings(cls)}
+    converted = {}
+    for name, value in values.items():
+        if name not in descriptions:
+            raise SettingsError(_unknown_name_message(name, descriptions.values()))
+        converted[name] = _convert(descriptions[name], value)
+        check_value(descriptions[name], converted[name])
+    return _fill(cls(), converted, '')
+
+
+def _convert(description: SettingDescription, value: object) -> object:
+    if description.is_tuple and isinstance(value, (list, tuple)):
+        return tuple(_as_float(element) for element in value)
+    return _as_float(value) if description.type is float else value
+
+
+def _as_float(value: object) -> object:
+    return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
+
+
+def _fill(defaults: Settings, values: Mapping[str, object], prefix: str) -> Settings:
+    hints = get_type_hints(type(defaults))
+    group = cast('Any', defaults)  # a dataclass instance; typing has no public name for that
+    changes: dict[str, object] = {}
+    for field in dataclasses.fields(group):
+        name = prefix + field.name
+        if dataclasses.is_dataclass(hints[field.name]):
+            changes[field.name] = _fill(getattr(group, field.name), values, f'{name}.')
+        elif name in values:
+            changes[field.name] = values[name]
+    return cast('Settings', dataclasses.replace(group, **changes))
+
+
+def _unknown_name_message(name: str, known: Collection[SettingDescription]) -> str:
+    for description in known:
+        if description.former_name == name:
+            return renamed_message('setting', description)
+    names = [description.name for description in known]
+    close = get_close_matches(name, names, n=1)
+    remedy = f'did you mean {close[0]}?' if close else f'there are {", ".join(names)}'
+    return f'setting {name} does not exist, {remedy}'
+
+
+def renamed_message(what: str, description: SettingDescription) -> str:
+    """Return the message for a value that was given under a setting's former name.
+
+    Args:
+        what: ``setting`` or ``parameter``.
+        description: setting that was renamed.
+    """
+    old, new = description.former_name, description.name
+    return f'{what} {old} is now called {new}; rename it, or run "shirube migrate FILE"'

@@ -1,0 +1,30 @@
+import math
+
+import numpy as np
+import pytest
+
+from shirube_core.geometry import CameraMount, gravity_aligned_camera
+
+
+def test_without_tilt_the_pose_is_that_of_the_mount():
+    mount = CameraMount((0.1, -0.2, 0.3), (0.4, 0.5, -0.6))
+    aligned = gravity_aligned_camera(mount)
+    assert aligned.rotation == pytest.approx(mount.rotation)
+    assert aligned.position == pytest.approx([0.1, -0.2, 0.3])
+
+
+def test_a_camera_ahead_sinks_when_the_nose_goes_down():
+    aligned = gravity_aligned_camera(CameraMount((1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), pitch=0.1)
+    assert aligned.position == pytest.approx([math.cos(0.1), 0.0, -math.sin(0.1)])
+
+
+def test_a_camera_to_the_left_rises_when_the_robot_rolls():
+    aligned = gravity_aligned_camera(CameraMount((0.0, 1.0, 0.0), (0.0, 0.0, 0.0)), roll=0.1)
+    assert aligned.position == pytest.approx([0.0, math.cos(0.1), math.sin(0.1)])
+
+
+def test_what_is_above_the_robot_keeps_its_distance():
+    mount = CameraMount((0.3, 0.1, 0.2), (0.2, -0.1, 1.0))
+    aligned = gravity_aligned_camera(mount, 0.2, -0.3)
+    assert np.linalg.norm(aligned.position) == pytest.approx(np.linalg.norm(mount.xyz))
+    assert aligned.rotation @ aligned.rotation.T == pytest.approx(np.eye(3), abs=1e-12)

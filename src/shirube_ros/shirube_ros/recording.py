@@ -1,0 +1,153 @@
+"""The messages of a bag as a localizer's node receives them, without ROS running."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_bags.bag_reader import BagMessage, BagReader
+from shirube_core.geometry import SE2
+from shirube_ros.camera_info_conversion import SizedCamera, check_image_size
+from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
+from shirube_ros.message_error import CameraInfoError, MessageError
+from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.recording_topics import RecordingTopics
+from shirube_ros.tilt_conversion import tilt_from_imu
+
+_NANOSECONDS = 1_000_000_000
+
+Calibration = TypeVar('Calibration', bound=SizedCamera)
+
+
+@dataclass(frozen=True)
+class RecordedImage(Generic[Calibration]):
+    """A recorded image with its calibration.
+
+    Attributes:
+        camera: index of the camera.
+        topic: topic of the message.
+        header: header of the message.
+        stamp_ns: stamp of the image [ns].
+        pixels: pixels, shape (h, w) or (h, w, 3).
+        calibration: calibration of the camera.
+    """
+
+    camera: int
+    topic: str
+    header: Any
+    stamp_ns: int
+    pixels: NDArray[np.uint8]
+    calibration: Calibration
+
+
+@dataclass(frozen=True)
+class BadImage:
+    """An image that cannot be used.
+
+    Attributes:
+        topic: topic of the message.
+        stamp_ns: stamp of the image [ns].
+        fault: error message, one line.
+    """
+
+    topic: str
+    stamp_ns: int
+    fault: str
+
+
+@dataclass(frozen=True)
+class RecordedOdometry:
+    """A recorded odometry message.
+
+    Attributes:
+        topic: topic of the message.
+        header: header of the message.
+        T_odom_base: pose of the base in the odometry frame.
+    """
+
+    topic: str
+    header: Any
+    T_odom_base: SE2
+
+
+@dataclass(frozen=True)
+class RecordedTilt:
+    """A recorded tilt of the robot.
+
+    Attributes:
+        topic: topic of the message.
+        header: header of the message.
+        stamp_ns: stamp of the message [ns].
+        tilt: roll and pitch of the base [rad].
+    """
+
+    topic: str
+    header: Any
+    stamp_ns: int
+    tilt: tuple[float, float]
+
+
+class Recording(Generic[Calibration]):
+    """Reads a bag; invalid messages are skipped, as a node skips them.
+
+    Args:
+        bag: open bag.
+        topics: topics to read.
+        read_calibration: converts a CameraInfo to a calibration; its second argument is the topic, for error messages.
+    """
+
+    def __init__(
+        self, bag: BagReader, topics: RecordingTopics, read_calibration: Callable[[Any, str], Calibration]
+    ) -> None:
+        self._bag, self._topics, self._read_calibration = bag, topics, read_calibration
+        self._calibrations: dict[str, Calibration] = {}
+
+    def messages(
+        self,
+    ) -> Iterator[RecordedImage[Calibration] | BadImage | RecordedOdometry | RecordedTilt]:
+        """Yield the converted messages in order; an invalid image is yielded with its error.
+
+        Raises:
+            BagError: the bag is corrupted.
+        """
+        for raw in self._bag.messages(self._topics.wanted):
+            message = self._bag.decode(raw)
+            if raw.topic in self._topics.images:
+                yield self._image(message, raw)
+                continue
+            try:
+                if raw.topic == self._topics.odometry:
+                    yield RecordedOdometry(
+                        raw.topic, message.header, planar_pose(message.pose.pose, raw.topic)
+                    )
+                elif raw.topic == self._topics.imu:
+                    tilt = tilt_from_imu(message, raw.topic)
+                    yield RecordedTilt(raw.topic, message.header, _stamp_ns(message), tilt)
+                else:
+                    self._calibrations.pop(raw.topic, None)
+                    self._calibrations[raw.topic] = self._read_calibration(message, raw.topic)
+            except MessageError:
+                continue  # a bad calibration is reported with each image
+
+    def _image(self, message: Any, raw: BagMessage) -> RecordedImage[Calibration] | BadImage:
+        camera = self._topics.images.index(raw.topic)
+        info_topic = self._topics.camera_infos[camera]
+        stamp_ns = _stamp_ns(message)
+        is_compressed = raw.msgtype.endswith('CompressedImage')
+        try:
+            pixels = (array_from_compressed_image if is_compressed else array_from_image)(message, raw.topic)
+            calibration = self._calibrations.get(info_topic)
+            if calibration is None:
+                raise CameraInfoError(f'{raw.topic} was received without a valid {info_topic}')
+            check_image_size(calibration, pixels.shape, raw.topic, info_topic)
+        except MessageError as fault:
+            return BadImage(raw.topic, stamp_ns, str(fault))
+        return RecordedImage(camera, raw.topic, message.header, stamp_ns, pixels, calibration)
+
+
+def _stamp_ns(message: Any) -> int:
+    return int(message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec)

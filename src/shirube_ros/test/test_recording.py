@@ -1,0 +1,127 @@
+"""A recording yields valid messages in order, and invalid images with their error."""
+
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from builtin_interfaces.msg import Time
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
+from std_msgs.msg import Header
+
+from shirube_core.geometry import SE2
+from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.pose_conversion import odometry_message
+from shirube_ros.recording import BadImage, RecordedImage, RecordedOdometry, RecordedTilt, Recording
+from shirube_ros.recording_topics import RecordingTopics
+
+TOPICS = RecordingTopics(('/left', '/right'), ('/left/info', '/right/info'), '/odom', '/imu')
+PIXELS = np.arange(12, dtype=np.uint8).reshape(3, 4)
+
+
+def header(stamp):
+    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)))
+
+
+def info(width=4, focal_length=100.0):
+    matrix = [focal_length, 0.0, 1.5, 0.0, focal_length, 1.0, 0.0, 0.0, 1.0]
+    return CameraInfo(header=header(0), width=width, height=3, k=matrix, distortion_model='plumb_bob')
+
+
+def image(stamp, pixels=PIXELS):
+    height, width = pixels.shape
+    return Image(
+        header=header(stamp), height=height, width=width, encoding='mono8', step=width, data=pixels.tobytes()
+    )
+
+
+def compressed(stamp):
+    data = cv2.imencode('.png', PIXELS)[1].tobytes()
+    return CompressedImage(header=header(stamp), format='png', data=data)
+
+
+def odometry(stamp):
+    return odometry_message(SE2(1.0, 2.0, 0.5), np.eye(3), header(stamp), 'base_link')
+
+
+def read(*rows, topics=TOPICS):
+    """Return the contents of a recording of (topic, message) rows."""
+    kept = [
+        SimpleNamespace(topic=topic, msgtype=f'msg/{type(message).__name__}', message=message)
+        for topic, message in rows
+    ]
+    bag = SimpleNamespace(
+        messages=lambda wanted: (row for row in kept if row.topic in wanted), decode=lambda row: row.message
+    )
+    return list(Recording(bag, topics, camera_from_camera_info).messages())
+
+
+def test_everything_comes_in_its_order():
+    received = read(
+        ('/left/info', info()),
+        ('/right/info', info()),
+        ('/odom', odometry(1.0)),
+        ('/left', image(1.5)),
+        ('/imu', Imu(header=header(1.75))),
+        ('/right', compressed(2.0)),
+        ('/other', odometry(3.0)),
+    )
+    assert [type(one) for one in received] == [RecordedOdometry, RecordedImage, RecordedTilt, RecordedImage]
+    wheels, left, tilt, right = received
+    assert wheels.T_odom_base.distance_to(SE2(1.0, 2.0, 0.5)) < 1e-12
+    assert tilt.tilt == (0.0, 0.0)
+    assert [(one.camera, one.topic, one.stamp_ns) for one in (left, right)] == [
+        (0, '/left', 1_500_000_000),
+        (1, '/right', 2_000_000_000),
+    ]
+    assert tilt.stamp_ns == 1_750_000_000
+    for one in (left, right):
+        np.testing.assert_array_equal(one.pixels, PIXELS)
+        assert one.calibration.fx == 100.0
+
+
+def test_each_camera_has_its_own_calibration_and_the_newest():
+    received = read(
+        ('/left/info', info(focal_length=100.0)),
+        ('/right/info', info(focal_length=200.0)),
+        ('/left', image(1)),
+        ('/right', image(1)),
+        ('/left/info', info(focal_length=300.0)),
+        ('/left', image(2)),
+    )
+    assert [one.calibration.fx for one in received] == [100.0, 200.0, 300.0]
+
+
+@pytest.mark.parametrize(
+    ('rows', 'fault'),
+    [
+        ([('/left', image(1))], '/left was received without a valid /left/info'),
+        ([('/right/info', info()), ('/left', image(1))], '/left was received without a valid /left/info'),
+        ([('/left/info', info(width=8)), ('/left', image(1))], '/left is 4 x 3 px but /left/info is for 8 x 3 px'),
+        ([('/left/info', info()), ('/left', CompressedImage(header=header(1), data=b'no'))], '/left'),
+    ],
+)  # fmt: skip
+def test_a_bad_image_has_its_error(rows, fault):
+    (bad,) = read(*rows)
+    assert isinstance(bad, BadImage)
+    assert (bad.topic, bad.stamp_ns) == ('/left', 1_000_000_000)
+    assert bad.fault.startswith(fault)
+
+
+def test_after_a_bad_calibration_the_one_before_counts_no_more():
+    received = read(('/left/info', info()), ('/left/info', info(focal_length=0.0)), ('/left', image(1)))
+    assert [type(one) for one in received] == [BadImage]
+
+
+def test_bad_odometry_and_tilt_are_left_out():
+    bad = odometry(1)
+    bad.pose.pose.position.x = float('nan')
+    invalid = Imu(header=header(1))
+    invalid.orientation.w = 0.0
+    assert not read(('/odom', bad), ('/imu', invalid))
+
+
+def test_a_method_without_odometry_sees_none():
+    topics = RecordingTopics(('/left',), ('/left/info',))
+    assert topics.wanted == ['/left', '/left/info']
+    assert not read(('/odom', odometry(1)), ('/imu', Imu(header=header(1))), topics=topics)
