@@ -15,7 +15,7 @@ from contextlib import contextmanager, redirect_stdout
 from io import StringIO
 from itertools import islice
 from pathlib import Path
-from types import CodeType
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,6 @@ from stereo_landmark.commands.teach import main as teach
 
 ROOT = Path(__file__).resolve().parents[1]
 BAGS = ROOT / 'bags'
-TOOL = sys.monitoring.PROFILER_ID
 FLOOR = {'image_transport': 'compressed', 'camera_xyz': [0.0, 0.0, 0.13]}
 
 
@@ -45,21 +44,16 @@ FLOOR = {'image_transport': 'compressed', 'camera_xyz': [0.0, 0.0, 0.13]}
 def watched_files(found: set[str]) -> Iterator[None]:
     """Collect the product files of which a function starts."""
 
-    def note(code: CodeType, _: int) -> object:
-        path = Path(code.co_filename)
-        if path.is_relative_to(ROOT / 'src') and code.co_name != '<module>':
+    def note(frame: FrameType, event: str, _: object) -> None:
+        path = Path(frame.f_code.co_filename)
+        if event == 'call' and path.is_relative_to(ROOT / 'src') and frame.f_code.co_name != '<module>':
             found.add(str(path.relative_to(ROOT / 'src')))
-        return sys.monitoring.DISABLE
 
-    sys.monitoring.use_tool_id(TOOL, 'files_on_paths')
-    sys.monitoring.register_callback(TOOL, sys.monitoring.events.PY_START, note)
-    sys.monitoring.set_events(TOOL, sys.monitoring.events.PY_START)
-    sys.monitoring.restart_events()
+    sys.setprofile(note)
     try:
         yield
     finally:
-        sys.monitoring.set_events(TOOL, 0)
-        sys.monitoring.free_tool_id(TOOL)
+        sys.setprofile(None)
 
 
 class FedNode:
@@ -141,7 +135,7 @@ def late_pose(context: Context, found: set[str]) -> None:
     arbiter.run_timers()
     with watched_files(found):
         arbiter.feed_raw(late)
-        arbiter.node._arbiter.estimate_at(kept[-1].stamp_ns)
+        arbiter.node._arbiter.estimate_at(kept[-1].stamp_ns)  # noqa: SLF001 without its publishers
 
 
 def set_time(node: FedNode, tenths: int) -> None:
