@@ -157,5 +157,5 @@ def manchester_link(segment_bytes: int) -> Link:
         return segments_waveform(segments, segment_format, clock_scale)
 
     profile = manchester_profile(segment_format, ROW_TIME, exposure)
-    name = f'Manchester, {segment_bytes} B slots'
+    name = f'Manchester, {segment_bytes} B segments'
     return Link(name, 30.0, Channel(exposure, profile.rows_min), profile, waveform, decoder)
