@@ -38,7 +38,8 @@ BAGS = Path(__file__).parents[1] / 'bags'
 Result = dict[str, Any]
 Parameters = dict[str, object]
 CORRIDOR = {'camera_xyz': [0.1, 0.12, 1.25]}
-REPEATS = ('left', 'right', 'light', 'hidden', 'moved')
+REPEATS = {'left': 3.5, 'right': 5.0, 'light': 3.5, 'hidden': 3.5, 'moved': 3.5}
+"""Corridor drives and how much of them is replayed [s]."""
 BLOCK = 10
 """Cells along a side of the blocks in which a grid is counted."""
 
@@ -157,7 +158,7 @@ def run_floor(folder: Path) -> Result:
         FloorLocalizerNode,
         'floor_localizer',
         {'image_transport': 'compressed', 'camera_xyz': [0.0, 0.0, 0.13]},
-        [('floor_drive', topics, 60.0)],
+        [('floor_drive', topics, 25.0)],
     )
 
 
@@ -176,7 +177,7 @@ def run_lamps(folder: Path) -> Result:
             'key_file': str(folder / 'key'),
             'counter_file': str(folder / 'counters.json'),
         },
-        [('lamp_drive', topics, 14.0)],
+        [('lamp_drive', topics, 9.0)],
     ) | replay(
         VlcBeaconNode,
         'vlc_beacon',
@@ -186,7 +187,7 @@ def run_lamps(folder: Path) -> Result:
             'shutter': 'rolling',
             'exposure_time': 60e-6,
         },
-        [('lamp_drive_rolling', topics, 6.0)],
+        [('lamp_drive_rolling', topics, 4.0)],
     )
 
 
@@ -198,7 +199,7 @@ def run_stereo(folder: Path) -> Result:
         StereoLandmarkNode,
         'stereo_landmark',
         {'image_transport': 'compressed', 'places_dir': str(folder), **CORRIDOR},
-        [(f'corridor_{name}', [*topics, '/imu'], 5.0) for name in REPEATS],
+        [(f'corridor_{name}', [*topics, '/imu'], seconds) for name, seconds in REPEATS.items()],
     )
 
 
