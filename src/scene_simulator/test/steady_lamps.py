@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scene_simulator.mission_lamps import LAMPS
+from scene_simulator.mission.lamps import LAMPS
 from shirube_core.waveform import steady_light
 
 STEADY = {name: steady_light() for name in LAMPS}

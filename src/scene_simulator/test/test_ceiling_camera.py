@@ -7,15 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.blooming import SHARP, Blooming
-from scene_simulator.camera_motion import CameraPose, PoseAt, camera_pose
-from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera, CeilingPhoto
-from scene_simulator.ceiling_lamp import CeilingLamp
-from scene_simulator.ceiling_lens import CeilingLens
-from scene_simulator.ceiling_room import CeilingRoom
-from scene_simulator.gain_sensor import GainSensor
-from scene_simulator.lamp_shape import Disc
-from scene_simulator.shutter import Shutter
+from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera, CeilingPhoto
+from scene_simulator.ceiling.lamp import CeilingLamp, Disc
+from scene_simulator.ceiling.lens import SHARP, Blooming, CeilingLens
+from scene_simulator.ceiling.room import CeilingRoom
+from scene_simulator.imaging.exposure import CameraPose, PoseAt, Shutter, camera_pose
+from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.waveform import waveform_from_steps
 

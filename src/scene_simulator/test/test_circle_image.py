@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from circle_image import circle_image
 
-from scene_simulator.camera_motion import camera_pose
-from scene_simulator.circle_image import circle_image
-from scene_simulator.corridor_landmark import RoundLandmark
-from scene_simulator.corridor_surface import facing_wall
+from scene_simulator.corridor.shapes import RoundLandmark, facing_wall
+from scene_simulator.imaging.exposure import camera_pose
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 306.0, 305.0, 158.3, 121.1)

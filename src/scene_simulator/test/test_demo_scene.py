@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scene_simulator.demo_scene import DEMO_CAMERA, DemoScene
 from scene_simulator.errors import SceneError
+from scene_simulator.floor.demo_scene import DEMO_CAMERA, DemoScene
 
 SCENE = DemoScene()
 

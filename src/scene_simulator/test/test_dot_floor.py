@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT, FloorDesign, generate_dot_floor
 from scene_simulator.errors import SceneError
+from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, FloorDesign, generate_dot_floor, survey_floor
 
 FLOOR = generate_dot_floor(DARK_ON_LIGHT, 3)
 
@@ -80,3 +80,11 @@ def test_an_empty_floor_can_be_laid() -> None:
 def test_impossible_floors_are_refused(design: FloorDesign, seed: int, complaint: str) -> None:
     with pytest.raises(SceneError, match=complaint):
         generate_dot_floor(design, seed)
+
+
+def test_the_survey_is_off_by_its_error() -> None:
+    errors = survey_floor(FLOOR, 0.00005, 1) - np.column_stack([FLOOR.points, FLOOR.diameters])
+    np.testing.assert_allclose(errors.std(axis=0), 0.00005, rtol=0.06)
+    assert np.abs(errors.mean(axis=0)).max() < 0.000005
+    with pytest.raises(SceneError, match='survey error'):
+        survey_floor(FLOOR, -1.0, 1)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scene_simulator.dot_floor import COLOURED, DotFloor, FloorDesign, generate_dot_floor
 from scene_simulator.errors import SceneError
-from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
-from scene_simulator.imaging import Lighting, Sensor
+from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
+from scene_simulator.floor.dot_floor import COLOURED, DotFloor, FloorDesign, generate_dot_floor
+from scene_simulator.imaging.sensors import Lighting, Sensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 APART = FloorDesign(size=(0.4, 0.4), count=900, min_distance=0.0075, mottling=0.0, colour_spread=0.0)

@@ -8,15 +8,14 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from scene_simulator.camera_clock import CameraClock
-from scene_simulator.ceiling_camera import CeilingCamera
-from scene_simulator.ceiling_room import paper_room
+from scene_simulator.ceiling.camera import CeilingCamera
+from scene_simulator.ceiling.lamp_drive import LampDrive
+from scene_simulator.ceiling.paper_run import paper_room
 from scene_simulator.errors import SceneError
-from scene_simulator.lamp_drive import LampDrive
-from scene_simulator.leg_drive import LegDrive
-from scene_simulator.shutter import Shutter
-from scene_simulator.simulated_robot import SimulatedRobot
-from scene_simulator.wheel_odometry import WheelErrors
+from scene_simulator.imaging.exposure import CameraClock, Shutter
+from scene_simulator.robot.leg_drive import LegDrive
+from scene_simulator.robot.simulated_robot import SimulatedRobot
+from scene_simulator.robot.wheel_odometry import WheelErrors
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.waveform import steady_light
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from scene_simulator.errors import SceneError
-from scene_simulator.movingai_files import Scenario, load_movingai_map, load_movingai_scenarios
+from scene_simulator.room.movingai_files import Scenario, load_movingai_map, load_movingai_scenarios
 
 MAP = 'type octile\nheight 2\nwidth 3\nmap\n.@.\nTGS\n'
 

@@ -1,4 +1,4 @@
-"""The paper's run: its path, speeds and the lamps in view."""
+"""The paper's room and run; mirrors and mains."""
 
 from __future__ import annotations
 
@@ -7,15 +7,110 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.ceiling_camera import PAPER_OPTICS
-from scene_simulator.ceiling_room import PAPER_AREA, PAPER_LAMPS
+from scene_simulator.ceiling.camera import PAPER_OPTICS
+from scene_simulator.ceiling.lamp import CeilingLamp, LedGrid
+from scene_simulator.ceiling.paper_run import (
+    LAMP_A,
+    LAMP_B,
+    PAPER_AREA,
+    PAPER_LAMPS,
+    distractors,
+    mains_flicker,
+    paper_room,
+    paper_run,
+    reflection,
+)
+from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.errors import SceneError
-from scene_simulator.paper_run import LAMP_A, LAMP_B, paper_run
-from shirube_core.waveform import steady_light
+from shirube_core.waveform import steady_light, waveform_from_steps
+
+WAVEFORMS = [steady_light() for _ in range(4)]
+
+
+def test_the_paper_has_four_panels_each_with_its_own_waveform() -> None:
+    room = paper_room(WAVEFORMS)
+    assert [lamp.xyz for lamp in room.lamps] == list(PAPER_LAMPS)
+    assert [lamp.waveform for lamp in room.lamps] == WAVEFORMS
+    assert room.surface is None
+
+
+def test_more_lights_come_after_the_lamps() -> None:
+    room = paper_room(WAVEFORMS).with_ambient_light(10.0).with_lights(distractors())
+    assert room.lamps[:4] == paper_room(WAVEFORMS).lamps
+    assert len(room.lamps) == 8
+    assert room.surface is not None
+
+
+def test_the_ceiling_hangs_just_above_the_lamps() -> None:
+    surface = paper_room(WAVEFORMS).with_ambient_light(10.0).surface
+    assert surface is not None
+    assert 0.0 < surface.height - 2.5 < 0.05
+    assert surface.ambient == 10.0
+
+
+def test_wrong_rooms_are_refused() -> None:
+    with pytest.raises(SceneError, match='4 waveforms'):
+        paper_room(WAVEFORMS[:3])
+    with pytest.raises(SceneError, match='lamp'):
+        CeilingRoom().with_ambient_light(1.0)
+
+
+HALVES = waveform_from_steps([1e-3, 1e-3], [[1.0, 0.0], [0.0, 1.0]])
+
+LAMP = CeilingLamp((0.4, 1.8, 2.5), LedGrid(), HALVES, 2000.0, rpy=(0.0, 0.0, 0.3))
+
+POINT, NORMAL = np.array([0.0, 3.9, 0.0]), np.array([0.1, -2.0, 0.0])
+
+
+def test_every_point_of_a_reflection_is_mirrored_at_the_wall() -> None:
+    face = np.array([(0.0, 0.0), (0.03, 0.0), (0.0, 0.02), (-0.01, 0.03)])
+    mirrored = reflection(LAMP, POINT, NORMAL).map_points(face)
+    across = mirrored - LAMP.map_points(face)
+    middles = 0.5 * (mirrored + LAMP.map_points(face))
+    unit = NORMAL / np.linalg.norm(NORMAL)
+    np.testing.assert_allclose(np.cross(across, unit), 0.0, atol=1e-12)
+    np.testing.assert_allclose((middles - POINT) @ unit, 0.0, atol=1e-12)
+
+
+def test_a_reflection_sends_the_same_code_dimmer() -> None:
+    mirrored = reflection(LAMP, POINT, NORMAL, 0.25)
+    assert mirrored.waveform is LAMP.waveform
+    assert mirrored.brightness == pytest.approx(500.0)
+
+
+def test_two_reflections_are_the_lamp_again() -> None:
+    again = reflection(reflection(LAMP, POINT, NORMAL, 1.0), POINT, NORMAL, 1.0)
+    np.testing.assert_allclose(again.xyz, LAMP.xyz, atol=1e-12)
+    np.testing.assert_allclose(again.map_points([(0.03, 0.01)]), LAMP.map_points([(0.03, 0.01)]), atol=1e-12)
+
+
+def test_a_mirror_without_direction_is_refused() -> None:
+    with pytest.raises(SceneError, match='normal'):
+        reflection(LAMP, POINT, (0.0, 0.0, 0.0))
+
+
+def test_the_mains_flicker_a_hundred_times_a_second() -> None:
+    flicker = mains_flicker(100.0, 0.3)
+    times = np.linspace(0.0, 0.05, 500)
+    levels = flicker.mean_levels(times, times + 1e-4)[:, 0]
+    assert flicker.period == pytest.approx(0.01)
+    assert levels.max() == pytest.approx(1.0, abs=0.01)
+    assert levels.min() == pytest.approx(0.7, abs=0.01)
+    assert flicker.mean_levels(0.0, 0.01)[0] == pytest.approx(0.85, abs=1e-6)
+
+
+def test_no_distractor_hangs_where_a_lamp_of_the_paper_does() -> None:
+    places = np.array([light.xyz for light in distractors()])
+    assert len(places) == 4
+    assert np.hypot(places[:, 0] % 1.8, places[:, 1] % 1.8).min() > 0.2
+
 
 RUN = paper_run([steady_light(2) for _ in range(4)])
+
 END = 36.0
+
 TIMES = np.arange(0.0, END, 0.05)
+
 POSES = [RUN.pose_at(float(time)) for time in TIMES]
 
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.demo_scene import ROUTE
 from scene_simulator.errors import SceneError
-from scene_simulator.robot_drive import DriveLimits, RobotDrive, Waypoint
+from scene_simulator.floor.demo_scene import ROUTE
+from scene_simulator.robot.robot_drive import DriveLimits, RobotDrive, Waypoint
 
 DRIVE = RobotDrive(ROUTE, DriveLimits())
 TIMES = np.arange(0.0, 60.0, 0.01)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scene_simulator.room_drive import RoomDrive
+from scene_simulator.room.room_drive import RoomDrive
 
 
 @pytest.mark.parametrize('seed', [1, 2, 3])

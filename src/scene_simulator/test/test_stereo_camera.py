@@ -8,20 +8,19 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from circle_image import circle_image
 from flat_patches import BRIGHT, GROUND, patches, plain_wall
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import norm
 
-from scene_simulator.camera_motion import CameraPose, camera_pose
-from scene_simulator.circle_image import circle_image
-from scene_simulator.corridor_cabinet import Cabinet
-from scene_simulator.corridor_landmark import RoundLandmark, SquareLandmark
-from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.corridor_sign import NoticeBoard
-from scene_simulator.corridor_surface import facing_wall
-from scene_simulator.gain_sensor import GainSensor
-from scene_simulator.stereo_camera import StereoCamera, StereoOptics
+from scene_simulator.corridor.fittings import NoticeBoard
+from scene_simulator.corridor.instruments import Cabinet
+from scene_simulator.corridor.scene import CorridorScene
+from scene_simulator.corridor.shapes import RoundLandmark, SquareLandmark, facing_wall
+from scene_simulator.corridor.stereo_camera import StereoCamera, StereoOptics
+from scene_simulator.imaging.exposure import CameraPose, camera_pose
+from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 PLAIN = StereoOptics(vignetting=0.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from shirube_bringup.lamp_programs import lamp_waveforms
+from shirube_bringup.building import lamp_waveforms
 from shirube_bringup.render_worker import compile_render_kernels
 from vlc_beacon.core.authorization.command_key import CommandKey
 

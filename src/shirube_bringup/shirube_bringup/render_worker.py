@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.mission_sensors import MissionSensors
+from scene_simulator.mission.sensors import MissionSensors
 from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
 

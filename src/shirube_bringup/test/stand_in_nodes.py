@@ -11,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image, Imu
 from std_msgs.msg import Header
 
-from shirube_bringup.mission_messages import mission_time
+from shirube_bringup.publishers import mission_time
 
 TOPICS = {
     'floor_localizer': ('/floor/image_raw',),

@@ -151,13 +151,13 @@ def test_the_simulation_starts_the_room_with_known_options() -> None:
     mission = PACKAGE.parent / 'shirube_bringup'
     assert 'room = {NAME}.commands.room:main' in (mission / 'setup.py').read_text()
     room = (mission / 'shirube_bringup' / 'commands' / 'room.py').read_text()
-    run = (mission / 'shirube_bringup' / 'mission_run.py').read_text()
+    run = (mission / 'shirube_bringup' / 'run.py').read_text()
     for option in re.findall(r"'(--\w+)'", simulation):
         assert f"'{option}'" in room
     (matches,) = re.findall(r"^WRITTEN = b'(.+)'$", simulation, re.MULTILINE)
     assert re.search(rf"^PARAMETERS_WRITTEN = '.*{matches}", run, re.MULTILINE)
     topics = re.findall(r"camera\('(\w+)'\)", simulation)
-    publishers = (mission / 'shirube_bringup' / 'mission_publishers.py').read_text()
+    publishers = (mission / 'shirube_bringup' / 'publishers.py').read_text()
     assert topics
     assert all(f"'/{name}/image_raw'" in publishers for name in topics)
 

@@ -12,11 +12,10 @@ from stand_in_nodes import TOPICS, StubNode
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from scene_simulator.mission_lamps import LAMPS
-from scene_simulator.mission_sensors import MissionSensors
-from shirube_bringup.lockstep_simulator import Simulator
-from shirube_bringup.mission_subscribers import MissionSubscribers
-from shirube_bringup.sensor_schedule import CAMERAS, STEP_MS
+from scene_simulator.mission.lamps import LAMPS
+from scene_simulator.mission.sensors import MissionSensors
+from shirube_bringup.simulator import CAMERAS, STEP_MS, Simulator
+from shirube_bringup.subscribers import MissionSubscribers
 from shirube_core.waveform import steady_light
 from shirube_ros.isolated_graph import isolated_graph
 

@@ -7,13 +7,13 @@ import pytest
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from scene_simulator.mission_sensors import MissionSensors
+from scene_simulator.mission.sensors import MissionSensors
 from shirube_bags.errors import ReplayError
 from shirube_bringup.mission import Mission
-from shirube_bringup.mission_error import MissionError
-from shirube_bringup.mission_record import MissionRecord
-from shirube_bringup.mission_subscribers import StampedPose
-from shirube_bringup.sensor_schedule import STEP_MS
+from shirube_bringup.nodes import MissionError
+from shirube_bringup.record import MissionRecord
+from shirube_bringup.simulator import STEP_MS
+from shirube_bringup.subscribers import StampedPose
 from shirube_core.geometry import SE2
 
 SEED = 3

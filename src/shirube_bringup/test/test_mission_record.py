@@ -7,8 +7,8 @@ import math
 
 import pytest
 
-from scene_simulator.mission_layout import DARK
-from shirube_bringup.mission_record import GoalRecord, MissionRecord
+from scene_simulator.mission.layout import DARK
+from shirube_bringup.record import GoalRecord, MissionRecord
 from shirube_core.geometry import SE2
 
 GOOD = GoalRecord(True, 10.0, 0.012, 0.02, 0.008)

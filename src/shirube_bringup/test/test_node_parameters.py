@@ -6,8 +6,8 @@ from pathlib import Path
 
 import yaml
 
-from shirube_bringup.building_files import BuildingFiles
-from shirube_bringup.node_parameters import mission_nodes
+from shirube_bringup.building import BuildingFiles
+from shirube_bringup.nodes import mission_nodes
 
 
 def test_the_six_nodes_get_their_files_and_topics(tmp_path):

@@ -6,9 +6,7 @@ import time
 
 import pytest
 
-from shirube_bringup.mission_error import MissionError
-from shirube_bringup.node_parameters import NodeSetup
-from shirube_bringup.node_processes import NodeProcesses
+from shirube_bringup.nodes import MissionError, NodeProcesses, NodeSetup
 
 
 def check_until_it_ends(nodes: NodeProcesses) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from shirube_bringup.sensor_schedule import CAMERAS, STEP_MS, TILT, SensorSchedule
+from shirube_bringup.simulator import CAMERAS, STEP_MS, TILT, SensorSchedule
 
 
 @pytest.mark.parametrize('schedule', [*CAMERAS, TILT, SensorSchedule('odd', 33, 7, 5, 50)])

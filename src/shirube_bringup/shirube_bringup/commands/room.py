@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from shirube_bags.errors import ShirubeBagsError
-from shirube_bringup.building_files import write_building
-from shirube_bringup.mission_error import MissionError
-from shirube_bringup.mission_run import RunOptions, run_mission
-from shirube_bringup.report.mission_report import write_report
+from shirube_bringup.building import write_building
+from shirube_bringup.nodes import MissionError
+from shirube_bringup.report.page import write_report
+from shirube_bringup.run import RunOptions, run_mission
 from shirube_core.files import write_text
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 

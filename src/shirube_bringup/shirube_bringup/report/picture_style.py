@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scene_simulator.mission_layout import ZONES
+from scene_simulator.mission.layout import ZONES
 from shirube_bringup.report.trace_errors import Array, zone_spans
 from shirube_core.files import atomic_write
 

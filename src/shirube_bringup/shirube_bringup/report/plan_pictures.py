@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
-from scene_simulator.mission_layout import ROBOT_RADIUS, ROOM
-from shirube_bringup.mission_traces import GridMap, MissionTraces
+from scene_simulator.mission.layout import ROBOT_RADIUS, ROOM
+from shirube_bringup.record import GridMap, MissionTraces
 from shirube_bringup.report.picture_style import COLOURS, LABELS, TRUTH, draw_zones, picture
 from shirube_bringup.report.trace_errors import align_all_poses, as_array
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from shirube_bringup.mission_record import FUSED_ERROR_MAX
-from shirube_bringup.mission_traces import MissionTraces
+from shirube_bringup.record import FUSED_ERROR_MAX, MissionTraces
 from shirube_bringup.report.picture_style import COLOURS, LABELS, TRUTH, mark_goals, picture, shade_zones
 from shirube_bringup.report.trace_errors import align_all_poses, as_array, compute_speeds, pose_errors
 

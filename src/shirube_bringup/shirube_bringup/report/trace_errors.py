@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.mission_layout import ZONES
-from shirube_bringup.mission_traces import MissionTraces, StampedNumbers
+from scene_simulator.mission.layout import ZONES
+from shirube_bringup.record import MissionTraces, StampedNumbers
 from shirube_core.geometry import SE2
 
 Array = NDArray[np.float64]
