@@ -15,7 +15,6 @@ from shirube_bags.message_types import jazzy_types
 from shirube_core.geometry import SE2, PinholeCamera, quaternion_from_yaw
 
 _ODOMETRY_VARIANCES = (1e-4, 1e-4, 1e-12, 1e-12, 1e-12, 1e-3)
-
 _IMU_VARIANCES = (1e-6, 1e-6, math.pi**2)
 """Variances of roll, pitch and (unknown) yaw [rad^2]."""
 

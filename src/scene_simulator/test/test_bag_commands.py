@@ -53,7 +53,6 @@ KINDS = [
     'floor',
     *(pytest.param(kind, marks=pytest.mark.newest_set_only) for kind in ('lamps', 'room', 'corridor')),
 ]
-
 Record = Callable[..., int]
 OpenBag = Callable[[str], Path]
 

@@ -19,7 +19,6 @@ from scene_simulator.room.box_room import (
 from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(64, 48, 50.0, 50.0, 31.5, 23.5)
-
 ROOM = BoxRoom(
     (-3.0, -2.0, 0.0, 4.0, 2.0, 2.5), ((1.0, -0.5, 0.0, 1.5, 0.5, 0.6), (2.0, 0.8, 0.7, 3.0, 1.6, 0.8))
 )
@@ -84,7 +83,6 @@ HALL = BoxRoom(
     (0.0, 0.0, 0.0, 4.0, 3.0, 2.5),
     ((1.0, 1.0, 0.0, 1.6, 1.4, 0.8), (2.5, 2.0, 0.7, 3.2, 2.6, 0.75), (2.0, 0.2, 1.5, 3.0, 1.0, 2.0)),
 )
-
 RADIUS, HEIGHT = 0.2, 1.3
 
 

@@ -195,16 +195,6 @@ def test_a_blink_during_the_motion_is_frozen_in_its_place() -> None:
     np.testing.assert_allclose(centroid(light), [99.5, 79.5 + flown], atol=0.3)
 
 
-def test_defocus_keeps_the_light_and_the_place() -> None:
-    room = CeilingRoom((CeilingLamp((0.01, 0.02, 2.5), Disc(0.02)),))
-    sharp, soft = camera().light(room, resting, 0.0), camera(defocus=2.0).light(room, resting, 0.0)
-    assert soft.sum() == pytest.approx(sharp.sum(), rel=1e-3)
-    np.testing.assert_allclose(centroid(soft), centroid(sharp), atol=0.01)
-    squares = np.square(np.arange(200) - centroid(sharp)[0])
-    wide, narrow = (light.sum(axis=0) @ squares / light.sum() for light in (soft, sharp))
-    assert wide - narrow == pytest.approx(2.0**2, rel=0.02)
-
-
 def test_vignetting_dims_a_lamp_and_the_ceiling_equally() -> None:
     corner = (75 * 2.5 / 636.4, -95 * 2.5 / 636.4, 2.5)
     room = CeilingRoom((CeilingLamp(corner),)).with_ambient_light(100.0)

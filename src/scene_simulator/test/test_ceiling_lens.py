@@ -1,4 +1,4 @@
-"""Vignetting and lens flare by their definitions; the glow against eq. (4), written out a second time."""
+"""Vignetting by its definition; the glow against eq. (4), written out a second time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.ceiling.lens import SHARP, Blooming, CeilingLens, LensFlare
+from scene_simulator.ceiling.lens import SHARP, Blooming, CeilingLens
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import PinholeCamera
 
@@ -66,15 +66,3 @@ def test_light_is_whole_in_the_middle_and_least_in_the_corners() -> None:
 
 def test_a_lens_without_vignetting_passes_all_light() -> None:
     assert (CeilingLens(vignetting=0.0).transmission(CAMERA) == 1.0).all()
-
-
-def test_defocus_widens_the_reach_of_a_lamp() -> None:
-    assert CeilingLens(defocus=2.0).margin == pytest.approx(Blooming().margin + 8.0)
-
-
-def test_a_flare_is_half_as_bright_at_its_radius_and_zero_at_its_margin() -> None:
-    flare = LensFlare(strength=0.04, radius=9.0)
-    bright, half, gone = flare.profile(np.array([0.0, 9.0, flare.margin]))
-    assert bright == pytest.approx(0.04, rel=1e-3)
-    assert half == pytest.approx(0.02)
-    assert gone < 1e-6

@@ -13,7 +13,6 @@ from scene_simulator.imaging.exposure import camera_pose
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(80, 60, 60.0, 62.0, 41.0, 28.0, (-0.1, 0.02, 0.0, 0.0, 0.0))
-
 POSE = camera_pose(SE2(-0.7, 3.1, 0.8), CameraMount((0.0, 0.0, 0.2), (0.1, -0.05, 0.3)))
 
 

@@ -13,9 +13,7 @@ from scene_simulator.floor.marks import polygon_areas
 from shirube_core.geometry import PinholeCamera
 
 PLAIN = PinholeCamera(320, 240, 300.0, 310.0, 158.0, 121.0)
-
 BENT = PinholeCamera(320, 240, 300.0, 310.0, 158.0, 121.0, (-0.28, 0.08, 0.001, -0.002, 0.01))
-
 SQUARE = np.array([(-1.0, -0.5, 0.0), (1.0, -0.5, 0.0), (1.0, 0.5, 0.0), (-1.0, 0.5, 0.0)])
 
 

@@ -29,9 +29,7 @@ from scene_simulator.imaging.sensors import Lighting
 from shirube_core.geometry import SE2
 
 AREA = FloorArea((0.1, 0.2), (2.1, 1.2))
-
 Scatter = Callable[[FloorArea, float, int], Litter]
-
 KINDS: list[Scatter] = [crumbs, dust, hairs, scratches]
 
 
@@ -69,13 +67,9 @@ def test_impossible_densities_are_refused(density: float) -> None:
 
 
 FLOOR = generate_dot_floor(FloorDesign(size=(0.4, 0.4), count=860, mottling=0.0), 5)
-
 BARE = generate_dot_floor(FloorDesign(size=(0.4, 0.4), count=0, mottling=0.0), 5)
-
 CAMERA = FloorCamera(lighting=Lighting(gradient=(0.0, 0.0), vignetting=0.0, blur=0.0))
-
 POSE = SE2(0.2, 0.2, 0.0)
-
 LEFT, RIGHT = (slice(None), slice(0, 110)), (slice(None), slice(125, None))
 
 

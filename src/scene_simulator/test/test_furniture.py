@@ -13,7 +13,6 @@ from scene_simulator.room.box_room import BoxRoom
 from scene_simulator.room.furniture import Furnishing, crate, furnish, overhang, rack, table
 
 CORNER, CELL, SHAPE = (-1.0, -1.0), 0.05, (60, 60)
-
 PIECES = {
     'crate': crate(0.5, 0.4, 0.6),
     'table': table(1.0, 0.7, 0.7),
@@ -59,7 +58,6 @@ def test_distances_are_to_the_footprint():
 
 
 SIZE = (-4.0, -3.0, 0.0, 4.0, 3.0, 2.5)
-
 WAY = np.stack([np.linspace(-3.0, 3.0, 200), np.zeros(200)], axis=1)
 
 

@@ -23,12 +23,7 @@ EYE = CeilingCamera(PinholeCamera(320, 256, 159.0, 159.0, 159.5, 127.5), Shutter
 ROUTE = LegDrive([(0.0, 0.5), (1.5, 0.5), (1.5, -0.5)], [0.5, 0.3], 0.3)
 ROOM = paper_room([steady_light() for _ in range(4)])
 DRIVE = LampDrive(
-    ROOM,
-    ROUTE,
-    EYE,
-    CameraMount((0.1, 0.02, 0.4), (0.01, 0.0, 1.6)),
-    clock=CameraClock(20.0, 1e-4, 0.2),
-    seed=3,
+    ROOM, ROUTE, EYE, CameraMount((0.1, 0.02, 0.4), (0.01, 0.0, 1.6)), clock=CameraClock(20.0, 1e-4), seed=3
 )
 
 

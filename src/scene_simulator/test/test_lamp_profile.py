@@ -78,11 +78,8 @@ def test_gradients_are_unit_vectors_along_which_the_distance_grows(shape: LampSh
 
 
 CAMERA = PinholeCamera(160, 120, 636.4, 630.0, 80.2, 59.1, (-0.25, 0.08, 0.0008, -0.0005, 0.0))
-
 TILTED = CameraMount((0.0, 0.0, 0.0), (0.05, -0.08, 1.2))
-
 POSE = camera_pose(SE2(0.1, -0.15, 0.4), TILTED)
-
 FORWARD_MOUNT = (0.24, -0.32, 2.5)
 
 

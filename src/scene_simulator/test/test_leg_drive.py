@@ -31,9 +31,7 @@ def test_a_quarter_circle_ends_a_radius_ahead_and_aside() -> None:
 
 
 CORNERS = [(0.0, 0.0), (3.0, 0.0), (3.0, -2.0), (1.0, -2.0)]
-
 SPEEDS = [0.5, 0.2, 0.6]
-
 DRIVE = LegDrive(CORNERS, SPEEDS, radius=0.3, rest=1.5)
 
 

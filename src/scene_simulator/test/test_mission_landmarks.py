@@ -27,12 +27,7 @@ from scene_simulator.room.box_room import BoxRoom
 from shirube_core.geometry import SE2, PinholeCamera
 
 CAMERA = PinholeCamera(160, 120, 130.0, 130.0, 79.5, 59.5)
-
-BOXES = (
-    (2.0, -0.5, 0.0, 2.6, 0.1, 0.9),
-    (3.0, 0.0, 0.0, 3.5, 0.8, 1.0),
-    (4.0, -1.0, 0.4, 4.4, 0.9, 0.8),
-)
+BOXES = ((2.0, -0.5, 0.0, 2.6, 0.1, 0.9), (3.0, 0.0, 0.0, 3.5, 0.8, 1.0), (4.0, -1.0, 0.4, 4.4, 0.9, 0.8))
 
 
 def test_painted_pixels_are_those_whose_rays_meet_a_box():

@@ -11,9 +11,7 @@ from scene_simulator.robot.body import Suspension, TiltErrors, apply_body_motion
 from shirube_core.geometry import CameraMount
 
 AT_REST = CameraMount()
-
 SPRINGS = Suspension(seed=3)
-
 MOTIONS = np.array([SPRINGS.motion_at(time) for time in np.arange(0.0, 60.0, 0.1)])
 
 

@@ -12,7 +12,6 @@ from scene_simulator.room.cameras import CameraRig, render_picture
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 260.0, 250.0, 159.5, 119.5)
-
 RIG = CameraRig(CAMERA, CameraMount((0.1, 0.0, 0.4), (-math.pi / 2.0, 0.0, -math.pi / 2.0)), 0.12)
 
 
@@ -35,7 +34,6 @@ def test_the_top_camera_is_above_and_the_right_one_to_the_right():
 
 
 SMALL_CAMERA = PinholeCamera(160, 120, 131.0, 131.0, 79.5, 59.5)
-
 WALL = BoxRoom((-1.0, -5.0, -3.0, 2.62, 5.0, 4.0))
 
 

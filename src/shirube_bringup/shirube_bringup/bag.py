@@ -68,7 +68,6 @@ PICTURES: Mapping[str, int] = {
 """Topics of grey images, and the quality of their JPEG compression."""
 
 DEPTH = '/depth/image'
-
 EXTRACT_MS = (14_000, 34_000)
 """Mission times between which images are recorded [ms]: from the carpet over the first goal onto dots."""
 

@@ -39,11 +39,7 @@ from vlc_beacon.files.counter_file import CounterFile
 CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
 """Speed limits of the robot, at start and after the first command [m/s]."""
 
-_MESSAGES = {
-    SLOW_LAMP: ['id', f'slow:{SLOW_SPEED}'],
-    FAST_LAMP: ['id', f'speed_up:{CRUISE_SPEED}'],
-}
-
+_MESSAGES = {SLOW_LAMP: ['id', f'slow:{SLOW_SPEED}'], FAST_LAMP: ['id', f'speed_up:{CRUISE_SPEED}']}
 _COUNTER = 1
 
 

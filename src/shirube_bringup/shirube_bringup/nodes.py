@@ -27,7 +27,6 @@ class MissionError(Exception):
 
 
 Value = str | bool | int | float | list[float] | list[str]
-
 COMMAND_RADIUS = 2.0
 """Radius around a lamp in which its commands are obeyed [m]."""
 
@@ -96,11 +95,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
         ),
         NodeSetup(
             'stereo_landmark',
-            {
-                'places_dir': str(files.places),
-                'image_transport': 'raw',
-                **_mount(STEREO_RIG.mount),
-            },
+            {'places_dir': str(files.places), 'image_transport': 'raw', **_mount(STEREO_RIG.mount)},
             {},
             ('/left/image_rect', '/right/image_rect'),
         ),

@@ -90,14 +90,10 @@ def imu(reading: TiltReading, header: Header) -> Imu:
 
 
 _STEREO = STEREO_RIG.left.intrinsics
-
 _CAMERAS = {
     'floor': (('/floor/image_raw', BELLY_CAMERA.intrinsics, 0.0),),
     'ceiling': (('/ceiling/image_raw', CEILING_CAMERA.intrinsics, 0.0),),
-    'stereo': (
-        ('/left/image_rect', _STEREO, 0.0),
-        ('/right/image_rect', _STEREO, STEREO_RIG.baseline),
-    ),
+    'stereo': (('/left/image_rect', _STEREO, 0.0), ('/right/image_rect', _STEREO, STEREO_RIG.baseline)),
     'depth': (('/depth/image', DEPTH_CAMERA, 0.0),),
 }
 """Topic, intrinsics and baseline of the cameras of each sensor."""

@@ -19,7 +19,6 @@ from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
 
 Picture = NDArray[Any]
-
 _sensors: list[MissionSensors] = []
 """Sensors of the worker process (at most one element)."""
 

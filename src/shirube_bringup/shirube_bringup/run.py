@@ -51,7 +51,6 @@ _START_TIMEOUT = 600.0
 """Start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]."""
 
 _WHEELS = 9
-
 PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
 """Printed when nodes that are launched elsewhere can start."""
 

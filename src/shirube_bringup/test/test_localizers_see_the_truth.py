@@ -20,7 +20,6 @@ from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.files.place_file import load_place
 
 pytestmark = pytest.mark.newest_set_only
-
 SENSORS = MissionSensors(1, {name: steady_light() for name in LAMPS})
 
 

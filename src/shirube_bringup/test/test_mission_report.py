@@ -16,7 +16,6 @@ from shirube_bringup.report.trace_errors import align_to_map, as_array, pose_err
 from shirube_core.geometry import SE2
 
 pytestmark = pytest.mark.newest_set_only
-
 GOOD = GoalRecord(True, 10.0, 0.012, 0.02, 0.008)
 LATE = GoalRecord(False, 10.0, 0.012, 0.02, 0.008)
 FAR = GoalRecord(True, 10.0, 0.031, 0.02, 0.008)

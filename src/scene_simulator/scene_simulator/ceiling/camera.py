@@ -56,7 +56,7 @@ class CeilingCamera:
     Attributes:
         intrinsics: pinhole and distortion.
         shutter: when rows are exposed.
-        lens: vignetting, defocus, blooming, lens flare.
+        lens: vignetting and blooming.
         sensor: gain, noise and saturation.
     """
 

@@ -1,4 +1,4 @@
-"""Renders lamps and their lens flares into a frame; their true projections."""
+"""Renders lamps into a frame; their true projections."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.ceiling.lamp import CeilingLamp
 from scene_simulator.ceiling.lamp_profile import face_homographies, lamp_profiles
-from scene_simulator.ceiling.lens import CeilingLens, LensFlare
+from scene_simulator.ceiling.lens import CeilingLens
 from scene_simulator.imaging.exposure import CameraMotion, CameraPose, Shutter
 from shirube_core.geometry import PinholeCamera
 
@@ -30,8 +29,6 @@ class LampProjection:
         centroid: pixel u, v of the middle of its outline's area [px]; perspective and distortion part it from
             the centre when the camera tilts.
         radius: radius of the disc of the outline's area [px].
-        rows: first row and the row after the last whose middle is between the outline's ends, both clipped
-            to the image.
     """
 
     lamp: int
@@ -39,16 +36,10 @@ class LampProjection:
     centre: tuple[float, float]
     centroid: tuple[float, float]
     radius: float
-    rows: tuple[int, int]
 
 
 def project_lamp(
-    index: int,
-    lamp: CeilingLamp,
-    camera: PinholeCamera,
-    shutter: Shutter,
-    stamp: float,
-    motion: CameraMotion,
+    index: int, lamp: CeilingLamp, camera: PinholeCamera, shutter: Shutter, stamp: float, motion: CameraMotion
 ) -> LampProjection | None:
     """Return the projection of a lamp, also outside the image; None outside the view cone.
 
@@ -72,16 +63,12 @@ def project_lamp(
         row = min(max(float(pixels[0, 1]), 0.0), camera.height - 1.0)
         time = shutter.row_middle(stamp, row)
     area, centroid = _area_and_centroid(pixels[1:])
-    lowest, highest = np.clip(
-        [np.ceil(pixels[1:, 1].min()), np.floor(pixels[1:, 1].max()) + 1], 0, camera.height
-    )
     return LampProjection(
         index,
         time,
         (float(pixels[0, 0]), float(pixels[0, 1])),
         (float(centroid[0]), float(centroid[1])),
         float(np.sqrt(area / np.pi)),
-        (int(lowest), int(max(highest, lowest))),
     )
 
 
@@ -146,7 +133,7 @@ class LampLight:
         self._motion, self._stamp = motion, stamp
 
     def add_lamp(self, light: NDArray[np.float32], index: int, lamp: CeilingLamp) -> LampProjection | None:
-        """Add a lamp and its lens flares to a picture.
+        """Add a lamp to a picture.
 
         Args:
             light: shape (height, width), in full wells, changed in place; the lens has not dimmed it yet.
@@ -161,9 +148,6 @@ class LampLight:
         window = self._lamp_window(lamp)
         if window is not None:
             light[window] += self._render_lamp(lamp, window, self._count_instants(lamp, time))
-        if projection is not None:
-            for flare in self._lens.flares:
-                self._add_flare(light, lamp, flare, projection)
         return projection
 
     def _render_lamp(self, lamp: CeilingLamp, window: Window, count: int) -> NDArray[np.float32]:
@@ -176,33 +160,9 @@ class LampLight:
             poses = self._motion.poses(0.5 * (starts + stops))
             homographies = face_homographies(lamp.xyz, lamp.rotation, *poses)
             profiles = lamp_profiles(lamp, self._lens.blooming, rays, homographies)
-            if self._lens.defocus > 0.0:
-                # Before the levels: the lens blurs the light, not the times of the rows.
-                for profile in profiles:
-                    cv2.GaussianBlur(
-                        profile, (0, 0), self._lens.defocus, profile, borderType=cv2.BORDER_REPLICATE
-                    )
             weights = lamp.brightness * self._shutter.exposure / count * lamp.mean_levels(starts, stops)
             light += np.einsum('ri,irc->rc', weights.astype(np.float32), profiles)
         return light
-
-    def _add_flare(
-        self, light: NDArray[np.float32], lamp: CeilingLamp, flare: LensFlare, projection: LampProjection
-    ) -> None:
-        """Add a lens flare; its brightness follows the lamp during the exposure of the flare's own rows."""
-        middle = np.array([self._camera.cx, self._camera.cy])
-        u, v = middle + flare.scale * (np.array(projection.centroid) - middle)
-        window = self._clip_to_image(np.array([[u, v]]), flare.margin)
-        if window is None:
-            return
-        starts, stops = self._shutter.exposure_boundaries(self._stamp, window[0], 1).T
-        levels = lamp.mean_levels(starts, stops).mean(axis=-1)
-        right = np.arange(window[1].start, window[1].stop) - u
-        down = np.arange(window[0].start, window[0].stop) - v
-        spot = flare.profile(np.hypot(right[None, :], down[:, None]))
-        light[window] += (lamp.brightness * self._shutter.exposure * levels[:, None] * spot).astype(
-            np.float32
-        )
 
     def _count_instants(self, lamp: CeilingLamp, time: float) -> int:
         """Return into how many parts the exposure is cut, so that a lamp moves little within each."""
@@ -229,7 +189,7 @@ class LampLight:
         inside = inside[is_in_view(inside, self._camera)]
         if len(inside) == 0:
             return None
-        return self._clip_to_image(self._camera.pixels_from_points(inside), self._lens.margin)
+        return self._clip_to_image(self._camera.pixels_from_points(inside), self._lens.blooming.margin)
 
     def _clip_to_image(self, pixels: NDArray[np.float64], margin: float) -> Window | None:
         """Return rows and columns about pixels, shape (n, 2), with a margin [px], clipped to the image."""

@@ -9,11 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from scene_simulator.ceiling.camera import CeilingCamera
 from scene_simulator.ceiling.lamp import CeilingLamp, Disc, LampShape, LedGrid, Rectangle
@@ -25,9 +22,6 @@ from shirube_core.waveform import Waveform, waveform_from_steps
 
 PAPER_LAMPS = ((0.0, 0.0, 2.5), (0.0, 1.8, 2.5), (1.8, 0.0, 2.5), (1.8, 1.8, 2.5))
 """Places of the paper's panels (3.1) in the map frame [m]."""
-
-PAPER_AREA = ((-2.6, -2.1), (4.4, 3.9))
-"""Two corners of the paper's room, 7 x 6 m with the lamps in its middle, in the map frame [m]."""
 
 
 def paper_room(
@@ -80,37 +74,6 @@ def distractors(brightness: float = 2000.0) -> tuple[CeilingLamp, ...]:
         CeilingLamp((2.9, 0.3, 2.5), Rectangle(0.3, 0.3), mains, 0.4 * brightness, phase=0.003),
         CeilingLamp((0.9, 3.9, 1.9), Rectangle(1.6, 1.0), brightness=0.6 * brightness, rpy=window),
     )
-
-
-def reflection(
-    lamp: CeilingLamp, wall_point: ArrayLike, wall_normal: ArrayLike, reflectance: float = 0.1
-) -> CeilingLamp:
-    """Return a lamp as a glass wall or a polished one shows it: its own code at a wrong place.
-
-    Args:
-        lamp: the lamp.
-        wall_point: array-like, shape (3,), a point of the wall in the map frame [m].
-        wall_normal: array-like, shape (3,), across the wall, of any length.
-        reflectance: fraction of the light that is reflected, 0 to 1.
-
-    Returns:
-        the mirrored lamp behind the wall, which is taken to be without end.
-
-    Raises:
-        SceneError: a normal without direction.
-    """
-    normal = np.asarray(wall_normal, dtype=np.float64)
-    length = float(np.linalg.norm(normal))
-    if not 0.0 < length < math.inf:
-        raise SceneError('the normal of a mirror has no direction: give a finite vector that is not zero')
-    mirror = np.eye(3) - 2.0 * np.outer(normal, normal) / length**2
-    point = np.asarray(wall_point, dtype=np.float64)
-    x, y, z = (point + mirror @ (np.array(lamp.xyz) - point)).tolist()
-    first, second = (mirror @ lamp.rotation[:, :2]).T
-    # A mirrored frame is left-handed; the face shines to both sides, so its normal may be turned about.
-    turned = Rotation.from_matrix(np.column_stack([first, second, np.cross(first, second)]))
-    roll, pitch, yaw = turned.as_euler('xyz').tolist()
-    return replace(lamp, xyz=(x, y, z), rpy=(roll, pitch, yaw), brightness=reflectance * lamp.brightness)
 
 
 LAMP_A, LAMP_B = 3, 2

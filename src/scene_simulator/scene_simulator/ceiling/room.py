@@ -15,7 +15,6 @@ from scene_simulator.errors import SceneError, check_seed
 from shirube_core.waveform import Waveform, steady_light
 
 _TILE = 1024
-
 _SPACING = 0.0046875
 """Distance of the texture's samples [m]: the tile repeats after 4.8 m, eight panels."""
 

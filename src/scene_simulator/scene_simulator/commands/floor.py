@@ -28,7 +28,6 @@ from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, SURVEY_ERROR, generat
 from shirube_core.files import atomic_write
 
 CAMERA_FRAME = 'belly_camera_optical_frame'
-
 DIRTY_FRACTION = 0.05
 """An image is marked dirty when dirt hides more than this fraction of the view, twice the area of its chips."""
 

@@ -20,7 +20,6 @@ from scene_simulator.corridor.shapes import (
 )
 
 _SWEEP = math.radians(270.0)
-
 _FACE = 0.85
 """Radius of the white face, relative to the meter's."""
 

@@ -18,7 +18,6 @@ SPACING = 0.004
 """Distance of the finest samples [m]: the tile repeats after 4.1 m."""
 
 _SIZE = 1024
-
 _LEVELS = 7
 
 
@@ -86,7 +85,6 @@ SAMPLES = 2
 """Samples per pixel along each side: fine enough that a blur of samples is a blur of what is within pixels."""
 
 _FAINT = 1e-5
-
 _DARKEST = 0.02
 """Least light on a surface: a gradient of the light must not turn it negative far away."""
 

@@ -129,7 +129,6 @@ class CorridorShell:
 
 
 _GREYS = {'south': 0.6, 'west': 0.66, 'north': 0.7, 'east': 0.64}
-
 _DADO_HEIGHT = 0.9
 """Height of the darker paint at the bottom of the walls [m]."""
 

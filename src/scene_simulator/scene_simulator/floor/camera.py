@@ -18,7 +18,6 @@ from scene_simulator.imaging.sensors import Lighting, Sensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _TILE = 1024
-
 _SPACING = 0.00035
 """Distance of the texture's samples on the floor [m]; the tile repeats after 0.36 m, four views."""
 

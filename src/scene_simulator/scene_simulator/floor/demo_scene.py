@@ -57,7 +57,6 @@ EXPOSURE = 0.0015
 """Exposure time [s]: motion blur of two pixels at 0.5 m/s."""
 
 _INSTANTS = 5
-
 _WEAR = 0.03
 
 

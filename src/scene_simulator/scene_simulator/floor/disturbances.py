@@ -17,11 +17,8 @@ from scene_simulator.floor.marks import FloorMarks, random_chips, random_ribbons
 from scene_simulator.floor.view import FloorView
 
 _CRUMB_COLOURS = np.array([[0.10, 0.14, 0.18], [0.22, 0.28, 0.34], [0.12, 0.12, 0.12], [0.80, 0.83, 0.84]])
-
 _DUST_COLOURS = np.array([[0.20, 0.22, 0.24], [0.45, 0.48, 0.50]])
-
 _HAIR_COLOURS = np.array([[0.06, 0.08, 0.10], [0.30, 0.42, 0.52]])
-
 _SCRATCH_COLOURS = np.array([[0.85, 0.86, 0.86], [0.35, 0.36, 0.37]])
 
 

@@ -13,7 +13,6 @@ from scene_simulator.errors import SceneError, check_seed
 from scene_simulator.floor.marks import FloorMarks, random_chips
 
 Colour = tuple[float, float, float]
-
 _MAX_FILL_FRACTION = 0.4
 """Fraction of the floor that discs of the minimum distance may fill; beyond it redrawing fails."""
 
@@ -44,9 +43,7 @@ class FloorDesign:
 
 
 DARK_ON_LIGHT = FloorDesign()
-
 LIGHT_ON_DARK = FloorDesign(ground=(0.16, 0.15, 0.14), chip_colours=((0.72, 0.76, 0.78),))
-
 COLOURED = FloorDesign(
     ground=(0.70, 0.72, 0.72),
     chip_colours=((0.10, 0.09, 0.08), (0.55, 0.22, 0.12), (0.15, 0.20, 0.62), (0.18, 0.42, 0.16)),

@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 # Cells a pixel side, in which the outline's coverage is exact along rows; rows a cell.
 _CELLS = 4
-
 _ROWS = 8
-
 Intervals = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
 
 

@@ -20,14 +20,11 @@ BELLY_CAMERA = FloorCamera(PinholeCamera(235, 235, 150.0, 150.0, 117.0, 117.0))
 """It sees 0.2 x 0.2 m from 0.13 m."""
 
 BELLY_MOUNT = CameraMount()
-
 EXPOSURE = 0.0015
 """[s]"""
 
 _FLOOR_SEED = 2612
-
 _WEAR = 0.03
-
 _CARPET_COLOUR = (0.22, 0.2, 0.3)
 
 

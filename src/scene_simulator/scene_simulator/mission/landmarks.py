@@ -27,7 +27,6 @@ from scene_simulator.mission.layout import ROOM
 from scene_simulator.room.box_room import Box
 
 _GRAIN = 0.08
-
 _EDGE = 0.012
 """Width of the worn edges of a box [m]."""
 
@@ -81,7 +80,6 @@ _BUILDING_SEED = 41
 """Seed of the landmark positions: the building is always the same."""
 
 _LIGHT = CorridorLight(0.9, (0.0, 0.0, 0.06))
-
 _WALLS = {
     'east': (4.8, 'EXIT', 'PUMP 1'),
     'north': (6.4, 'ROOM 204', 'VALVES'),

@@ -25,12 +25,7 @@ ROBOT_RADIUS, ROBOT_HEIGHT = 0.2, 1.3
 """Radius and height of the robot's bounding cylinder, mast included [m]."""
 
 _START = SE2(0.9, 1.1, 0.0)
-
-_GOALS = (
-    SE2(5.8, 1.2, 0.0),
-    SE2(6.4, 3.8, 0.5 * math.pi),
-    SE2(2.2, 4.6, math.pi),
-)
+_GOALS = (SE2(5.8, 1.2, 0.0), SE2(6.4, 3.8, 0.5 * math.pi), SE2(2.2, 4.6, math.pi))
 """Each faces a wall with landmarks, 2.2 m before it."""
 
 _MAX_SHIFT, _MAX_ROTATION = 0.1, math.radians(4.0)
@@ -113,7 +108,6 @@ _CLEARANCE = 0.6
 """Clearance around start and goals [m]: room to turn."""
 
 _CELL = 0.05
-
 _TRIES = 100
 
 

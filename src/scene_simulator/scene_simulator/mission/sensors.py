@@ -29,12 +29,10 @@ PoseAt = Callable[[float], SE2]
 """Gives ``T_map_base`` at a time [s]."""
 
 DEPTH_CAMERA = PinholeCamera(160, 120, 100.0, 100.0, 79.5, 59.5)
-
 DEPTH_MOUNT = CameraMount((0.1, 0.0, 0.4), (-0.5 * math.pi, 0.0, -0.5 * math.pi))
 """Level, looking ahead."""
 
 STEREO_RIG = StereoRig()
-
 _DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.02
 """Baseline of the depth camera [m] and its disparity noise [px]."""
 

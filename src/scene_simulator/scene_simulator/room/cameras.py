@@ -54,11 +54,8 @@ class CameraRig:
 
 
 _GRAIN_SIZES = (0.02, 0.06, 0.2)  # sizes of the pattern [m]
-
 _STRENGTHS = (40.0, 45.0, 40.0)
-
 _CONTRAST_SCALE = 0.8  # size of the areas of low and high contrast [m]
-
 _GREY = 128.0
 
 

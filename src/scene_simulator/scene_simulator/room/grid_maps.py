@@ -129,7 +129,6 @@ GRID_MAPS: dict[str, Callable[[int, int], NDArray[np.bool_]]] = {
     'warehouse': warehouse,
     'random field': random_field,
 }
-
 _STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 

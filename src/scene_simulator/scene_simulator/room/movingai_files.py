@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scene_simulator.errors import SceneError
 
 _FREE_CELLS = frozenset('.GS')
-
 _VALID_CELLS = _FREE_CELLS | frozenset('@OTW')
 
 

@@ -16,12 +16,10 @@ from scene_simulator.room.furniture import FurnishedRoom, Furnishing, furnish
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _PICTURE_NOISE, _POSE_NOISE = 1, 2
-
 _PATH_STEP = 0.02
 """Time step of the path that stays free [s]."""
 
 _SPEED = 0.55
-
 _CORNERS = (
     (-2.6, -1.1),
     (-1.5, -1.7),
@@ -32,7 +30,6 @@ _CORNERS = (
     (0.5, 1.7),
     (-1.6, 1.5),
 )
-
 RIG = CameraRig(
     PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5),
     CameraMount((0.1, 0.05, 0.4), (-math.pi / 2.0, 0.0, -math.pi / 2.0)),

@@ -8,9 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from shirube_bringup.record import FUSED_ERROR_MAX, TRUE_ERROR_MAX, MissionTraces
-from shirube_bringup.report.picture_style import LABELS
-from shirube_bringup.report.plan_pictures import draw_map, draw_tracks
-from shirube_bringup.report.time_pictures import draw_errors, draw_measurement_status, draw_speed, draw_timing
+from shirube_bringup.report.figures import (
+    LABELS,
+    draw_errors,
+    draw_map,
+    draw_measurement_status,
+    draw_speed,
+    draw_timing,
+    draw_tracks,
+)
 from shirube_bringup.report.trace_errors import Array, align_all_poses, as_array, pose_errors, zone_spans
 from shirube_core.files import write_text
 
@@ -48,7 +54,6 @@ img {{ width: 100%; }}
 </body>
 </html>
 """
-
 _WHAT = (
     'Six nodes drove a simulated robot to three goals in a room with obstacles that are not on its map; floor dots, '
     'lamps and landmarks were each missing in one zone. Every pose is compared with the true pose at its stamp.'
@@ -180,12 +185,7 @@ def _camera_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
         [name, f'{wanted:g}', f'{shown:.1f}', f'{shown / drive:.1f}']
         for name, (wanted, shown) in traces.rates.items()
     ]
-    header = (
-        'camera',
-        'nominal [1/s]',
-        'achieved per simulated second',
-        'achieved per second of wall time',
-    )
+    header = ('camera', 'nominal [1/s]', 'achieved per simulated second', 'achieved per second of wall time')
     return _table(header, rows)
 
 
