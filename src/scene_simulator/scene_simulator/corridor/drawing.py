@@ -4,12 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_simulator.corridor.shapes import FlatShape, Paint, PlanePoint, Surface, rectangle_corners
+from scene_simulator.corridor.shapes import (
+    FlatShape,
+    Landmark,
+    Paint,
+    PlanePoint,
+    SquareLandmark,
+    Surface,
+    rectangle_corners,
+)
 
 ADVANCE = 0.85
 """Distance from one letter to the next, the height is 1."""
@@ -138,3 +147,37 @@ def draw_screws(drawing: Drawing, low: PlanePoint, high: PlanePoint, radius: flo
         reach = 0.75 * radius
         ends = ((x - reach, y), (x + reach, y)) if index % 2 else ((x, y - reach), (x, y + reach))
         drawing.stroke(ends, 0.3 * radius, Paint(0.2))
+
+
+@dataclass(frozen=True)
+class WallObject:
+    """Something on a wall or another plane.
+
+    Attributes:
+        name: unique in the corridor.
+        surface: the plane.
+        position: where it is on the plane, right and up [m].
+    """
+
+    name: str
+    surface: Surface
+    position: PlanePoint
+
+    def shapes(self) -> list[FlatShape]:
+        """Return the painted shapes, bottom first."""
+        return []
+
+    def landmarks(self) -> list[Landmark]:
+        """Return what of it can be taught."""
+        return []
+
+    def _drawing(self) -> Drawing:
+        """Return an empty drawing about the position."""
+        return Drawing(self.surface, self.position)
+
+    def _square(self, suffix: str, surface: Surface, low: PlanePoint, high: PlanePoint) -> SquareLandmark:
+        """Return a landmark between two corners that count from the position."""
+        x, y = self.position
+        return SquareLandmark(
+            self.name + suffix, surface, (x + low[0], y + low[1]), (x + high[0], y + high[1])
+        )

@@ -6,41 +6,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scene_simulator.corridor.drawing import Drawing, draw_screws
-from scene_simulator.corridor.shapes import (
-    FlatShape,
-    Landmark,
-    Paint,
-    PlanePoint,
-    RoundLandmark,
-    SquareLandmark,
-    Surface,
-)
+from scene_simulator.corridor.drawing import Drawing, WallObject, draw_screws
+from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, PlanePoint, RoundLandmark
 
 
 @dataclass(frozen=True)
-class Sign:
+class Sign(WallObject):
     """A plate with lines of text.
 
     Attributes:
-        name: unique in the corridor.
-        surface: the wall.
         position: centre on the plane, right and up [m].
         size: width and height [m].
         lines: lines of text.
         inverted: white on dark.
     """
 
-    name: str
-    surface: Surface
-    position: PlanePoint
     size: tuple[float, float] = (0.4, 0.2)
     lines: tuple[str, ...] = ('EXIT',)
     inverted: bool = False
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        drawing, (low, high) = Drawing(self.surface, self.position), self._corners
+        drawing, (low, high) = self._drawing(), self._corners
         paper, ink = (Paint(0.15), Paint(0.9)) if self.inverted else (Paint(0.9, 0.01), Paint(0.1))
         drawing.rectangle(low, high, paper)
         draw_screws(drawing, (low[0] + 0.014, low[1] + 0.014), (high[0] - 0.014, high[1] - 0.014), 0.006)
@@ -53,8 +40,7 @@ class Sign:
 
     def landmarks(self) -> list[Landmark]:
         """Return the plate."""
-        (x, y), (low, high) = self.position, self._corners
-        return [SquareLandmark(self.name, self.surface, (x + low[0], y + low[1]), (x + high[0], y + high[1]))]
+        return [self._square('', self.surface, *self._corners)]
 
     @property
     def _corners(self) -> tuple[PlanePoint, PlanePoint]:
@@ -63,24 +49,19 @@ class Sign:
 
 
 @dataclass(frozen=True)
-class RoundSign:
+class RoundSign(WallObject):
     """A round prohibition sign.
 
     Attributes:
-        name: unique in the corridor.
-        surface: the wall.
         position: centre on the plane, right and up [m].
         radius: [m].
     """
 
-    name: str
-    surface: Surface
-    position: PlanePoint
     radius: float = 0.11
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        drawing, r = Drawing(self.surface, self.position), self.radius
+        drawing, r = self._drawing(), self.radius
         drawing.disc((0.0, 0.0), r, Paint(0.25))
         drawing.disc((0.0, 0.0), 0.8 * r, Paint(0.92))
         drawing.disc((0.0, 0.3 * r), 0.14 * r, Paint(0.08))
@@ -94,26 +75,21 @@ class RoundSign:
 
 
 @dataclass(frozen=True)
-class NoticeBoard:
+class NoticeBoard(WallObject):
     """A cork board with papers at random.
 
     Attributes:
-        name: unique in the corridor.
-        surface: the wall.
         position: centre on the plane, right and up [m].
         size: width and height [m].
         seed: seed of the papers.
     """
 
-    name: str
-    surface: Surface
-    position: PlanePoint
     size: tuple[float, float] = (0.8, 0.6)
     seed: int = 0
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        drawing, (width, height) = Drawing(self.surface, self.position), self.size
+        drawing, (width, height) = self._drawing(), self.size
         low, high = (-0.5 * width, -0.5 * height), (0.5 * width, 0.5 * height)
         drawing.shadow(low, high, 0.02)
         drawing.rectangle(low, high, Paint(0.75))
@@ -125,9 +101,8 @@ class NoticeBoard:
 
     def landmarks(self) -> list[Landmark]:
         """Return the frame."""
-        (x, y), (width, height) = self.position, self.size
-        low, high = (x - 0.5 * width, y - 0.5 * height), (x + 0.5 * width, y + 0.5 * height)
-        return [SquareLandmark(self.name, self.surface, low, high)]
+        width, height = self.size
+        return [self._square('', self.surface, (-0.5 * width, -0.5 * height), (0.5 * width, 0.5 * height))]
 
     def _paper(self, drawing: Drawing, middle: PlanePoint, rng: np.random.Generator) -> None:
         """Draw a slightly rotated page with lines of writing."""
@@ -144,12 +119,10 @@ class NoticeBoard:
 
 
 @dataclass(frozen=True)
-class Door:
+class Door(WallObject):
     """A door in a frame, with a window, a handle and a number.
 
     Attributes:
-        name: unique in the corridor.
-        surface: the wall.
         position: middle of the sill on the plane, right and up [m].
         size: width and height of the leaf [m].
         grey: reflectance of the leaf, 0 to 1.
@@ -157,9 +130,6 @@ class Door:
         handle_left: the handle is on the left.
     """
 
-    name: str
-    surface: Surface
-    position: PlanePoint
     size: tuple[float, float] = (0.9, 2.05)
     grey: float = 0.38
     label: str = '17'
@@ -167,7 +137,7 @@ class Door:
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        drawing, (width, height) = Drawing(self.surface, self.position), self.size
+        drawing, (width, height) = self._drawing(), self.size
         half, frame = 0.5 * width, 0.06
         drawing.rectangle((-half - frame, 0.0), (half + frame, height + frame), Paint(0.2))
         drawing.rectangle((-half, 0.01), (half, height), Paint(self.grey, 0.03, 1.0, self.position))
@@ -186,11 +156,10 @@ class Door:
 
     def landmarks(self) -> list[Landmark]:
         """Return the leaf and its window."""
-        (x, y), (width, height) = self.position, self.size
-        half = 0.5 * width
-        leaf = SquareLandmark(self.name, self.surface, (x - half, y + 0.01), (x + half, y + height))
-        low, high = (x - 0.25 * half, y + 1.32), (x + 0.25 * half, y + height - 0.22)
-        return [leaf, SquareLandmark(f'{self.name}/window', self.surface, low, high)]
+        half, height = 0.5 * self.size[0], self.size[1]
+        low, high = (-0.25 * half, 1.32), (0.25 * half, height - 0.22)
+        leaf = self._square('', self.surface, (-half, 0.01), (half, height))
+        return [leaf, self._square('/window', self.surface, low, high)]
 
     def _handle(self, drawing: Drawing, x: float, side: float) -> None:
         drawing.rectangle((x - 0.022, 0.93), (x + 0.022, 1.13), Paint(0.8))
@@ -203,31 +172,23 @@ _STRIPS = 7
 
 
 @dataclass(frozen=True)
-class Pipe:
-    """A straight pipe with clamps, drawn flat a little before its wall.
+class Pipe(WallObject):
+    """A straight pipe with clamps, drawn flat a little before its wall; its outline is no fixed line to teach.
 
     Attributes:
-        name: unique in the corridor.
-        surface: the wall.
         position: start of the centre line on the plane, right and up [m].
         extent: vector from the start to the end, right and up [m].
         radius: [m].
         grey: reflectance of the paint on the lit side, 0 to 1.
     """
 
-    name: str
-    surface: Surface
-    position: PlanePoint
     extent: tuple[float, float]
     radius: float = 0.04
     grey: float = 0.7
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        wall, pipe = (
-            Drawing(self.surface, self.position),
-            Drawing(self.surface.offset_plane(1.5 * self.radius), self.position),
-        )
+        wall, pipe = self._drawing(), Drawing(self.surface.offset_plane(1.5 * self.radius), self.position)
         extent, r = np.array(self.extent), self.radius
         length = float(np.hypot(*extent))
         along = extent / length
@@ -245,7 +206,3 @@ class Pipe:
             middle, half = at * along, 1.25 * r * across
             pipe.stroke([middle - half, middle + half], 0.035, Paint(0.3))
         return [*wall.shapes, *pipe.shapes]
-
-    def landmarks(self) -> list[Landmark]:
-        """Return nothing: the occluding contour of a pipe is not a fixed line on it."""
-        return []

@@ -8,16 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.corridor.drawing import Drawing, draw_screws
-from scene_simulator.corridor.shapes import (
-    FlatShape,
-    Landmark,
-    Paint,
-    PlanePoint,
-    RoundLandmark,
-    SquareLandmark,
-    Surface,
-)
+from scene_simulator.corridor.drawing import Drawing, WallObject, draw_screws
+from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, PlanePoint, RoundLandmark, Surface
 
 _SWEEP = math.radians(270.0)
 _FACE = 0.85
@@ -25,26 +17,21 @@ _FACE = 0.85
 
 
 @dataclass(frozen=True)
-class Meter:
+class Meter(WallObject):
     """A meter on a wall; meters of one size differ only in the needle.
 
     Attributes:
-        name: unique in the corridor.
-        surface: the wall.
         position: centre on the plane, right and up [m].
         radius: radius of the rim [m].
         reading: needle position, 0 to 1.
     """
 
-    name: str
-    surface: Surface
-    position: tuple[float, float]
     radius: float = 0.1
     reading: float = 0.3
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        drawing, r = Drawing(self.surface, self.position), self.radius
+        drawing, r = self._drawing(), self.radius
         drawing.disc((0.0, 0.0), r, Paint(0.13, 0.02))
         drawing.disc((0.0, 0.0), _FACE * r, Paint(0.93, 0.01))
         self._scale(drawing)
@@ -86,12 +73,10 @@ _FRAME = 0.022
 
 
 @dataclass(frozen=True)
-class Cabinet:
+class Cabinet(WallObject):
     """A box on a wall.
 
     Attributes:
-        name: unique in the corridor.
-        surface: the wall.
         position: lower left corner on the plane, right and up [m].
         size: width and height [m].
         depth: distance of the front from the wall [m].
@@ -101,9 +86,6 @@ class Cabinet:
         label: label on the upper edge.
     """
 
-    name: str
-    surface: Surface
-    position: PlanePoint
     size: tuple[float, float] = (0.9, 0.7)
     depth: float = 0.12
     grey: float = 0.45
@@ -113,7 +95,7 @@ class Cabinet:
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        wall = Drawing(self.surface, self.position)
+        wall = self._drawing()
         wall.shadow((0.0, 0.0), self.size, 0.5 * self.depth)
         front, (width, height) = Drawing(self._front, self.position), self.size
         front.rectangle((0.0, 0.0), self.size, Paint(self.grey, 0.015, 1.0, self.position))
@@ -125,14 +107,9 @@ class Cabinet:
 
     def landmarks(self) -> list[Landmark]:
         """Return the front and its fields."""
-        x, y = self.position
-        fields = [
-            SquareLandmark(
-                f'{self.name}/field_{i}', self._front, (x + low[0], y + low[1]), (x + high[0], y + high[1])
-            )
-            for i, (low, high) in enumerate(self._fields())
-        ]
-        return [SquareLandmark(self.name, self._front, (x, y), (x + self.size[0], y + self.size[1])), *fields]
+        front = self._square('', self._front, (0.0, 0.0), self.size)
+        fields = enumerate(self._fields())
+        return [front, *(self._square(f'/field_{i}', self._front, *corners) for i, corners in fields)]
 
     @property
     def _front(self) -> Surface:
@@ -142,11 +119,8 @@ class Cabinet:
         """Return the lower left and upper right corner of each field on the front [m]."""
         (width, height), margin = self.size, 0.06
         pitch = (width - margin) / self.columns, (height - 0.1 - margin) / self.rows
-        lows = [
-            (margin + column * pitch[0], margin + row * pitch[1])
-            for row in range(self.rows)
-            for column in range(self.columns)
-        ]
+        places = [(column, row) for row in range(self.rows) for column in range(self.columns)]
+        lows = [(margin + column * pitch[0], margin + row * pitch[1]) for column, row in places]
         return [((x, y), (x + pitch[0] - margin, y + pitch[1] - margin)) for x, y in lows]
 
     def _sides(self) -> list[FlatShape]:
@@ -196,11 +170,8 @@ def _draw_lamps(drawing: Drawing, low: PlanePoint, high: PlanePoint) -> None:
         drawing.disc(lamp, radius, Paint(grey))
         switch = (low[0] + fraction * width, low[1] + 0.3 * height)
         drawing.disc(switch, 1.5 * radius, Paint(0.12))
-        drawing.rectangle(
-            (switch[0] - 0.3 * radius, switch[1] - 1.3 * radius),
-            (switch[0] + 0.3 * radius, switch[1] + 1.3 * radius),
-            Paint(0.4),
-        )
+        (x, y), wide, tall = switch, 0.3 * radius, 1.3 * radius
+        drawing.rectangle((x - wide, y - tall), (x + wide, y + tall), Paint(0.4))
 
 
 def _draw_plate(drawing: Drawing, low: PlanePoint, high: PlanePoint) -> None:

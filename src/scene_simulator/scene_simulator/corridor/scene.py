@@ -10,13 +10,12 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.corridor.drawing import Drawing
+from scene_simulator.corridor.drawing import WallObject
 from scene_simulator.corridor.shapes import (
     CorridorLight,
     FlatShape,
     Landmark,
     Paint,
-    PlanePoint,
     ShapeTable,
     Surface,
     shape_table,
@@ -25,52 +24,32 @@ from scene_simulator.errors import SceneError
 
 
 @dataclass(frozen=True)
-class Person:
-    """A person in the corridor.
+class Person(WallObject):
+    """A person in the corridor, cut out of an upright plane.
 
     Attributes:
-        name: unique in the corridor.
-        surface: the upright plane in which the figure is cut out.
         position: point between the feet on the plane, right and up [m].
         height: [m].
         greys: reflectances of jacket, trousers and helmet, 0 to 1.
     """
 
-    name: str
-    surface: Surface
-    position: PlanePoint
     height: float = 1.75
     greys: tuple[float, float, float] = (0.35, 0.2, 0.8)
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        drawing, h = Drawing(self.surface, self.position), self.height
+        drawing, h = self._drawing(), self.height
         jacket, trousers, helmet = self.greys
         for side in (-1.0, 1.0):
-            drawing.polygon(
-                h * np.array([(0.01, 0.5), (0.095, 0.5), (0.075, 0.03), (0.025, 0.03)]) * (side, 1.0),
-                Paint(trousers, 0.06),
-            )
-            drawing.rectangle(
-                *_rectangle_between(side * 0.02 * h, side * 0.1 * h, 0.0, 0.035 * h), Paint(0.08)
-            )
-            arm = (
-                h
-                * np.array([(0.115, 0.81), (0.155, 0.76), (0.165, 0.47), (0.125, 0.47), (0.11, 0.7)])
-                * (side, 1.0)
-            )
-            drawing.polygon(arm, Paint(0.85 * jacket, 0.06))
+            leg = [(0.01, 0.5), (0.095, 0.5), (0.075, 0.03), (0.025, 0.03)]
+            drawing.polygon(h * np.array(leg) * (side, 1.0), Paint(trousers, 0.06))
+            left, right = sorted((side * 0.02 * h, side * 0.1 * h))
+            drawing.rectangle((left, 0.0), (right, 0.035 * h), Paint(0.08))
+            arm = [(0.115, 0.81), (0.155, 0.76), (0.165, 0.47), (0.125, 0.47), (0.11, 0.7)]
+            drawing.polygon(h * np.array(arm) * (side, 1.0), Paint(0.85 * jacket, 0.06))
             drawing.disc((side * 0.145 * h, 0.455 * h), 0.024 * h, Paint(0.6))
-        torso = [
-            (-0.1, 0.46),
-            (-0.095, 0.7),
-            (-0.125, 0.81),
-            (-0.03, 0.845),
-            (0.03, 0.845),
-            (0.125, 0.81),
-            (0.095, 0.7),
-            (0.1, 0.46),
-        ]
+        half = [(-0.1, 0.46), (-0.095, 0.7), (-0.125, 0.81), (-0.03, 0.845)]
+        torso = [*half, *((-x, y) for x, y in reversed(half))]
         drawing.polygon(h * np.array(torso), Paint(jacket, 0.06))
         drawing.stroke([(0.0, 0.47 * h), (0.0, 0.83 * h)], 0.006, Paint(0.5 * jacket))
         for band in (0.56, 0.68):
@@ -83,43 +62,26 @@ class Person:
         drawing.rectangle((-0.078 * h, 0.93 * h), (0.078 * h, 0.94 * h), Paint(0.8 * helmet))
         return drawing.shapes
 
-    def landmarks(self) -> list[Landmark]:
-        """Return nothing: people move."""
-        return []
-
 
 @dataclass(frozen=True)
-class Occluder:
+class Occluder(WallObject):
     """A plain board that hides what is behind it.
 
     Attributes:
-        name: unique in the corridor.
-        surface: its plane.
         position: lower left corner on the plane, right and up [m].
         size: width and height [m].
         grey: reflectance of the paint, 0 to 1.
     """
 
-    name: str
-    surface: Surface
-    position: PlanePoint
     size: tuple[float, float]
     grey: float = 0.5
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
-        drawing, (width, height) = Drawing(self.surface, self.position), self.size
+        drawing, (width, height) = self._drawing(), self.size
         drawing.rectangle((0.0, 0.0), self.size, Paint(self.grey, 0.08, 1.0, self.position))
         drawing.stroke([(0.0, 0.5 * height), (width, 0.5 * height)], 0.01, Paint(0.7 * self.grey))
         return drawing.shapes
-
-    def landmarks(self) -> list[Landmark]:
-        """Return nothing: the board is put away again."""
-        return []
-
-
-def _rectangle_between(left: float, right: float, bottom: float, top: float) -> tuple[PlanePoint, PlanePoint]:
-    return (min(left, right), bottom), (max(left, right), top)
 
 
 class SceneObject(Protocol):
@@ -176,12 +138,11 @@ class CorridorScene:
         Raises:
             SceneError: there is none.
         """
-        found = [item for item in self.objects if item.name == name]
-        if not found:
-            raise SceneError(
-                f'there is no {name!r} in the corridor; it has {", ".join(item.name for item in self.objects)}'
-            )
-        return found[0]
+        named = {item.name: item for item in reversed(self.objects)}
+        if name not in named:
+            there = ', '.join(item.name for item in self.objects)
+            raise SceneError(f'there is no {name!r} in the corridor; it has {there}')
+        return named[name]
 
     def move_object(self, name: str, right: float, up: float) -> CorridorScene:
         """Return the corridor with one thing moved on its plane [m].
@@ -203,13 +164,12 @@ class CorridorScene:
         Raises:
             SceneError: there is no landmark of the name.
         """
-        found = [landmark for landmark in self.landmarks if landmark.name == name]
-        if not found:
+        named = {landmark.name: landmark for landmark in reversed(self.landmarks)}
+        if name not in named:
             raise SceneError(
                 f'there is no landmark {name!r}; there are {", ".join(x.name for x in self.landmarks)}'
             )
-        low, high = found[0].extent
-        position, size = (low[0] - 0.03, low[1] - 0.03), (high[0] - low[0] + 0.06, high[1] - low[1] + 0.06)
-        return self.with_objects(
-            [Occluder(f'{name}_cover', found[0].surface.offset_plane(0.01), position, size, 0.8)]
-        )
+        (left, low), (right, high) = named[name].extent
+        surface = named[name].surface.offset_plane(0.01)
+        size = right - left + 0.06, high - low + 0.06
+        return self.with_objects([Occluder(f'{name}_cover', surface, (left - 0.03, low - 0.03), size, 0.8)])
