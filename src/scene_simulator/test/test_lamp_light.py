@@ -11,11 +11,10 @@ import pytest
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import CeilingLamp, Disc, Rectangle
 from scene_simulator.ceiling.lamp_light import LampProjection, image_motion, project_lamp
-from scene_simulator.ceiling.lens import SHARP, CeilingLens, LensFlare
+from scene_simulator.ceiling.lens import SHARP, CeilingLens
 from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.imaging.exposure import CameraMotion, CameraPose, Shutter, camera_pose
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
-from shirube_core.waveform import waveform_from_steps
 
 PAPER = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
 BENT = PinholeCamera(1280, 1024, 640.0, 636.0, 650.0, 500.0, (-0.12, 0.02, 0.0008, -0.0005, 0.0))
@@ -91,8 +90,6 @@ def test_image_motion_is_the_displacement_of_a_point_in_the_image() -> None:
 
 
 CAMERA = PinholeCamera(320, 240, 320.0, 320.0, 159.5, 119.5)
-GHOST = LensFlare(scale=-0.5, strength=0.1, radius=8.0)
-BLINK = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
 
 
 def resting(_: float) -> CameraPose:

@@ -82,13 +82,7 @@ class MissionBag:
     """
 
     def __init__(self, node: Node, path: Path, now: Callable[[], int]) -> None:
-        """Subscribe.
-
-        Args:
-            node: node that subscribes.
-            path: folder to create.
-            now: returns the mission time [ms].
-        """
+        """Subscribe; ``now`` returns the mission time [ms]."""
         self.path = path
         self._node, self._now = node, now
         self._messages: list[tuple[int, str, str, bytes]] = []
@@ -104,11 +98,7 @@ class MissionBag:
         self._subscribe(DEPTH, Image, self._record_depth)
 
     def write(self) -> int:
-        """Write the bag and return its number of messages.
-
-        Raises:
-            BagError: the path exists, or the bag cannot be written.
-        """
+        """Write the bag and return its number of messages, or raise BagError."""
         # Messages with equal time are sorted by topic; the sort is stable within a topic.
         self._messages.sort(key=lambda message: message[:2])
         with BagWriter(self.path) as bag:

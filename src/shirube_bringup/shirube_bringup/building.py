@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -44,11 +43,7 @@ _COUNTER = 1
 
 
 def lamp_waveforms(key: CommandKey) -> dict[int, Waveform]:
-    """Return the waveform of each lamp by its ID.
-
-    Args:
-        key: key that signs the commands.
-    """
+    """Return the waveform of each lamp by its ID, with commands signed by a key."""
     settings = EncodingSettings(code=RS_FSK_NAME, frame_rate=LAMP_RATE)
     waveforms = {}
     for name in LAMPS:
@@ -129,40 +124,22 @@ _SURVEY_SIGMA = 5e-5
 """Standard deviation of the surveyed centres and diameters [m]."""
 
 
-@dataclass(frozen=True)
 class BuildingFiles:
-    """Paths of the files.
+    """Paths of the files in a folder.
 
     Attributes:
-        folder: folder of the files.
+        dot_map: indexed dot map.
+        beacons: beacon file of the lamps.
+        places: folder of the taught places.
+        key: key that signs commands.
+        counters: counters of the commands.
     """
 
-    folder: Path
-
-    @property
-    def dot_map(self) -> Path:
-        """Indexed dot map."""
-        return self.folder / 'floor.dotmap'
-
-    @property
-    def beacons(self) -> Path:
-        """Beacon file of the lamps."""
-        return self.folder / 'beacons.yaml'
-
-    @property
-    def places(self) -> Path:
-        """Folder of the taught places."""
-        return self.folder / 'places'
-
-    @property
-    def key(self) -> Path:
-        """Key that signs commands."""
-        return self.folder / 'mission.key'
-
-    @property
-    def counters(self) -> Path:
-        """Counters of the commands."""
-        return self.folder / 'counters.yaml'
+    def __init__(self, folder: Path) -> None:
+        """Set the folder."""
+        self.dot_map, self.places = folder / 'floor.dotmap', folder / 'places'
+        self.beacons, self.counters = folder / 'beacons.yaml', folder / 'counters.yaml'
+        self.key = folder / 'mission.key'
 
 
 def write_building(folder: Path) -> BuildingFiles:

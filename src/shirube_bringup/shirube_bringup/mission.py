@@ -28,12 +28,7 @@ class Stopwatch:
     """
 
     def __init__(self, processes: NodeProcesses, worker: RenderWorker) -> None:
-        """Start without measurements.
-
-        Args:
-            processes: processes of the nodes.
-            worker: process that renders the images.
-        """
+        """Start without measurements."""
         self.pace: list[tuple[float, float]] = []
         self.cpu: dict[str, float] = {}
         self._processes, self._worker = processes, worker

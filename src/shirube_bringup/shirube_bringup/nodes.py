@@ -64,12 +64,7 @@ class NodeSetup:
 
 
 def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
-    """Return the six nodes.
-
-    Args:
-        files: files of the building.
-        port: serial port of the motor controller.
-    """
+    """Return the six nodes, given the serial port of the motor controller."""
     return (
         _localizer('floor_localizer', 'floor', BELLY_MOUNT, {'map_file': str(files.dot_map)}),
         _localizer(
@@ -150,13 +145,7 @@ class NodeProcesses:
     """
 
     def __init__(self, nodes: Sequence[NodeSetup], folder: Path, domain: int) -> None:
-        """Set the nodes to run.
-
-        Args:
-            nodes: nodes to start.
-            folder: folder for parameter files and logs.
-            domain: ROS domain of the mission.
-        """
+        """Set the nodes to run in a ROS domain, and the folder of their parameter files and logs."""
         self._nodes, self._folder, self._domain = nodes, folder, domain
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self.exit_codes: dict[str, int] = {}
@@ -213,11 +202,7 @@ class NodeProcesses:
         return any(process.poll() is not None for process in self._running.values())
 
     def check(self) -> None:
-        """Raise if a node has ended.
-
-        Raises:
-            MissionError: a node has ended; the message names its log.
-        """
+        """Raise a MissionError that names its log if a node has ended."""
         for name, process in self._running.items():
             if process.poll() is not None:
                 log = self._folder / f'{name}.log'

@@ -56,13 +56,7 @@ def depth_image(depth: NDArray[np.float32], header: Header) -> Image:
 
 
 def camera_info(camera: PinholeCamera, header: Header, baseline: float = 0.0) -> CameraInfo:
-    """Return the calibration of a rectified camera.
-
-    Args:
-        camera: intrinsics of the camera.
-        header: header of the image.
-        baseline: distance to the right of the left camera of the pair [m].
-    """
+    """Return the calibration of a rectified camera, ``baseline`` to the right of the left one of its pair [m]."""
     projection = np.column_stack([camera.matrix, (-camera.fx * baseline, 0.0, 0.0)])
     return CameraInfo(
         header=header,
@@ -107,11 +101,7 @@ class MissionPublishers:
     """
 
     def __init__(self, node: Node) -> None:
-        """Create the publishers.
-
-        Args:
-            node: node that publishes.
-        """
+        """Create the publishers."""
         self.image_counts = Counter[str]()
         create_publisher = partial(node.create_publisher, qos_profile=pose_profile())
         self._clock = create_publisher(Clock, '/clock')

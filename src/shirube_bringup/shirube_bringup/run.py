@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 from time import monotonic
+from typing import Any
 
 import numpy as np
 import rclpy
@@ -27,7 +27,7 @@ from shirube_bringup.nodes import MissionError, NodeProcesses, NodeSetup, missio
 from shirube_bringup.record import MissionRecord, MissionTraces
 from shirube_bringup.render_worker import RenderWorker
 from shirube_bringup.simulator import CAMERAS, Simulator
-from shirube_bringup.subscribers import ODOMETRY, MissionSubscribers, TraceRecorder
+from shirube_bringup.subscribers import ODOMETRY, MissionSubscribers
 from shirube_core.geometry import SE2
 from shirube_ros.free_domain import free_domain
 from shirube_ros.node_executor import node_executor
@@ -55,47 +55,24 @@ PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
 """Printed when nodes that are launched elsewhere can start."""
 
 
-@dataclass(frozen=True)
-class RunOptions:
-    """Options of a mission.
-
-    Attributes:
-        record_to: folder of the recorded bag; None records no bag.
-        launched: whether the nodes are started elsewhere, on the default ROS domain, with the written parameter files.
-    """
-
-    record_to: Path | None = None
-    launched: bool = False
-
-
-@dataclass(frozen=True)
-class MissionOutcome:
-    """Result of a mission.
-
-    Attributes:
-        summary: summary as JSON data.
-        traces: time series of the report.
-    """
-
-    summary: dict[str, object]
-    traces: MissionTraces
-
-
 def run_mission(
     seed: int,
     files: BuildingFiles,
     folder: Path,
     log: Callable[[str], None],
-    options: RunOptions = RunOptions(),
-) -> MissionOutcome:
-    """Run a mission and return its result.
+    record_to: Path | None = None,
+    *,
+    launched: bool = False,
+) -> tuple[dict[str, Any], MissionTraces]:
+    """Run a mission and return its summary, as JSON data, and its time series.
 
     Args:
         seed: seed of the room, the robot's errors and all noise.
         files: files of the building.
         folder: existing folder for logs.
         log: called with a line for each event.
-        options: whether to record, and whether the nodes are started elsewhere.
+        record_to: folder of the recorded bag; None records no bag.
+        launched: whether the nodes are started elsewhere, on the default ROS domain, with the written parameter files.
 
     Raises:
         MissionError: a node did not start.
@@ -109,12 +86,14 @@ def run_mission(
     record = MissionRecord(seed)
     with ExitStack() as stack:
         terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        domain, processes = _start_nodes(stack, mission_nodes(files, terminal.path), folder, options, log)
+        domain, processes = _start_nodes(
+            stack, mission_nodes(files, terminal.path), folder, log, launched=launched
+        )
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
-        subscribers, traces = MissionSubscribers(node), TraceRecorder(node)
+        subscribers = MissionSubscribers(node)
         steps = Simulator(node, executor, controller, lock, sensors, worker, subscribers, processes.has_ended)
-        bag = MissionBag(node, options.record_to, lambda: steps.now) if options.record_to else None
+        bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
         mission = Mission(
             sensors, controller, subscribers, steps, record, processes, Stopwatch(processes, worker)
         )
@@ -128,25 +107,20 @@ def run_mission(
         if bag is not None:
             log(f'recorded {bag.write()} messages in {bag.path}')
     return _make_outcome(
-        mission, traces, {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
+        mission, {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
     )
 
 
-def _make_outcome(mission: Mission, recorder: TraceRecorder, timing: Mapping[str, float]) -> MissionOutcome:
+def _make_outcome(mission: Mission, timing: Mapping[str, float]) -> tuple[dict[str, Any], MissionTraces]:
     subscribers, record, layout = mission.subscribers, mission.record, mission.sensors.layout
-    fixes = {
-        name: [(stamped.time, stamped.pose) for stamped in poses] for name, poses in subscribers.fixes.items()
-    }
-    fixes['pose_arbiter'] = [(stamped.time, stamped.pose) for stamped in subscribers.fused]
+    fixes = {**subscribers.fixes, 'pose_arbiter': subscribers.fused}
     summary = record.summary(len(layout.goals), fixes, subscribers.commands, timing)
     summary['late_steps'] = mission.steps.late_steps
     summary['exit_codes'] = mission.processes.exit_codes
     poses = {
-        name: [(time, pose.x, pose.y, pose.yaw) for time, pose in stamped] for name, stamped in fixes.items()
+        name: [(time, pose.x, pose.y, pose.yaw) for time, pose in stamped]
+        for name, stamped in {**fixes, ODOMETRY: subscribers.odometry}.items()
     }
-    poses[ODOMETRY] = [
-        (stamped.time, stamped.pose.x, stamped.pose.y, stamped.pose.yaw) for stamped in recorder.odometry
-    ]
     seconds = max(1e-3 * mission.steps.now, 1e-3)
     traces = MissionTraces(
         layout,
@@ -155,24 +129,20 @@ def _make_outcome(mission: Mission, recorder: TraceRecorder, timing: Mapping[str
         record.clearances,
         poses,
         record.legs,
-        recorder.trust,
-        recorder.map,
+        subscribers.trust,
+        subscribers.map,
         mission.stopwatch.pace,
         mission.stopwatch.cpu,
         {c.name: (1e3 / c.period, mission.steps.publishers.image_counts[c.name] / seconds) for c in CAMERAS},
     )
-    return MissionOutcome(summary, traces)
+    return summary, traces
 
 
 def _start_nodes(
-    stack: ExitStack,
-    nodes: Sequence[NodeSetup],
-    folder: Path,
-    options: RunOptions,
-    log: Callable[[str], None],
+    stack: ExitStack, nodes: Sequence[NodeSetup], folder: Path, log: Callable[[str], None], *, launched: bool
 ) -> tuple[int, NodeProcesses]:
     """Start the nodes; return their ROS domain and processes, which end with the stack."""
-    if options.launched:
+    if launched:
         for node in nodes:
             node.arguments(folder)
         log(PARAMETERS_WRITTEN)
@@ -193,11 +163,7 @@ def _controller(seed: int, start: SE2) -> EmulatedController:
 
 
 def _wait_for_nodes(mission: Mission, executor: Executor) -> None:
-    """Wait until every node has subscribed and responds.
-
-    Raises:
-        MissionError: timeout.
-    """
+    """Wait until every node has subscribed and responds, or raise a MissionError."""
     end = monotonic() + _START_TIMEOUT
     publishers = mission.steps.publishers
     while unsubscribed := [

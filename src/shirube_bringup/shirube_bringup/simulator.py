@@ -136,11 +136,7 @@ class Simulator:
                 self.wait_for_nodes(name)
 
     def wait_for_nodes(self, *names: str) -> None:
-        """Wait until nodes have processed their messages.
-
-        Raises:
-            ReplayError: a node does not respond.
-        """
+        """Wait until nodes have processed their messages, or raise a ReplayError."""
         self._barrier.wait_for_nodes(names, _RESPONSE_TIMEOUT)
 
     def _request_render(self, camera: SensorSchedule, index: int) -> None:

@@ -85,18 +85,11 @@ class CeilingCamera:
         )
 
     def light(self, room: CeilingRoom, pose_at: PoseAt, stamp: float) -> NDArray[np.float32]:
-        """Return the light that the pixels of a frame collect, before the sensor: 1 fills the well.
-
-        Arguments as for ``photograph``; returns an array of shape (height, width).
-        """
+        """Return the light that the pixels of a frame collect, shape (height, width), before the sensor, 1 fills."""
         return self._expose(room, self._motion(pose_at, stamp), stamp)[0]
 
     def brightness_for(self, level: float) -> float:
-        """Return the brightness of a lamp that is imaged at a level in the middle of the image [1/s].
-
-        Args:
-            level: grey level above black, 1 is 255; more overexposes.
-        """
+        """Return the brightness [1/s] of a lamp that is imaged at a level above black, 1 is 255; more overexposes."""
         return level / (self.shutter.exposure * self.sensor.gain)
 
     def _expose(

@@ -157,11 +157,7 @@ class CeilingLamp:
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse a lamp that cannot hang or shine.
-
-        Raises:
-            SceneError: a place or angle that is not finite, or a brightness below zero or not finite.
-        """
+        """Refuse with a SceneError a lamp that cannot hang or shine."""
         if not np.isfinite([*self.xyz, *self.rpy, self.phase, self.clock_offset]).all():
             raise SceneError(f'a lamp at {self.xyz} m has a place, angle, phase or clock that is not finite')
         if not 0.0 <= self.brightness < math.inf:
@@ -173,12 +169,7 @@ class CeilingLamp:
         return matrix_from_rpy(self.rpy)
 
     def mean_levels(self, starts: ArrayLike, stops: ArrayLike) -> NDArray[np.float64]:
-        """Return the exact mean levels of the parts over windows of true time, shape (..., parts).
-
-        Args:
-            starts: array-like, any shape [s].
-            stops: array-like, same shape [s].
-        """
+        """Return the exact mean levels of the parts over windows of true time [s], shape (..., parts)."""
         return self.waveform.mean_levels(self._lamp_time(starts), self._lamp_time(stops))
 
     def map_points(self, points_face: ArrayLike) -> NDArray[np.float64]:

@@ -96,11 +96,7 @@ class LampDrive:
         return len(self.clock.frames(seconds, self._rng(_CLOCK))[0])
 
     def frames(self, seconds: float) -> Iterator[LampFrame]:
-        """Yield the frames of the first seconds one by one; rendering one takes 20 to 50 ms.
-
-        Raises:
-            SceneError: the time is not positive.
-        """
+        """Yield the frames of the first seconds one by one, or raise SceneError if the time is not positive."""
         starts, stamps = self.clock.frames(seconds, self._rng(_CLOCK))
         for index, (start, stamp) in enumerate(zip(starts.tolist(), stamps.tolist(), strict=True)):
             noise = self._rng(_IMAGE_NOISE, index)

@@ -41,15 +41,9 @@ class LampProjection:
 def project_lamp(
     index: int, lamp: CeilingLamp, camera: PinholeCamera, shutter: Shutter, stamp: float, motion: CameraMotion
 ) -> LampProjection | None:
-    """Return the projection of a lamp, also outside the image; None outside the view cone.
+    """Return the projection of the lamp of an index, also outside the image; None outside the view cone.
 
-    Args:
-        index: the lamp's index in the room.
-        lamp: the lamp.
-        camera: the camera's intrinsics.
-        shutter: its timing.
-        stamp: stamp of the frame [s].
-        motion: camera trajectory during the frame.
+    The stamp is that of the frame [s], the motion is that of the camera during the frame.
     """
     time = shutter.frame_middle(stamp, camera.height)
     # The row on which the middle falls gives the time, and the time the row: they settle at once.
@@ -107,44 +101,36 @@ _MAX_LAMP_MOTION = 0.7
 Window = tuple[slice, slice]
 
 
+@dataclass(frozen=True, eq=False)
 class LampLight:
-    """Lamps in one frame."""
+    """Lamps in one frame.
 
-    def __init__(
-        self,
-        camera: PinholeCamera,
-        shutter: Shutter,
-        lens: CeilingLens,
-        rays: NDArray[np.float64],
-        motion: CameraMotion,
-        stamp: float,
-    ) -> None:
-        """Start a frame.
+    Attributes:
+        camera: the camera's intrinsics.
+        shutter: its timing.
+        lens: its lens.
+        rays: shape (height + 2, width + 2, 2), rays of all pixels and of a border of one pixel, z = 1.
+        motion: camera trajectory during the frame.
+        stamp: stamp of the frame [s].
+    """
 
-        Args:
-            camera: the camera's intrinsics.
-            shutter: its timing.
-            lens: its lens.
-            rays: shape (height + 2, width + 2, 2), rays of all pixels and of a border of one pixel, z = 1.
-            motion: camera trajectory during the frame.
-            stamp: stamp of the frame [s].
-        """
-        self._camera, self._shutter, self._lens, self._rays = camera, shutter, lens, rays
-        self._motion, self._stamp = motion, stamp
+    camera: PinholeCamera
+    shutter: Shutter
+    lens: CeilingLens
+    rays: NDArray[np.float64]
+    motion: CameraMotion
+    stamp: float
 
     def add_lamp(self, light: NDArray[np.float32], index: int, lamp: CeilingLamp) -> LampProjection | None:
-        """Add a lamp to a picture.
+        """Add a lamp to a picture; return its true projection, None outside the view cone.
 
         Args:
             light: shape (height, width), in full wells, changed in place; the lens has not dimmed it yet.
             index: the lamp's index in the room.
             lamp: the lamp.
-
-        Returns:
-            true projection; None for a lamp outside the view cone.
         """
-        projection = project_lamp(index, lamp, self._camera, self._shutter, self._stamp, self._motion)
-        time = projection.time if projection else self._shutter.frame_middle(self._stamp, self._camera.height)
+        projection = project_lamp(index, lamp, self.camera, self.shutter, self.stamp, self.motion)
+        time = projection.time if projection else self.shutter.frame_middle(self.stamp, self.camera.height)
         window = self._lamp_window(lamp)
         if window is not None:
             light[window] += self._render_lamp(lamp, window, self._count_instants(lamp, time))
@@ -153,47 +139,46 @@ class LampLight:
     def _render_lamp(self, lamp: CeilingLamp, window: Window, count: int) -> NDArray[np.float32]:
         """Return the light of a lamp in a window, whose exposure is cut into ``count`` equal parts."""
         rows, columns = window
-        rays = self._rays[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
+        rays = self.rays[rows.start : rows.stop + 2, columns.start : columns.stop + 2]
         light = np.zeros((rows.stop - rows.start, columns.stop - columns.start), dtype=np.float32)
-        times = self._shutter.exposure_boundaries(self._stamp, rows, count)
+        times = self.shutter.exposure_boundaries(self.stamp, rows, count)
         for starts, stops in pairwise(times.T):
-            poses = self._motion.poses(0.5 * (starts + stops))
+            poses = self.motion.poses(0.5 * (starts + stops))
             homographies = face_homographies(lamp.xyz, lamp.rotation, *poses)
-            profiles = lamp_profiles(lamp, self._lens.blooming, rays, homographies)
-            weights = lamp.brightness * self._shutter.exposure / count * lamp.mean_levels(starts, stops)
+            profiles = lamp_profiles(lamp, self.lens.blooming, rays, homographies)
+            weights = lamp.brightness * self.shutter.exposure / count * lamp.mean_levels(starts, stops)
             light += np.einsum('ri,irc->rc', weights.astype(np.float32), profiles)
         return light
 
     def _count_instants(self, lamp: CeilingLamp, time: float) -> int:
         """Return into how many parts the exposure is cut, so that a lamp moves little within each."""
         points = lamp.map_points(lamp.shape.bounding_points())
-        half = 0.5 * self._shutter.exposure
+        half = 0.5 * self.shutter.exposure
         before, after = (
-            self._motion.pose(time + fraction).camera_points(points) for fraction in (-half, half)
+            self.motion.pose(time + fraction).camera_points(points) for fraction in (-half, half)
         )
-        visible = is_in_view(before, self._camera) & is_in_view(after, self._camera)
+        visible = is_in_view(before, self.camera) & is_in_view(after, self.camera)
         if not visible.any():
             return 1
-        shift = self._camera.pixels_from_points(after[visible]) - self._camera.pixels_from_points(
-            before[visible]
-        )
+        pixels_after, pixels_before = (self.camera.pixels_from_points(x[visible]) for x in (after, before))
+        shift = pixels_after - pixels_before
         return max(1, math.ceil(float(np.hypot(*shift.T).max()) / _MAX_LAMP_MOTION))
 
     def _lamp_window(self, lamp: CeilingLamp) -> Window | None:
         """Return the part of the image that a lamp can reach in the frame, none when it reaches no pixel."""
         points = lamp.map_points(lamp.shape.bounding_points())
-        end = self._shutter.frame_end(self._stamp, self._camera.height)
-        times = np.linspace(self._stamp, end, 3).tolist()
-        visible = [self._motion.pose(time).camera_points(points) for time in times]
+        end = self.shutter.frame_end(self.stamp, self.camera.height)
+        times = np.linspace(self.stamp, end, 3).tolist()
+        visible = [self.motion.pose(time).camera_points(points) for time in times]
         inside = np.vstack(visible)
-        inside = inside[is_in_view(inside, self._camera)]
+        inside = inside[is_in_view(inside, self.camera)]
         if len(inside) == 0:
             return None
-        return self._clip_to_image(self._camera.pixels_from_points(inside), self._lens.blooming.margin)
+        return self._clip_to_image(self.camera.pixels_from_points(inside), self.lens.blooming.margin)
 
     def _clip_to_image(self, pixels: NDArray[np.float64], margin: float) -> Window | None:
         """Return rows and columns about pixels, shape (n, 2), with a margin [px], clipped to the image."""
-        size = np.array([self._camera.width, self._camera.height])
+        size = np.array([self.camera.width, self.camera.height])
         left, top = np.clip(np.floor(pixels.min(axis=0) - margin), 0, size).astype(int).tolist()
         right, bottom = np.clip(np.ceil(pixels.max(axis=0) + margin) + 1, 0, size).astype(int).tolist()
         return (slice(top, bottom), slice(left, right)) if left < right and top < bottom else None

@@ -22,13 +22,7 @@ _DISC, _LED_GRID = int(ShapeKind.DISC), int(ShapeKind.LED_GRID)
 def edge_distance(
     s: float, t: float, kind: int, sizes: tuple[float, float, float]
 ) -> tuple[float, float, float]:
-    """Return the distance of a point from a shape's edge.
-
-    Args:
-        s: place along the face's x [m].
-        t: place along the face's y [m].
-        kind: a ``ShapeKind``.
-        sizes: dimensions of the shape, see ``LampShape.sizes``.
+    """Return the distance of a point (s, t) of a face [m] from the edge of its shape.
 
     Returns:
         signed distance, outside positive [m], and its gradient along s and t, a unit vector.
@@ -45,17 +39,9 @@ def edge_distance(
 def half_edge_distance(
     s: float, t: float, kind: int, sizes: tuple[float, float, float], side: float
 ) -> tuple[float, float, float]:
-    """Return the distance of a point from the edge of one half of a shape, the line between the halves included.
+    """Return as ``edge_distance`` for one half of a shape, the line between the halves included.
 
-    Args:
-        s: see ``edge_distance``.
-        t: see ``edge_distance``.
-        kind: see ``edge_distance``.
-        sizes: see ``edge_distance``.
-        side: 1 for the half with negative s, -1 for the other.
-
-    Returns:
-        as ``edge_distance``.
+    The side is 1 for the half with negative s, -1 for the other.
     """
     s *= side
     if kind == _DISC:
@@ -198,16 +184,9 @@ def _pixels_from_edge(
     sizes: tuple[float, float, float],
     side: float,
 ) -> float:
-    """Return the signed distance of a pixel from the edge of a shape, outside positive [px].
+    """Return the signed distance of a pixel of a window from the edge of a shape, outside positive [px].
 
-    Args:
-        rays: see ``lamp_profiles``.
-        row: row of the pixel in the window.
-        column: column of the pixel in the window.
-        h: homography from rays to the face.
-        kind: ``ShapeKind`` of the lamp.
-        sizes: dimensions of the shape, see ``LampShape.sizes``.
-        side: 1 or -1 for one half of it, see ``half_edge_distance``; 0 for the whole.
+    The side is 1 or -1 for one half of it, see ``half_edge_distance``, and 0 for the whole; h is the homography.
     """
     v, u, pixels = row + 1.0, column + 1.0, 0.0
     # The first step leads about to the edge; perspective and distortion leave something to the second.

@@ -27,15 +27,12 @@ PAPER_LAMPS = ((0.0, 0.0, 2.5), (0.0, 1.8, 2.5), (1.8, 0.0, 2.5), (1.8, 1.8, 2.5
 def paper_room(
     waveforms: Sequence[Waveform], shape: LampShape | None = None, brightness: float = 2000.0
 ) -> CeilingRoom:
-    """Return the paper's room (3.1), dark, with four panels of 8 x 8 LEDs.
+    """Return the paper's room (3.1), dark, with four panels of 8 x 8 LEDs, or of another shape.
 
     Args:
-        waveforms: what the four lamps send, in the order of ``PAPER_LAMPS``.
+        waveforms: what the four lamps send, in the order of ``PAPER_LAMPS``; a SceneError for any other number.
         shape: another shape for all four.
         brightness: brightness of the lamps, in full wells per second of exposure [1/s].
-
-    Raises:
-        SceneError: not four waveforms.
     """
     if len(waveforms) != len(PAPER_LAMPS):
         raise SceneError(f'the room of the paper has 4 lamps: give 4 waveforms, not {len(waveforms)}')
@@ -51,9 +48,7 @@ _STEPS = 64
 def mains_flicker(frequency: float = 100.0, depth: float = 0.3) -> Waveform:
     """Return the light of a room lamp on the mains: a raised cosine, brightest in the middle of the period.
 
-    Args:
-        frequency: flicker frequency, twice the mains frequency [Hz].
-        depth: fraction of the light that is missing at the darkest, 0 to 1.
+    It flickers at twice the mains frequency [Hz]; the depth is the fraction that is missing at the darkest.
     """
     middles = (np.arange(_STEPS) + 0.5) / _STEPS
     levels = 1.0 - depth * np.square(np.cos(np.pi * middles))
@@ -63,8 +58,7 @@ def mains_flicker(frequency: float = 100.0, depth: float = 0.3) -> Waveform:
 def distractors(brightness: float = 2000.0) -> tuple[CeilingLamp, ...]:
     """Return lights without a code in the paper's room: a spot, a flickering tube and panel, a window.
 
-    Args:
-        brightness: brightness of the spot, in full wells per second of exposure [1/s]; the others are dimmer.
+    The brightness [1/s] is that of the spot; the others are dimmer.
     """
     mains = mains_flicker()
     window = (math.pi / 2.0, 0.0, 0.0)

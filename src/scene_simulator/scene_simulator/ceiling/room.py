@@ -40,15 +40,7 @@ class CeilingSurface:
     flicker: Waveform = field(default_factory=steady_light)
 
     def mean_levels(self, starts: ArrayLike, stops: ArrayLike) -> NDArray[np.float64]:
-        """Return the mean light of the ceiling over windows of time [1/s].
-
-        Args:
-            starts: array-like, any shape [s].
-            stops: array-like, same shape [s].
-
-        Returns:
-            array of the same shape.
-        """
+        """Return the mean light of the ceiling over windows of time [s], an array of the same shape [1/s]."""
         return np.asarray(self.ambient * self.flicker.mean_levels(starts, stops)[..., 0])
 
     def add_light(
@@ -150,14 +142,7 @@ class CeilingRoom:
     ) -> CeilingRoom:
         """Return the room with its ceiling in the light: panels just above the first lamp.
 
-        Args:
-            ambient: mean light of the ceiling, in full wells per second of exposure [1/s].
-            contrast: contrast of the stains and joints relative to the mean light.
-            seed: seed of the stains.
-            flicker: how the light on the ceiling changes, steady by default.
-
-        Raises:
-            SceneError: the room has no lamp, or as for ``panelled_ceiling``.
+        Arguments as for ``panelled_ceiling``; a SceneError if the room has no lamp.
         """
         if not self.lamps:
             raise SceneError('a room without a lamp has no height: make its ceiling with panelled_ceiling')

@@ -79,14 +79,9 @@ def _floor_parser() -> argparse.ArgumentParser:
 
 
 def write_dot_map(dots: NDArray[np.float64], path: Path) -> None:
-    """Write a dot map as CSV with the header ``x,y,diameter``, complete or not at all.
+    """Write a dot map, shape (n, 3), as CSV with the header ``x,y,diameter``, complete or not at all.
 
-    Args:
-        dots: shape (n, 3), x, y and diameter [m]; written to the micrometre.
-        path: file to write; an existing file is replaced.
-
-    Raises:
-        SceneError: the file cannot be written.
+    Numbers are written to the micrometre; an existing file is replaced. A SceneError if it cannot be written.
     """
     try:
         with atomic_write(path) as file:
@@ -116,11 +111,6 @@ def record_floor_bag(arguments: Sequence[str] | None = None) -> int:
 
 def record_drive(scene: DemoScene, path: Path, seconds: float) -> Iterator[int]:
     """Record a drive as a bag with ground truth; yield the number of each image after it is written.
-
-    Args:
-        scene: what to record.
-        path: folder of the bag; must not exist.
-        seconds: length of the recording [s].
 
     Raises:
         BagError: the bag cannot be written.

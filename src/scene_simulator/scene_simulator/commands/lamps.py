@@ -115,15 +115,9 @@ def _load(path: Path) -> Waveform:
 
 
 def write_beacons(lamps: Sequence[tuple[int, tuple[float, float, float]]], radius: float, path: Path) -> None:
-    """Write the lamps as the beacons file that vlc_beacon takes.
+    """Write the lamps, ID and place [m] of each, and their radius [m] as the beacons file that vlc_beacon takes.
 
-    Args:
-        lamps: ID and place of each [m].
-        radius: radius of the luminous disc of each lamp [m].
-        path: file to write; an existing file is replaced.
-
-    Raises:
-        SceneError: the file cannot be written.
+    An existing file is replaced. A SceneError if it cannot be written.
     """
     rows = [f'  - {{id: {beacon}, xyz: [{x}, {y}, {z}], radius: {radius}}}\n' for beacon, (x, y, z) in lamps]
     try:

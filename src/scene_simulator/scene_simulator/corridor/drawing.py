@@ -84,12 +84,7 @@ class Drawing:
     """
 
     def __init__(self, surface: Surface, origin: PlanePoint = (0.0, 0.0)) -> None:
-        """Begin an empty drawing.
-
-        Args:
-            surface: the plane.
-            origin: origin of the drawing on the plane [m].
-        """
+        """Begin an empty drawing about an origin on the plane [m]."""
         self.surface, self.origin = surface, origin
         self.shapes: list[FlatShape] = []
 

@@ -133,11 +133,7 @@ class CorridorScene:
         return {name: point for landmark in self.landmarks for name, point in landmark.points_map().items()}
 
     def item(self, name: str) -> SceneObject:
-        """Return the thing of a name.
-
-        Raises:
-            SceneError: there is none.
-        """
+        """Return the thing of a name, or raise SceneError."""
         named = {item.name: item for item in reversed(self.objects)}
         if name not in named:
             there = ', '.join(item.name for item in self.objects)
@@ -145,11 +141,7 @@ class CorridorScene:
         return named[name]
 
     def move_object(self, name: str, right: float, up: float) -> CorridorScene:
-        """Return the corridor with one thing moved on its plane [m].
-
-        Raises:
-            SceneError: there is no thing of the name.
-        """
+        """Return the corridor with the thing of a name moved on its plane [m], or raise SceneError."""
         old = self.item(name)
         new = replace(cast(Any, old), position=(old.position[0] + right, old.position[1] + up))
         return replace(self, objects=tuple(new if item is old else item for item in self.objects))
@@ -159,11 +151,7 @@ class CorridorScene:
         return replace(self, objects=(*self.objects, *objects))
 
     def cover_landmark(self, name: str) -> CorridorScene:
-        """Return the corridor with a paper cover over a landmark.
-
-        Raises:
-            SceneError: there is no landmark of the name.
-        """
+        """Return the corridor with a paper cover over the landmark of a name, or raise SceneError."""
         named = {landmark.name: landmark for landmark in reversed(self.landmarks)}
         if name not in named:
             raise SceneError(

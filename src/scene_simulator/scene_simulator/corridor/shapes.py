@@ -43,12 +43,7 @@ class Surface:
 
 
 def facing_wall(x: float, y: float = 0.0) -> Surface:
-    """Return a vertical plane across the corridor that faces a viewer looking along the map's x axis.
-
-    Args:
-        x: x of the plane [m].
-        y: y of the origin, which is on the floor [m].
-    """
+    """Return a vertical plane across the corridor at x [m] that faces a viewer looking along the map's x axis."""
     return Surface((x, y, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -84,10 +79,7 @@ class RoundLandmark:
         return (x - r, y - r), (x + r, y + r)
 
     def points_map(self) -> dict[str, NDArray[np.float64]]:
-        """Return its centre by name, shape (3,), in the map frame [m].
-
-        The centre of the image ellipse is not the image of the circle's centre; see ``circle_image``.
-        """
+        """Return its centre by name, shape (3,), in the map frame [m]; not the centre of its elliptic image."""
         return {self.name: self.surface.points_map([self.centre])[0]}
 
 
@@ -113,10 +105,7 @@ class SquareLandmark:
         return self.low, self.high
 
     def points_map(self) -> dict[str, NDArray[np.float64]]:
-        """Return its corners by name/0 to name/3, each of shape (3,), in the map frame [m].
-
-        The order is upper left, upper right, lower right, lower left.
-        """
+        """Return its corners by name/0 (upper left, then clockwise) to name/3, shape (3,), in the map frame [m]."""
         corners = self.surface.points_map(rectangle_corners(self.low, self.high))
         return {f'{self.name}/{index}': corner for index, corner in enumerate(corners)}
 

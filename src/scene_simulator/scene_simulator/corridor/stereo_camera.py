@@ -33,12 +33,7 @@ class StereoOptics:
     vignetting: float = 0.15
 
     def spread(self, light: NDArray[np.float32], scale: int) -> NDArray[np.float32]:
-        """Return a picture, shape (height, width), as lens and motion blur it.
-
-        Args:
-            light: image before the lens, shape (height, width).
-            scale: its samples per pixel along each side.
-        """
+        """Return light, shape (height, width), as lens and motion blur it, with ``scale`` samples a pixel each way."""
         if self.blur > 0.0:
             light = cv2.GaussianBlur(light, (0, 0), scale * self.blur, borderType=cv2.BORDER_REPLICATE)
         if any(self.motion_blur):
@@ -65,13 +60,7 @@ class StereoCamera:
     def photograph(
         self, scene: PaintedScene, pose: CameraPose, rng: np.random.Generator | None = None
     ) -> NDArray[np.uint8]:
-        """Return a picture, shape (height, width).
-
-        Args:
-            scene: what there is to see, such as a corridor.
-            pose: ``T_map_camera``.
-            rng: source of the sensor's noise, none for a picture without.
-        """
+        """Return a picture, shape (height, width), from ``T_map_camera``; without a source of noise it has none."""
         return self.sensor.expose(self.light(scene, pose), rng)
 
     def light(self, scene: PaintedScene, pose: CameraPose) -> NDArray[np.float32]:
@@ -122,12 +111,7 @@ _UNITS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 
 
 def _homography_from_rays(frame: NDArray[np.float64], pose: CameraPose) -> NDArray[np.float64]:
-    """Return the homography from rays to places on a plane, shape (3, 3).
-
-    Args:
-        frame: shape (3, 3), the plane's origin and the ends of its unit vectors in the map frame [m].
-        pose: ``T_map_camera``.
-    """
+    """Return the homography, shape (3, 3), from rays to places on a plane: its origin and the ends of its axes."""
     origin, right, up = pose.camera_points(frame)
     rays_from_plane = np.column_stack([right - origin, up - origin, origin])
     # A camera in the plane sees nothing of it.
@@ -157,16 +141,7 @@ def _paint_all(
     view: tuple[NDArray[np.float64], NDArray[np.float64], tuple[int, int]],
     texture: Texture,
 ) -> None:
-    """Paint shapes one after the other, those whose plane turns its front to the camera.
-
-    Args:
-        light: the picture.
-        rays: rays of the pixels, see ``_rays``.
-        shapes: points in the optical frame, starts, planes and paints as in the table.
-        surfaces: homographies from rays, light, and whether the front is seen.
-        view: half spaces, lens and size of the picture.
-        texture: the grain.
-    """
+    """Paint shapes one after the other on a picture, those whose plane turns its front to the camera."""
     points, starts, surface_of, paints = shapes
     planes, lens, size = view
     sums = np.zeros((light.shape[0], light.shape[1] + 2), dtype=np.float32)

@@ -86,21 +86,13 @@ class StereoDrive:
         return roll, pitch
 
     def frame_count(self, seconds: float) -> int:
-        """Return how many frames ``frames`` yields.
-
-        Raises:
-            SceneError: the time is not positive.
-        """
+        """Return how many frames ``frames`` yields, or raise SceneError if the time is not positive."""
         if not 0.0 < seconds < math.inf:
             raise SceneError(f'the recording is {seconds} s long: give a positive number of seconds')
         return math.ceil(seconds * self.rate - 1e-9)
 
     def frames(self, seconds: float) -> Iterator[StereoFrame]:
-        """Yield the frames of the first seconds one by one.
-
-        Raises:
-            SceneError: the time is not positive.
-        """
+        """Yield the frames of the first seconds one by one, or raise SceneError if the time is not positive."""
         for index in range(self.frame_count(seconds)):
             stamp, noise = index / self.rate, self._rng(_IMAGE_NOISE, index)
             rig = replace(self.rig, mount=self.suspension.mount_at(stamp, self.rig.mount))
@@ -180,11 +172,7 @@ RUNS = {
 def make_corridor_drive(
     run: str, design: CorridorDesign | None = None, rig: StereoRig | None = None
 ) -> StereoDrive:
-    """Return one of ``RUNS``; the meter readings differ between runs.
-
-    Raises:
-        SceneError: there is no such run.
-    """
+    """Return one of ``RUNS``, or raise SceneError; the meter readings differ between runs."""
     if run not in RUNS:
         raise SceneError(f'there is no run {run!r}: choose one of {", ".join(RUNS)}')
     chosen, number = design or CorridorDesign(), list(RUNS).index(run)

@@ -32,58 +32,8 @@ class CameraCalibration:
     projection: NDArray[np.float64]
 
 
-def rectified_pair(
-    left: PinholeCamera, right: PinholeCamera, baseline: float
-) -> tuple[CameraCalibration, CameraCalibration]:
-    """Return the calibration of cameras whose images are rectified already.
-
-    Args:
-        left: intrinsics, without distortion.
-        right: the same of the right camera.
-        baseline: distance of the cameras [m].
-    """
-    shift = np.array([[-right.fx * baseline], [0.0], [0.0]])
-    return (
-        CameraCalibration(left, np.eye(3), np.hstack([left.matrix, np.zeros((3, 1))])),
-        CameraCalibration(right, np.eye(3), np.hstack([right.matrix, shift])),
-    )
-
-
-def stereo_pair(
-    left: PinholeCamera,
-    right: PinholeCamera,
-    right_xyz: NDArray[np.float64],
-    R_left_right: NDArray[np.float64],
-) -> tuple[CameraCalibration, CameraCalibration]:
-    """Return the calibration of cameras that distort and look in slightly different directions.
-
-    Args:
-        left: intrinsics.
-        right: intrinsics of the right camera, of the same image size.
-        right_xyz: shape (3,), place of the right camera in the left one's optical frame [m].
-        R_left_right: shape (3, 3), turns from the right camera's optical frame into the left one's.
-    """
-    R1, R2, P1, P2 = cv2.stereoRectify(
-        left.matrix,
-        np.array(left.distortion),
-        right.matrix,
-        np.array(right.distortion),
-        (left.width, left.height),
-        R_left_right.T,
-        -R_left_right.T @ right_xyz.reshape(3, 1),
-        flags=cv2.CALIB_ZERO_DISPARITY,
-        alpha=0.0,
-    )[:4]
-    return CameraCalibration(left, R1, P1), CameraCalibration(right, R2, P2)
-
-
 def calibration_yaml(calibration: CameraCalibration, name: str) -> str:
-    """Return the text of the file that camera_calibration writes for one camera.
-
-    Args:
-        calibration: calibration to write.
-        name: camera name.
-    """
+    """Return the text of the file that camera_calibration writes for the camera of a name."""
     camera = calibration.camera
     parts = [
         f'image_width: {camera.width}\nimage_height: {camera.height}\ncamera_name: {name}\n',
@@ -145,14 +95,25 @@ class StereoRig:
         return not any((*distortion, *self.right_rpy, *self.right_xyz[1:]))
 
     def calibrations(self) -> tuple[CameraCalibration, CameraCalibration]:
-        """Return the exact calibration of the left and the right camera.
-
-        Images that are rectified already keep their camera matrix and are not turned.
-        """
+        """Return the exact calibration of the left and the right camera; rectified images keep their camera matrix."""
         left, right = self.left.intrinsics, self.right.intrinsics
         if self.is_rectified:
-            return rectified_pair(left, right, self.baseline)
-        return stereo_pair(left, right, np.array(self.right_xyz), matrix_from_rpy(self.right_rpy))
+            shifts = np.zeros((3, 1)), np.array([[-right.fx * self.baseline], [0.0], [0.0]])
+            P1, P2 = (np.hstack([camera.matrix, s]) for camera, s in zip((left, right), shifts, strict=True))
+            return CameraCalibration(left, np.eye(3), P1), CameraCalibration(right, np.eye(3), P2)
+        R_right_left = matrix_from_rpy(self.right_rpy).T
+        R1, R2, P1, P2 = cv2.stereoRectify(
+            left.matrix,
+            np.array(left.distortion),
+            right.matrix,
+            np.array(right.distortion),
+            (left.width, left.height),
+            R_right_left,
+            -R_right_left @ np.array(self.right_xyz).reshape(3, 1),
+            flags=cv2.CALIB_ZERO_DISPARITY,
+            alpha=0.0,
+        )[:4]
+        return CameraCalibration(left, R1, P1), CameraCalibration(right, R2, P2)
 
 
 def raw_rig() -> StereoRig:
@@ -168,13 +129,9 @@ def raw_rig() -> StereoRig:
 def render_pair(
     scene: PaintedScene, rig: StereoRig, T_map_base: SE2, rng: np.random.Generator | None = None
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return the pictures of the left and the right camera, each of shape (height, width).
+    """Return the pictures of the left and the right camera at a pose of the robot, each of shape (height, width).
 
-    Args:
-        scene: what there is to see, such as a corridor.
-        rig: the cameras; for a robot that leans, with the mount in the upright frame under it.
-        T_map_base: pose of the robot.
-        rng: source of the sensors' noise, none for pictures without.
+    For a robot that leans, the mount is in the upright frame under it. Without a source of noise there is none.
     """
     left, right = rig.camera_poses(T_map_base)
     return rig.left.photograph(scene, left, rng), rig.right.photograph(scene, right, rng)

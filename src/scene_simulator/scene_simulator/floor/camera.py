@@ -33,25 +33,13 @@ class GroundTexture:
     tile: NDArray[np.float32]
 
     def sample(self, points: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Return the relative brightness at floor points.
-
-        Args:
-            points: shape (height, width, 2), in the map frame [m].
-
-        Returns:
-            array, shape (height, width), about 1.
-        """
+        """Return the relative brightness, about 1, at floor points, shape (height, width, 2) [m]."""
         places = np.mod(points / _SPACING, _TILE).astype(np.float32)
         return np.asarray(cv2.remap(self.tile, places[..., 0], places[..., 1], cv2.INTER_LINEAR))
 
 
 def mottled_ground(deviation: float, seed: int) -> GroundTexture:
-    """Return a ground of grain and faint clouds.
-
-    Args:
-        deviation: standard deviation of the relative brightness.
-        seed: the same seed gives the same ground.
-    """
+    """Return a ground of grain and faint clouds with a standard deviation of the relative brightness, and a seed."""
     white = np.fft.rfft2(np.random.default_rng(seed).normal(size=(_TILE, _TILE)))
     frequencies = np.hypot(np.fft.fftfreq(_TILE)[:, None], np.fft.rfftfreq(_TILE)[None, :]) / _SPACING
     grain, clouds = (np.exp(-0.5 * (frequencies * size * np.pi) ** 2) for size in (0.0006, 0.012))
@@ -145,15 +133,12 @@ class FloorCamera:
     def project(
         self, points: NDArray[np.float64], pose: SE2, mount: CameraMount = DOWNWARD_MOUNT
     ) -> NDArray[np.float64]:
-        """Return the pixels u, v of floor points.
+        """Return the pixels u, v of points of the floor, shape (n, 2) [px], also outside the image.
 
         Args:
             points: shape (n, 2), in the map frame [m].
             pose: ``T_map_base``.
             mount: pose of the camera in the base frame.
-
-        Returns:
-            array, shape (n, 2) [px], also outside the image.
         """
         points_base = pose.inverse().transform(points)
         return self.intrinsics.pixels_from_points(mount.camera_points_from_floor(points_base))
@@ -161,12 +146,7 @@ class FloorCamera:
     def visible_chips(
         self, floor: DotFloor, pose: SE2, mount: CameraMount = DOWNWARD_MOUNT
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the chips whose centres are in the image.
-
-        Args:
-            floor: the floor.
-            pose: ``T_map_base``.
-            mount: pose of the camera in the base frame.
+        """Return the chips whose centres are in the image from a pose of the robot, ``T_map_base``.
 
         Returns:
             their indices, shape (n,), and the true pixels of their centres, shape (n, 2) [px].

@@ -35,11 +35,7 @@ class FloorArea:
     high: tuple[float, float]
 
     def scatter(self, density: float, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Return uniformly random points, as many as chance gives at a density [1/m^2], shape (n, 2) [m].
-
-        Raises:
-            SceneError: density negative or not finite, or area without extent.
-        """
+        """Return uniformly random points, shape (n, 2) [m], of a density [1/m^2], or raise SceneError."""
         width, length = self.high[0] - self.low[0], self.high[1] - self.low[1]
         if not (0.0 <= density < math.inf and width > 0.0 and length > 0.0):
             raise SceneError(
@@ -66,10 +62,7 @@ class Litter:
 def crumbs(area: FloorArea, density: float, seed: int) -> Litter:
     """Return dirt of the size of chips and larger (0.5 to 8 mm), mostly dark: what is mistaken for chips.
 
-    Args:
-        area: where.
-        density: expected number [1/m^2].
-        seed: the same seed scatters the same crumbs.
+    The density is the expected number [1/m^2]; the same seed scatters the same crumbs.
     """
     rng = np.random.default_rng(seed)
     centres = area.scatter(density, rng)

@@ -85,14 +85,7 @@ class DotFloor:
 def generate_dot_floor(design: FloorDesign, seed: int) -> DotFloor:
     """Generate a floor: chips of random shape, size and orientation at uniformly random positions.
 
-    Some chips touch or overlap, as on a real floor.
-
-    Args:
-        design: what the floor looks like.
-        seed: the same seed gives the same floor.
-
-    Returns:
-        the floor.
+    Some chips touch or overlap, as on a real floor. The same seed gives the same floor.
 
     Raises:
         SceneError: floor without extent, negative count or seed, or more chips than fit.
@@ -135,20 +128,10 @@ SURVEY_ERROR = 0.00005
 
 
 def survey_floor(floor: DotFloor, error: float, seed: int) -> NDArray[np.float64]:
-    """Return a dot map with errors as a survey leaves them.
+    """Return a dot map with errors as a survey leaves them, shape (n, 3): x, y in the map frame and diameter [m].
 
-    Chips that touch or overlap are listed one by one.
-
-    Args:
-        floor: the true floor.
-        error: standard deviation of a centre along each axis, and of a diameter [m].
-        seed: the same seed gives the same errors.
-
-    Returns:
-        array, shape (n, 3): x, y in the map frame and diameter [m].
-
-    Raises:
-        SceneError: error negative or not finite.
+    Chips that touch or overlap are listed one by one. The error is the standard deviation of each number [m]; it is
+    refused with a SceneError if it is negative or not finite.
     """
     if not 0.0 <= error < float('inf'):
         raise SceneError(f'the survey error is {error} m: give zero or a positive number')

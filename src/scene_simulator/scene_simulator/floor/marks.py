@@ -45,15 +45,7 @@ class FloorMarks:
         return float(np.hypot(self.outlines[..., 0], self.outlines[..., 1]).max(initial=0.0))
 
     def near(self, point: ArrayLike, radius: float) -> NDArray[np.int64]:
-        """Return which marks may reach into a disc.
-
-        Args:
-            point: array-like, shape (2,), centre of the disc [m].
-            radius: radius of the disc [m].
-
-        Returns:
-            array, shape (k,), ascending indices of marks.
-        """
+        """Return which marks may reach into a disc about a point, shape (2,): ascending indices, shape (k,)."""
         if len(self) == 0:
             return np.empty(0, dtype=np.int64)
         found = self._tree.query_ball_point(np.asarray(point, dtype=np.float64), radius + self._reach)
@@ -71,27 +63,13 @@ class FloorMarks:
 
 
 def polygon_areas(outlines: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the signed areas of polygons.
-
-    Args:
-        outlines: shape (n, v, 2), corners in order [m].
-
-    Returns:
-        array, shape (n,), positive when the corners go counter-clockwise [m^2].
-    """
+    """Return the signed areas of polygons, shape (n, v, 2) to (n,), positive when counter-clockwise [m^2]."""
     following = np.roll(outlines, -1, axis=1)
     return 0.5 * _cross(outlines, following).sum(axis=1)
 
 
 def polygon_centroids(outlines: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the area centroids of polygons.
-
-    Args:
-        outlines: shape (n, v, 2), corners in order [m].
-
-    Returns:
-        array, shape (n, 2) [m].
-    """
+    """Return the area centroids of polygons, shape (n, v, 2) to (n, 2) [m]."""
     following = np.roll(outlines, -1, axis=1)
     moments = ((outlines + following) * _cross(outlines, following)[..., None]).sum(axis=1)
     return np.asarray(moments / (6.0 * polygon_areas(outlines))[:, None])

@@ -134,15 +134,7 @@ class FloorView:
         *,
         colour: bool,
     ) -> None:
-        """Start with a black floor.
-
-        Args:
-            camera: the camera's intrinsics.
-            mount: the camera's place over the floor in the frame of ``poses``.
-            poses: ``T_map_base`` at the instants of the exposure.
-            rays: shape (height * width, 3), the rays of all pixels, row by row.
-            colour: three channels instead of one.
-        """
+        """Start with a black floor, seen by rays, shape (height * width, 3), from ``T_map_base`` at each instant."""
         shape = (len(poses), camera.height, camera.width)
         self.layers = np.zeros((*shape, 3 if colour else 1), dtype=np.float32)
         self.covered = np.zeros(shape, dtype=np.float32)

@@ -84,12 +84,6 @@ def coverage(intervals: Intervals, size: tuple[int, int], blur: float = 0.0) -> 
 
 
 def photograph(light: NDArray[np.float64], noise: float = 0.0, seed: int = 0) -> NDArray[np.uint8]:
-    """Return the image of grey levels, rounded.
-
-    Args:
-        light: shape (h, w), grey levels.
-        noise: standard deviation of a pixel, normally distributed [grey levels].
-        seed: seed of the noise.
-    """
+    """Return the image of grey levels, shape (h, w), rounded, with normal noise [grey levels] of a seed."""
     rng = np.random.default_rng(seed)
     return np.clip(np.rint(light + noise * rng.standard_normal(np.shape(light))), 0, 255).astype(np.uint8)

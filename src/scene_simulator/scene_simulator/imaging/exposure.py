@@ -50,15 +50,9 @@ class Shutter:
         return stamp + self.row_time * (height - 1) + self.exposure
 
     def exposure_boundaries(self, stamp: float, rows: slice, count: int) -> NDArray[np.float64]:
-        """Return the times that cut each row's exposure into ``count`` equal parts.
+        """Return the times that cut each row's exposure into ``count`` equal parts, shape (rows, count + 1) [s].
 
-        Args:
-            stamp: stamp of the frame [s].
-            rows: rows from ``start`` to before ``stop``.
-            count: number of parts.
-
-        Returns:
-            array, shape (rows, count + 1), from the exposure's start to its end [s].
+        The rows are those from ``start`` to before ``stop`` of a frame with a stamp [s].
         """
         starts = stamp + self.row_time * np.arange(rows.start, rows.stop, dtype=np.float64)
         return np.asarray(starts[:, None] + self.exposure * np.arange(count + 1) / count)
@@ -86,17 +80,10 @@ class CameraClock:
     def frames(
         self, seconds: float, rng: np.random.Generator
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the frames that arrive within a time.
-
-        Args:
-            seconds: length of the time, which begins at 0 with the first frame [s].
-            rng: source of the jitter.
-
-        Returns:
-            true starts of the frames, shape (n,), and their stamps, shape (n,) [s].
+        """Return true starts and stamps [s], shape (n,) each, of the frames within a time that begins with the first.
 
         Raises:
-            SceneError: the length is not positive.
+            SceneError: the time is not positive.
         """
         if not 0.0 < seconds < math.inf:
             raise SceneError(f'the recording is {seconds} s long: give a positive number of seconds')
@@ -131,12 +118,9 @@ PoseAt = Callable[[float], CameraPose]
 
 
 def camera_pose(T_map_base: SE2, mount: CameraMount) -> CameraPose:
-    """Return the pose of a camera on a robot.
+    """Return the pose of a camera on a robot at a pose.
 
-    Args:
-        T_map_base: pose of the robot.
-        mount: the camera in ``base_link``, or, for a robot that sways, in the upright frame under it
-            (``Suspension.mount_at``).
+    The mount is in ``base_link`` or, for a robot that sways, in the upright frame under it (``Suspension.mount_at``).
     """
     heading = matrix_from_rpy((0.0, 0.0, T_map_base.yaw))
     position = heading @ np.array(mount.xyz) + (T_map_base.x, T_map_base.y, 0.0)

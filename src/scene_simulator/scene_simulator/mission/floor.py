@@ -65,11 +65,5 @@ class MissionFloor:
         )
 
     def photograph(self, poses: list[SE2], mount: CameraMount, rng: np.random.Generator) -> FloorPhoto:
-        """Return the picture of an exposure.
-
-        Args:
-            poses: ``T_map_base`` at evenly spaced instants of it.
-            mount: pose of the camera in the upright frame under the robot.
-            rng: source of the noise.
-        """
+        """Return the picture of an exposure: ``T_map_base`` at even instants, mount in the upright frame."""
         return BELLY_CAMERA.photograph(self.worn, poses, mount, self.disturbances, rng)

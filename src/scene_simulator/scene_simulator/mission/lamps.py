@@ -56,11 +56,8 @@ def mission_ceiling(waveforms: Mapping[int, Waveform], seed: int) -> CeilingRoom
     """Return the ceiling.
 
     Args:
-        waveforms: waveform of each lamp, by its ID.
+        waveforms: waveform of each lamp, by its ID; a SceneError if one is missing.
         seed: seed of the phases and clock errors of the lamps.
-
-    Raises:
-        SceneError: a lamp without a waveform, or a negative seed.
     """
     missing = sorted(set(LAMPS) - set(waveforms))
     if missing:

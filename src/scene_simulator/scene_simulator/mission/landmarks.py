@@ -35,12 +35,7 @@ _TOP, _SIDES = 1.15, (0.8, 0.95)
 
 
 def box_shapes(box: Box, grey: float) -> list[FlatShape]:
-    """Return the top and the four sides of a box; whoever paints them leaves out those that are turned away.
-
-    Args:
-        box: its corners [m].
-        grey: reflectance of the paint, 0 to 1.
-    """
+    """Return the top and the four sides of a box of a grey, 0 to 1; a painter leaves out those turned away."""
     x0, y0, z0, x1, y1, z1 = box
     wide, deep, high = x1 - x0, y1 - y0, z1 - z0
     faces = (
@@ -62,12 +57,7 @@ def box_shapes(box: Box, grey: float) -> list[FlatShape]:
 
 
 def sort_farthest_first(boxes: Iterable[Box], camera_position: NDArray[np.float64]) -> list[Box]:
-    """Return boxes in the order in which they are painted, by the distance of their nearest points.
-
-    Args:
-        boxes: that do not overlap.
-        camera_position: shape (3,), camera position in the map frame [m].
-    """
+    """Return boxes that do not overlap in the order in which they are painted, by their nearest points."""
 
     def distance(box: Box) -> float:
         corners = np.array(box)

@@ -82,11 +82,7 @@ NOMINAL = MissionLayout(_START, _GOALS)
 
 
 def mission_layout(seed: int) -> MissionLayout:
-    """Return start and goals of a seed, each a little off the nominal pose.
-
-    Raises:
-        SceneError: a negative seed.
-    """
+    """Return start and goals of a seed, each a little off the nominal pose."""
     check_seed(seed)
     rng = np.random.default_rng((seed, _LAYOUT))
     start, *goals = (_perturb(pose, rng) for pose in (_START, *_GOALS))
@@ -112,11 +108,7 @@ _TRIES = 100
 
 
 def mission_obstacles(seed: int, layout: MissionLayout) -> FurnishedRoom:
-    """Return the furnished room: the first one drawn in which all goals can be reached.
-
-    Raises:
-        SceneError: a negative seed, or no room was found.
-    """
+    """Return the furnished room: the first one drawn in which all goals can be reached, or raise SceneError."""
     stops = [(pose.x, pose.y) for pose in (layout.start, *layout.goals)]
     for attempt in range(_TRIES):
         room = furnish(ROOM, FURNISHING, _TRIES * seed + attempt, stops, _CLEARANCE)

@@ -37,32 +37,18 @@ class Suspension:
         return np.asarray(oscillation * (self.heave, self.tilt / math.sqrt(2.0), self.tilt / math.sqrt(2.0)))
 
     def mount_at(self, time: float, mount_at_rest: CameraMount) -> CameraMount:
-        """Return where the camera is at a time.
+        """Return where the camera is at a time [s], given its pose in ``base_link``: see ``apply_body_motion``.
 
         The body turns about ``base_link``, whose place and heading on the floor are the robot's pose; so a
         camera that looks straight down at ``base_link`` keeps looking there.
-
-        Args:
-            time: time [s].
-            mount_at_rest: pose of the camera in ``base_link``.
-
-        Returns:
-            its pose in the frame of the floor under ``base_link``: upright, with the robot's heading.
         """
         return apply_body_motion(mount_at_rest, *(float(part) for part in self.motion_at(time)))
 
 
 def apply_body_motion(mount_at_rest: CameraMount, heave: float, roll: float, pitch: float) -> CameraMount:
-    """Return where the camera is when the body has heaved and turned about ``base_link``.
+    """Return where the camera is when the body has heaved [m] and turned [rad] about ``base_link``, pitch after roll.
 
-    Args:
-        mount_at_rest: pose of the camera in ``base_link``.
-        heave: rise of the body [m].
-        roll: its turn about the axis ahead [rad].
-        pitch: its turn about the axis to the left, after the roll [rad].
-
-    Returns:
-        the camera's pose in the frame of the floor under ``base_link``: upright, with the robot's heading.
+    The returned pose is in the frame of the floor under ``base_link``: upright, with the robot's heading.
     """
     turn = matrix_from_rpy((roll, pitch, 0.0))
     x, y, z = turn @ mount_at_rest.xyz + (0.0, 0.0, heave)

@@ -15,12 +15,7 @@ from shirube_core.geometry import SE2
 
 
 def arc_motion(distance: float, yaw: float) -> SE2:
-    """Return the pose after an arc in the frame of its start.
-
-    Args:
-        distance: length of the arc, forward positive [m].
-        yaw: yaw change along the arc, counter-clockwise positive [rad].
-    """
+    """Return the pose after an arc of a length, forward positive [m], and a yaw change [rad], from its start."""
     chord = distance * float(np.sinc(0.5 * yaw / math.pi))
     return SE2(chord * math.cos(0.5 * yaw), chord * math.sin(0.5 * yaw), yaw)
 

@@ -58,11 +58,7 @@ class RobotDrive:
     """
 
     def __init__(self, route: Sequence[Waypoint], limits: DriveLimits | None = None) -> None:
-        """Plan a drive.
-
-        Args:
-            route: two or more waypoints; consecutive ones differ.
-            limits: what the robot allows, by default a small robot's.
+        """Plan a drive along two or more waypoints within limits, by default a small robot's.
 
         Raises:
             SceneError: a route that is too short, not finite, has a repeated point or no speed.
@@ -91,13 +87,7 @@ class RobotDrive:
         return SE2(float(x), float(y), math.atan2(ahead_y, ahead_x))
 
     def poses_during(self, middle: float, exposure: float, count: int) -> list[SE2]:
-        """Return ``T_map_base`` at even instants of an exposure.
-
-        Args:
-            middle: time of the exposure's middle [s].
-            exposure: its length [s].
-            count: number of instants; an odd number holds the middle.
-        """
+        """Return ``T_map_base`` at even instants of an exposure [s]; an odd number of them holds its middle."""
         instants = (np.arange(count) + 0.5) / count - 0.5
         return [self.pose_at(middle + exposure * float(instant)) for instant in instants]
 

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_simulator.robot.leg_drive import arc_motion
 from shirube_core.geometry import SE2
 
 
@@ -56,15 +57,7 @@ def simulate_wheel_readings(
     errors: WheelErrors,
     rng: np.random.Generator,
 ) -> list[WheelReading]:
-    """Return the readings of the first seconds of a drive.
-
-    Args:
-        pose_at: gives ``T_map_base`` at a time [s].
-        seconds: how long the wheels are read [s].
-        period: time between two readings [s].
-        errors: the drive's errors.
-        rng: source of the slip.
-    """
+    """Return the readings of the first seconds of a drive, one each period [s]; ``pose_at`` gives ``T_map_base``."""
     times = np.arange(0.0, seconds, period).tolist()
     poses = simulate_odometry([pose_at(time) for time in times], errors, rng)
     steps = [before.inverse() @ after for before, after in zip([poses[0], *poses], poses, strict=False)]
@@ -75,15 +68,9 @@ def simulate_wheel_readings(
 
 
 def simulate_odometry(poses: Sequence[SE2], errors: WheelErrors, rng: np.random.Generator) -> list[SE2]:
-    """Return the odometry of a drive.
+    """Return ``T_odom_base``, the first one zero, at the instants at which the encoders are read.
 
-    Args:
-        poses: ``T_map_base`` at the instants at which the encoders are read; little motion between two.
-        errors: the drive's errors.
-        rng: source of the slip.
-
-    Returns:
-        ``T_odom_base`` at the same instants, the first one zero.
+    There is little motion between two true poses ``T_map_base``; the source of randomness is that of the slip.
     """
     scales = np.array([errors.left_scale, errors.right_scale])
     ways = ticks = np.zeros(2)
@@ -94,7 +81,7 @@ def simulate_odometry(poses: Sequence[SE2], errors: WheelErrors, rng: np.random.
         read = np.floor(ways / errors.tick)
         left, right = (float(way) for way in (read - ticks) * errors.tick)
         ticks = read
-        odometry.append(odometry[-1] @ _motion(left, right, errors.separation))
+        odometry.append(odometry[-1] @ arc_motion(0.5 * (left + right), (right - left) / errors.separation))
     return odometry
 
 
@@ -103,10 +90,3 @@ def _wheel_distances(motion: SE2, separation: float) -> NDArray[np.float64]:
     half = 0.5 * motion.yaw
     way = math.hypot(motion.x, motion.y) * math.copysign(1.0, motion.x) / np.sinc(half / math.pi)
     return np.array([way - half * separation, way + half * separation])
-
-
-def _motion(left: float, right: float, separation: float) -> SE2:
-    """Return the motion along the arc on which the wheels roll so far [m]."""
-    way, yaw_rate = 0.5 * (left + right), (right - left) / separation
-    chord = way * float(np.sinc(0.5 * yaw_rate / math.pi))
-    return SE2(chord * math.cos(0.5 * yaw_rate), chord * math.sin(0.5 * yaw_rate), yaw_rate)

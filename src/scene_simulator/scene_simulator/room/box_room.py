@@ -37,12 +37,7 @@ class BoxRoom:
                 raise SceneError(f'box {box} has no volume; give the lowest corner, then the highest')
 
     def depth_image(self, camera: PinholeCamera, T_map_camera: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Return the depth along the optical axis, shape (height, width) [m].
-
-        Args:
-            camera: pinhole intrinsics without distortion.
-            T_map_camera: shape (4, 4), takes points from the optical frame to the map frame; the camera is in the room.
-        """
+        """Return the depth along the optical axis, shape (height, width) [m], seen from T_map_camera, shape (4, 4)."""
         intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
         boxes = np.array(self.boxes, dtype=np.float64).reshape(-1, 6)
         return _cast_rays((camera.height, camera.width), intrinsics, T_map_camera, np.array(self.size), boxes)
@@ -83,13 +78,9 @@ class BoxRoom:
 def add_disparity_noise(
     depth: NDArray[np.float32], focal_baseline: float, sigma: float, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Return depths as a stereo camera measures them, with normal noise of the disparity f b / Z.
+    """Return depths [m] as a stereo camera measures them, with normal noise of the disparity f b / Z.
 
-    Args:
-        depth: shape (...) [m].
-        focal_baseline: f b [px m].
-        sigma: standard deviation of the disparity [px].
-        rng: source of the noise.
+    The product f b is ``focal_baseline`` [px m], the standard deviation of the disparity is sigma [px].
     """
     disparity = focal_baseline / depth + rng.normal(0.0, sigma, depth.shape)
     return (focal_baseline / np.maximum(disparity, 1e-3)).astype(np.float32)
@@ -121,26 +112,14 @@ def add_spurious_depths(
 
 
 def points_from_depth(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
-    """Return the points of a depth image, shape (height * width, 3), in the optical frame [m].
-
-    Args:
-        depth: shape (height, width), along the optical axis [m].
-        camera: pinhole intrinsics without distortion.
-    """
+    """Return the points of a depth image, shape (height * width, 3), in the optical frame [m]."""
     u = (np.arange(camera.width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
     v = (np.arange(camera.height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy)
     return np.stack([u[None] * depth, v[:, None] * depth, depth], axis=2).reshape(-1, 3)
 
 
 def forward_camera(x: float, y: float, height: float, yaw: float) -> NDArray[np.float64]:
-    """Return T_map_camera, shape (4, 4), of a level camera.
-
-    Args:
-        x: x of the camera in the map frame [m].
-        y: the same [m].
-        height: the same [m].
-        yaw: direction of the optical axis [rad].
-    """
+    """Return T_map_camera, shape (4, 4), of a level camera at a place [m] whose optical axis has a yaw [rad]."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array([[sin, 0.0, cos, x], [-cos, 0.0, sin, y], [0.0, -1.0, 0.0, height], [0.0, 0.0, 0.0, 1.0]])
 
@@ -187,14 +166,9 @@ def _intersect_box(
 
 
 def disc_clearance(room: BoxRoom, x: float, y: float, radius: float, height: float) -> float:
-    """Return the clearance between a cylinder and the nearest box or wall [m]; 0 or less in contact.
+    """Return the clearance between an upright cylinder at (x, y) and the nearest box or wall [m]; 0 or less in contact.
 
-    Args:
-        room: the room; boxes that begin above the cylinder do not count.
-        x: x of the cylinder's axis in the map frame [m].
-        y: the same [m].
-        radius: cylinder radius [m].
-        height: cylinder height above the floor [m].
+    Boxes that begin above the height of the cylinder do not count.
     """
     x0, y0, floor, x1, y1, _ = room.size
     nearest = min(x - x0, x1 - x, y - y0, y1 - y)

@@ -66,15 +66,7 @@ def render_picture(
     noise: float,
     rng: np.random.Generator,
 ) -> NDArray[np.uint8]:
-    """Return the rendered image, shape (height, width).
-
-    Args:
-        room: room with its boxes.
-        camera: pinhole intrinsics without distortion.
-        T_map_camera: shape (4, 4), takes points from the optical frame to the map frame.
-        noise: standard deviation of a pixel [grey levels].
-        rng: source of the noise.
-    """
+    """Return the picture from T_map_camera, shape (4, 4), with normal noise [grey levels], shape (height, width)."""
     depth = room.depth_image(camera, T_map_camera)
     points = points_from_depth(depth, camera) @ T_map_camera[:3, :3].T + T_map_camera[:3, 3]
     grey = _pattern(points).reshape(depth.shape) + rng.normal(0.0, noise, depth.shape)

@@ -15,14 +15,7 @@ _MIN_SIDE = 8  # smallest map side [cells]
 def rooms(
     side: int, seed: int, room: int = 16, door: int = 2, closed_fraction: float = 0.2
 ) -> NDArray[np.bool_]:
-    """Return square rooms in rows, walls one cell thick, a door somewhere in most walls.
-
-    Args:
-        side: rows and columns of the map [cells].
-        seed: seed of the random numbers.
-        room: distance from wall to wall [cells].
-        door: width of a door [cells].
-        closed_fraction: fraction of walls without a door.
+    """Return square rooms in rows, walls one cell thick, a door somewhere in most walls; lengths in cells.
 
     Raises:
         SceneError: the map is too small, the rooms do not hold their doors, or the seed is negative.
@@ -44,12 +37,6 @@ def rooms(
 
 def maze(side: int, seed: int, corridor: int = 3, loop_fraction: float = 0.05) -> NDArray[np.bool_]:
     """Return a maze of corridors between walls one cell thick: a random spanning tree with some walls removed.
-
-    Args:
-        side: rows and columns of the map [cells].
-        seed: seed of the random numbers.
-        corridor: width of the corridors [cells].
-        loop_fraction: fraction of the remaining walls that are removed.
 
     Raises:
         SceneError: the map is too small, there are no corridors, or the seed is negative.
@@ -85,13 +72,7 @@ def maze(side: int, seed: int, corridor: int = 3, loop_fraction: float = 0.05) -
 def warehouse(side: int, seed: int, pallet_density: float = 0.01) -> NDArray[np.bool_]:
     """Return a hall of long shelves with aisles between them, some shelves shorter, and pallets left in the aisles.
 
-    Args:
-        side: rows and columns of the map [cells].
-        seed: seed of the random numbers.
-        pallet_density: number of pallets of 2 x 2 cells, as a fraction of all cells over four.
-
-    Raises:
-        SceneError: the map is too small, or the seed is negative.
+    The density of the pallets of 2 x 2 cells is a fraction of all cells over four.
     """
     _check(side, seed)
     rng = np.random.default_rng(seed)
@@ -107,16 +88,7 @@ def warehouse(side: int, seed: int, pallet_density: float = 0.01) -> NDArray[np.
 
 
 def random_field(side: int, seed: int, fraction: float = 0.2) -> NDArray[np.bool_]:
-    """Return a field in which each cell is an obstacle with the same probability.
-
-    Args:
-        side: rows and columns of the map [cells].
-        seed: seed of the random numbers.
-        fraction: probability of an obstacle.
-
-    Raises:
-        SceneError: the map is too small, the probability is out of range, or the seed is negative.
-    """
+    """Return a field in which each cell is an obstacle with the same probability."""
     _check(side, seed)
     if not 0.0 <= fraction < 1.0:
         raise SceneError(f'the obstacle probability is {fraction}: give 0 or more and less than 1')

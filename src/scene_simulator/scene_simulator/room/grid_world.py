@@ -28,15 +28,9 @@ class GridWorld:
     occupied: NDArray[np.bool_]
 
     def observe(self, cell: tuple[int, int], max_range: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Return the cells visible from the centre of the robot's cell.
+        """Return the cells visible from the centre of the robot's cell, shape (n, 2), row and column, within a range.
 
-        Args:
-            cell: row and column of the robot.
-            max_range: sensor range [cells].
-
-        Returns:
-            shape (n, 2), the cells that a ray enters before it is stopped and those that stop one, row and column, and
-            shape (n,), whether they are occupied.
+        They are those that a ray enters before it is stopped and those that stop one; and whether they are occupied.
         """
         cells = visible_cells(self.occupied, cell[0], cell[1], max_range)
         return cells, self.occupied[cells[:, 0], cells[:, 1]]
@@ -89,11 +83,7 @@ def _trace_ray(
 
 
 def step_graph(blocked: NDArray[np.bool_]) -> csr_array[np.float64, tuple[int, int]]:
-    """Return the steps between free cells; the cell (r, c) has the number r * columns + c.
-
-    Args:
-        blocked: shape (rows, columns).
-    """
+    """Return the steps between free cells; the cell (r, c) has the number r * columns + c."""
     rows, columns = blocked.shape
     numbers = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     free = np.pad(~blocked, 1)
@@ -118,15 +108,9 @@ def distances_from(
     start: tuple[int, int],
     graph: csr_array[np.float64, tuple[int, int]] | None = None,
 ) -> NDArray[np.float64]:
-    """Return the length of the shortest route to every cell [cells], infinite where there is none.
+    """Return the length of the shortest route from a cell to every cell [cells], infinite where there is none.
 
-    Args:
-        blocked: shape (rows, columns).
-        start: row and column.
-        graph: precomputed `step_graph`, for many starts.
-
-    Returns:
-        shape (rows, columns).
+    The graph may be a precomputed ``step_graph``, for many starts.
     """
     number = start[0] * blocked.shape[1] + start[1]
     return np.asarray(dijkstra(step_graph(blocked) if graph is None else graph, indices=number)).reshape(
@@ -135,12 +119,7 @@ def distances_from(
 
 
 def is_traversable(blocked: NDArray[np.bool_], cells: NDArray[np.int64]) -> bool:
-    """Return whether every step is to a neighbour, through free cells, without cutting corners.
-
-    Args:
-        blocked: shape (rows, columns).
-        cells: shape (n, 2), row and column.
-    """
+    """Return whether every step between cells, shape (n, 2), is to a free neighbour, without cutting corners."""
     (rows, columns), (downs, rights) = cells.T, np.diff(cells, axis=0).T
     near = bool((np.maximum(np.abs(downs), np.abs(rights)) == 1).all())
     hits = blocked[rows, columns].any()

@@ -30,11 +30,7 @@ class Scenario:
 
 
 def load_movingai_map(path: Path) -> NDArray[np.bool_]:
-    """Load a map: shape (rows, columns), true where no robot can go; row 0 is the first line of the file.
-
-    Raises:
-        SceneError: the file cannot be read or is no map of this kind.
-    """
+    """Load a map: true where no robot can go; row 0 is the first line of the file. SceneError if it is none."""
     lines = _read_lines(path)
     header = dict(line.split(maxsplit=1) for line in lines[:4] if len(line.split()) == 2)
     if lines[3:4] != ['map'] or not {'height', 'width'} <= set(header):
@@ -57,11 +53,7 @@ def load_movingai_map(path: Path) -> NDArray[np.bool_]:
 
 
 def load_movingai_scenarios(path: Path) -> list[Scenario]:
-    """Load a scenario file.
-
-    Raises:
-        SceneError: the file cannot be read or is no scenario file; the message names the line.
-    """
+    """Load a scenario file, or raise SceneError with the line."""
     scenarios = []
     for number, line in enumerate(_read_lines(path), start=1):
         fields = line.split()

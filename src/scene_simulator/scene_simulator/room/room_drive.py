@@ -73,22 +73,13 @@ class RoomDrive:
 
     @cached_property
     def room(self) -> FurnishedRoom:
-        """The room.
-
-        Raises:
-            SceneError: too much furniture, or a negative seed.
-        """
+        """The room, or a SceneError for too much furniture or a negative seed."""
         times = np.arange(0.0, self.drive.duration, _PATH_STEP).tolist()
         path = [(pose.x, pose.y) for pose in map(self.drive.pose_at, times)]
         return furnish(self.size, self.furnishing, self.seed, path, self.clearance)
 
     def pictures(self, index: int, time: float) -> dict[str, NDArray[np.uint8]]:
-        """Return what the cameras see, each of shape (height, width), by name.
-
-        Args:
-            index: image number; seeds its noise.
-            time: since the start [s].
-        """
+        """Return what the cameras see at a time [s], shape (height, width), by name; the index seeds the noise."""
         rng = np.random.default_rng((self.seed, _PICTURE_NOISE, index))
         boxes, noise = self.room.boxes, self.picture_noise
         views = self.rig.views(self.drive.pose_at(time))

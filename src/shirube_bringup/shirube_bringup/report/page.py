@@ -61,12 +61,7 @@ _WHAT = (
 
 
 def page(summary: Mapping[str, Any], traces: MissionTraces) -> str:
-    """Return the HTML page.
-
-    Args:
-        summary: summary of the mission, as in `summary.json`.
-        traces: time series of the mission.
-    """
+    """Return the HTML page, from the data of `summary.json`."""
     tables = [
         _section('Goals', goal_table(summary, traces)),
         _section('Poses', _accuracy_table(traces)),
@@ -216,16 +211,7 @@ PAGE = 'report.html'
 
 
 def write_report(folder: Path, summary: Mapping[str, Any], traces: MissionTraces) -> Path:
-    """Write the report and return the path of its page.
-
-    Args:
-        folder: folder for page and figures.
-        summary: summary of the mission, as in `summary.json`.
-        traces: time series of the mission.
-
-    Raises:
-        OSError: the folder is not writable.
-    """
+    """Write page and figures to a folder, from the data of `summary.json`, and return the path of the page."""
     draw_tracks(folder / 'tracks.png', traces)
     draw_errors(folder / 'errors.png', traces)
     draw_measurement_status(folder / 'trust.png', traces)
