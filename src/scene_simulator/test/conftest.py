@@ -1,7 +1,5 @@
 """Makes the helper modules of this folder importable and marks the tests that run on both dependency sets."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path

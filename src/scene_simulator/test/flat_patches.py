@@ -1,7 +1,5 @@
 """Plain patches as a scene, for tests of the renderer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from scene_simulator.corridor.drawing import Drawing

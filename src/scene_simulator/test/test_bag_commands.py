@@ -1,7 +1,5 @@
 """Each recorded bag holds what the node needs, in order, with its truth, and comes out the same again."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """Laws of rendered lamps: place, size, light over time, motion, saturation."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -147,26 +145,16 @@ def test_a_moving_camera_shears_a_rolling_image() -> None:
     assert slope == pytest.approx(-636.4 / 2.5 * speed * row_time, rel=0.01)
 
 
-def test_a_camera_that_drives_along_its_columns_stretches_a_rolling_image() -> None:
-    row_time, speed = 18e-6, 10.0
+@pytest.mark.parametrize(('row_time', 'speed', 'radius'), [(18e-6, 10.0, 0.05), (40e-6, 15.0, 0.2)])
+def test_a_camera_that_drives_along_its_columns_stretches_a_rolling_image(
+    row_time: float, speed: float, radius: float
+) -> None:
     taken = camera(Shutter(20e-6, row_time))
-    ahead = speed * 80 * row_time
-    light = taken.light(CeilingRoom((CeilingLamp((ahead, 0.0, 2.5), Disc(0.05)),)), moving(speed, 0.0), 0.0)
-    mount_at_rest = taken.light(CeilingRoom((CeilingLamp(OVERHEAD, Disc(0.05)),)), resting, 0.0)
+    ahead, disc = speed * 80 * row_time, Disc(radius)
+    light = taken.light(CeilingRoom((CeilingLamp((ahead, 0.0, 2.5), disc),)), moving(speed, 0.0), 0.0)
+    at_rest = taken.light(CeilingRoom((CeilingLamp(OVERHEAD, disc),)), resting, 0.0)
     down = 636.4 / 2.5 * speed * row_time  # how far lamps run down while the read-out goes one row down [px]
-    assert light[:, 99].sum() / mount_at_rest[:, 99].sum() == pytest.approx(1.0 / (1.0 - down), rel=5e-3)
-    assert light[:, 99].sum() > 1.04 * mount_at_rest[:, 99].sum()
-
-
-def test_a_large_lamp_is_whole_however_fast_the_rolling_image_moves() -> None:
-    row_time, speed = 40e-6, 15.0
-    room = CeilingRoom((CeilingLamp((speed * 80 * row_time, 0.0, 2.5), Disc(0.2)),))
-    light = camera(Shutter(20e-6, row_time)).light(room, moving(speed, 0.0), 0.0)
-    mount_at_rest = camera(Shutter(20e-6, row_time)).light(
-        CeilingRoom((CeilingLamp(OVERHEAD, Disc(0.2)),)), resting, 0.0
-    )
-    down = 636.4 / 2.5 * speed * row_time
-    assert light.sum() / mount_at_rest.sum() == pytest.approx(1.0 / (1.0 - down), rel=1e-3)
+    assert light.sum() / at_rest.sum() == pytest.approx(1.0 / (1.0 - down), rel=1e-3)
 
 
 def test_motion_in_the_exposure_smears_a_lamp_about_the_middle() -> None:
@@ -211,19 +199,6 @@ def test_an_overexposed_lamp_saturates_and_looks_larger() -> None:
         assert image[80, 100] == min(round(255.0 * level), 255)
         sizes.append(int((image > 200).sum()))
     assert sizes[0] == 0 < sizes[1] < sizes[2]
-
-
-def test_noise_comes_from_the_seed_alone() -> None:
-    room = CeilingRoom((CeilingLamp(OVERHEAD),)).with_ambient_light(100.0)
-    taken = CeilingCamera(SMALL)
-    one, same, other = (
-        taken.photograph(room, resting, 0.0, np.random.default_rng(s)).image for s in (1, 1, 2)
-    )
-    np.testing.assert_array_equal(one, same)
-    assert (one != other).mean() > 0.3
-    quiet = taken.photograph(room, resting, 0.0).image
-    np.testing.assert_array_equal(quiet, taken.photograph(room, resting, 0.0).image)
-    assert abs(one.astype(float).mean() - quiet.mean()) < 0.1
 
 
 def test_only_lamps_in_the_image_are_projected() -> None:

@@ -1,7 +1,5 @@
 """Outlines against areas from the textbook; the lamp's clock and place."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -24,10 +22,6 @@ def area(outline: np.ndarray) -> float:
 def test_outlines_run_counter_clockwise_about_the_area(shape: LampShape, expected: float) -> None:
     assert area(shape.outline()) == pytest.approx(expected, rel=2e-3)
     np.testing.assert_allclose(shape.outline().mean(axis=0), 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize('shape', [Disc(0.05), LedGrid(0.0325), Rectangle(0.3, 1.2)])
-def test_points_of_reach_hold_the_outline(shape: LampShape) -> None:
     reach, outline = shape.bounding_points(), shape.outline()
     assert (reach.min(axis=0) <= outline.min(axis=0) + 1e-12).all()
     assert (reach.max(axis=0) >= outline.max(axis=0) - 1e-12).all()

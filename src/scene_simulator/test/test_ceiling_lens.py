@@ -1,7 +1,5 @@
 """Vignetting by its definition; the glow against eq. (4), written out a second time."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

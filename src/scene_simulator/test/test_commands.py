@@ -1,7 +1,5 @@
 """The commands that write maps and pictures end with a file, or with one line and exit code 1."""
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable
 from pathlib import Path

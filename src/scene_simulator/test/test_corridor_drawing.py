@@ -1,7 +1,5 @@
 """Drawn shapes have the requested sizes; letters form a row, each in its box."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

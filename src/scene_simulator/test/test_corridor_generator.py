@@ -1,7 +1,5 @@
 """Random corridors: seeds repeat and differ, the meters are identical, no landmarks overlap."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Coverage of samples is exact: the same as by the other way of counting; the grain is without a seam."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray

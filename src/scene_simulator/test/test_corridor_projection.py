@@ -1,7 +1,5 @@
 """Outlines in the picture: where the camera model puts them, and cut at the borders."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Changes of a corridor change what they name and nothing else."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

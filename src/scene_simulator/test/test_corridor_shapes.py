@@ -1,7 +1,5 @@
 """Planes as seen by the viewer; light that changes evenly in space changes evenly on every plane."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

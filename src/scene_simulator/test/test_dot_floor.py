@@ -1,7 +1,5 @@
 """The floor's density, spacing and seed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -34,17 +32,6 @@ def test_chips_keep_their_least_distance_and_some_touch() -> None:
 def test_diameters_are_in_the_range_of_the_paper() -> None:
     assert FLOOR.diameters.min() >= 0.002
     assert FLOOR.diameters.max() <= 0.003
-
-
-def test_the_same_seed_gives_the_same_floor() -> None:
-    design = FloorDesign(size=(0.3, 0.3), count=400)
-    first, again, other = (
-        generate_dot_floor(design, 1),
-        generate_dot_floor(design, 1),
-        generate_dot_floor(design, 2),
-    )
-    assert (first.chips.corners() == again.chips.corners()).all()
-    assert (first.points != other.points).any()
 
 
 def test_a_disc_holds_the_chips_that_reach_into_it() -> None:

@@ -1,7 +1,5 @@
 """Random outlines have their areas and centroids."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -37,7 +35,3 @@ def test_ribbons_have_the_area_of_their_length_and_width() -> None:
     lengths, widths = np.full(50, 0.04), np.full(50, 0.0001)
     straight = random_ribbons(lengths, widths, 0.1, np.random.default_rng(3))
     np.testing.assert_allclose(np.abs(polygon_areas(straight)), 0.04 * 0.0001, rtol=0.06)
-
-
-def test_no_outlines_are_no_outlines() -> None:
-    assert random_chips(np.empty(0), np.random.default_rng(0)).shape == (0, 8, 2)

@@ -1,7 +1,5 @@
 """The visible cells of a grid world, and true path lengths."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """True lamp projections against a projection written out by hand."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """The painted faces against ray tracing and against distances to the projected outline."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

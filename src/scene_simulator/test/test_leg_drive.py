@@ -1,7 +1,5 @@
 """Straight legs, round corners, even acceleration: kinematics from the textbook."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -23,11 +21,6 @@ def test_an_arc_is_many_small_steps(way: float, turn: float) -> None:
     found = arc_motion(way, turn)
     assert found.distance_to(pose) < 1e-6
     assert found.yaw_to(pose) == pytest.approx(0.0, abs=1e-9)
-
-
-def test_a_quarter_circle_ends_a_radius_ahead_and_aside() -> None:
-    end = arc_motion(0.5 * math.pi * 2.0, 0.5 * math.pi)
-    assert (end.x, end.y, end.yaw) == pytest.approx((2.0, 2.0, 0.5 * math.pi))
 
 
 CORNERS = [(0.0, 0.0), (3.0, 0.0), (3.0, -2.0), (1.0, -2.0)]

@@ -1,7 +1,5 @@
 """Landmarks are on the inside of their walls, the curtain hides those of one wall, boxes are painted where they are."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Each seed has its own room, always the same, in which every goal can be reached and nothing is too high."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

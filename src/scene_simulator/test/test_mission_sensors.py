@@ -1,7 +1,5 @@
 """Equal seeds give equal pictures, and zones hide what they should."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from steady_lamps import STEADY

@@ -1,7 +1,5 @@
 """The body's motion stays within its bounds, moves the camera, and is read with errors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The cameras see the same point with the disparities of their baselines, and the same surface looks the same."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Velocity commands against kinematics from the textbook."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

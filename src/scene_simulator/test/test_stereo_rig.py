@@ -1,7 +1,5 @@
 """Stereo images match the stereo geometry, also after rectification with the calibration."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

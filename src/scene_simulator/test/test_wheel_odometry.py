@@ -1,7 +1,5 @@
 """Odometry without errors is exact; with errors it drifts as configured."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

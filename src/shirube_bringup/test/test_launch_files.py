@@ -1,7 +1,5 @@
 """ROS's launch system is not on PyPI, so the launch files run here on a stand-in that stores what they build."""
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import re

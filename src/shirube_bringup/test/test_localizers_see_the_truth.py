@@ -1,7 +1,5 @@
 """The localizers' cores find the true pose in the rendered images."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

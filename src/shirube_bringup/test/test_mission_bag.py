@@ -1,7 +1,5 @@
 """The bag of a mission: all messages sorted by time, with their QoS; images of the extract only."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

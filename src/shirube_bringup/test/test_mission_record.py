@@ -1,7 +1,5 @@
 """A mission succeeds only if every goal was reached within the limits and without a collision."""
 
-from __future__ import annotations
-
 import json
 import math
 

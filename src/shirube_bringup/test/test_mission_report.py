@@ -1,7 +1,5 @@
 """The report of a synthetic mission shows its results and failures."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

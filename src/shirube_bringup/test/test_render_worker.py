@@ -1,7 +1,5 @@
 """A path passes through its poses and interpolates between them."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
