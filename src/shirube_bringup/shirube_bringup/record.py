@@ -119,6 +119,11 @@ class GoalRecord:
         return self.reached and near
 
 
+def count_collisions(clearances: Sequence[float]) -> int:
+    """Return how often the robot begins to touch something, given its clearance in each step [m]."""
+    return sum(now <= 0.0 < before for before, now in pairwise([1.0, *clearances]))
+
+
 @dataclass
 class MissionRecord:
     """Result of a mission.
@@ -129,8 +134,6 @@ class MissionRecord:
         track: time [s] and true x, y, yaw of each step [m, m, rad].
         clearances: clearance between robot and obstacles in each step [m].
         legs: start and end time of each goal [s].
-        least_clearance: smallest clearance between robot and obstacles [m].
-        collisions: number of collisions.
         ended: reason why the mission ended.
     """
 
@@ -139,23 +142,20 @@ class MissionRecord:
     track: list[tuple[float, float, float, float]] = field(default_factory=list)
     clearances: list[float] = field(default_factory=list)
     legs: list[tuple[float, float]] = field(default_factory=list)
-    least_clearance: float = math.inf
-    collisions: int = 0
     ended: str = ''
-    _in_collision: bool = False
 
     def add_step(self, time: float, pose: SE2, clearance: float) -> None:
         """Add the true pose at a time [s], and the clearance there [m]."""
         self.track.append((time, pose.x, pose.y, pose.yaw))
         self.clearances.append(clearance)
-        self.least_clearance = min(self.least_clearance, clearance)
-        in_collision = clearance <= 0.0
-        self.collisions += in_collision and not self._in_collision
-        self._in_collision = in_collision
 
     def has_succeeded(self, goals: int) -> bool:
         """Return whether this number of goals was reached within the limits, without a collision."""
-        return len(self.goals) == goals and all(goal.is_good for goal in self.goals) and not self.collisions
+        return (
+            len(self.goals) == goals
+            and all(goal.is_good for goal in self.goals)
+            and not count_collisions(self.clearances)
+        )
 
     @property
     def path_length(self) -> float:
@@ -182,8 +182,8 @@ class MissionRecord:
             'success': self.has_succeeded(goals),
             'ended': self.ended,
             'goals': [{**asdict(goal), 'good': goal.is_good} for goal in self.goals],
-            'collisions': self.collisions,
-            'least_clearance': self.least_clearance,
+            'collisions': count_collisions(self.clearances),
+            'least_clearance': min(self.clearances, default=math.inf),
             'path_length': self.path_length,
             'seconds': self.track[-1][0] if self.track else 0.0,
             'orders': [{'time': time, 'order': command} for time, command in commands],

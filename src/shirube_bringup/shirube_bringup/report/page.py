@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from shirube_bringup.record import FUSED_ERROR_MAX, TRUE_ERROR_MAX, MissionTraces
+from shirube_bringup.record import FUSED_ERROR_MAX, TRUE_ERROR_MAX, MissionTraces, count_collisions
 from shirube_bringup.report.figures import (
     LABELS,
     draw_errors,
@@ -112,8 +112,8 @@ def goal_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
                 f'{1e3 * goal["fused_error"]:.1f}',
                 f'{57.2958 * goal["yaw_error"]:.1f}',
                 f'{100.0 * min(clearance):.1f}' if clearance else '–',
-                str(_count_collisions(clearance)),
-                'pass' if goal['good'] and not _count_collisions(clearance) else 'FAIL',
+                str(count_collisions(clearance)),
+                'pass' if goal['good'] and not count_collisions(clearance) else 'FAIL',
             ]
         )
     header = (
@@ -134,11 +134,6 @@ def _clearance_during(traces: MissionTraces, leg: tuple[float, float]) -> list[f
     start, end = leg
     moments = zip(traces.truth, traces.clearance, strict=True)
     return [clearance for pose, clearance in moments if start < pose[0] <= end]
-
-
-def _count_collisions(clearance: Sequence[float]) -> int:
-    """Return the number of collisions."""
-    return sum(now <= 0.0 and before > 0.0 for before, now in zip([1.0, *clearance], clearance, strict=False))
 
 
 def _accuracy_table(traces: MissionTraces) -> str:
