@@ -14,21 +14,20 @@ from functools import partial
 from typing import Any
 
 from launch.actions import DeclareLaunchArgument, GroupAction
-from launch.substitutions import EqualsSubstitution
-from launch.substitutions import LaunchConfiguration as given  # noqa: N813 short in a list of many
+from launch.substitutions import EqualsSubstitution, LaunchConfiguration
 
 from launch import LaunchDescription
 from shirube_bringup.launching import declare, share
 from shirube_bringup.launching import include as include_from
 
+given = LaunchConfiguration
+
 
 def generate_launch_description() -> LaunchDescription:
     """Return the nodes and the launch arguments."""
+    drivers = ['none', 'planner', 'lamps']
     driver = DeclareLaunchArgument(
-        'driver',
-        default_value='none',
-        choices=['none', 'planner', 'lamps'],
-        description='publisher of cmd_vel',
+        'driver', default_value='none', choices=drivers, description='publisher of cmd_vel'
     )
     arguments = {
         'floor': ('true', 'localize by dots on the floor'),
