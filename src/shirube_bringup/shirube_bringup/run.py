@@ -33,6 +33,13 @@ from shirube_ros.free_domain import free_domain
 from shirube_ros.node_executor import node_executor
 from vlc_beacon.files.key_file import read_key
 
+_START_TIMEOUT = 600.0
+"""Start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]."""
+
+_WHEELS = 9
+PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
+"""Printed when nodes that are launched elsewhere can start."""
+
 
 def simulation_graph(stack: ExitStack, domain: int) -> tuple[Node, Executor]:
     """Create the simulation's node and its executor, both destroyed with the stack."""
@@ -45,14 +52,6 @@ def simulation_graph(stack: ExitStack, domain: int) -> tuple[Node, Executor]:
     stack.callback(executor.shutdown)
     executor.add_node(node)
     return node, executor
-
-
-_START_TIMEOUT = 600.0
-"""Start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]."""
-
-_WHEELS = 9
-PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
-"""Printed when nodes that are launched elsewhere can start."""
 
 
 def run_mission(
@@ -83,32 +82,28 @@ def run_mission(
     waveforms = lamp_waveforms(read_key(files.key))
     sensors = MissionSensors(seed, waveforms)
     controller, lock = _controller(seed, sensors.layout.start), Lock()
-    record = MissionRecord(seed)
     with ExitStack() as stack:
         terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        domain, processes = _start_nodes(
-            stack, mission_nodes(files, terminal.path), folder, log, launched=launched
-        )
+        nodes = mission_nodes(files, terminal.path)
+        domain, processes = _start_nodes(stack, nodes, folder, log, launched=launched)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
         subscribers = MissionSubscribers(node)
         steps = Simulator(node, executor, controller, lock, sensors, worker, subscribers, processes.has_ended)
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
-        mission = Mission(
-            sensors, controller, subscribers, steps, record, processes, Stopwatch(processes, worker)
-        )
+        watch = Stopwatch(processes, worker)
+        mission = Mission(sensors, controller, subscribers, steps, MissionRecord(seed), processes, watch)
         _wait_for_nodes(mission, executor)
         ready = monotonic()
-        mission.stopwatch.start()
+        watch.start()
         log(f'all nodes are ready after {ready - began:.0f} s')
         mission.run(log)
         finished = monotonic()
-        mission.stopwatch.stop()
+        watch.stop()
         if bag is not None:
             log(f'recorded {bag.write()} messages in {bag.path}')
-    return _make_outcome(
-        mission, {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
-    )
+    timing = {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
+    return _make_outcome(mission, timing)
 
 
 def _make_outcome(mission: Mission, timing: Mapping[str, float]) -> tuple[dict[str, Any], MissionTraces]:

@@ -61,7 +61,7 @@ class LampDrive:
         clock: rhythm of the camera.
         wheels: errors of the odometry.
         tilt: errors of the inertial unit.
-        seed: seed of noise, losses and errors; the suspension has a separate seed.
+        seed: seed of noise and errors; the suspension has a separate seed.
     """
 
     room: CeilingRoom

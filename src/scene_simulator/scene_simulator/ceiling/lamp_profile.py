@@ -57,7 +57,7 @@ def half_edge_distance(
 
 @njit(cache=True)
 def _from_led(place: float, pitch: float, last: float, last_included: float) -> float:
-    """Return a place along an axis relative to the nearest of the LEDs 0 to ``highest`` of 0 to ``last`` [m]."""
+    """Return a place along an axis relative to the nearest of the LEDs 0 to ``last_included`` of 0 to ``last`` [m]."""
     index = min(max(round(place / pitch + 0.5 * last), 0.0), last_included)
     return place - pitch * (index - 0.5 * last)
 

@@ -194,7 +194,7 @@ class FloorView:
             self.covered += alpha * (1.0 - self.covered)
 
     def add_glare(self, light: NDArray[np.floating]) -> None:
-        """Add light that is not the floor's, shape (height, width); above ``DAZZLING`` it hides the floor."""
+        """Add light that is not the floor's, shape (height, width); above ``MAX_GLARE`` it hides the floor."""
         self.glare += light.astype(np.float32)
         self.covered += (light > MAX_GLARE) * (1.0 - self.covered)
 
