@@ -40,18 +40,6 @@ CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
 
 _MESSAGES = {SLOW_LAMP: ['id', f'slow:{SLOW_SPEED}'], FAST_LAMP: ['id', f'speed_up:{CRUISE_SPEED}']}
 _COUNTER = 1
-
-
-def lamp_waveforms(key: CommandKey) -> dict[int, Waveform]:
-    """Return the waveform of each lamp by its ID, with commands signed by a key."""
-    settings = EncodingSettings(code=RS_FSK_NAME, frame_rate=LAMP_RATE)
-    waveforms = {}
-    for name in LAMPS:
-        packets = encode_messages(_MESSAGES.get(name, ['id']), EncoderContext(name, key, _COUNTER))
-        waveforms[name] = encode_packets(packets, settings).waveform
-    return waveforms
-
-
 PLACES = {
     'east_near': (NOMINAL.goals[0], 'east'),
     'east_far': (SE2(4.4, 1.2, 0.0), 'east'),
@@ -64,6 +52,22 @@ PLACES = {
 
 _TOLERANCE = 3.0
 """Largest distance between the points of a detected primitive and those of its landmark [px]."""
+
+_PUBLIC_KEY = 'b3' * 32
+"""Key that signs the commands of the simulated lamps; fixed, so that a seed gives the same light. Not secret."""
+
+_SURVEY_SIGMA = 5e-5
+"""Standard deviation of the surveyed centres and diameters [m]."""
+
+
+def lamp_waveforms(key: CommandKey) -> dict[int, Waveform]:
+    """Return the waveform of each lamp by its ID, with commands signed by a key."""
+    settings = EncodingSettings(code=RS_FSK_NAME, frame_rate=LAMP_RATE)
+    waveforms = {}
+    for name in LAMPS:
+        packets = encode_messages(_MESSAGES.get(name, ['id']), EncoderContext(name, key, _COUNTER))
+        waveforms[name] = encode_packets(packets, settings).waveform
+    return waveforms
 
 
 def teach_places(folder: Path) -> None:
@@ -115,13 +119,6 @@ def _find_primitive(landmark: Landmark, pose: SE2, view: StereoView) -> Primitiv
         if error < smallest_error:
             best, smallest_error = primitive, error
     return best
-
-
-_PUBLIC_KEY = 'b3' * 32
-"""Key that signs the commands of the simulated lamps; fixed, so that a seed gives the same light. Not secret."""
-
-_SURVEY_SIGMA = 5e-5
-"""Standard deviation of the surveyed centres and diameters [m]."""
 
 
 class BuildingFiles:

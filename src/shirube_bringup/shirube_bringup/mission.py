@@ -18,6 +18,14 @@ from shirube_bringup.simulator import STEP_MS, Simulator
 from shirube_bringup.subscribers import MissionSubscribers
 from shirube_core.geometry import SE2
 
+_FIRST_POSE, _GOAL_TIME = 10.0, 90.0
+"""Timeouts for the first pose and for each goal, in mission time [s]."""
+
+_STATIONARY_TIME = 1.0
+"""A robot without motion for this long is stationary [s]."""
+
+_REACHED = 'goal reached'
+
 
 class Stopwatch:
     """Measures wall time and CPU times during the drive.
@@ -50,15 +58,6 @@ class Stopwatch:
     def _cpu_times(self) -> dict[str, float]:
         others = {'pictures': self._worker.cpu_time(), 'simulation': process_time()}
         return {**self._processes.cpu_times(), **others}
-
-
-_FIRST_POSE, _GOAL_TIME = 10.0, 90.0
-"""Timeouts for the first pose and for each goal, in mission time [s]."""
-
-_STATIONARY_TIME = 1.0
-"""A robot without motion for this long is stationary [s]."""
-
-_REACHED = 'goal reached'
 
 
 @dataclass

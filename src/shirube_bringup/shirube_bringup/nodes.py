@@ -21,17 +21,19 @@ from scene_simulator.mission.sensors import DEPTH_MOUNT, STEREO_RIG
 from shirube_bringup.building import CRUISE_SPEED, BuildingFiles
 from shirube_core.geometry import CameraMount
 
-
-class MissionError(Exception):
-    """The mission cannot continue; the message is one line with reason and remedy."""
-
-
 Value = str | bool | int | float | list[float] | list[str]
 COMMAND_RADIUS = 2.0
 """Radius around a lamp in which its commands are obeyed [m]."""
 
 GOAL_TOLERANCE = 0.01
 """Goal tolerance of the planner [m]."""
+
+_SHUTDOWN_TIMEOUT = 10.0
+"""Timeout after SIGINT [s]."""
+
+
+class MissionError(Exception):
+    """The mission cannot continue; the message is one line with reason and remedy."""
 
 
 @dataclass(frozen=True)
@@ -131,10 +133,6 @@ def _planner() -> NodeSetup:
 
 def _mount(mount: CameraMount) -> dict[str, Value]:
     return {'camera_xyz': list(mount.xyz), 'camera_rpy': list(mount.rpy)}
-
-
-_SHUTDOWN_TIMEOUT = 10.0
-"""Timeout after SIGINT [s]."""
 
 
 class NodeProcesses:

@@ -33,6 +33,15 @@ START_SECONDS = 1000
 _TILT_VARIANCES = (1e-6, 1e-6, float(np.pi**2))
 """Variances of roll, pitch and yaw, which the IMU does not measure [rad^2]."""
 
+_STEREO = STEREO_RIG.left.intrinsics
+_CAMERAS = {
+    'floor': (('/floor/image_raw', BELLY_CAMERA.intrinsics, 0.0),),
+    'ceiling': (('/ceiling/image_raw', CEILING_CAMERA.intrinsics, 0.0),),
+    'stereo': (('/left/image_rect', _STEREO, 0.0), ('/right/image_rect', _STEREO, STEREO_RIG.baseline)),
+    'depth': (('/depth/image', DEPTH_CAMERA, 0.0),),
+}
+"""Topic, intrinsics and baseline of the cameras of each sensor."""
+
 
 def stamp_of(milliseconds: int) -> Time:
     """Return the ROS stamp of a mission time [ms]."""
@@ -81,16 +90,6 @@ def imu(reading: TiltReading, header: Header) -> Imu:
         angular_velocity_covariance=nothing,
         linear_acceleration_covariance=nothing,
     )
-
-
-_STEREO = STEREO_RIG.left.intrinsics
-_CAMERAS = {
-    'floor': (('/floor/image_raw', BELLY_CAMERA.intrinsics, 0.0),),
-    'ceiling': (('/ceiling/image_raw', CEILING_CAMERA.intrinsics, 0.0),),
-    'stereo': (('/left/image_rect', _STEREO, 0.0), ('/right/image_rect', _STEREO, STEREO_RIG.baseline)),
-    'depth': (('/depth/image', DEPTH_CAMERA, 0.0),),
-}
-"""Topic, intrinsics and baseline of the cameras of each sensor."""
 
 
 class MissionPublishers:

@@ -18,6 +18,9 @@ from shirube_core.geometry import SE2
 StampedNumbers = tuple[float, float, float, float]
 """Time [s], x [m], y [m], yaw [rad]."""
 
+TRUE_ERROR_MAX, FUSED_ERROR_MAX = 0.03, 0.02
+"""Limits of the distance of the robot from its goal, and of the fused pose error at a goal [m]."""
+
 
 @dataclass(frozen=True)
 class GridMap:
@@ -88,10 +91,6 @@ class MissionTraces:
         return json.dumps(
             json.loads(json.dumps(asdict(self)), parse_float=lambda text: round(float(text), 6))
         )
-
-
-TRUE_ERROR_MAX, FUSED_ERROR_MAX = 0.03, 0.02
-"""Limits of the distance of the robot from its goal, and of the fused pose error at a goal [m]."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,21 @@ from shirube_bringup.subscribers import MissionSubscribers
 STEP_MS = 20
 """Time step of the simulation [ms]."""
 
+_SUBSCRIBER = {
+    'floor': 'floor_localizer',
+    'ceiling': 'vlc_beacon',
+    'stereo': 'stereo_landmark',
+    'depth': 'reward_planner',
+}
+_CONTROL_PERIOD_MS = 50
+"""Control period of the planner [ms]."""
+
+_RESPONSE_TIMEOUT = 60.0
+_MOTION_TIMEOUT, _SHORT_TIMEOUT = 1.0, 0.02
+"""Timeouts for odometry [s]. The bridge drives its serial line in a thread, so only odometry shows that it is done."""
+
+_PATH_KNOTS = 5
+
 
 @dataclass(frozen=True)
 class SensorSchedule:
@@ -57,20 +72,6 @@ STEREO = SensorSchedule('stereo', 1000, 500, 0, 200)
 DEPTH = SensorSchedule('depth', 200, 160, 0, 80)
 CAMERAS = (FLOOR, CEILING, STEREO, DEPTH)
 TILT = SensorSchedule('tilt', 40, 20, 0, 0)
-_SUBSCRIBER = {
-    'floor': 'floor_localizer',
-    'ceiling': 'vlc_beacon',
-    'stereo': 'stereo_landmark',
-    'depth': 'reward_planner',
-}
-_CONTROL_PERIOD_MS = 50
-"""Control period of the planner [ms]."""
-
-_RESPONSE_TIMEOUT = 60.0
-_MOTION_TIMEOUT, _SHORT_TIMEOUT = 1.0, 0.02
-"""Timeouts for odometry [s]. The bridge drives its serial line in a thread, so only odometry shows that it is done."""
-
-_PATH_KNOTS = 5
 
 
 class Simulator:

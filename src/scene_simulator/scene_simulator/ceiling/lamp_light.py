@@ -15,6 +15,11 @@ from scene_simulator.ceiling.lens import CeilingLens
 from scene_simulator.imaging.exposure import CameraMotion, CameraPose, Shutter
 from shirube_core.geometry import PinholeCamera
 
+_MAX_LAMP_MOTION = 0.7
+"""Smear of a lamp between two instants of an exposure [px]: its edges are softer."""
+
+Window = tuple[slice, slice]
+
 
 @dataclass(frozen=True)
 class LampProjection:
@@ -93,12 +98,6 @@ def _area_and_centroid(polygon: NDArray[np.float64]) -> tuple[float, NDArray[np.
     cross = corners[:, 0] * next_corners[:, 1] - corners[:, 1] * next_corners[:, 0]
     centroid = ((corners + next_corners) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
     return abs(float(cross.sum())) / 2.0, origin + centroid
-
-
-_MAX_LAMP_MOTION = 0.7
-"""Smear of a lamp between two instants of an exposure [px]: its edges are softer."""
-
-Window = tuple[slice, slice]
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,8 @@ from scene_simulator.ceiling.lamp import CeilingLamp, ShapeKind
 from scene_simulator.ceiling.lens import Blooming, edge_light, glow_light
 
 _DISC, _LED_GRID = int(ShapeKind.DISC), int(ShapeKind.LED_GRID)
+_DEEP, _FAR = -16.0, 40.0
+"""Distances from an edge, inside and outside, that need not be exact [px]."""
 
 
 @njit(cache=True)
@@ -92,10 +94,6 @@ def _box(s: float, t: float, half_width: float, half_length: float) -> tuple[flo
     if outside_s > outside_t:
         return outside_s, math.copysign(1.0, s), 0.0
     return outside_t, 0.0, math.copysign(1.0, t)
-
-
-_DEEP, _FAR = -16.0, 40.0
-"""Distances from an edge, inside and outside, that need not be exact [px]."""
 
 
 def face_homographies(

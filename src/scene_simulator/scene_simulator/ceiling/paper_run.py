@@ -23,6 +23,17 @@ from shirube_core.waveform import Waveform, waveform_from_steps
 PAPER_LAMPS = ((0.0, 0.0, 2.5), (0.0, 1.8, 2.5), (1.8, 0.0, 2.5), (1.8, 1.8, 2.5))
 """Places of the paper's panels (3.1) in the map frame [m]."""
 
+_STEPS = 64
+"""Steps in which a period of the mains' flicker is played."""
+
+LAMP_A, LAMP_B = 3, 2
+"""Indices into ``PAPER_LAMPS``: A at (1.8, 1.8), B at (1.8, 0)."""
+
+_OFFSET = 0.05
+"""Lateral distance between the legs and the lamps [m]."""
+
+_CORNER_RADIUS = 0.3
+
 
 def paper_room(
     waveforms: Sequence[Waveform], shape: LampShape | None = None, brightness: float = 2000.0
@@ -39,10 +50,6 @@ def paper_room(
     face = shape or LedGrid()
     lamps = zip(PAPER_LAMPS, waveforms, strict=True)
     return CeilingRoom(tuple(CeilingLamp(xyz, face, waveform, brightness) for xyz, waveform in lamps))
-
-
-_STEPS = 64
-"""Steps in which a period of the mains' flicker is played."""
 
 
 def mains_flicker(frequency: float = 100.0, depth: float = 0.3) -> Waveform:
@@ -68,15 +75,6 @@ def distractors(brightness: float = 2000.0) -> tuple[CeilingLamp, ...]:
         CeilingLamp((2.9, 0.3, 2.5), Rectangle(0.3, 0.3), mains, 0.4 * brightness, phase=0.003),
         CeilingLamp((0.9, 3.9, 1.9), Rectangle(1.6, 1.0), brightness=0.6 * brightness, rpy=window),
     )
-
-
-LAMP_A, LAMP_B = 3, 2
-"""Indices into ``PAPER_LAMPS``: A at (1.8, 1.8), B at (1.8, 0)."""
-
-_OFFSET = 0.05
-"""Lateral distance between the legs and the lamps [m]."""
-
-_CORNER_RADIUS = 0.3
 
 
 def paper_run(

@@ -59,6 +59,8 @@ _GLYPHS = {
     'X': '0024 0420',
     'Y': '041224 1210',
 }
+_SAGITTA = 1e-5
+"""Distance of a disc's chords from its circle [m]: at 2 m and f = 700 px less than 0.004 px."""
 
 
 def text_strokes(text: str) -> Iterator[NDArray[np.float64]]:
@@ -70,10 +72,6 @@ def text_strokes(text: str) -> Iterator[NDArray[np.float64]]:
         for stroke in _GLYPHS.get(letter, '').split():
             grid = np.array([int(digit) for digit in stroke], dtype=np.float64).reshape(-1, 2)
             yield grid * (0.3, 0.25) + (index * ADVANCE, 0.0)
-
-
-_SAGITTA = 1e-5
-"""Distance of a disc's chords from its circle [m]: at 2 m and f = 700 px less than 0.004 px."""
 
 
 class Drawing:

@@ -9,6 +9,8 @@ import numpy as np
 from scene_simulator.corridor.drawing import Drawing, WallObject, draw_screws
 from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, PlanePoint, RoundLandmark
 
+_STRIPS = 7
+
 
 @dataclass(frozen=True)
 class Sign(WallObject):
@@ -166,9 +168,6 @@ class Door(WallObject):
         drawing.disc((x, 1.06), 0.017, Paint(0.3))
         drawing.stroke([(x, 1.06), (x - side * 0.12, 1.06)], 0.02, Paint(0.15))
         drawing.disc((x, 0.97), 0.008, Paint(0.1))
-
-
-_STRIPS = 7
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ _SWEEP = math.radians(270.0)
 _FACE = 0.85
 """Radius of the white face, relative to the meter's."""
 
+_FRAME = 0.022
+"""Width of an instrument's frame [m]."""
+
 
 @dataclass(frozen=True)
 class Meter(WallObject):
@@ -66,10 +69,6 @@ class Meter(WallObject):
 def _angle(reading: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the direction of readings, 0 to 1, counter-clockwise from the right [rad]."""
     return np.asarray(0.5 * math.pi + _SWEEP * (0.5 - reading))
-
-
-_FRAME = 0.022
-"""Width of an instrument's frame [m]."""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,15 @@ SPACING = 0.004
 
 _SIZE = 1024
 _LEVELS = 7
+Texture = tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]
+"""Samples, starts and sizes of a ``TexturePyramid``."""
+
+SAMPLES = 2
+"""Samples per pixel along each side: fine enough that a blur of samples is a blur of what is within pixels."""
+
+_FAINT = 1e-5
+_DARKEST = 0.02
+"""Least light on a surface: a gradient of the light must not turn it negative far away."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,17 +85,6 @@ def _specks(rng: np.random.Generator) -> NDArray[np.float32]:
     spots[rows, columns] = rng.choice([-1.0, -1.0, 0.7], 2500)
     spread = cv2.GaussianBlur(np.pad(spots, 8, mode='wrap'), (0, 0), 1.2)[8:-8, 8:-8]
     return np.asarray(spread / spread.std(), dtype=np.float32)
-
-
-Texture = tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]
-"""Samples, starts and sizes of a ``TexturePyramid``."""
-
-SAMPLES = 2
-"""Samples per pixel along each side: fine enough that a blur of samples is a blur of what is within pixels."""
-
-_FAINT = 1e-5
-_DARKEST = 0.02
-"""Least light on a surface: a gradient of the light must not turn it negative far away."""
 
 
 @njit(cache=True, error_model='numpy')

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Vector = tuple[float, float, float]
+PlanePoint = tuple[float, float]
+_MIDDLE = (0.0, 0.0, 1.3)
+"""Where the light has its level: in the middle of the end wall, in the map frame [m]."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +48,6 @@ class Surface:
 def facing_wall(x: float, y: float = 0.0) -> Surface:
     """Return a vertical plane across the corridor at x [m] that faces a viewer looking along the map's x axis."""
     return Surface((x, y, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-PlanePoint = tuple[float, float]
 
 
 def rectangle_corners(low: PlanePoint, high: PlanePoint) -> NDArray[np.float64]:
@@ -177,10 +177,6 @@ def shape_table(shapes: Iterable[FlatShape]) -> ShapeTable:
         tuple(indices),
         np.array(paint_rows, dtype=np.float64).reshape(-1, 5),
     )
-
-
-_MIDDLE = (0.0, 0.0, 1.3)
-"""Where the light has its level: in the middle of the end wall, in the map frame [m]."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ from scene_simulator.imaging.exposure import CameraPose
 from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import PinholeCamera
 
+_UNITS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+
 
 @dataclass(frozen=True)
 class StereoOptics:
@@ -105,9 +107,6 @@ class StereoCamera:
         u = np.linspace(-1.0, 1.0, self.intrinsics.width)[None, :]
         v = np.linspace(-1.0, 1.0, self.intrinsics.height)[:, None]
         return np.asarray(1.0 - 0.5 * self.optics.vignetting * (u**2 + v**2), dtype=np.float32)
-
-
-_UNITS = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 
 
 def _homography_from_rays(frame: NDArray[np.float64], pose: CameraPose) -> NDArray[np.float64]:

@@ -15,6 +15,11 @@ from scene_simulator.imaging.exposure import CameraPose, camera_pose
 from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 
+FORWARD_MOUNT = CameraMount((0.1, 0.12, 1.25), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
+"""The left camera: it looks along the robot's x axis, level, on a mast."""
+
+RECTIFIED = StereoCamera(PinholeCamera(752, 480, 720.0, 720.0, 375.5, 239.5))
+
 
 @dataclass(frozen=True)
 class CameraCalibration:
@@ -49,12 +54,6 @@ def calibration_yaml(calibration: CameraCalibration, name: str) -> str:
 def _matrix(name: str, values: NDArray[np.float64]) -> str:
     rows, cols = values.shape
     return f'{name}:\n  rows: {rows}\n  cols: {cols}\n  data: {values.ravel().tolist()}\n'
-
-
-FORWARD_MOUNT = CameraMount((0.1, 0.12, 1.25), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
-"""The left camera: it looks along the robot's x axis, level, on a mast."""
-
-RECTIFIED = StereoCamera(PinholeCamera(752, 480, 720.0, 720.0, 375.5, 239.5))
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,13 @@ _JOINT = 0.005
 _PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07
 """Standard deviations of the textures."""
 
+_GREYS = {'south': 0.6, 'west': 0.66, 'north': 0.7, 'east': 0.64}
+_DADO_HEIGHT = 0.9
+"""Height of the darker paint at the bottom of the walls [m]."""
+
+_PANEL = 0.6
+"""Width of the ceiling's panels [m]."""
+
 
 @dataclass(frozen=True)
 class CorridorShell:
@@ -126,14 +133,6 @@ class CorridorShell:
                 drawing.rectangle((y - 0.16, x), (y + 0.16, x + 1.2), Paint(0.45))
                 drawing.rectangle((y - 0.13, x + 0.03), (y + 0.13, x + 1.17), Paint(1.6))
         return drawing.shapes
-
-
-_GREYS = {'south': 0.6, 'west': 0.66, 'north': 0.7, 'east': 0.64}
-_DADO_HEIGHT = 0.9
-"""Height of the darker paint at the bottom of the walls [m]."""
-
-_PANEL = 0.6
-"""Width of the ceiling's panels [m]."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,11 @@ _TILE = 1024
 _SPACING = 0.00035
 """Distance of the texture's samples on the floor [m]; the tile repeats after 0.36 m, four views."""
 
+PAPER_CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
+"""The paper's camera (3.1): 90 mm square in 235 pixels square from 130 mm."""
+
+DOWNWARD_MOUNT = CameraMount()
+
 
 @dataclass(frozen=True)
 class GroundTexture:
@@ -46,12 +51,6 @@ def mottled_ground(deviation: float, seed: int) -> GroundTexture:
     tile = np.fft.irfft2(white * (grain + 12.0 * clouds), s=(_TILE, _TILE))
     tile *= deviation / tile.std()
     return GroundTexture(np.pad(1.0 + tile, (0, 1), mode='wrap').astype(np.float32))
-
-
-PAPER_CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
-"""The paper's camera (3.1): 90 mm square in 235 pixels square from 130 mm."""
-
-DOWNWARD_MOUNT = CameraMount()
 
 
 class Disturbance(Protocol):

@@ -20,6 +20,7 @@ _CRUMB_COLOURS = np.array([[0.10, 0.14, 0.18], [0.22, 0.28, 0.34], [0.12, 0.12, 
 _DUST_COLOURS = np.array([[0.20, 0.22, 0.24], [0.45, 0.48, 0.50]])
 _HAIR_COLOURS = np.array([[0.06, 0.08, 0.10], [0.30, 0.42, 0.52]])
 _SCRATCH_COLOURS = np.array([[0.85, 0.86, 0.86], [0.35, 0.36, 0.37]])
+_BLACK = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -109,9 +110,6 @@ def _litter(
     n = len(centres)
     colours = palette[rng.integers(len(palette), size=n)] * rng.uniform(0.8, 1.2, (n, 1))
     return Litter(FloorMarks(centres, outlines, np.clip(colours, 0.0, 1.0), rng.uniform(*opacities, n)))
-
-
-_BLACK = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,9 @@ Colour = tuple[float, float, float]
 _MAX_FILL_FRACTION = 0.4
 """Fraction of the floor that discs of the minimum distance may fill; beyond it redrawing fails."""
 
+SURVEY_ERROR = 0.00005
+"""Standard deviation of a surveyed centre along each axis [m]: what careful photogrammetry reaches."""
+
 
 @dataclass(frozen=True)
 class FloorDesign:
@@ -121,10 +124,6 @@ def _spaced_points(design: FloorDesign, rng: np.random.Generator) -> NDArray[np.
         redrawn = np.unique(pairs.max(axis=1))
         points[redrawn] = rng.uniform((0.0, 0.0), design.size, (len(redrawn), 2))
     return points
-
-
-SURVEY_ERROR = 0.00005
-"""Standard deviation of a surveyed centre along each axis [m]: what careful photogrammetry reaches."""
 
 
 def survey_floor(floor: DotFloor, error: float, seed: int) -> NDArray[np.float64]:

@@ -13,6 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 from scene_simulator.floor.marks import FloorMarks
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
+GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])
+"""Weights of blue, green and red in a mono camera's grey (ITU-R BT.601)."""
+
+MAX_GLARE = 0.5
+"""Glare above which a dark chip is indistinguishable from a light floor."""
+
 
 def paint_polygons(
     layer: NDArray[np.float32],
@@ -104,13 +110,6 @@ def _clip_integral(t: float) -> float:
     if t <= 0.0:
         return 0.0
     return 0.5 * t * t if t < 1.0 else t - 0.5
-
-
-GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])
-"""Weights of blue, green and red in a mono camera's grey (ITU-R BT.601)."""
-
-MAX_GLARE = 0.5
-"""Glare above which a dark chip is indistinguishable from a light floor."""
 
 
 class FloorView:

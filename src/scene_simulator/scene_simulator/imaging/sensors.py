@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import PinholeCamera
 
+_POOL = 1 << 21
+"""Normal random numbers drawn once; each row of each frame reads them from a random start."""
+
 
 @dataclass(frozen=True)
 class Lighting:
@@ -75,10 +78,6 @@ class Sensor:
             noise = rng.standard_normal(light.shape, dtype=np.float32)
             levels = light + noise * np.sqrt(electrons + self.read_noise**2) / self.full_well
         return np.clip(np.rint(255.0 * levels), 0.0, 255.0).astype(np.uint8)
-
-
-_POOL = 1 << 21
-"""Normal random numbers drawn once; each row of each frame reads them from a random start."""
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,23 @@ _EDGE = 0.012
 _TOP, _SIDES = 1.15, (0.8, 0.95)
 """Brightness of the top, and of the sides across x and y, relative to the paint."""
 
+_BUILDING_SEED = 41
+"""Seed of the landmark positions: the building is always the same."""
+
+_LIGHT = CorridorLight(0.9, (0.0, 0.0, 0.06))
+_WALLS = {
+    'east': (4.8, 'EXIT', 'PUMP 1'),
+    'north': (6.4, 'ROOM 204', 'VALVES'),
+    'west': (4.6, 'LEVEL 2', 'NO ENTRY'),
+}
+"""Centre of the landmarks from the wall's left end [m] and the texts of the signs, by wall."""
+
+_CURTAIN = (3.4, 1.9)
+"""Width and height of the curtain over the west wall's landmarks [m]."""
+
+_GREYS = 0.3, 0.75
+"""Range of the reflectance of crates and tables."""
+
 
 def box_shapes(box: Box, grey: float) -> list[FlatShape]:
     """Return the top and the four sides of a box of a grey, 0 to 1; a painter leaves out those turned away."""
@@ -64,24 +81,6 @@ def sort_farthest_first(boxes: Iterable[Box], camera_position: NDArray[np.float6
         return float(np.linalg.norm(np.clip(camera_position, corners[:3], corners[3:]) - camera_position))
 
     return sorted(boxes, key=distance, reverse=True)
-
-
-_BUILDING_SEED = 41
-"""Seed of the landmark positions: the building is always the same."""
-
-_LIGHT = CorridorLight(0.9, (0.0, 0.0, 0.06))
-_WALLS = {
-    'east': (4.8, 'EXIT', 'PUMP 1'),
-    'north': (6.4, 'ROOM 204', 'VALVES'),
-    'west': (4.6, 'LEVEL 2', 'NO ENTRY'),
-}
-"""Centre of the landmarks from the wall's left end [m] and the texts of the signs, by wall."""
-
-_CURTAIN = (3.4, 1.9)
-"""Width and height of the curtain over the west wall's landmarks [m]."""
-
-_GREYS = 0.3, 0.75
-"""Range of the reflectance of crates and tables."""
 
 
 def bare_walls() -> CorridorScene:

@@ -32,6 +32,17 @@ _MAX_SHIFT, _MAX_ROTATION = 0.1, math.radians(4.0)
 """Maximum random shift and rotation of start and goals [m, rad]."""
 
 _LAYOUT = 11
+FURNISHING = Furnishing(crates=8, tables=3, racks=0, overhangs=0)
+"""Nothing is higher than a meter: it hides neither lamps nor landmarks from the mast."""
+
+PASSAGE = 0.25
+"""Minimum clearance between the robot and obstacles on the path to the goals [m]."""
+
+_CLEARANCE = 0.6
+"""Clearance around start and goals [m]: room to turn."""
+
+_CELL = 0.05
+_TRIES = 100
 
 
 @dataclass(frozen=True)
@@ -92,19 +103,6 @@ def mission_layout(seed: int) -> MissionLayout:
 def _perturb(pose: SE2, rng: np.random.Generator) -> SE2:
     x, y, turn = rng.uniform(-1.0, 1.0, 3).tolist()
     return SE2(pose.x + _MAX_SHIFT * x, pose.y + _MAX_SHIFT * y, pose.yaw + _MAX_ROTATION * turn)
-
-
-FURNISHING = Furnishing(crates=8, tables=3, racks=0, overhangs=0)
-"""Nothing is higher than a meter: it hides neither lamps nor landmarks from the mast."""
-
-PASSAGE = 0.25
-"""Minimum clearance between the robot and obstacles on the path to the goals [m]."""
-
-_CLEARANCE = 0.6
-"""Clearance around start and goals [m]: room to turn."""
-
-_CELL = 0.05
-_TRIES = 100
 
 
 def mission_obstacles(seed: int, layout: MissionLayout) -> FurnishedRoom:

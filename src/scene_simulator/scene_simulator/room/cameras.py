@@ -12,6 +12,11 @@ from scene_simulator.imaging.exposure import camera_pose
 from scene_simulator.room.box_room import BoxRoom, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
+_GRAIN_SIZES = (0.02, 0.06, 0.2)  # sizes of the pattern [m]
+_STRENGTHS = (40.0, 45.0, 40.0)
+_CONTRAST_SCALE = 0.8  # size of the areas of low and high contrast [m]
+_GREY = 128.0
+
 
 @dataclass(frozen=True)
 class CameraRig:
@@ -51,12 +56,6 @@ class CameraRig:
             view[:3, 3] = pose.position + pose.rotation @ (x, y, 0.0)
             views[name] = view
         return views
-
-
-_GRAIN_SIZES = (0.02, 0.06, 0.2)  # sizes of the pattern [m]
-_STRENGTHS = (40.0, 45.0, 40.0)
-_CONTRAST_SCALE = 0.8  # size of the areas of low and high contrast [m]
-_GREY = 128.0
 
 
 def render_picture(

@@ -17,6 +17,11 @@ _BOARD = 0.03
 _LEG = 0.05
 """Width of a leg [m]."""
 
+_GAP = 0.1
+"""Minimum gap between two footprints [m]."""
+
+_TRIES = 2000
+
 
 @dataclass(frozen=True)
 class Furniture:
@@ -81,12 +86,6 @@ def rack(size_x: float, size_y: float, height: float, boards: int) -> Furniture:
 def overhang(size_x: float, size_y: float, low: float, high: float) -> Furniture:
     """Return a cupboard that hangs over free floor [m]."""
     return Furniture('overhang', ((0.0, 0.0, low, size_x, size_y, high),))
-
-
-_GAP = 0.1
-"""Minimum gap between two footprints [m]."""
-
-_TRIES = 2000
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_simulator.errors import SceneError, check_seed
 
 _MIN_SIDE = 8  # smallest map side [cells]
+_STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 
 def rooms(
@@ -101,7 +102,6 @@ GRID_MAPS: dict[str, Callable[[int, int], NDArray[np.bool_]]] = {
     'warehouse': warehouse,
     'random field': random_field,
 }
-_STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 
 def _check(side: int, seed: int) -> None:

@@ -40,6 +40,13 @@ LABELS = {'pose_arbiter': 'fused (pose_arbiter)', 'odometry': 'odometry alone'}
 TRUTH = '#1d4ed8'
 ZONE_COLOURS = {'carpet': '#a16207', 'dark': '#1e293b', 'covered': '#0e7490'}
 ZONE_LABELS = {'carpet': 'carpet: no dots', 'dark': 'lamps off', 'covered': 'landmarks covered'}
+_OCCUPIED = 50
+_MARGIN = 0.15
+_SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
+_STATUS_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
+_USED = 'used'
+_ERROR_MIN = 1e-2
+"""Smaller errors are drawn at this value [mm]: the axis is logarithmic."""
 
 
 @contextmanager
@@ -52,10 +59,6 @@ def picture(path: Path, width: float, height: float) -> Iterator[Figure]:
             figure.savefig(file, format='png', dpi=100, bbox_inches='tight')
     finally:
         plt.close(figure)
-
-
-_OCCUPIED = 50
-_MARGIN = 0.15
 
 
 def _legend(axes: Axes) -> None:
@@ -137,13 +140,6 @@ def _finish_plan(axes: Axes, title: str) -> None:
     limits = {'xlim': (x0 - _MARGIN, x1 + _MARGIN), 'ylim': (y0 - _MARGIN, y1 + _MARGIN)}
     axes.set(aspect='equal', **limits, xlabel='x [m]', ylabel='y [m]', title=title)
     _legend(axes)
-
-
-_SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
-_STATUS_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
-_USED = 'used'
-_ERROR_MIN = 1e-2
-"""Smaller errors are drawn at this value [mm]: the axis is logarithmic."""
 
 
 def draw_errors(path: Path, traces: MissionTraces) -> None:

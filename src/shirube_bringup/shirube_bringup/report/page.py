@@ -58,6 +58,7 @@ _WHAT = (
     'Six nodes drove a simulated robot to three goals in a room with obstacles that are not on its map; floor dots, '
     'lamps and landmarks were each missing in one zone. Every pose is compared with the true pose at its stamp.'
 )
+PAGE = 'report.html'
 
 
 def page(summary: Mapping[str, Any], traces: MissionTraces) -> str:
@@ -200,9 +201,6 @@ def _table(header: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
 
 def _css_class(cell: str) -> str:
     return {'FAIL': ' class="failed"', 'pass': ' class="passed"'}.get(cell, '')
-
-
-PAGE = 'report.html'
 
 
 def write_report(folder: Path, summary: Mapping[str, Any], traces: MissionTraces) -> Path:
