@@ -10,7 +10,7 @@ from _arbiter_bags import PoseSample
 from _arbiter_fusion import add_message, messages_of, new_arbiter, pose_of
 
 from pose_arbiter.core.covariance import diagonal
-from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
+from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2, wrap_angle
 
 FAULTS = ('offset', 'turned', 'frozen', 'late', 'jumping', 'drifting')

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.fix import Fix
-from scene_simulator.dot_floor import DotFloor
-from scene_simulator.floor_camera import FloorCamera
+from scene_simulator.floor.camera import FloorCamera
+from scene_simulator.floor.dot_floor import DotFloor
 from shirube_core.geometry import SE2
 
 ALONE = 1.3

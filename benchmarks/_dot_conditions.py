@@ -6,11 +6,20 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from scene_simulator.dot_floor import COLOURED, DARK_ON_LIGHT, LIGHT_ON_DARK, FloorDesign
-from scene_simulator.floor_camera import PAPER_CAMERA, Disturbance
-from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
-from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs, scratches
-from scene_simulator.imaging import Lighting, Sensor
+from scene_simulator.floor.camera import PAPER_CAMERA, Disturbance
+from scene_simulator.floor.disturbances import (
+    FloorArea,
+    ShadowEdge,
+    SpecularReflection,
+    Tape,
+    WetSpot,
+    crumbs,
+    dust,
+    hairs,
+    scratches,
+)
+from scene_simulator.floor.dot_floor import COLOURED, DARK_ON_LIGHT, LIGHT_ON_DARK, FloorDesign
+from scene_simulator.imaging.sensors import Lighting, Sensor
 from shirube_core.geometry import PinholeCamera
 
 NEAR_CAMERA = PinholeCamera(1280, 1024, 1857.0, 1857.0, 639.5, 511.5)

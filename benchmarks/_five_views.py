@@ -14,9 +14,9 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.corridor_generator import METERS, CorridorDesign, corridor
-from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.stereo_rig import StereoRig, render_pair
+from scene_simulator.corridor.generator import METERS, CorridorDesign, corridor
+from scene_simulator.corridor.scene import CorridorScene
+from scene_simulator.corridor.stereo_rig import StereoRig, render_pair
 from shirube_core.geometry import SE2
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]

@@ -15,11 +15,17 @@ from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
-from scene_simulator.demo_scene import DEMO_CAMERA, DEMO_FLOOR_SEED
-from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, generate_dot_floor
-from scene_simulator.floor_camera import FloorCamera
-from scene_simulator.simulated_survey import SURVEY_ERROR, survey_floor
-from scene_simulator.suspension import apply_body_motion
+from scene_simulator.floor.camera import FloorCamera
+from scene_simulator.floor.demo_scene import DEMO_CAMERA, DEMO_FLOOR_SEED
+from scene_simulator.floor.dot_floor import (
+    DARK_ON_LIGHT,
+    SURVEY_ERROR,
+    DotFloor,
+    FloorDesign,
+    generate_dot_floor,
+    survey_floor,
+)
+from scene_simulator.robot.body import apply_body_motion
 from shirube_core.geometry import SE2, CameraMount
 
 MOUNT = CameraMount()

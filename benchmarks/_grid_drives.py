@@ -14,8 +14,7 @@ from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.octile import route_length
 from reward_planner.core.route.route import NoRoute
-from scene_simulator.grid_truth import is_traversable
-from scene_simulator.grid_world import GridWorld
+from scene_simulator.room.grid_world import GridWorld, is_traversable
 
 SENSOR_RANGE = 6.0
 GIVE_UP = 20.0

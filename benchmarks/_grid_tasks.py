@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from scene_simulator.grid_maps import GRID_MAPS
-from scene_simulator.grid_truth import distances_from, step_graph
-from scene_simulator.movingai_files import load_movingai_map
+from scene_simulator.room.grid_maps import GRID_MAPS
+from scene_simulator.room.grid_world import distances_from, step_graph
+from scene_simulator.room.movingai_files import load_movingai_map
 
 
 class GridTask(NamedTuple):

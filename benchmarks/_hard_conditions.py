@@ -11,9 +11,9 @@ import numpy as np
 from _floor_photographs import CAMERA, MOUNT, Photograph, photographer
 from numpy.typing import NDArray
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign
-from scene_simulator.floor_camera import Disturbance
-from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
+from scene_simulator.floor.camera import Disturbance
+from scene_simulator.floor.disturbances import ShadowEdge, SpecularReflection, Tape, WetSpot
+from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign
 from shirube_core.geometry import SE2
 
 Disturbances = Callable[[SE2, np.random.Generator], tuple[Disturbance, ...]]

@@ -7,14 +7,12 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from scene_simulator.camera_clock import CameraClock
-from scene_simulator.ceiling_camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
-from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
-from scene_simulator.distractor_lights import distractors
-from scene_simulator.lamp_drive import LampDrive, LampFrame
-from scene_simulator.lamp_shape import Disc, LampShape, LedGrid
-from scene_simulator.leg_drive import LegDrive
-from scene_simulator.shutter import Shutter
+from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
+from scene_simulator.ceiling.lamp import Disc, LampShape, LedGrid
+from scene_simulator.ceiling.lamp_drive import LampDrive, LampFrame
+from scene_simulator.ceiling.paper_run import PAPER_LAMPS, distractors, paper_room
+from scene_simulator.imaging.exposure import CameraClock, Shutter
+from scene_simulator.robot.leg_drive import LegDrive
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey

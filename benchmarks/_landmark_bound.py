@@ -17,8 +17,8 @@ from _product_rig import product_rig
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from scene_simulator.gain_sensor import GainSensor
-from scene_simulator.stereo_camera import StereoCamera
+from scene_simulator.corridor.stereo_camera import StereoCamera
+from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import SE2
 from stereo_landmark.core.place.reprojection_model import Reprojection, reproject
 

@@ -9,10 +9,10 @@ import numpy as np
 from _product_rig import product_rig
 from numpy.typing import NDArray
 
-from scene_simulator.corridor_landmark import Landmark, RoundLandmark
-from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.stereo_rig import StereoRig as Cameras
-from scene_simulator.stereo_rig import render_pair
+from scene_simulator.corridor.scene import CorridorScene
+from scene_simulator.corridor.shapes import Landmark, RoundLandmark
+from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
+from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
 from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind

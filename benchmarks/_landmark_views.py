@@ -10,14 +10,12 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.corridor_cabinet import Cabinet
-from scene_simulator.corridor_drawing import Drawing
-from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.corridor_landmark import Landmark, SquareLandmark
-from scene_simulator.corridor_scene import CorridorScene, SceneObject
-from scene_simulator.corridor_shape import FlatShape, Paint
-from scene_simulator.corridor_surface import Surface, facing_wall
-from scene_simulator.stereo_rig import StereoRig, render_pair
+from scene_simulator.corridor.drawing import Drawing
+from scene_simulator.corridor.generator import CorridorDesign, corridor
+from scene_simulator.corridor.instruments import Cabinet
+from scene_simulator.corridor.scene import CorridorScene, SceneObject
+from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, SquareLandmark, Surface, facing_wall
+from scene_simulator.corridor.stereo_rig import StereoRig, render_pair
 from shirube_core.geometry import SE2
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]

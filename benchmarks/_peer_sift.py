@@ -16,11 +16,11 @@ import numpy as np
 from _paper_views import CAMERA, MOUNT, VIEW_SIZE
 from numpy.typing import NDArray
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, generate_dot_floor
-from scene_simulator.floor_camera import FloorCamera
-from scene_simulator.floor_marks import FloorMarks
-from scene_simulator.floor_view import FloorView
-from scene_simulator.imaging import Sensor
+from scene_simulator.floor.camera import FloorCamera
+from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, generate_dot_floor
+from scene_simulator.floor.marks import FloorMarks
+from scene_simulator.floor.view import FloorView
+from scene_simulator.imaging.sensors import Sensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 PATCH = (1.8, 1.2)

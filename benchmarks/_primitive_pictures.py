@@ -10,7 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.antialiased_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
+from scene_simulator.imaging.antialiased_shapes import (
+    coverage,
+    ellipse_intervals,
+    photograph,
+    polygon_intervals,
+)
 
 _GROUND = 150.0
 _SIDES = 4

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scene_simulator.stereo_rig import StereoRig as Cameras
+from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from stereo_landmark.core.place.stereo_rig import StereoRig
 
 

@@ -19,9 +19,9 @@ from reward_planner.core.grid.occupancy_map import FREE, OccupancyMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import points_from_depth
-from scene_simulator.room_bag import HEIGHTS
-from scene_simulator.room_drive import RoomDrive
+from scene_simulator.commands.room import HEIGHTS
+from scene_simulator.room.box_room import points_from_depth
+from scene_simulator.room.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2
 from shirube_ros.image_conversion import array_from_compressed_image

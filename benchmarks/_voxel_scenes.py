@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.voxels.sensor_view import SensorView
-from scene_simulator.box_room import (
+from scene_simulator.room.box_room import (
     BoxRoom,
     add_disparity_noise,
     add_spurious_depths,

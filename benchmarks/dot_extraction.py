@@ -25,8 +25,8 @@ from tqdm import tqdm
 
 from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction import DotDetector
-from scene_simulator.dot_floor import LIGHT_ON_DARK, generate_dot_floor
-from scene_simulator.floor_camera import FloorCamera
+from scene_simulator.floor.camera import FloorCamera
+from scene_simulator.floor.dot_floor import LIGHT_ON_DARK, generate_dot_floor
 from shirube_core.geometry import SE2, CameraMount
 
 try:

@@ -23,7 +23,7 @@ from _image_grid import annotated_image, image_grid, write_image
 from _pose_scores import score_pose
 from tqdm import tqdm
 
-from scene_simulator.dot_floor import FloorDesign
+from scene_simulator.floor.dot_floor import FloorDesign
 
 
 def hard_outcome(floor: SurveyedFloor, condition: HardCondition, count: int, seed: int) -> HardOutcome:

@@ -19,13 +19,12 @@ from _stereo_peers import FeaturePipeline
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
-from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.corridor_occluder import Person
-from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.corridor_surface import facing_wall
-from scene_simulator.stereo_camera import StereoCamera
-from scene_simulator.stereo_rig import StereoRig as Cameras
-from scene_simulator.stereo_rig import render_pair
+from scene_simulator.corridor.generator import CorridorDesign, corridor
+from scene_simulator.corridor.scene import CorridorScene, Person
+from scene_simulator.corridor.shapes import facing_wall
+from scene_simulator.corridor.stereo_camera import StereoCamera
+from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
+from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer

@@ -26,7 +26,7 @@ from _timed_answers import use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from scene_simulator.ceiling_camera import PAPER_OPTICS
+from scene_simulator.ceiling.camera import PAPER_OPTICS
 from shirube_core.geometry import SE2
 from vlc_beacon.core.authorization.decision import Accepted
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector

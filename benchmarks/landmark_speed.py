@@ -29,9 +29,9 @@ from tqdm import tqdm
 import stereo_landmark.core.procedure.detected_scene as scene_module
 import stereo_landmark.core.procedure.stereo_view as view_module
 import stereo_landmark.core.procedure.target_search as search_module
-from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.stereo_rig import StereoRig as Cameras
-from scene_simulator.stereo_rig import render_pair
+from scene_simulator.corridor.generator import CorridorDesign, corridor
+from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
+from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer

@@ -21,7 +21,7 @@ from tqdm import tqdm
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import Box, BoxRoom, forward_camera, points_from_depth
+from scene_simulator.room.box_room import Box, BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5)

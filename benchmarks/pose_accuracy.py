@@ -27,7 +27,7 @@ from scipy.spatial import cKDTree
 from tqdm import tqdm
 
 from floor_localizer.core.fix import Fix
-from scene_simulator.simulated_survey import SURVEY_ERROR
+from scene_simulator.floor.dot_floor import SURVEY_ERROR
 
 RISE, TILT = 0.05, math.radians(2.0)
 LINES = 20

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.core.voxels.voxel_values import counts_over_expected, counts_over_maximum
-from scene_simulator.box_room import BoxRoom, points_from_depth
+from scene_simulator.room.box_room import BoxRoom, points_from_depth
 from shirube_core.geometry import SE2
 
 RANGES = ((0.8, 1.5), (1.5, 2.2), (2.2, 3.0), (3.0, 4.0))

@@ -22,8 +22,8 @@ from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
 from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, OccupancyMap
-from scene_simulator.box_room import add_spurious_depths
-from scene_simulator.room_drive import RoomDrive
+from scene_simulator.room.box_room import add_spurious_depths
+from scene_simulator.room.room_drive import RoomDrive
 
 PHANTOMS, PATCH, PHANTOM_DEPTHS = 0.03, 3, (0.4, 6.0)
 TOLERANCES = '0, 1, 2 cells'

@@ -16,8 +16,8 @@ from tqdm import tqdm
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.grid_truth import is_traversable
-from scene_simulator.movingai_files import load_movingai_scenarios
+from scene_simulator.room.grid_world import is_traversable
+from scene_simulator.room.movingai_files import load_movingai_scenarios
 
 ALLOWED = 1e-3
 

@@ -22,8 +22,8 @@ from tqdm import tqdm
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.grid_maps import GRID_MAPS, maze, random_field, rooms
-from scene_simulator.grid_world import GridWorld
+from scene_simulator.room.grid_maps import GRID_MAPS, maze, random_field, rooms
+from scene_simulator.room.grid_world import GridWorld
 
 STEPS_MAX = 1500
 EVERY = 10

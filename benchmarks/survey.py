@@ -32,7 +32,7 @@ from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey
 from floor_localizer.task_runner import task_runner
-from scene_simulator.suspension import Suspension
+from scene_simulator.robot.body import Suspension
 
 PHOTOGRAPHS = Path(__file__).with_name('real_photographs') / 'survey_sheets.py'
 TAPE_ERROR = 0.0005

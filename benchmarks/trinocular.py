@@ -27,7 +27,7 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.pair_matcher import PairMatcher
 from reward_planner.core.depth.stereo_pair import StereoPair
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
-from scene_simulator.box_room_rendering import render_picture
+from scene_simulator.room.cameras import render_picture
 
 Image = NDArray[np.uint8]
 BASELINE = 0.1

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from reward_planner.core.reward.reward_settings import RewardSettings
-from scene_simulator.grid_truth import distances_from
+from scene_simulator.room.grid_world import distances_from
 
 LENGTH_RATIO_MAX = 500.0
 PLANNED_MAX = 1000

@@ -25,7 +25,7 @@ from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.frame_window import FrameWindow, window_around
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import BoxRoom
+from scene_simulator.room.box_room import BoxRoom
 from shirube_core.geometry import CameraMount
 
 Job = Callable[[], object]

@@ -51,13 +51,8 @@ NOT_PURE = (
     'motor_bridge/motor_bridge/emulator/pseudo_terminal.py',
     'motor_bridge/motor_bridge/emulator/real_time_stepper.py',
     'scene_simulator/scene_simulator/commands',
-    'scene_simulator/scene_simulator/floor_bag.py',
-    'scene_simulator/scene_simulator/lamp_bag.py',
-    'scene_simulator/scene_simulator/movingai_files.py',
-    'scene_simulator/scene_simulator/room_bag.py',
-    'scene_simulator/scene_simulator/stereo_bag.py',
-    'scene_simulator/scene_simulator/scene_messages.py',
-    'scene_simulator/scene_simulator/simulated_survey.py',
+    'scene_simulator/scene_simulator/messages.py',
+    'scene_simulator/scene_simulator/room/movingai_files.py',
 )
 PURE_LIBRARIES = {
     'numpy',

@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from scene_simulator.corridor_recordings import RUNS, SECONDS, make_corridor_drive
-from scene_simulator.stereo_drive import StereoDrive
-from scene_simulator.stereo_rig import raw_rig
+from scene_simulator.corridor.stereo_drive import RUNS, SECONDS, StereoDrive, make_corridor_drive
+from scene_simulator.corridor.stereo_rig import raw_rig
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import yaw_from_quaternion
 

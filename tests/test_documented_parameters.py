@@ -9,8 +9,8 @@ import yaml
 
 from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.source_parameters import DEFAULT_SOURCES
-from shirube_bringup.building_files import BuildingFiles
-from shirube_bringup.node_parameters import mission_nodes
+from shirube_bringup.building import BuildingFiles
+from shirube_bringup.nodes import mission_nodes
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
 from shirube_core.settings import describe_settings, settings_from_values
 from vlc_beacon.files.beacons_file import load_beacons

@@ -9,8 +9,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.stereo_rig import StereoRig
+from scene_simulator.corridor.generator import CorridorDesign, corridor
+from scene_simulator.corridor.stereo_rig import StereoRig
 from shirube_core.geometry import SE2, gravity_aligned_camera, matrix_from_rpy
 
 pytestmark = pytest.mark.newest_set_only

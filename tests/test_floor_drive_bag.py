@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
-from scene_simulator.demo_scene import DemoScene
-from scene_simulator.floor_bag import DIRTY_FRACTION, START_NS
+from scene_simulator.commands.floor import DIRTY_FRACTION
+from scene_simulator.commands.recording import START_NS
+from scene_simulator.floor.demo_scene import DemoScene
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import yaw_from_quaternion
 

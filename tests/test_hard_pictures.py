@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT
+from scene_simulator.floor.dot_floor import DARK_ON_LIGHT
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scene_simulator.gain_sensor import GainSensor
-from scene_simulator.stereo_rig import RECTIFIED
+from scene_simulator.corridor.stereo_rig import RECTIFIED
+from scene_simulator.imaging.sensors import GainSensor
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT
-from scene_simulator.simulated_survey import SURVEY_ERROR
+from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, SURVEY_ERROR
 from shirube_core.geometry import SE2
 
 pytestmark = pytest.mark.newest_set_only

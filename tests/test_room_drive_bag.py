@@ -19,8 +19,8 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth
 from reward_planner.node import RewardPlannerNode
-from scene_simulator.room_bag import RESOLUTION, true_map
-from scene_simulator.room_drive import RoomDrive
+from scene_simulator.commands.room import RESOLUTION, true_map
+from scene_simulator.room.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.lockstep import replay_in_lockstep

@@ -3,15 +3,15 @@
 from setuptools import find_packages, setup
 
 NAME = 'scene_simulator'
-COMMANDS = (
-    'generate_floor',
-    'record_floor_bag',
-    'record_lamp_bag',
-    'record_room_bag',
-    'record_stereo_bag',
-    'render_floor_view',
-    'render_stereo_pair',
-)
+COMMANDS = {
+    'generate_floor': 'floor',
+    'record_floor_bag': 'floor',
+    'record_lamp_bag': 'lamps',
+    'record_room_bag': 'room',
+    'record_stereo_bag': 'corridor',
+    'render_floor_view': 'floor',
+    'render_stereo_pair': 'corridor',
+}
 
 setup(
     name=NAME,
@@ -30,5 +30,7 @@ setup(
     description='Rendered worlds with known truth: random-dot floors, a belly camera and a robot drive.',
     license='Apache-2.0',
     tests_require=['pytest'],
-    entry_points={'console_scripts': [f'{command} = {NAME}.commands.{command}:main' for command in COMMANDS]},
+    entry_points={
+        'console_scripts': [f'{name} = {NAME}.commands.{module}:{name}' for name, module in COMMANDS.items()]
+    },
 )

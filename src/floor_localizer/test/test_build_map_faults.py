@@ -6,8 +6,8 @@ import pytest
 from survey_scene import START_NS, STEP_NS, fault_of, folder_options, record_drive, run
 
 from floor_localizer.core.independent_tasks import InProcessRunner
-from scene_simulator.floor_camera import PAPER_CAMERA
-from scene_simulator.scene_messages import camera_info, compressed_image, odometry
+from scene_simulator.floor.camera import PAPER_CAMERA
+from scene_simulator.messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_core.geometry import SE2
 

@@ -12,9 +12,9 @@ from floor_localizer.core.mat.mat_settings import MatSettings
 from floor_localizer.core.mat.random_mat import generate_mat
 from floor_localizer.files.camera_files import save_intrinsics
 from floor_localizer.files.csv_format import save_csv
-from scene_simulator.dot_floor import DotFloor, FloorDesign
-from scene_simulator.floor_camera import FloorCamera
-from scene_simulator.floor_marks import FloorMarks
+from scene_simulator.floor.camera import FloorCamera
+from scene_simulator.floor.dot_floor import DotFloor, FloorDesign
+from scene_simulator.floor.marks import FloorMarks
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 from shirube_ros.calibration_file import load_calibration
 

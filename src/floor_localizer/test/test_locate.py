@@ -13,9 +13,9 @@ import yaml
 from floor_localizer.commands.locate import main
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.files.csv_format import save_csv
-from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
-from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
-from scene_simulator.scene_messages import camera_info, compressed_image, odometry
+from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
+from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
+from scene_simulator.messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.tum_file import load_tum
 from shirube_core.geometry import SE2, CameraMount

@@ -16,8 +16,8 @@ from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
-from scene_simulator.grid_world import GridWorld
-from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.room.grid_world import GridWorld
 from shirube_core.geometry import SE2
 
 TICK = 0.05

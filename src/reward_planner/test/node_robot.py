@@ -13,8 +13,8 @@ from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
 from reward_planner.node import RewardPlannerNode
-from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
-from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.point_cloud_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped

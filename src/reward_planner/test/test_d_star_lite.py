@@ -8,9 +8,8 @@ from reward_planner.core.route import d_star_lite
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.grid_maps import GRID_MAPS
-from scene_simulator.grid_truth import is_traversable
-from scene_simulator.grid_world import GridWorld
+from scene_simulator.room.grid_maps import GRID_MAPS
+from scene_simulator.room.grid_world import GridWorld, is_traversable
 
 
 def assert_as_from_scratch(routes: DStarLite, blocked, start, goal) -> Route | NoRoute:

@@ -24,7 +24,7 @@ from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.grid.inflation import clearance
 from reward_planner.core.mapping.local_map import LocalMap
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.grid_maps import maze, random_field, rooms, warehouse
+from scene_simulator.room.grid_maps import maze, random_field, rooms, warehouse
 from shirube_core.geometry import SE2
 
 WORLDS = {

@@ -14,7 +14,7 @@ from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
+from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
 
 SETTINGS = VoxelSettings(

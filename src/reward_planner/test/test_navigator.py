@@ -18,8 +18,8 @@ from reward_planner.core.mapping.pose_message_filter import DropReason
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import BoxRoom, add_disparity_noise, forward_camera, points_from_depth
-from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.room.box_room import BoxRoom, add_disparity_noise, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(120, 90, 90.0, 90.0, 59.5, 44.5)

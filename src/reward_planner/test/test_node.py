@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
-from scene_simulator.box_room import forward_camera
+from scene_simulator.room.box_room import forward_camera
 from shirube_core.geometry import SE2
 from shirube_ros.quality_of_service import map_profile
 

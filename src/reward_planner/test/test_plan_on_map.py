@@ -10,8 +10,8 @@ from reward_planner.core.plan_on_map import plan_on_map
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
-from scene_simulator.grid_maps import maze, rooms
-from scene_simulator.grid_truth import distances_from
+from scene_simulator.room.grid_maps import maze, rooms
+from scene_simulator.room.grid_world import distances_from
 
 WALLS = rooms(100, 3, room=33, door=8, closed_fraction=0.0)
 GRID = OccupancyMap(GridFrame(-2.5, -2.5, 0.05, 100, 100), np.where(WALLS, 100, -1).astype(np.int8))

@@ -5,7 +5,7 @@ import pytest
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.voxels.point_density import equivalent_focal_length
-from scene_simulator.box_room import BoxRoom, forward_camera
+from scene_simulator.room.box_room import BoxRoom, forward_camera
 from shirube_core.geometry import PinholeCamera
 
 ROOM = BoxRoom((-1.0, -2.0, 0.0, 4.0, 2.0, 2.4), ((1.5, -0.5, 0.0, 1.9, 0.1, 0.7),))

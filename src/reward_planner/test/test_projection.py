@@ -12,7 +12,7 @@ from reward_planner.core.mapping.projection import project_voxels
 from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
+from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)

@@ -7,7 +7,7 @@ import numpy as np
 from reward_planner.core.reward.reward_route import reward_route
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.route.route import NoRoute, NoRouteReason
-from scene_simulator.grid_truth import is_traversable
+from scene_simulator.room.grid_world import is_traversable
 
 FREE = np.zeros((30, 40), dtype=bool)
 COUNTED = RewardSettings(visits='counted')

@@ -8,9 +8,9 @@ import pytest
 
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.grid_maps import GRID_MAPS
-from scene_simulator.grid_truth import distances_from, is_traversable
-from scene_simulator.movingai_files import load_movingai_map, load_movingai_scenarios
+from scene_simulator.room.grid_maps import GRID_MAPS
+from scene_simulator.room.grid_world import distances_from, is_traversable
+from scene_simulator.room.movingai_files import load_movingai_map, load_movingai_scenarios
 
 ARENA = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'arena.map'
 

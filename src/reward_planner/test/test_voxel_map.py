@@ -13,7 +13,7 @@ from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import Box, BoxRoom, forward_camera, points_from_depth
+from scene_simulator.room.box_room import Box, BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(160, 120, 131.0, 131.0, 79.5, 59.5)

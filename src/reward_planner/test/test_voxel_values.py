@@ -15,7 +15,7 @@ from reward_planner.core.voxels.voxel_values import (
     counts_over_maximum,
     mark_touched_tiles,
 )
-from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
+from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)

@@ -8,10 +8,6 @@ class SceneError(ValueError):
 
 
 def check_seed(seed: int) -> None:
-    """Refuse a seed that no generator takes.
-
-    Raises:
-        SceneError: a negative seed.
-    """
+    """Refuse with a SceneError a negative seed, which no generator takes."""
     if seed < 0:
         raise SceneError(f'the seed is {seed}: give zero or a positive whole number')

@@ -1,7 +1,5 @@
 """Makes the helper modules of this folder importable and marks the tests that run on both dependency sets."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +8,12 @@ import pytest
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
-ON_BOTH_SETS = ('test_commands.py', 'test_floor_bag.py', 'test_mission_sensors.py', 'test_stereo_camera.py')
+ON_BOTH_SETS = (
+    'test_bag_commands.py',
+    'test_commands.py',
+    'test_mission_sensors.py',
+    'test_stereo_camera.py',
+)
 """Bags and pictures of each camera are made there; no robot needs more of the simulator."""
 
 

@@ -1,15 +1,19 @@
 """Plain patches as a scene, for tests of the renderer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
-from scene_simulator.corridor_drawing import Drawing
-from scene_simulator.corridor_landmark import Landmark, RoundLandmark, SquareLandmark
-from scene_simulator.corridor_light import CorridorLight
-from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.corridor_shape import FlatShape, Paint
-from scene_simulator.corridor_surface import Surface, facing_wall
+from scene_simulator.corridor.drawing import Drawing
+from scene_simulator.corridor.scene import CorridorScene
+from scene_simulator.corridor.shapes import (
+    CorridorLight,
+    FlatShape,
+    Landmark,
+    Paint,
+    RoundLandmark,
+    SquareLandmark,
+    Surface,
+    facing_wall,
+)
 
 GROUND, BRIGHT = 0.2, 0.8
 EVEN = CorridorLight(1.0, (0.0, 0.0, 0.0))

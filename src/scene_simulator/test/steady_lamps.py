@@ -1,8 +1,6 @@
 """Lamps that play nothing, for tests of all that is not light code."""
 
-from __future__ import annotations
-
-from scene_simulator.mission_lamps import LAMPS
+from scene_simulator.mission.lamps import LAMPS
 from shirube_core.waveform import steady_light
 
 STEADY = {name: steady_light() for name in LAMPS}

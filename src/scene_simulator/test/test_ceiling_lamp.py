@@ -1,15 +1,36 @@
-"""The lamp's clock and place."""
-
-from __future__ import annotations
+"""Outlines against areas from the textbook; the lamp's clock and place."""
 
 import math
 
 import numpy as np
 import pytest
 
-from scene_simulator.ceiling_lamp import CeilingLamp
+from scene_simulator.ceiling.lamp import CeilingLamp, Disc, LampShape, LedGrid, Rectangle
 from scene_simulator.errors import SceneError
 from shirube_core.waveform import waveform_from_steps
+
+
+def area(outline: np.ndarray) -> float:
+    x, y = outline.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+@pytest.mark.parametrize(
+    ('shape', 'expected'),
+    [(Disc(0.05), math.pi * 0.05**2), (LedGrid(0.0325), 0.065**2), (Rectangle(0.3, 1.2), 0.36)],
+)
+def test_outlines_run_counter_clockwise_about_the_area(shape: LampShape, expected: float) -> None:
+    assert area(shape.outline()) == pytest.approx(expected, rel=2e-3)
+    np.testing.assert_allclose(shape.outline().mean(axis=0), 0.0, atol=1e-12)
+    reach, outline = shape.bounding_points(), shape.outline()
+    assert (reach.min(axis=0) <= outline.min(axis=0) + 1e-12).all()
+    assert (reach.max(axis=0) >= outline.max(axis=0) - 1e-12).all()
+
+
+def test_the_outermost_leds_end_at_the_radius() -> None:
+    grid = LedGrid(0.0325, 0.0025, 8)
+    assert 7.0 * grid.pitch + 2.0 * grid.led_radius == pytest.approx(0.065)
+
 
 BLINK = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
 

@@ -1,13 +1,55 @@
-"""Vignetting and lens flare by their definitions."""
+"""Vignetting by its definition; the glow against eq. (4), written out a second time."""
 
-from __future__ import annotations
+import math
 
 import numpy as np
 import pytest
 
-from scene_simulator.blooming import Blooming
-from scene_simulator.ceiling_lens import CeilingLens, LensFlare
+from scene_simulator.ceiling.lens import SHARP, Blooming, CeilingLens
+from scene_simulator.errors import SceneError
 from shirube_core.geometry import PinholeCamera
+
+
+def test_the_glow_follows_equation_4() -> None:
+    b, alpha, beta, gamma = 200.0, 2.4, 2.5, 48.0
+    blooming = Blooming(alpha, beta, gamma / b)
+    for d in np.linspace(0.0, blooming.glow_reach, 50):
+        sigma = 1.0 / (1.0 + math.exp(-alpha * (d - beta)))
+        expected = (b - gamma) * (1.0 - sigma) + gamma
+        assert b * blooming.profile(d) == pytest.approx(expected, abs=1e-9)
+
+
+def test_inside_a_lamp_is_as_bright_as_its_edge_and_far_away_is_dark() -> None:
+    blooming = Blooming()
+    inside = blooming.profile(np.linspace(-500.0, 0.0, 60))
+    assert inside.min() > 0.99
+    assert inside.max() <= 1.0
+    assert blooming.profile(blooming.margin) < 1e-5
+    assert blooming.profile(1e6) < 1e-5
+
+
+@pytest.mark.parametrize('blooming', [SHARP, Blooming(), Blooming(1.0, 4.0, 0.05, 30.0)])
+def test_light_only_falls_with_distance_and_without_a_step(blooming: Blooming) -> None:
+    light = blooming.profile(np.linspace(-5.0, 70.0, 75_000))
+    assert (np.diff(light) <= 1e-15).all()
+    assert np.abs(np.diff(light)).max() < 0.26e-3 * blooming.slope
+
+
+def test_the_half_brightness_of_a_lamp_without_glow_is_seen_at_its_spread() -> None:
+    assert Blooming(1.7, 3.1, 0.0).profile(3.1) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    'numbers',
+    [
+        *((0.0, 2.5, 0.1, 12.0), (3.1, 2.5, 0.1, 12.0), (2.4, -1.0, 0.1, 12.0), (2.4, 2.5, 1.1, 12.0)),
+        *((2.4, 2.5, 0.1, 0.0), (float('nan'), 2.5, 0.1, 12.0)),
+    ],
+)
+def test_a_glow_that_pixels_cannot_show_is_refused(numbers: tuple[float, float, float, float]) -> None:
+    with pytest.raises(SceneError, match='blooming'):
+        Blooming(*numbers)
+
 
 CAMERA = PinholeCamera(201, 151, 100.0, 100.0, 100.0, 75.0)
 
@@ -22,15 +64,3 @@ def test_light_is_whole_in_the_middle_and_least_in_the_corners() -> None:
 
 def test_a_lens_without_vignetting_passes_all_light() -> None:
     assert (CeilingLens(vignetting=0.0).transmission(CAMERA) == 1.0).all()
-
-
-def test_defocus_widens_the_reach_of_a_lamp() -> None:
-    assert CeilingLens(defocus=2.0).margin == pytest.approx(Blooming().margin + 8.0)
-
-
-def test_a_flare_is_half_as_bright_at_its_radius_and_zero_at_its_margin() -> None:
-    flare = LensFlare(strength=0.04, radius=9.0)
-    bright, half, gone = flare.profile(np.array([0.0, 9.0, flare.margin]))
-    assert bright == pytest.approx(0.04, rel=1e-3)
-    assert half == pytest.approx(0.02)
-    assert gone < 1e-6

@@ -1,64 +1,74 @@
-"""The commands end with a file, or with one line and exit code 1."""
+"""The commands that write maps and pictures end with a file, or with one line and exit code 1."""
 
-from __future__ import annotations
-
+import csv
 from collections.abc import Callable
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
+import yaml
 
-from scene_simulator.commands import generate_floor, record_floor_bag, render_floor_view
-
-Run = Callable[..., int]
-
-
-@pytest.fixture
-def run(monkeypatch: pytest.MonkeyPatch) -> Run:
-    def run_command(main: Callable[[], int], *arguments: object) -> int:
-        monkeypatch.setattr('sys.argv', ['command', *map(str, arguments)])
-        return main()
-
-    return run_command
+from scene_simulator.commands.corridor import render_stereo_pair
+from scene_simulator.commands.floor import generate_floor, render_floor_view, write_dot_map
+from scene_simulator.corridor.generator import CorridorDesign, corridor
 
 
-def test_generate_floor_writes_a_map(run: Run, tmp_path: Path) -> None:
+def test_generate_floor_writes_a_map(tmp_path: Path) -> None:
     path = tmp_path / 'floor.csv'
-    assert run(generate_floor.main, path, '--size', 0.5, 0.4, '--count', 1000, '--seed', 3) == 0
+    assert generate_floor([str(path), '--size', '0.5', '0.4', '--count', '1000', '--seed', '3']) == 0
     assert len(path.read_text().splitlines()) == 1001
 
 
-def test_render_floor_view_writes_a_picture(run: Run, tmp_path: Path) -> None:
-    assert run(render_floor_view.main, tmp_path / 'view.png', '--time', 5.0) == 0
+def test_a_map_is_read_back_to_the_micrometre(tmp_path: Path) -> None:
+    dots, path = np.random.default_rng(1).uniform(0.0, 9.0, (30, 3)), tmp_path / 'deep' / 'floor.csv'
+    write_dot_map(dots, path)
+    assert path.read_text().startswith('x,y,diameter\n')
+    np.testing.assert_allclose(np.loadtxt(path, delimiter=',', skiprows=1), dots, atol=0.51e-6)
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_render_floor_view_writes_a_picture(tmp_path: Path) -> None:
+    assert render_floor_view([str(tmp_path / 'view.png'), '--time', '5.0']) == 0
     assert cv2.imread(str(tmp_path / 'view.png')).shape == (470, 470, 3)
 
 
-def test_record_floor_bag_writes_a_bag(run: Run, tmp_path: Path) -> None:
-    assert run(record_floor_bag.main, tmp_path / 'bag', '--seconds', 0.2) == 0
-    assert (tmp_path / 'bag' / 'metadata.yaml').exists()
+@pytest.mark.newest_set_only
+def test_render_stereo_pair_leaves_what_a_driver_and_a_calibration_would_and_the_truth(
+    tmp_path: Path,
+) -> None:
+    folder = tmp_path / 'new' / 'pair'
+    assert render_stereo_pair([str(folder), '--seed', '3', '--pose', '-3.2', '0.1', '0.05', '--raw']) == 0
+    for side in ('left', 'right'):
+        assert cv2.imread(str(folder / f'{side}.png'), cv2.IMREAD_UNCHANGED).shape == (480, 752)
+        assert yaml.safe_load((folder / f'{side}.yaml').read_text())['camera_name'] == side
+    with (folder / 'points.csv').open() as file:
+        rows = {row['name']: (row['x'], row['y'], row['z']) for row in csv.DictReader(file)}
+    expected = corridor(CorridorDesign(3)).points_map()
+    assert rows.keys() == expected.keys()
+    np.testing.assert_allclose(np.array(rows['cabinet/2'], float), expected['cabinet/2'], atol=1e-6)
 
 
 @pytest.mark.parametrize(
     ('main', 'arguments', 'complaint'),
     [
-        (generate_floor.main, ('{file}/floor.csv', '--count', 10), 'cannot be written'),
-        (generate_floor.main, ('{tmp}/floor.csv', '--size', 0.01, 0.01), 'do not fit'),
-        (record_floor_bag.main, ('{tmp}',), 'exists already'),
-        (record_floor_bag.main, ('{tmp}/bag', '--seed', -1), 'seed'),
-        (render_floor_view.main, ('{tmp}/view',), 'cannot be written'),
+        (generate_floor, '{file}/floor.csv --count 10', 'cannot be written'),
+        (generate_floor, '{tmp}/floor.csv --size 0.01 0.01', 'do not fit'),
+        (render_floor_view, '{tmp}/view', 'cannot be written'),
+        (render_stereo_pair, '{file}/pair', 'cannot be written'),
+        (render_stereo_pair, '{tmp}/pair --seed -1', 'seed'),
+        (render_stereo_pair, '{tmp}/pair --people -1', 'people'),
     ],
 )
 def test_a_bad_argument_ends_in_one_line(
-    run: Run,
     tmp_path: Path,
     capfd: pytest.CaptureFixture[str],
-    main: Callable[[], int],
-    arguments: tuple[object, ...],
+    main: Callable[[list[str]], int],
+    arguments: str,
     complaint: str,
 ) -> None:
     (tmp_path / 'file').write_text('')
-    places = [str(argument).format(tmp=tmp_path, file=tmp_path / 'file') for argument in arguments]
-    assert run(main, *places) == 1
+    assert main(arguments.format(tmp=tmp_path, file=tmp_path / 'file').split()) == 1
     lines = [line for line in capfd.readouterr().err.splitlines() if line.strip()]
     assert len(lines) == 1
     assert complaint in lines[0]

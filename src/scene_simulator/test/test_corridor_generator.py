@@ -1,17 +1,14 @@
 """Random corridors: seeds repeat and differ, the meters are identical, no landmarks overlap."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.corridor_meter import Meter
-from scene_simulator.corridor_occluder import Person
-from scene_simulator.corridor_scene import CorridorScene
+from scene_simulator.corridor.generator import CorridorDesign, corridor
+from scene_simulator.corridor.instruments import Meter
+from scene_simulator.corridor.scene import CorridorScene, Person
 from scene_simulator.errors import SceneError
 
 

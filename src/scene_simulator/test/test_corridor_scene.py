@@ -1,13 +1,11 @@
 """Changes of a corridor change what they name and nothing else."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.corridor_landmark import RoundLandmark, SquareLandmark
-from scene_simulator.corridor_scene import CorridorScene
+from scene_simulator.corridor.generator import CorridorDesign, corridor
+from scene_simulator.corridor.scene import CorridorScene
+from scene_simulator.corridor.shapes import RoundLandmark, SquareLandmark
 from scene_simulator.errors import SceneError
 
 

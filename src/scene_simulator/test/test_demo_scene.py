@@ -1,15 +1,12 @@
 """The demo scene: its truth agrees with its pictures, seen through formulas of the test's own."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scene_simulator.demo_scene import DEMO_CAMERA, DemoScene
-from scene_simulator.errors import SceneError
+from scene_simulator.floor.demo_scene import DEMO_CAMERA, DemoScene
 
 SCENE = DemoScene()
 
@@ -54,8 +51,3 @@ def test_only_the_filthy_stretch_hides_the_floor() -> None:
     clean, filthy = (SCENE.photograph(time, np.random.default_rng(1)) for time in (10.0, 49.2))
     assert clean.dirt_fraction < 0.03
     assert filthy.dirt_fraction > 0.9
-
-
-def test_a_negative_seed_is_refused() -> None:
-    with pytest.raises(SceneError, match='seed'):
-        DemoScene(-1)

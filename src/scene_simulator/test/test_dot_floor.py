@@ -1,15 +1,13 @@
 """The floor's density, spacing and seed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from scene_simulator.dot_floor import DARK_ON_LIGHT, FloorDesign, generate_dot_floor
 from scene_simulator.errors import SceneError
+from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, FloorDesign, generate_dot_floor, survey_floor
 
 FLOOR = generate_dot_floor(DARK_ON_LIGHT, 3)
 
@@ -34,17 +32,6 @@ def test_chips_keep_their_least_distance_and_some_touch() -> None:
 def test_diameters_are_in_the_range_of_the_paper() -> None:
     assert FLOOR.diameters.min() >= 0.002
     assert FLOOR.diameters.max() <= 0.003
-
-
-def test_the_same_seed_gives_the_same_floor() -> None:
-    design = FloorDesign(size=(0.3, 0.3), count=400)
-    first, again, other = (
-        generate_dot_floor(design, 1),
-        generate_dot_floor(design, 1),
-        generate_dot_floor(design, 2),
-    )
-    assert (first.chips.corners() == again.chips.corners()).all()
-    assert (first.points != other.points).any()
 
 
 def test_a_disc_holds_the_chips_that_reach_into_it() -> None:
@@ -80,3 +67,11 @@ def test_an_empty_floor_can_be_laid() -> None:
 def test_impossible_floors_are_refused(design: FloorDesign, seed: int, complaint: str) -> None:
     with pytest.raises(SceneError, match=complaint):
         generate_dot_floor(design, seed)
+
+
+def test_the_survey_is_off_by_its_error() -> None:
+    errors = survey_floor(FLOOR, 0.00005, 1) - np.column_stack([FLOOR.points, FLOOR.diameters])
+    np.testing.assert_allclose(errors.std(axis=0), 0.00005, rtol=0.06)
+    assert np.abs(errors.mean(axis=0)).max() < 0.000005
+    with pytest.raises(SceneError, match='survey error'):
+        survey_floor(FLOOR, -1.0, 1)

@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from scene_simulator.errors import SceneError
-from scene_simulator.grid_maps import GRID_MAPS, maze, random_field, rooms
+from scene_simulator.room.grid_maps import GRID_MAPS, maze, random_field, rooms
 
 
 @pytest.mark.parametrize('kind', GRID_MAPS)

@@ -1,8 +1,9 @@
-"""Tests of the visible cells of a grid world."""
+"""The visible cells of a grid world, and true path lengths."""
 
 import numpy as np
+import pytest
 
-from scene_simulator.grid_world import GridWorld
+from scene_simulator.room.grid_world import GridWorld, distances_from, is_traversable
 
 REACH = 6.0
 
@@ -49,3 +50,34 @@ def test_the_border_of_the_world_ends_the_view() -> None:
 def test_a_world_turned_around_looks_turned_around() -> None:
     occupied = np.random.default_rng(2).random((21, 21)) < 0.2
     np.testing.assert_array_equal(seen(occupied, (10, 10))[::-1, ::-1], seen(occupied[::-1, ::-1], (10, 10)))
+
+
+CORNER = np.array([[0, 0, 0], [0, 1, 0], [0, 0, 0]], dtype=bool)
+
+
+def test_distances_are_octile_in_the_open() -> None:
+    distances = distances_from(np.zeros((4, 6), dtype=bool), (0, 0))
+    assert distances[3, 5] == pytest.approx(2.0 + 3.0 * 2.0**0.5)
+    assert distances[0, 5] == 5.0
+
+
+def test_corners_are_gone_around_and_walls_are_never_reached() -> None:
+    distances = distances_from(CORNER, (0, 1))
+    assert distances[1, 2] == 2.0
+    assert distances[2, 1] == 4.0
+    assert np.isinf(distances[1, 1])
+
+
+@pytest.mark.parametrize(
+    ('cells', 'can'),
+    [
+        ([(0, 0), (0, 1), (0, 2), (1, 2)], True),
+        ([(0, 0)], True),
+        ([(0, 1), (1, 2)], False),
+        ([(0, 1), (1, 1), (2, 1)], False),
+        ([(0, 0), (0, 2)], False),
+        ([(0, 0), (0, 0)], False),
+    ],
+)
+def test_only_steps_to_free_neighbours_past_no_corner_can_be_driven(cells, can: bool) -> None:
+    assert is_traversable(CORNER, np.array(cells)) == can

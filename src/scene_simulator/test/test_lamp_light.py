@@ -1,62 +1,97 @@
-"""Lens flares: position and brightness."""
+"""True lamp projections against a projection written out by hand."""
 
-from __future__ import annotations
+import math
 
+import cv2
 import numpy as np
 import pytest
 
-from scene_simulator.blooming import SHARP
-from scene_simulator.camera_motion import CameraPose, camera_pose
-from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
-from scene_simulator.ceiling_lamp import CeilingLamp
-from scene_simulator.ceiling_lens import CeilingLens, LensFlare
-from scene_simulator.ceiling_room import CeilingRoom
-from scene_simulator.lamp_shape import Disc, Rectangle
-from scene_simulator.shutter import Shutter
-from shirube_core.geometry import SE2, PinholeCamera
-from shirube_core.waveform import waveform_from_steps
+from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
+from scene_simulator.ceiling.lamp import CeilingLamp, Disc, Rectangle
+from scene_simulator.ceiling.lamp_light import LampProjection, image_motion, project_lamp
+from scene_simulator.ceiling.lens import SHARP, CeilingLens
+from scene_simulator.ceiling.room import CeilingRoom
+from scene_simulator.imaging.exposure import CameraMotion, CameraPose, Shutter, camera_pose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+
+PAPER = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
+BENT = PinholeCamera(1280, 1024, 640.0, 636.0, 650.0, 500.0, (-0.12, 0.02, 0.0008, -0.0005, 0.0))
+MOUNT = CameraMount((0.05, 0.02, 0.3), (0.02, -0.03, math.pi / 2.0 + 0.1))
+GLOBAL, ROLLING = Shutter(0.5e-3), Shutter(60e-6, 9e-6)
+
+
+def driving(time: float) -> CameraPose:
+    return camera_pose(SE2(0.5 + 0.8 * time, 0.9, 0.3 + 1.5 * time), MOUNT)
+
+
+def seen(
+    lamp: CeilingLamp, camera: PinholeCamera = PAPER, shutter: Shutter = GLOBAL
+) -> LampProjection | None:
+    motion = CameraMotion(driving, 2.0, shutter.frame_end(2.0, camera.height))
+    return project_lamp(3, lamp, camera, shutter, 2.0, motion)
+
+
+@pytest.mark.parametrize('camera', [PAPER, BENT])
+@pytest.mark.parametrize('shutter', [GLOBAL, ROLLING])
+def test_the_centre_is_projected_at_the_time_of_its_own_row(camera: PinholeCamera, shutter: Shutter) -> None:
+    lamp = CeilingLamp((1.8, 1.8, 2.5))
+    projection = seen(lamp, camera, shutter)
+    assert projection is not None
+    pose = driving(projection.time)
+    point = pose.rotation.T @ (np.array(lamp.xyz) - pose.position)
+    pixels, _ = cv2.projectPoints(point, np.zeros(3), np.zeros(3), camera.matrix, np.array(camera.distortion))
+    np.testing.assert_allclose(projection.centre, pixels.ravel(), atol=2e-3)
+    row_start = 2.0 + projection.centre[1] * shutter.row_time
+    assert projection.time == pytest.approx(row_start + 0.5 * shutter.exposure, abs=1e-8)
+    assert projection.lamp == 3
+
+
+def test_a_large_disc_at_a_slant_has_the_centroid_and_area_of_its_raster() -> None:
+    lamp = CeilingLamp((1.4, 2.4, 1.8), Disc(0.15), rpy=(0.3, 0.0, 0.0))
+    projection = seen(lamp, BENT)
+    assert projection is not None
+    pose = driving(projection.time)
+    fine = np.arange(-80.0, 80.0, 0.2)
+    u, v = (
+        middle + grid.ravel() for middle, grid in zip(projection.centre, np.meshgrid(fine, fine), strict=True)
+    )
+    rays = BENT.rays_from_pixels(np.column_stack([u, v])) @ pose.rotation.T
+    normal = np.array([0.0, -math.sin(0.3), math.cos(0.3)])
+    reach = (np.array(lamp.xyz) - pose.position) @ normal / (rays @ normal)
+    hits = pose.position + reach[:, None] * rays - lamp.xyz
+    inside = (np.linalg.norm(hits, axis=1) < 0.15) & (reach > 0.0)
+    assert math.pi * projection.radius**2 == pytest.approx(inside.sum() * 0.2**2, rel=2e-3)
+    np.testing.assert_allclose(projection.centroid, [u[inside].mean(), v[inside].mean()], atol=0.02)
+    # Perspective parts it from the projected centre.
+    assert math.dist(projection.centroid, projection.centre) > 0.5
+
+
+def test_size_falls_with_the_distance() -> None:
+    above = driving(GLOBAL.frame_middle(2.0, 1024)).position
+    for z in (1.0, 2.2, 6.0):
+        projection = seen(CeilingLamp((float(above[0]), float(above[1]), float(above[2]) + z), Disc(0.0325)))
+        assert projection is not None
+        assert projection.radius == pytest.approx(636.4 * 0.0325 / z, rel=2e-3)
+
+
+def test_lamps_behind_or_far_outside_the_view_are_not_projected() -> None:
+    assert seen(CeilingLamp((1.8, 1.8, -1.0))) is None
+    assert seen(CeilingLamp((40.0, 1.8, 2.5))) is None
+    assert seen(CeilingLamp((40.0, 1.8, 2.5)), BENT) is None
+
+
+def test_image_motion_is_the_displacement_of_a_point_in_the_image() -> None:
+    before, after = (
+        camera_pose(SE2(x, 0.0, 0.0), CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))) for x in (0.0, 0.1)
+    )
+    assert image_motion(np.array([0.0, 0.0, 2.5]), PAPER, before, after) == pytest.approx(636.4 * 0.1 / 2.5)
+
 
 CAMERA = PinholeCamera(320, 240, 320.0, 320.0, 159.5, 119.5)
-GHOST = LensFlare(scale=-0.5, strength=0.1, radius=8.0)
-BLINK = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
 
 
 def resting(_: float) -> CameraPose:
     return camera_pose(SE2(0.0, 0.0, 0.0), UPWARD_MOUNT)
-
-
-def flare_light(lamp: CeilingLamp, shutter: Shutter, stamp: float = 0.0) -> np.ndarray:
-    with_ghost, without = (
-        CeilingCamera(CAMERA, shutter, CeilingLens(0.0, blooming=SHARP, flares=flares)).light(
-            CeilingRoom((lamp,)), resting, stamp
-        )
-        for flares in ((GHOST,), ())
-    )
-    return with_ghost - without
-
-
-def test_a_flare_is_opposite_the_principal_point() -> None:
-    light = flare_light(CeilingLamp((0.4, 0.6, 2.5), Disc(0.05)), Shutter())
-    v, u = np.mgrid[:240, :320]
-    middle = np.array([(light * u).sum(), (light * v).sum()]) / light.sum()
-    lamp = np.array([320.0 * 0.6 / 2.5, -320.0 * 0.4 / 2.5])
-    np.testing.assert_allclose(middle, [159.5, 119.5] - 0.5 * lamp, atol=0.02)
-    assert light.max() == pytest.approx(0.1 * 2000.0 * 0.5e-3, rel=1e-2)
-
-
-def test_a_flare_has_the_light_of_its_own_rows() -> None:
-    shutter = Shutter(50e-6, 40e-6)
-    steady = flare_light(CeilingLamp((-0.3, 0.2, 2.5), Disc(0.05)), shutter)
-    blinking = flare_light(CeilingLamp((-0.3, 0.2, 2.5), Disc(0.05), BLINK), shutter)
-    rows = np.flatnonzero(steady.max(axis=1) > 0.005)
-    levels = BLINK.mean_levels(40e-6 * rows, 40e-6 * rows + 50e-6)[:, 0]
-    np.testing.assert_allclose(blinking[rows], levels[:, None] * steady[rows], atol=1e-6)
-
-
-def test_the_flare_of_a_lamp_outside_the_image_may_be_inside() -> None:
-    outside = CeilingLamp((0.0, 1.4, 2.5), Disc(0.05))
-    assert flare_light(outside, Shutter()).max() > 0.05
-    assert flare_light(CeilingLamp((0.0, 40.0, 2.5), Disc(0.05)), Shutter()).max() == 0.0
 
 
 def test_a_window_next_to_the_camera_may_extend_from_behind_it_into_view() -> None:

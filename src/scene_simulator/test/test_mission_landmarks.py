@@ -1,17 +1,52 @@
-"""Landmarks are on the inside of their walls, do not overlap, and the curtain hides those of one wall."""
-
-from __future__ import annotations
+"""Landmarks are on the inside of their walls, the curtain hides those of one wall, boxes are painted where they are."""
 
 from itertools import combinations
 
 import numpy as np
 import pytest
 
-from scene_simulator.mission_landmarks import FurnishedScene, bare_walls, covered_walls, landmarks_on_wall
-from scene_simulator.mission_layout import NOMINAL, ROOM
-from scene_simulator.mission_sensors import STEREO_RIG
-from scene_simulator.room_shell import RoomShell
-from scene_simulator.stereo_rig import render_pair
+from scene_simulator.corridor.shapes import CorridorLight, shape_table
+from scene_simulator.corridor.stereo_camera import StereoCamera, StereoOptics
+from scene_simulator.corridor.stereo_rig import FORWARD_MOUNT, render_pair
+from scene_simulator.corridor.walls import RoomShell
+from scene_simulator.imaging.exposure import camera_pose
+from scene_simulator.mission.landmarks import (
+    FurnishedScene,
+    OrderedScene,
+    bare_walls,
+    box_shapes,
+    covered_walls,
+    landmarks_on_wall,
+    sort_farthest_first,
+)
+from scene_simulator.mission.layout import NOMINAL, ROOM
+from scene_simulator.mission.sensors import STEREO_RIG
+from scene_simulator.room.box_room import BoxRoom
+from shirube_core.geometry import SE2, PinholeCamera
+
+CAMERA = PinholeCamera(160, 120, 130.0, 130.0, 79.5, 59.5)
+BOXES = ((2.0, -0.5, 0.0, 2.6, 0.1, 0.9), (3.0, 0.0, 0.0, 3.5, 0.8, 1.0), (4.0, -1.0, 0.4, 4.4, 0.9, 0.8))
+
+
+def test_painted_pixels_are_those_whose_rays_meet_a_box():
+    pose = camera_pose(SE2(0.0, 0.1, -0.05), FORWARD_MOUNT)
+    shapes = [shape for box in sort_farthest_first(BOXES, pose.position) for shape in box_shapes(box, 0.6)]
+    scene = OrderedScene(shape_table(shapes), CorridorLight(0.9, (0.0, 0.0, 0.0)))
+    painted = StereoCamera(CAMERA, StereoOptics(blur=0.0, vignetting=0.0)).light(scene, pose) > 0.05
+    view = np.eye(4)
+    view[:3, :3], view[:3, 3] = pose.rotation, pose.position
+    size = (-10.0, -10.0, -10.0, 10.0, 10.0, 10.0)
+    seen, empty = (BoxRoom(size, boxes).depth_image(CAMERA, view) for boxes in (BOXES, ()))
+    hit = seen < empty - 1e-3
+    assert hit.mean() > 0.1
+    assert (painted == hit).mean() > 0.97
+
+
+def test_the_farthest_comes_first():
+    eye = np.array([0.0, 0.0, 1.0])
+    assert sort_farthest_first(BOXES, eye) == [BOXES[2], BOXES[1], BOXES[0]]
+    assert sort_farthest_first(BOXES, np.array([8.0, 0.0, 1.0])) == [BOXES[0], BOXES[1], BOXES[2]]
+
 
 WALLS = ('east', 'north', 'west')
 

@@ -1,14 +1,12 @@
 """Equal seeds give equal pictures, and zones hide what they should."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from steady_lamps import STEADY
 
-from scene_simulator.camera_motion import camera_pose
 from scene_simulator.errors import SceneError
-from scene_simulator.mission_lamps import (
+from scene_simulator.imaging.exposure import camera_pose
+from scene_simulator.mission.lamps import (
     CEILING_CAMERA,
     CEILING_MOUNT,
     DARK_LAMPS,
@@ -16,8 +14,8 @@ from scene_simulator.mission_lamps import (
     lamps_near,
     mission_ceiling,
 )
-from scene_simulator.mission_layout import CARPET, DARK, NOMINAL
-from scene_simulator.mission_sensors import MissionSensors
+from scene_simulator.mission.layout import CARPET, DARK, NOMINAL
+from scene_simulator.mission.sensors import MissionSensors
 from shirube_core.geometry import SE2
 
 

@@ -1,17 +1,58 @@
-"""The paper's run: its path, speeds and the lamps in view."""
-
-from __future__ import annotations
+"""The paper's room and run; mirrors and mains."""
 
 import math
 
 import numpy as np
 import pytest
 
-from scene_simulator.ceiling_camera import PAPER_OPTICS
-from scene_simulator.ceiling_room import PAPER_AREA, PAPER_LAMPS
+from scene_simulator.ceiling.camera import PAPER_OPTICS
+from scene_simulator.ceiling.paper_run import (
+    LAMP_A,
+    LAMP_B,
+    PAPER_LAMPS,
+    distractors,
+    mains_flicker,
+    paper_room,
+    paper_run,
+)
+from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.errors import SceneError
-from scene_simulator.paper_run import LAMP_A, LAMP_B, paper_run
 from shirube_core.waveform import steady_light
+
+WAVEFORMS = [steady_light() for _ in range(4)]
+
+
+def test_the_paper_has_four_panels_each_with_its_own_waveform() -> None:
+    room = paper_room(WAVEFORMS)
+    assert [lamp.xyz for lamp in room.lamps] == list(PAPER_LAMPS)
+    assert [lamp.waveform for lamp in room.lamps] == WAVEFORMS
+    assert room.surface is None
+
+
+def test_more_lights_come_after_the_lamps_and_the_ceiling_hangs_just_above_them() -> None:
+    room = paper_room(WAVEFORMS).with_ambient_light(10.0).with_lights(distractors())
+    assert room.lamps[:4] == paper_room(WAVEFORMS).lamps
+    assert len(room.lamps) == 8
+    assert 0.0 < room.surface.height - 2.5 < 0.05
+    assert room.surface.ambient == 10.0
+
+
+def test_wrong_rooms_are_refused() -> None:
+    with pytest.raises(SceneError, match='4 waveforms'):
+        paper_room(WAVEFORMS[:3])
+    with pytest.raises(SceneError, match='lamp'):
+        CeilingRoom().with_ambient_light(1.0)
+
+
+def test_the_mains_flicker_a_hundred_times_a_second() -> None:
+    flicker = mains_flicker(100.0, 0.3)
+    times = np.linspace(0.0, 0.05, 500)
+    levels = flicker.mean_levels(times, times + 1e-4)[:, 0]
+    assert flicker.period == pytest.approx(0.01)
+    assert levels.max() == pytest.approx(1.0, abs=0.01)
+    assert levels.min() == pytest.approx(0.7, abs=0.01)
+    assert flicker.mean_levels(0.0, 0.01)[0] == pytest.approx(0.85, abs=1e-6)
+
 
 RUN = paper_run([steady_light(2) for _ in range(4)])
 END = 36.0
@@ -44,8 +85,8 @@ def test_it_is_slow_between_a_and_b_and_fast_after() -> None:
 
 def test_it_stays_in_the_room() -> None:
     places = np.array([(pose.x, pose.y) for pose in POSES])
-    assert (places > PAPER_AREA[0]).all()
-    assert (places < PAPER_AREA[1]).all()
+    assert (places > (-2.6, -2.1)).all()
+    assert (places < (4.4, 3.9)).all()
 
 
 def test_each_lamp_is_in_view_for_nine_seconds_before_it_is_reached() -> None:
@@ -66,8 +107,3 @@ def test_a_frame_shows_the_lamps_among_other_lights() -> None:
     assert any(index >= 4 for index in seen)
     assert frame.photo.image.shape == (1024, 1280)
     assert 0.0 < np.median(frame.photo.image) < 20.0
-
-
-def test_it_needs_four_waveforms() -> None:
-    with pytest.raises(SceneError, match='4 waveforms'):
-        paper_run([steady_light()])

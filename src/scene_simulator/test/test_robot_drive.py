@@ -1,15 +1,13 @@
 """A drive keeps its route, its limits and its heading."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 
-from scene_simulator.demo_scene import ROUTE
 from scene_simulator.errors import SceneError
-from scene_simulator.robot_drive import DriveLimits, RobotDrive, Waypoint
+from scene_simulator.floor.demo_scene import ROUTE
+from scene_simulator.robot.robot_drive import DriveLimits, RobotDrive, Waypoint
 
 DRIVE = RobotDrive(ROUTE, DriveLimits())
 TIMES = np.arange(0.0, 60.0, 0.01)
@@ -38,11 +36,6 @@ def test_a_waypoint_may_be_within_rounding_of_a_planned_point(distance: float) -
         drive = RobotDrive(points, DriveLimits(acceleration=0.4))
         # 30 s of rest, 0.5 s and 0.05 m on each ramp, 2.9 m at 0.2 m/s between.
         assert drive.duration == pytest.approx(45.5, abs=0.05)
-
-
-def test_the_demo_drive_stays_on_the_floor() -> None:
-    assert PLACES.min() > 0.1
-    assert (PLACES.max(axis=0) < (1.7, 9.35)).all()
 
 
 def test_the_robot_keeps_its_limits() -> None:

@@ -1,14 +1,12 @@
 """Velocity commands against kinematics from the textbook."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 
 from scene_simulator.errors import SceneError
-from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
 from shirube_core.geometry import SE2
 
 START = SE2(1.0, 2.0, 0.5 * math.pi)

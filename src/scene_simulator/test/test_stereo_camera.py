@@ -1,7 +1,5 @@
 """The pictures of a corridor are right to a hundredth of a pixel and less: measured on edges and pixel by pixel."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -13,15 +11,13 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import norm
 
-from scene_simulator.camera_motion import CameraPose, camera_pose
-from scene_simulator.circle_image import circle_image
-from scene_simulator.corridor_cabinet import Cabinet
-from scene_simulator.corridor_landmark import RoundLandmark, SquareLandmark
-from scene_simulator.corridor_scene import CorridorScene
-from scene_simulator.corridor_sign import NoticeBoard
-from scene_simulator.corridor_surface import facing_wall
-from scene_simulator.gain_sensor import GainSensor
-from scene_simulator.stereo_camera import StereoCamera, StereoOptics
+from scene_simulator.corridor.fittings import NoticeBoard
+from scene_simulator.corridor.instruments import Cabinet
+from scene_simulator.corridor.scene import CorridorScene
+from scene_simulator.corridor.shapes import RoundLandmark, SquareLandmark, facing_wall
+from scene_simulator.corridor.stereo_camera import StereoCamera, StereoOptics
+from scene_simulator.imaging.exposure import CameraPose, camera_pose
+from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 PLAIN = StereoOptics(vignetting=0.0)
@@ -42,6 +38,19 @@ def parts_of(scene: CorridorScene) -> tuple[SquareLandmark, RoundLandmark]:
     assert isinstance(square, SquareLandmark)
     assert isinstance(disc, RoundLandmark)
     return square, disc
+
+
+def circle_image(
+    circle: RoundLandmark, camera: PinholeCamera, pose: CameraPose
+) -> tuple[NDArray[np.float64], ...]:
+    """Return centre and semi-axes of the ellipse that is the picture of a circle: H^-T C H^-1 of its conic C [px]."""
+    u, v = circle.centre
+    origin, right, up = pose.camera_points(circle.surface.points_map([(u, v), (u + 1.0, v), (u, v + 1.0)]))
+    plane_from_pixels = np.linalg.inv(camera.matrix @ np.column_stack([right - origin, up - origin, origin]))
+    conic = plane_from_pixels.T @ np.diag([1.0, 1.0, -(circle.radius**2)]) @ plane_from_pixels
+    centre = -np.linalg.solve(conic[:2, :2], conic[:2, 2])
+    value = -(conic[2, 2] + conic[:2, 2] @ centre)
+    return centre, np.sqrt(abs(value) / np.linalg.eigvalsh(conic[:2, :2] * math.copysign(1.0, value)))
 
 
 def brightness(light: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -93,19 +102,19 @@ def edge_response(distances: NDArray[np.float64], blur: float) -> NDArray[np.flo
 def test_the_outline_of_a_meter_is_the_projected_circle(scene: CorridorScene, pose: SE2) -> None:
     T_map_camera = camera_pose(pose, LEANING)
     disc = parts_of(scene)[1]
-    ellipse = circle_image(disc, CAMERA.intrinsics, T_map_camera)
+    middle, semi_axes = circle_image(disc, CAMERA.intrinsics, T_map_camera)
     seen = brightness(CAMERA.light(scene, T_map_camera))
     v, u = np.mgrid[: seen.shape[0], : seen.shape[1]]
-    window = np.hypot(u - ellipse.centre[0], v - ellipse.centre[1]) < ellipse.semi_axes[0] + 6.0
+    window = np.hypot(u - middle[0], v - middle[1]) < semi_axes[0] + 6.0
     u, v, weight = u[window], v[window], seen[window]
     area = weight.sum()
-    assert area == pytest.approx(math.pi * ellipse.semi_axes[0] * ellipse.semi_axes[1], rel=1e-4)
+    assert area == pytest.approx(math.pi * semi_axes[0] * semi_axes[1], rel=1e-4)
     centre = np.array([(u * weight).sum(), (v * weight).sum()]) / area
-    np.testing.assert_allclose(centre, ellipse.centre, atol=0.002)
+    np.testing.assert_allclose(centre, middle, atol=0.002)
     second = np.cov(np.array([u, v]), aweights=weight, ddof=0)
     # A blur adds its variance and a pixel's square that of its own; an ellipse has a quarter of its squared axes.
     axes = np.sqrt(4.0 * (np.linalg.eigvalsh(second) - PLAIN.blur**2 - 1.0 / 12.0))
-    np.testing.assert_allclose(axes[::-1], ellipse.semi_axes, atol=0.005)
+    np.testing.assert_allclose(axes[::-1], semi_axes, atol=0.005)
 
 
 @pytest.mark.parametrize(
@@ -164,14 +173,14 @@ def test_no_seam_shows_along_the_outline_of_a_box(pose: SE2) -> None:
 
 def test_motion_smears_without_moving(scene: CorridorScene) -> None:
     pose = camera_pose(POSES[0], LEANING)
-    ellipse = circle_image(parts_of(scene)[1], CAMERA.intrinsics, pose)
+    middle, semi_axes = circle_image(parts_of(scene)[1], CAMERA.intrinsics, pose)
     smeared = replace(CAMERA, optics=StereoOptics(0.6, (3.0, -1.5), 0.0))
     seen = brightness(smeared.light(scene, pose))
     v, u = np.mgrid[: seen.shape[0], : seen.shape[1]]
-    window = np.hypot(u - ellipse.centre[0], v - ellipse.centre[1]) < ellipse.semi_axes[0] + 8.0
+    window = np.hypot(u - middle[0], v - middle[1]) < semi_axes[0] + 8.0
     u, v, weight = u[window], v[window], seen[window]
     centre = np.array([(u * weight).sum(), (v * weight).sum()]) / weight.sum()
-    np.testing.assert_allclose(centre, ellipse.centre, atol=0.002)
+    np.testing.assert_allclose(centre, middle, atol=0.002)
     sharp = brightness(CAMERA.light(scene, pose))[window]
     spread = [np.cov(np.array([u, v]), aweights=w, ddof=0) for w in (weight, sharp)]
     way = np.array([3.0, -1.5])

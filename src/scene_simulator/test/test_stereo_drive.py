@@ -1,17 +1,41 @@
-"""A drive gives its pictures at its rate, from where the robot is."""
+"""A drive gives its pictures at its rate, from where the robot is, in corridors that differ as they should."""
 
-from __future__ import annotations
-
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from scene_simulator.corridor_recordings import make_corridor_drive
+from scene_simulator.corridor.stereo_drive import RUNS, SECONDS, TAUGHT_POSE, StereoDrive, make_corridor_drive
+from scene_simulator.corridor.stereo_rig import render_pair
 from scene_simulator.errors import SceneError
-from scene_simulator.stereo_drive import StereoDrive
-from scene_simulator.stereo_rig import render_pair
-from scene_simulator.suspension import Suspension
+from scene_simulator.robot.body import Suspension
+
+
+@pytest.mark.parametrize('name', RUNS)
+def test_the_robot_is_stationary_at_its_goal_for_the_last_second(name: str) -> None:
+    drive, goal = make_corridor_drive(name), RUNS[name].goal
+    assert drive.route.duration < SECONDS - 0.9
+    for time in (drive.route.duration, SECONDS):
+        pose = drive.pose_at(time)
+        assert pose.distance_to(goal) < 1e-9
+        assert pose.yaw_to(goal) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_offsets_reach_half_a_metre_and_fifteen_degrees_to_both_sides() -> None:
+    offsets = [TAUGHT_POSE.inverse() @ run.goal for run in RUNS.values()]
+    assert (min(o.y for o in offsets), max(o.y for o in offsets)) == pytest.approx((-0.5, 0.5))
+    turns = [math.degrees(o.yaw) for o in offsets]
+    assert (min(turns), max(turns)) == pytest.approx((-15.0, 15.0))
+
+
+def test_only_the_moved_sign_is_elsewhere() -> None:
+    taught, moved = (
+        make_corridor_drive('teach').scene.points_map(),
+        make_corridor_drive('moved').scene.points_map(),
+    )
+    elsewhere = [name for name, point in taught.items() if not np.allclose(point, moved[name])]
+    assert elsewhere == ['round_sign']
 
 
 @pytest.fixture(scope='module')
@@ -49,14 +73,12 @@ def test_the_odometry_drifts_by_a_few_percent(drive: StereoDrive) -> None:
     assert abs(last.pose.y) < 0.02
 
 
-@pytest.mark.parametrize('seconds', [0.0, -1.0, float('nan')])
-def test_a_length_that_is_not_positive_is_refused(drive: StereoDrive, seconds: float) -> None:
-    with pytest.raises(SceneError, match='seconds'):
-        drive.frame_count(seconds)
-
-
-def test_a_bad_rate_or_seed_is_refused(drive: StereoDrive) -> None:
-    with pytest.raises(SceneError, match='pictures a second'):
-        replace(drive, rate=0.0)
-    with pytest.raises(SceneError, match='seed'):
-        replace(drive, seed=-1)
+def test_impossible_drives_are_refused(drive: StereoDrive) -> None:
+    with pytest.raises(SceneError, match='choose one of teach, left'):
+        make_corridor_drive('sideways')
+    for change, complaint in (({'rate': 0.0}, 'pictures a second'), ({'seed': -1}, 'seed')):
+        with pytest.raises(SceneError, match=complaint):
+            replace(drive, **change)
+    for seconds in (0.0, -1.0, float('nan')):
+        with pytest.raises(SceneError, match='seconds'):
+            drive.frame_count(seconds)

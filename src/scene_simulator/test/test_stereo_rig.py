@@ -1,16 +1,33 @@
 """Stereo images match the stereo geometry, also after rectification with the calibration."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
+import yaml
 from flat_patches import patches
 
-from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.stereo_rig import StereoRig, raw_rig, render_pair
+from scene_simulator.corridor.generator import CorridorDesign, corridor
+from scene_simulator.corridor.stereo_rig import StereoRig, calibration_yaml, raw_rig, render_pair
 from shirube_core.geometry import SE2
+
+
+def test_the_file_holds_the_calibration() -> None:
+    for found, name in zip(raw_rig().calibrations(), ('left', 'right'), strict=True):
+        read = yaml.safe_load(calibration_yaml(found, name))
+        assert (read['image_width'], read['image_height'], read['camera_name']) == (752, 480, name)
+        assert read['distortion_model'] == 'plumb_bob'
+        for field, shape, values in (
+            ('camera_matrix', (3, 3), found.camera.matrix),
+            ('distortion_coefficients', (1, 5), found.camera.distortion),
+            ('rectification_matrix', (3, 3), found.rotation),
+            ('projection_matrix', (3, 4), found.projection),
+        ):
+            assert (read[field]['rows'], read[field]['cols']) == shape
+            np.testing.assert_array_equal(
+                np.array(read[field]['data']).reshape(shape), np.reshape(values, shape)
+            )
+
 
 POSE = SE2(-3.0, 0.3, -0.2)
 

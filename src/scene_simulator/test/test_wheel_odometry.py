@@ -1,15 +1,13 @@
 """Odometry without errors is exact; with errors it drifts as configured."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
 
-from scene_simulator.demo_scene import ROUTE
-from scene_simulator.robot_drive import RobotDrive
-from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
+from scene_simulator.floor.demo_scene import ROUTE
+from scene_simulator.robot.robot_drive import RobotDrive
+from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2
 
 DRIVE = RobotDrive(ROUTE)

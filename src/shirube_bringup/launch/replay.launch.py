@@ -10,41 +10,38 @@ from launch.actions import DeclareLaunchArgument, EmitEvent, IncludeLaunchDescri
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
+from shirube_bringup.launching import declare, share
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the nodes, the player, and the arguments they take."""
-    suite = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'launch', 'robot.launch.py'])
+    # At the first start, the nodes compile numba kernels.
+    options = [
+        '--rate',
+        LaunchConfiguration('rate'),
+        '--wait-for',
+        LaunchConfiguration('wait_for'),
+        '--timeout',
+        '300',
+    ]
     player = Node(
         package='shirube_bags',
         executable='play',
         output='screen',
-        arguments=[
-            LaunchConfiguration('bag'),
-            *('--rate', LaunchConfiguration('rate')),
-            # At the first start, the nodes compile numba kernels.
-            *('--wait-for', LaunchConfiguration('wait_for'), '--timeout', '300'),
-        ],
+        arguments=[LaunchConfiguration('bag'), *options],
     )
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument('bag', description='folder of the bag'),
-            DeclareLaunchArgument(
-                'rate', default_value='1.0', description='playback rate; 0: as fast as the nodes keep up'
-            ),
-            DeclareLaunchArgument(
-                'wait_for', default_value='/odom', description='start when this topic has a subscriber'
-            ),
-            IncludeLaunchDescription(
-                PythonLaunchDescriptionSource(suite),
-                launch_arguments={'driver': 'none', 'motors': 'false', 'use_sim_time': 'true'}.items(),
-            ),
-            player,
-            RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[EmitEvent(event=Shutdown())])),
-        ]
+    arguments = {
+        'rate': ('1.0', 'playback rate; 0: as fast as the nodes keep up'),
+        'wait_for': ('/odom', 'start when this topic has a subscriber'),
+    }
+    robot = IncludeLaunchDescription(
+        PythonLaunchDescriptionSource(share('launch', 'robot.launch.py')),
+        launch_arguments={'driver': 'none', 'motors': 'false', 'use_sim_time': 'true'}.items(),
     )
+    bag = DeclareLaunchArgument('bag', description='folder of the bag')
+    end = RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[EmitEvent(event=Shutdown())]))
+    return LaunchDescription([bag, *declare(arguments), robot, player, end])

@@ -10,86 +10,67 @@ The belly camera publishes in the namespace `floor_camera` (default `belly`), th
 (default `ceiling`), the stereo pair in `left` and `right`; the planner's sensor is set in its parameter file.
 """
 
+from functools import partial
 from typing import Any
 
-from launch.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription
-from launch.conditions import IfCondition
-from launch.launch_description_sources import PythonLaunchDescriptionSource
-from launch.substitutions import EqualsSubstitution, LaunchConfiguration, PathJoinSubstitution
-from launch_ros.substitutions import FindPackageShare
+from launch.actions import DeclareLaunchArgument, GroupAction
+from launch.substitutions import EqualsSubstitution, LaunchConfiguration
 
 from launch import LaunchDescription
+from shirube_bringup.launching import declare, share
+from shirube_bringup.launching import include as include_from
+
+given = LaunchConfiguration
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the nodes and the launch arguments."""
-    config = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'config'])
-    defaults = {
+    drivers = ['none', 'planner', 'lamps']
+    driver = DeclareLaunchArgument(
+        'driver', default_value='none', choices=drivers, description='publisher of cmd_vel'
+    )
+    arguments = {
         'floor': ('true', 'localize by dots on the floor'),
         'stereo': ('true', 'localize by taught landmarks'),
         'vlc': ('true', 'localize by lamps on the ceiling'),
         'planner': ('true', 'map obstacles and plan paths'),
         'motors': ('true', 'drive the motor controller'),
-        'config': (config, 'folder of the parameter files'),
+        'config': (share('config'), 'folder of the parameter files'),
         'places_dir': ('', 'folder of the taught places'),
         'beacons_file': ('', 'file with the positions of the lamps'),
         'floor_camera': ('belly', 'namespace of the belly camera'),
         'ceiling_camera': ('ceiling', 'namespace of the ceiling camera'),
         'use_sim_time': ('false', 'use /clock'),
     }
-    driver = DeclareLaunchArgument(
-        'driver',
-        default_value='none',
-        choices=['none', 'planner', 'lamps'],
-        description='publisher of cmd_vel',
-    )
-    return LaunchDescription(
-        [
-            driver,
-            *(
-                DeclareLaunchArgument(name, default_value=d, description=t)
-                for name, (d, t) in defaults.items()
-            ),
-            *parts(),
-        ]
-    )
+    return LaunchDescription([driver, *declare(arguments), *parts()])
 
 
 def parts() -> list[GroupAction]:
     """Return the launch file of each node with its arguments."""
-    given = LaunchConfiguration
+    include = partial(include_from, folder=given('config'), use_sim_time=given('use_sim_time'))
     return [
-        include('floor', 'floor_localizer', 'floor', **camera('floor_camera')),
-        include('stereo', 'stereo_landmark', 'stereo', places_dir=given('places_dir')),
+        include('floor', 'floor_localizer', condition='floor', **camera('floor_camera')),
+        include('stereo', 'stereo_landmark', condition='stereo', places_dir=given('places_dir')),
         include(
             'vlc',
             'vlc_beacon',
-            'vlc',
+            condition='vlc',
             beacons_file=given('beacons_file'),
             drive=EqualsSubstitution(given('driver'), 'lamps'),
             cmd_vel='cmd_vel',
             **camera('ceiling_camera'),
         ),
-        include('arbiter', 'pose_arbiter', None),
-        include('planner', 'reward_planner', 'planner', drive=EqualsSubstitution(given('driver'), 'planner')),
-        include('bridge', 'motor_bridge', 'motors'),
+        include('arbiter', 'pose_arbiter'),
+        include(
+            'planner',
+            'reward_planner',
+            condition='planner',
+            drive=EqualsSubstitution(given('driver'), 'planner'),
+        ),
+        include('bridge', 'motor_bridge', condition='motors'),
     ]
 
 
 def camera(argument: str) -> dict[str, list[Any]]:
     """Return the topic arguments of a localizer, from the launch argument of its camera's namespace."""
-    namespace = LaunchConfiguration(argument)
-    return {'image': [namespace, '/image_raw'], 'camera_info': [namespace, '/camera_info']}
-
-
-def include(name: str, package: str, condition: str | None, **arguments: Any) -> GroupAction:
-    """Include another launch file of this package, with its parameter file from the folder `config`.
-
-    The group limits the scope of the arguments; otherwise they would also be set for the next files, which have
-    arguments of the same name.
-    """
-    path = PathJoinSubstitution([FindPackageShare('shirube_bringup'), 'launch', f'{name}.launch.py'])
-    arguments['params_file'] = PathJoinSubstitution([LaunchConfiguration('config'), f'{package}.yaml'])
-    arguments['use_sim_time'] = LaunchConfiguration('use_sim_time')
-    part = IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments=arguments.items())
-    return GroupAction([part], condition=IfCondition(LaunchConfiguration(condition)) if condition else None)
+    return {'image': [given(argument), '/image_raw'], 'camera_info': [given(argument), '/camera_info']}

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from shirube_bringup.lamp_programs import lamp_waveforms
-from shirube_bringup.render_worker import compile_render_kernels
+from shirube_bringup.building import lamp_waveforms
+from shirube_bringup.render_worker import compile_render_kernels, initialize_worker
 from vlc_beacon.core.authorization.command_key import CommandKey
-
-_ANY_KEY = CommandKey(bytes(32))
 
 
 def compile_kernels() -> None:
     """Render one image of each sensor."""
-    compile_render_kernels(0, lamp_waveforms(_ANY_KEY))
+    initialize_worker(0, lamp_waveforms(CommandKey(bytes(32))))
+    compile_render_kernels()

@@ -4,26 +4,60 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import monotonic, process_time
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from scene_simulator.disc_clearance import disc_clearance
-from scene_simulator.mission_layout import ROBOT_HEIGHT, ROBOT_RADIUS
-from scene_simulator.mission_sensors import MissionSensors
+from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS
+from scene_simulator.mission.sensors import MissionSensors
+from scene_simulator.room.box_room import disc_clearance
 from shirube_bags.errors import ReplayError
-from shirube_bringup.lockstep_simulator import Simulator
-from shirube_bringup.mission_error import MissionError
-from shirube_bringup.mission_record import GoalRecord, MissionRecord
-from shirube_bringup.mission_subscribers import MissionSubscribers
-from shirube_bringup.node_processes import NodeProcesses
-from shirube_bringup.sensor_schedule import STEP_MS
-from shirube_bringup.stopwatch import Stopwatch
+from shirube_bringup.nodes import MissionError, NodeProcesses
+from shirube_bringup.record import GoalRecord, MissionRecord
+from shirube_bringup.render_worker import RenderWorker
+from shirube_bringup.simulator import STEP_MS, Simulator
+from shirube_bringup.subscribers import MissionSubscribers
 from shirube_core.geometry import SE2
 
 _FIRST_POSE, _GOAL_TIME = 10.0, 90.0
 """Timeouts for the first pose and for each goal, in mission time [s]."""
+
 _STATIONARY_TIME = 1.0
 """A robot without motion for this long is stationary [s]."""
+
 _REACHED = 'goal reached'
+
+
+class Stopwatch:
+    """Measures wall time and CPU times during the drive.
+
+    Attributes:
+        pace: simulated time and wall time since the start [s], about once per simulated second.
+        cpu: CPU time of each process [s], after `stop`.
+    """
+
+    def __init__(self, processes: NodeProcesses, worker: RenderWorker) -> None:
+        """Start without measurements."""
+        self.pace: list[tuple[float, float]] = []
+        self.cpu: dict[str, float] = {}
+        self._processes, self._worker = processes, worker
+        self._began, self._cpu_at_start = monotonic(), dict[str, float]()
+
+    def start(self) -> None:
+        """Start the measurement."""
+        self._began, self._cpu_at_start = monotonic(), self._cpu_times()
+
+    def record_time(self, now: float) -> None:
+        """Record the wall time at a mission time [s]."""
+        if not self.pace or now >= self.pace[-1][0] + 1.0:
+            self.pace.append((now, monotonic() - self._began))
+
+    def stop(self) -> None:
+        """Compute the CPU times since the start."""
+        self.cpu = {name: time - self._cpu_at_start[name] for name, time in self._cpu_times().items()}
+
+    def _cpu_times(self) -> dict[str, float]:
+        others = {'pictures': self._worker.cpu_time(), 'simulation': process_time()}
+        return {**self._processes.cpu_times(), **others}
 
 
 @dataclass

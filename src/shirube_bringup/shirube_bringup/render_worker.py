@@ -14,12 +14,11 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.mission_sensors import MissionSensors
+from scene_simulator.mission.sensors import MissionSensors
 from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
 
 Picture = NDArray[Any]
-
 _sensors: list[MissionSensors] = []
 """Sensors of the worker process (at most one element)."""
 
@@ -51,20 +50,15 @@ class RenderWorker:
     """Renders requested images in a worker process; use it in a `with` statement."""
 
     def __init__(self, seed: int, waveforms: dict[int, Waveform]) -> None:
-        """Start the process.
-
-        Args:
-            seed: seed of the room.
-            waveforms: waveform of each lamp, by its ID.
-        """
+        """Start the process for the room of a seed, with the waveform of each lamp by its ID."""
         self._pool = ProcessPoolExecutor(
-            1, get_context('spawn'), initializer=_initialize_worker, initargs=(seed, waveforms)
+            1, get_context('spawn'), initializer=initialize_worker, initargs=(seed, waveforms)
         )
         self._pending: dict[tuple[str, int], Future[Sequence[Picture]]] = {}
 
     def __enter__(self) -> Self:
         """Render one image of each sensor, which compiles the numba kernels."""
-        self._pool.submit(_compile_kernels).result()
+        self._pool.submit(compile_render_kernels).result()
         return self
 
     def __exit__(
@@ -86,22 +80,13 @@ class RenderWorker:
         return self._pool.submit(process_time).result()
 
 
-def compile_render_kernels(seed: int, waveforms: dict[int, Waveform]) -> None:
-    """Render one image of each sensor in this process, which compiles the numba kernels.
-
-    Args:
-        seed: seed of the room.
-        waveforms: waveform of each lamp, by its ID.
-    """
-    _initialize_worker(seed, waveforms)
-    _compile_kernels()
-
-
-def _initialize_worker(seed: int, waveforms: dict[int, Waveform]) -> None:
+def initialize_worker(seed: int, waveforms: dict[int, Waveform]) -> None:
+    """Prepare this process for rendering the sensors of a seed, with the waveform of each lamp by its ID."""
     _sensors[:] = [MissionSensors(seed, waveforms)]
 
 
-def _compile_kernels() -> None:
+def compile_render_kernels() -> None:
+    """Render one image of each sensor in this process, which compiles the numba kernels."""
     start = _sensors[0].layout.start
     still = PiecewisePath((0.0, 1.0), (start, start))
     for sensor in ('floor', 'ceiling', 'stereo', 'depth'):

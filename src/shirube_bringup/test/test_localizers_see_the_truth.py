@@ -1,7 +1,5 @@
 """The localizers' cores find the true pose in the rendered images."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,10 +7,10 @@ from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from scene_simulator.mission_floor import BELLY_CAMERA, BELLY_MOUNT, surveyed_floor
-from scene_simulator.mission_lamps import LAMPS
-from scene_simulator.mission_sensors import MissionSensors
-from shirube_bringup.place_teaching import PLACES, teach_places
+from scene_simulator.mission.floor import BELLY_CAMERA, BELLY_MOUNT, surveyed_floor
+from scene_simulator.mission.lamps import LAMPS
+from scene_simulator.mission.sensors import MissionSensors
+from shirube_bringup.building import PLACES, teach_places
 from shirube_core.geometry import SE2
 from shirube_core.waveform import steady_light
 from stereo_landmark.core.landmark_fix import LandmarkFix
@@ -20,7 +18,6 @@ from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.files.place_file import load_place
 
 pytestmark = pytest.mark.newest_set_only
-
 SENSORS = MissionSensors(1, {name: steady_light() for name in LAMPS})
 
 

@@ -1,27 +1,87 @@
 """In lockstep no message is lost or early, and the robot's time is that of the clock."""
 
-from __future__ import annotations
-
 from functools import partial
 from threading import Lock
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from stand_in_nodes import TOPICS, StubNode
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Image
+from std_msgs.msg import Header
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from scene_simulator.mission_lamps import LAMPS
-from scene_simulator.mission_sensors import MissionSensors
-from shirube_bringup.lockstep_simulator import Simulator
-from shirube_bringup.mission_subscribers import MissionSubscribers
-from shirube_bringup.sensor_schedule import CAMERAS, STEP_MS
+from scene_simulator.mission.lamps import LAMPS
+from scene_simulator.mission.sensors import MissionSensors
+from shirube_bringup.publishers import mission_time
+from shirube_bringup.simulator import CAMERAS, STEP_MS, TILT, SensorSchedule, Simulator
+from shirube_bringup.subscribers import MissionSubscribers
 from shirube_core.waveform import steady_light
 from shirube_ros.isolated_graph import isolated_graph
 
+
+@pytest.mark.parametrize('schedule', [*CAMERAS, TILT, SensorSchedule('odd', 33, 7, 5, 50)])
+@pytest.mark.parametrize('step', [1, 7, STEP_MS, 50])
+def test_all_come_once(schedule, step):
+    end = 2000
+    steps = [(now - step, now) for now in range(step, end + step, step)]
+    shown = [index for before, now in steps for index in schedule.indices(before, now, schedule.latency)]
+    assert shown == list(range(len(shown)))
+    last = schedule.time_ms(len(shown)) + schedule.latency
+    assert last > end
+
+
+@pytest.mark.parametrize('schedule', CAMERAS)
+def test_a_picture_is_ordered_before_it_is_shown_and_after_its_exposure(schedule):
+    ordered: dict[int, int] = {}
+    for now in range(STEP_MS, 3000, STEP_MS):
+        for index in schedule.indices(now - STEP_MS, now, schedule.exposure):
+            assert now >= schedule.time_ms(index) + schedule.exposure
+            ordered[index] = now
+        for index in schedule.indices(now - STEP_MS, now, schedule.latency):
+            assert ordered[index] < now
+
+
 STEPS = 90
+LISTENERS = {
+    'floor_localizer': ('/floor/image_raw',),
+    'vlc_beacon': ('/ceiling/image_raw',),
+    'stereo_landmark': ('/left/image_rect', '/right/image_rect'),
+    'reward_planner': ('/depth/image',),
+    'motor_bridge': (),
+    'pose_arbiter': (),
+}
+
 SIZES = {'floor': (235, 235), 'ceiling': (384, 480), 'stereo': (480, 752), 'depth': (120, 160)}
+
+
+class StubNode(Node):
+    """A mission node that stores its pictures' topics, stamps and clock times; bridge and arbiter also publish."""
+
+    def __init__(self, name, **options):
+        super().__init__(name, **options)
+        self.received, self.clock_times = [], []
+        for topic in LISTENERS[name]:
+            self.create_subscription(Image, topic, partial(self.store, topic), 10)
+        self.create_subscription(Clock, '/clock', self.on_clock, 10)
+        self.odometry = self.create_publisher(Odometry, '/odom', 10)
+        self.pose = self.create_publisher(PoseStamped, '/pose_arbiter/pose', 10)
+
+    def store(self, topic, message):
+        self.received.append((topic, mission_time(message.header.stamp), [0, *self.clock_times][-1]))
+
+    def on_clock(self, message):
+        self.clock_times.append(mission_time(message.clock))
+        header = Header(stamp=message.clock, frame_id='map')
+        if self.get_name() == 'motor_bridge':
+            self.odometry.publish(Odometry(header=header))
+        if self.get_name() == 'pose_arbiter':
+            pose = PoseStamped(header=header)
+            pose.pose.orientation.w = 1.0
+            self.pose.publish(pose)
 
 
 class BlackPictures:
@@ -43,7 +103,7 @@ class BlackPictures:
 def run():
     """Run some steps with stubs for all nodes."""
     with isolated_graph() as graph:
-        nodes = {name: graph.add(partial(StubNode, name)) for name in TOPICS}
+        nodes = {name: graph.add(partial(StubNode, name)) for name in LISTENERS}
         node = graph.add(partial(Node, 'scene_simulator'))
         controller = EmulatedController(EmulatorSettings(), np.random.default_rng(0))
         sensors = MissionSensors(0, {name: steady_light() for name in LAMPS})
@@ -64,7 +124,7 @@ def test_every_picture_arrives_in_its_order(run):
     ):
         due = [1e-3 * camera.time_ms(index) for index in camera.indices(0, steps.now, camera.latency)]
         assert due
-        for topic in TOPICS[listener]:
+        for topic in LISTENERS[listener]:
             stamps = [stamp for name, stamp, _ in nodes[listener].received if name == topic]
             assert stamps == pytest.approx(due)
 

@@ -1,37 +1,33 @@
 """An aborted mission keeps its record, with the reason."""
 
-from __future__ import annotations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from scene_simulator.mission_sensors import MissionSensors
+from scene_simulator.mission.sensors import MissionSensors
 from shirube_bags.errors import ReplayError
 from shirube_bringup.mission import Mission
-from shirube_bringup.mission_error import MissionError
-from shirube_bringup.mission_record import MissionRecord
-from shirube_bringup.mission_subscribers import StampedPose
-from shirube_bringup.sensor_schedule import STEP_MS
+from shirube_bringup.nodes import MissionError
+from shirube_bringup.record import MissionRecord
+from shirube_bringup.simulator import STEP_MS
+from shirube_bringup.subscribers import StampedPose
 from shirube_core.geometry import SE2
 
 SEED = 3
 
 
-class FakeSubscribers:
-    """Subscribers with a fused pose from the start, and no goal reached."""
-
-    fused = (StampedPose(0.0, SE2(0.0, 0.0, 0.0)),)
-    planner = (0.0, 'driving to the goal')
+FUSED = [StampedPose(0.0, SE2(0.0, 0.0, 0.0))]
 
 
 class FakeSimulation:
-    """A simulation of some steps, after which a node does not respond."""
+    """A simulation of some steps, after which a node does not respond; it ignores the goals."""
 
     def __init__(self, count: int) -> None:
         self.now, self.left = 0, count
-        self.publishers = self
+        self.publishers = SimpleNamespace(publish_goal=lambda _now, _goal: None)
 
     def step(self) -> None:
         if self.left == 0:
@@ -39,41 +35,25 @@ class FakeSimulation:
         self.left -= 1
         self.now += STEP_MS
 
-    def publish_goal(self, now: int, goal: SE2) -> None:
-        """Ignore the goal."""
-
-
-class FakeProcesses:
-    """Processes of which one ends after some checks."""
-
-    def __init__(self, count: int) -> None:
-        self.left = count
-
-    def check(self) -> None:
-        if self.left == 0:
-            raise MissionError('vlc_beacon ended with exit code -9; see vlc_beacon.log')
-        self.left -= 1
-
-
-class FakeStopwatch:
-    """A stopwatch without function."""
-
-    def record_time(self, now: float) -> None:
-        """Ignore the time."""
-
 
 def mission(steps: int, looks: int) -> Mission:
+    """Return a mission with a fused pose from the start and no goal reached; a node ends after some looks at it."""
+    left = iter(range(looks))
+
+    def check() -> None:
+        if next(left, None) is None:
+            raise MissionError('vlc_beacon ended with exit code -9; see vlc_beacon.log')
+
     sensors = MissionSensors(SEED, {})
     controller = EmulatedController(EmulatorSettings(), np.random.default_rng(0), sensors.layout.start)
-    record = MissionRecord(SEED)
     return Mission(
         sensors,
         controller,
-        FakeSubscribers(),
+        SimpleNamespace(fused=FUSED, planner=(0.0, 'driving to the goal')),
         FakeSimulation(steps),
-        record,
-        FakeProcesses(looks),
-        FakeStopwatch(),
+        MissionRecord(SEED),
+        SimpleNamespace(check=check),
+        SimpleNamespace(record_time=lambda _: None),
     )
 
 
@@ -114,7 +94,7 @@ class StoppingController:
 class FakePlannerStatus:
     """A planner status each second: goal reached, except for one second, when the pose was corrected."""
 
-    fused = FakeSubscribers.fused
+    fused = FUSED
 
     def __init__(self, steps: FakeSimulation, corrected: int) -> None:
         self.steps, self.corrected = steps, corrected

@@ -1,7 +1,5 @@
 """The bag of a mission: all messages sorted by time, with their QoS; images of the extract only."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 
@@ -17,10 +15,9 @@ from std_msgs.msg import Header
 
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import BagError
+from shirube_bringup.bag import EXTRACT_MS, MissionBag, is_in_extract
 from shirube_bringup.commands.room import main as room
-from shirube_bringup.mission_bag import MissionBag, is_in_extract
-from shirube_bringup.mission_messages import depth_image, stamp_of
-from shirube_bringup.recorded_topics import EXTRACT_MS
+from shirube_bringup.publishers import depth_image, stamp_of
 from shirube_ros.image_conversion import image_from_array
 from shirube_ros.isolated_graph import isolated_graph
 from shirube_ros.quality_of_service import map_profile, pose_profile

@@ -1,7 +1,5 @@
 """The report of a synthetic mission shows its results and failures."""
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -9,16 +7,13 @@ import re
 import numpy as np
 import pytest
 
-from scene_simulator.mission_layout import mission_layout
-from shirube_bringup.mission_record import GoalRecord, MissionRecord
-from shirube_bringup.mission_traces import GridMap, MissionTraces, StatusCount
-from shirube_bringup.report.mission_report import write_report
-from shirube_bringup.report.report_page import PICTURES, goal_table, page
+from scene_simulator.mission.layout import mission_layout
+from shirube_bringup.record import GoalRecord, GridMap, MissionRecord, MissionTraces, StatusCount
+from shirube_bringup.report.page import PICTURES, goal_table, page, write_report
 from shirube_bringup.report.trace_errors import align_to_map, as_array, pose_errors, zone_spans
 from shirube_core.geometry import SE2
 
 pytestmark = pytest.mark.newest_set_only
-
 GOOD = GoalRecord(True, 10.0, 0.012, 0.02, 0.008)
 LATE = GoalRecord(False, 10.0, 0.012, 0.02, 0.008)
 FAR = GoalRecord(True, 10.0, 0.031, 0.02, 0.008)

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from scene_simulator.scene_messages import camera_info, compressed_image, imu
-from scene_simulator.tilt_sensor import TiltReading
+from scene_simulator.messages import camera_info, compressed_image, imu
+from scene_simulator.robot.body import TiltReading
 from shirube_bags.bag_writer import BagWriter
 
 IMAGE, INFO = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'

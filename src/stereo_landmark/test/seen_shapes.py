@@ -6,7 +6,12 @@ import math
 
 import numpy as np
 
-from scene_simulator.antialiased_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
+from scene_simulator.imaging.antialiased_shapes import (
+    coverage,
+    ellipse_intervals,
+    photograph,
+    polygon_intervals,
+)
 from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.primitives.line_segments import fit_line_segments

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from seen_shapes import SIZE, ellipse_photo, polygon_photo, segments_of, turned_rectangle
 
-from scene_simulator.antialiased_shapes import coverage, photograph, polygon_intervals
+from scene_simulator.imaging.antialiased_shapes import coverage, photograph, polygon_intervals
 
 
 def test_a_disc_is_one_closed_segment_with_the_bright_side_to_the_right():

@@ -2,13 +2,12 @@
 
 from dataclasses import replace
 
-from scene_simulator.camera_clock import CameraClock
-from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
-from scene_simulator.ceiling_lamp import CeilingLamp
-from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
-from scene_simulator.lamp_drive import LampDrive
-from scene_simulator.lamp_shape import Disc
-from scene_simulator.leg_drive import LegDrive
+from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
+from scene_simulator.ceiling.lamp import CeilingLamp, Disc
+from scene_simulator.ceiling.lamp_drive import LampDrive
+from scene_simulator.ceiling.paper_run import PAPER_LAMPS, paper_room
+from scene_simulator.imaging.exposure import CameraClock
+from scene_simulator.robot.leg_drive import LegDrive
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_core.waveform import steady_light
 from vlc_beacon.core.packet.id_packet import IdPacket

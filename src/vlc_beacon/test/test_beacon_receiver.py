@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from lamp_scenes import BEACONS, CAMERA, MOUNT, PLACES, STRANGE_PLACE, id_packets, receptions, speaking_room
 
-from scene_simulator.shutter import Shutter
+from scene_simulator.imaging.exposure import Shutter
 from shirube_core.geometry import CameraMount
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer

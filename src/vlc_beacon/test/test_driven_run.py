@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.camera_motion import camera_pose
-from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
-from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
-from scene_simulator.lamp_shape import Disc
-from scene_simulator.shutter import Shutter
+from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
+from scene_simulator.ceiling.lamp import Disc
+from scene_simulator.ceiling.paper_run import PAPER_LAMPS, paper_room
+from scene_simulator.imaging.exposure import Shutter, camera_pose
 from shirube_core.geometry import SE2, PinholeCamera
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer

@@ -12,7 +12,7 @@ import pytest
 from lamp_pictures import draw_lamp, photograph, room
 from lamp_scenes import BEACONS, CAMERA, PLACES, id_packets, speaking_room
 
-from scene_simulator.shutter import Shutter
+from scene_simulator.imaging.exposure import Shutter
 from shirube_core.waveform import Waveform
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from lamp_pictures import draw_lamp, photograph, room
 
-from scene_simulator import scene_messages
-from scene_simulator.tilt_sensor import TiltReading
+from scene_simulator import messages
+from scene_simulator.robot.body import TiltReading
 from shirube_bags.bag_writer import BagWriter
 from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
 from vlc_beacon.commands import survey
@@ -54,11 +54,11 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
             time = k / RATE
             stamp = START_NS + round(time * 1e9)
             reading = TiltReading(time, *tilt_at(time))
-            pose = scene_messages.pose_stamped(pose_at(time), 'map', stamp)
-            image = scene_messages.compressed_image(picture_at(time, rng), 'camera', stamp)
+            pose = messages.pose_stamped(pose_at(time), 'map', stamp)
+            image = messages.compressed_image(picture_at(time, rng), 'camera', stamp)
             bag.write('/ground_truth', 'geometry_msgs/msg/PoseStamped', pose, stamp)
-            bag.write('/imu', 'sensor_msgs/msg/Imu', scene_messages.imu(reading, 'base_link', stamp), stamp)
-            info = scene_messages.camera_info(CAMERA, 'camera', stamp)
+            bag.write('/imu', 'sensor_msgs/msg/Imu', messages.imu(reading, 'base_link', stamp), stamp)
+            info = messages.camera_info(CAMERA, 'camera', stamp)
             bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
             bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', image, stamp)
     return path

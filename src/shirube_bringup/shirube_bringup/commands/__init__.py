@@ -1,1 +1,1 @@
-"""Executables of shirube_bringup."""
+"""The executable of the mission."""

@@ -7,13 +7,14 @@ import json
 import os
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from shirube_bags.errors import ShirubeBagsError
-from shirube_bringup.building_files import write_building
-from shirube_bringup.mission_error import MissionError
-from shirube_bringup.mission_run import RunOptions, run_mission
-from shirube_bringup.report.mission_report import write_report
+from shirube_bringup.building import write_building
+from shirube_bringup.nodes import MissionError
+from shirube_bringup.report.page import write_report
+from shirube_bringup.run import run_mission
 from shirube_core.files import write_text
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -26,14 +27,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         check_bag_path(options.record)
         options.folder.mkdir(parents=True, exist_ok=True)
         files = write_building((options.building or options.folder / 'building').absolute())
-        extra = RunOptions(options.record, options.launched)
-        outcome = run_mission(options.seed, files, options.folder.absolute(), print_line, extra)
-        summary, track = outcome.summary, outcome.traces.truth
+        folder = options.folder.absolute()
+        summary, traces = run_mission(
+            options.seed, files, folder, partial(print, flush=True), options.record, launched=options.launched
+        )
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
-        lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in track)
+        lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in traces.truth)
         write_text(options.folder / 'track.csv', f't,x,y,yaw\n{lines}')
-        write_text(options.folder / 'traces.json', outcome.traces.as_json())
-        print(f'Report: {write_report(options.folder, summary, outcome.traces)}')
+        write_text(options.folder / 'traces.json', traces.as_json())
+        print(f'Report: {write_report(options.folder, summary, traces)}')
     except KeyboardInterrupt:
         print('room: interrupted; the nodes have ended', file=sys.stderr)
         return 1
@@ -69,17 +71,8 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def print_line(text: str) -> None:
-    """Print a line and flush."""
-    print(text, flush=True)
-
-
 def check_bag_path(bag: Path | None) -> None:
-    """Check before the mission that its bag does not exist.
-
-    Raises:
-        MissionError: the path exists.
-    """
+    """Raise a MissionError before the mission if its bag exists."""
     if bag is not None and bag.exists():
         raise MissionError(f'{bag}: exists already; remove it or choose another name for the bag')
 

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.mission_layout import ZONES
-from shirube_bringup.mission_traces import MissionTraces, StampedNumbers
+from scene_simulator.mission.layout import ZONES
+from shirube_bringup.record import MissionTraces, StampedNumbers
 from shirube_core.geometry import SE2
 
 Array = NDArray[np.float64]
@@ -21,26 +21,13 @@ def as_array(poses: Sequence[StampedNumbers]) -> Array:
 
 
 def true_poses(truth: Array, times: Array) -> Array:
-    """Return the true poses at some times, interpolated.
-
-    Args:
-        truth: true poses with increasing times, shape (n, 4).
-        times: times, shape (m,) [s].
-
-    Returns:
-        true poses, shape (m, 4).
-    """
+    """Return the true poses at times, shape (m,) [s], interpolated between those of shape (n, 4), shape (m, 4)."""
     columns = (truth[:, 1], truth[:, 2], np.unwrap(truth[:, 3]))
     return np.column_stack([times, *(np.interp(times, truth[:, 0], column) for column in columns)])
 
 
 def pose_errors(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
-    """Return time [s], position error [m] and yaw error [rad] of each pose.
-
-    Args:
-        poses: poses, shape (m, 4); those before the first true pose are skipped.
-        truth: true poses with increasing times, shape (n, 4).
-    """
+    """Return time [s], position error [m] and yaw error [rad] of each pose that is not before the first true pose."""
     poses = poses[poses[:, 0] >= truth[0, 0]]
     differences = poses - true_poses(truth, poses[:, 0])
     yaw_error = np.remainder(differences[:, 3] + np.pi, 2.0 * np.pi) - np.pi

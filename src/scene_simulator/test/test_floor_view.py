@@ -1,0 +1,64 @@
+"""Painted polygons cover each pixel by their exact area."""
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from scene_simulator.floor.marks import polygon_areas, polygon_centroids, random_chips
+from scene_simulator.floor.view import paint_polygons
+
+
+def coverage_of(polygon: NDArray[np.float64], shape: tuple[int, int] = (30, 40)) -> NDArray[np.float32]:
+    layer, covered = np.zeros((*shape, 1), np.float32), np.zeros(shape, np.float32)
+    paint_polygons(layer, covered, polygon[None], np.ones((1, 1)), np.ones(1))
+    np.testing.assert_array_equal(layer[..., 0], covered)
+    return covered
+
+
+CHIPS = np.array((18.3, 14.7)) + random_chips(np.full(20, 7.0), np.random.default_rng(1))
+
+
+@pytest.mark.parametrize('chip', CHIPS)
+def test_coverage_has_the_area_and_the_centroid_of_the_polygon(chip: NDArray[np.float64]) -> None:
+    covered = coverage_of(chip).astype(float)
+    v, u = np.mgrid[:30, :40]
+    assert covered.sum() == pytest.approx(abs(polygon_areas(chip[None])[0]), rel=1e-5)
+    centroid = [(covered * u).sum() / covered.sum(), (covered * v).sum() / covered.sum()]
+    # Every pixel's fraction counts at its middle, hence the small rest.
+    np.testing.assert_allclose(centroid, polygon_centroids(chip[None])[0], atol=0.01)
+
+
+def test_coverage_agrees_with_supersampling() -> None:
+    fine = 32
+    for chip in CHIPS[:5]:
+        canvas = np.zeros((30 * fine, 40 * fine), np.float32)
+        corners = np.rint(((chip + 0.5) * fine - 0.5) * 256.0).astype(np.int32)
+        cv2.fillPoly(canvas, [corners], 1.0, shift=8)
+        sampled = canvas.reshape(30, fine, 40, fine).mean(axis=(1, 3))
+        np.testing.assert_allclose(coverage_of(chip), sampled, atol=0.06)
+
+
+def test_a_polygon_over_the_border_covers_what_is_inside() -> None:
+    square = np.array([[-5.0, -7.0], [9.25, -7.0], [9.25, 3.75], [-5.0, 3.75]])
+    covered = coverage_of(square)
+    assert covered[:4, :9].min() == 1.0
+    assert covered.sum() == pytest.approx(9.75 * 4.25, rel=1e-6)
+
+
+def test_a_polygon_outside_covers_nothing() -> None:
+    assert coverage_of(CHIPS[0] + (100.0, 0.0)).sum() == 0.0
+    assert coverage_of(CHIPS[0] - (0.0, 100.0)).sum() == 0.0
+
+
+def test_later_polygons_hide_earlier_ones_by_their_opacity() -> None:
+    square = np.array([[-1.0, -1.0], [5.0, -1.0], [5.0, 5.0], [-1.0, 5.0]])
+    layer, covered = np.zeros((4, 4, 1), np.float32), np.zeros((4, 4), np.float32)
+    paint_polygons(
+        layer, covered, np.stack([square, square]), np.array([[0.8], [0.2]]), np.array([1.0, 0.25])
+    )
+    np.testing.assert_allclose(layer, 0.75 * 0.8 + 0.25 * 0.2, rtol=1e-6)
+    assert covered.min() == pytest.approx(1.0)
+    assert not math.isnan(layer.sum())
