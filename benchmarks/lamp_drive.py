@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory
-from shirube_bags.error_table import planar_poses
-from shirube_bags.trajectory import interpolate
+from shirube_bags.trajectory import interpolate, planar_poses
+from shirube_bags.trajectory_files import load_bag_trajectory
 from shirube_core.geometry import CameraMount
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings

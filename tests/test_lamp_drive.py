@@ -11,11 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shirube_bags.accuracy import compare_trajectories
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.trajectory_errors import compare_trajectories
-from shirube_bags.tum_file import load_tum
+from shirube_bags.trajectory_files import load_bag_trajectory, load_tum
 from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import planar_pose
 from vlc_beacon.bag_localization import BagLocalization, choose_topics

@@ -22,7 +22,7 @@ from scene_simulator.mission_lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RA
 from scene_simulator.mission_layout import CARPET
 from scene_simulator.mission_sensors import STEREO_RIG
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import header_stamp
+from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.place_teaching import teach_places
 from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import planar_pose

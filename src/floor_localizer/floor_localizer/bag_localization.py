@@ -9,16 +9,19 @@ from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.located_image import LocatedImage
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import PinholeCamera
-from shirube_ros.camera_info_conversion import camera_from_camera_info
-from shirube_ros.message_error import MessageError
-from shirube_ros.recording import BadImage, RecordedImage, RecordedOdometry, Recording
-from shirube_ros.recording_topics import (
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.errors import MessageError
+from shirube_ros.offline.recording import (
+    BadImage,
+    RecordedImage,
+    RecordedOdometry,
+    Recording,
     RecordingTopics,
     choose_camera_info,
     choose_images,
     choose_odometry,
 )
-from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.stamps import StampValidator
 
 
 def choose_topics(

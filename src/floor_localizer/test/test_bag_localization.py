@@ -8,8 +8,8 @@ from std_msgs.msg import Header
 
 from floor_localizer.bag_localization import BagLocalization
 from shirube_core.geometry import SE2
+from shirube_ros.offline.recording import RecordingTopics
 from shirube_ros.pose_conversion import odometry_message
-from shirube_ros.recording_topics import RecordingTopics
 
 
 class Tracker:

@@ -2,18 +2,38 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.interfaces import QosDurability
 from rosgraph_msgs.msg import Clock
 
 from shirube_bags.bag_reader import BagMessage, BagTopic
-from shirube_bags.ros_qos import replay_qos
-from shirube_bags.ros_types import load_message_class
+from shirube_bags.errors import ReplayError
 from shirube_bags.stamps import NANOSECONDS
 
+
+def load_message_class(msgtype: str) -> Any:
+    """Return the class of a message type such as ``sensor_msgs/msg/Image``.
+
+    Raises:
+        ReplayError: the type is not installed.
+    """
+    package, _, name = msgtype.partition('/msg/')
+    try:
+        return getattr(importlib.import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError, TypeError, ValueError) as fault:
+        raise ReplayError(
+            f'the message type {msgtype} is not installed; install its package {package}'
+        ) from fault
+
+
+LARGEST_LATCHED_HISTORY = 1000
 CLOCK = '/clock'
 
 
@@ -86,3 +106,20 @@ class BagPlayer:
 
     def _publisher(self, topic: str) -> Publisher:
         return self._clock if topic == CLOCK and self._clock is not None else self._publishers[topic]
+
+
+def replay_qos(topic: BagTopic) -> QoSProfile:
+    """Return the profile for the replay of a topic.
+
+    It is always reliable, which is compatible with every subscriber, and keeps all messages until reliable subscribers
+    have acknowledged them. Latched (transient local) topics stay latched.
+    """
+    if any(each.durability is QosDurability.TRANSIENT_LOCAL for each in topic.qos):
+        max_depth = max(each.depth for each in topic.qos)
+        return QoSProfile(
+            reliability=ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL,
+            history=HistoryPolicy.KEEP_LAST,
+            depth=max(1, max_depth, min(topic.message_count, LARGEST_LATCHED_HISTORY)),
+        )
+    return QoSProfile(reliability=ReliabilityPolicy.RELIABLE, history=HistoryPolicy.KEEP_ALL)

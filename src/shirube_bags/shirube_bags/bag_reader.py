@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -14,7 +15,17 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.store import Typestore
 
 from shirube_bags.errors import BagError
-from shirube_bags.message_types import jazzy_types
+
+
+@lru_cache(maxsize=1)
+def jazzy_types() -> Typestore:
+    """Return the common interfaces of ROS 2 Jazzy.
+
+    ``jazzy_types().types['geometry_msgs/msg/PoseStamped']`` is the dataclass of that message; its arrays of
+    numbers are numpy arrays. The store is shared: do not register types in it.
+    """
+    return get_typestore(Stores.ROS2_JAZZY)
+
 
 DAMAGED = 'it is truncated or corrupted: record it again, or repair it with "mcap recover"'
 

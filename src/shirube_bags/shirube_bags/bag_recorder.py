@@ -6,14 +6,15 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
+from rosbags.interfaces import Qos, QosDurability, QosReliability
 
-from shirube_bags.bag_writer import BagWriter
+from shirube_bags.bag_player import load_message_class
+from shirube_bags.bag_reader import jazzy_types
+from shirube_bags.bag_writer import BagWriter, reliable_qos
 from shirube_bags.errors import ReplayError
-from shirube_bags.message_types import jazzy_types
-from shirube_bags.ros_qos import offered_qos, recording_qos
-from shirube_bags.ros_types import load_message_class
 
 
 class BagRecorder:
@@ -106,3 +107,27 @@ def get_message_class(topic: str, types: Sequence[str]) -> object:
         )
     message_class: object = load_message_class(types[0])
     return message_class
+
+
+def recording_qos(publishers: Sequence[TopicEndpointInfo]) -> QoSProfile:
+    """Return the strictest profile compatible with all publishers of a topic, with an unlimited queue."""
+    qos = offered_qos(publishers)
+    reliable = qos.reliability is QosReliability.RELIABLE
+    latched = qos.durability is QosDurability.TRANSIENT_LOCAL
+    return QoSProfile(
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        history=HistoryPolicy.KEEP_ALL,
+    )
+
+
+def offered_qos(publishers: Sequence[TopicEndpointInfo]) -> Qos:
+    """Return the profile that all publishers of a topic offer, as stored in a bag."""
+    profiles = [each.qos_profile for each in publishers]
+    latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in profiles)
+    # Discovery does not transmit the depth: it is 0.
+    depth = max([each.depth for each in profiles if each.depth > 0], default=1 if latched else 10)
+    qos = reliable_qos(depth, latched)
+    if all(each.reliability == ReliabilityPolicy.RELIABLE for each in profiles):
+        return qos
+    return qos._replace(reliability=QosReliability.BEST_EFFORT)

@@ -3,15 +3,118 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from threading import Event
 
 from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
+from shirube_bags.errors import ReplayError
 from shirube_bags.lockstep import Lockstep
-from shirube_bags.replay_clock import ReplayClock
 from shirube_bags.stamps import NANOSECONDS
+
+
+class ReplayClock:
+    """Maps the time of the bag to a steady clock.
+
+    A replay that fell behind, because of load or a suspended process, does not catch up: subscribers with short queues
+    would lose messages of a burst. The remaining messages are delayed instead.
+    """
+
+    # A longer delay is not caught up; shorter ones are normal scheduling jitter [s].
+    CATCH_UP_MAX = 0.02
+
+    def __init__(self, rate: float, first_stamp_ns: int, now: float) -> None:
+        """Start the replay.
+
+        Args:
+            rate: playback rate; 0 makes every message due at once.
+            first_stamp_ns: time of the bag at the start of the replay [ns].
+            now: time of the steady clock [s].
+        """
+        self._rate = rate
+        self._first_stamp_ns = first_stamp_ns
+        self._began = now
+
+    def delay(self, stamp_ns: int, now: float) -> float:
+        """Return the delay until a message is due [s], 0 or more."""
+        if self._rate == 0.0:
+            return 0.0
+        due = self._began + (stamp_ns - self._first_stamp_ns) / NANOSECONDS / self._rate
+        if now - due > self.CATCH_UP_MAX:
+            self._began += now - due
+        return max(0.0, due - now)
+
+    def bag_time(self, now: float) -> int:
+        """Return the time of the bag [ns] at a time of the steady clock [s]."""
+        return self._first_stamp_ns + round((now - self._began) * self._rate * NANOSECONDS)
+
+
+# After the first subscriber, the other subscriptions of the same node are discovered within this time [s].
+SETTLING_TIME = 0.3
+POLL_INTERVAL = 0.01
+
+
+def wait_for_counts(
+    subscriber_count: Callable[[str], int],
+    wanted: Mapping[str, int],
+    timeout: float,
+    should_stop: Callable[[], bool],
+) -> None:
+    """Wait until each topic has the requested number of subscribers.
+
+    Args:
+        subscriber_count: returns the number of subscribers of a topic.
+        wanted: requested number of subscribers by topic.
+        timeout: longest wait for all subscribers [s].
+        should_stop: polled while waiting; True ends the wait.
+
+    Raises:
+        ReplayError: timeout.
+    """
+    deadline = time.monotonic() + timeout
+    while not should_stop():
+        missing = {topic: count for topic, count in wanted.items() if subscriber_count(topic) < count}
+        if not missing:
+            return
+        if time.monotonic() > deadline:
+            lines = [f'{topic} has {subscriber_count(topic)} of {count}' for topic, count in missing.items()]
+            raise ReplayError(
+                f'subscribers are missing after {timeout:g} s: {", ".join(lines)}; '
+                'start the nodes first, or compare their topics and ROS_DOMAIN_ID'
+            )
+        time.sleep(POLL_INTERVAL)
+
+
+def wait_for_any(
+    subscriber_count: Callable[[str], int],
+    topics: Sequence[str],
+    timeout: float,
+    should_stop: Callable[[], bool],
+) -> list[str]:
+    """Wait until a topic has a subscriber and the numbers of subscribers are stable.
+
+    Args:
+        subscriber_count: returns the number of subscribers of a topic.
+        topics: replayed topics.
+        timeout: longest wait for the first subscriber [s].
+        should_stop: polled while waiting; True ends the wait.
+
+    Returns:
+        topics without a subscriber.
+    """
+    now = time.monotonic()
+    deadline, changed, former = now + timeout, now, [0] * len(topics)
+    while not should_stop():
+        counts = [subscriber_count(topic) for topic in topics]
+        now = time.monotonic()
+        if counts != former:
+            changed, former = now, counts
+        if now > deadline if not any(counts) else now > changed + SETTLING_TIME:
+            break
+        time.sleep(POLL_INTERVAL)
+    return [topic for topic in topics if subscriber_count(topic) == 0]
+
 
 # ``/clock`` is published at 40 Hz between the messages, as by "ros2 bag play" [s].
 CLOCK_INTERVAL = 0.025

@@ -145,3 +145,9 @@ def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> Traject
     positions = np.column_stack([np.interp(wanted, times, axis) for axis in trajectory.positions.T])
     rotations = Slerp(times, Rotation.from_quat(trajectory.quaternions))(wanted)
     return Trajectory(stamps_ns, positions, rotations.as_quat())
+
+
+def planar_poses(trajectory: Trajectory) -> NDArray[np.float64]:
+    """Return x [m], y [m] and yaw [rad] of each pose, shape (n, 3)."""
+    yaw = Rotation.from_quat(trajectory.quaternions).as_euler('xyz')[:, 2]
+    return np.column_stack([trajectory.positions[:, :2], yaw])

@@ -13,8 +13,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 import shirube_bags
+from shirube_bags.bag_reader import jazzy_types
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.message_types import jazzy_types
 
 TYPES = jazzy_types().types
 START_NS = 1_700_000_000_123_456_789

@@ -6,10 +6,15 @@ import math
 import numpy as np
 import pytest
 
-from shirube_bags.accuracy_report import exceeded_limits, format_report, make_report, report_to_dict
-from shirube_bags.coverage import compute_coverage
+from shirube_bags.accuracy import (
+    compare_trajectories,
+    compute_coverage,
+    exceeded_limits,
+    format_report,
+    make_report,
+    report_to_dict,
+)
 from shirube_bags.trajectory import planar_trajectory
-from shirube_bags.trajectory_errors import compare_trajectories
 
 
 @pytest.fixture

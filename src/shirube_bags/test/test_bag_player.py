@@ -6,11 +6,9 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from shirube_bags.bag_player import BagPlayer
-from shirube_bags.bag_qos import reliable_qos
-from shirube_bags.bag_reader import BagMessage, BagReader, BagTopic
-from shirube_bags.bag_writer import BagWriter
+from shirube_bags.bag_reader import BagMessage, BagReader, BagTopic, jazzy_types
+from shirube_bags.bag_writer import BagWriter, reliable_qos
 from shirube_bags.errors import ReplayError
-from shirube_bags.message_types import jazzy_types
 
 
 def text_message(stamp_ns, text):

@@ -6,10 +6,9 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_reader import BagReader, jazzy_types
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
-from shirube_bags.message_types import jazzy_types
 
 MCAP = 'drive.mcap'
 

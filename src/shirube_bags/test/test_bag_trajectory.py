@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
+from shirube_bags.bag_reader import BagReader, jazzy_types
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
-from shirube_bags.message_types import jazzy_types
+from shirube_bags.trajectory_files import load_bag_trajectory, load_header_stamps
 
 START_NS = 1_700_000_000_123_456_789
 TYPES = jazzy_types().types

@@ -9,7 +9,7 @@ import pytest
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.commands.check import main
 from shirube_bags.trajectory import planar_trajectory
-from shirube_bags.tum_file import load_tum, save_tum
+from shirube_bags.trajectory_files import load_tum, save_tum
 
 START_NS = 1_700_000_000_123_456_789
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from shirube_bags.coverage import compute_coverage
+from shirube_bags.accuracy import compute_coverage
 
 NONE = np.empty((0, 2), dtype=np.int64)
 

@@ -5,9 +5,9 @@ import math
 
 import pytest
 
-from shirube_bags.error_table import save_error_table
+from shirube_bags.accuracy import compare_trajectories
+from shirube_bags.commands.check import save_error_table
 from shirube_bags.trajectory import planar_trajectory
-from shirube_bags.trajectory_errors import compare_trajectories
 
 
 def test_each_row_holds_its_errors_and_poses(tmp_path):

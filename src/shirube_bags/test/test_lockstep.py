@@ -87,7 +87,7 @@ def test_without_subscribers_the_replay_goes_on(ros, bag_path):
 
 
 def test_a_node_without_parameter_services_is_named(ros, bag_path, monkeypatch):
-    monkeypatch.setattr('shirube_bags.node_barrier.DISCOVERY_TIMEOUT', 0.2)
+    monkeypatch.setattr('shirube_bags.lockstep.DISCOVERY_TIMEOUT', 0.2)
     silent = ros.node('mute', start_parameter_services=False)
     silent.create_subscription(Image, 'image_raw', lambda _: None, 10)
     node = ros.node('player')

@@ -11,10 +11,9 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
-from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_reader import BagReader, jazzy_types
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.commands.play import main, wanted_subscribers
-from shirube_bags.message_types import jazzy_types
 
 
 def stamp_of(time_message):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from shirube_bags.replay_clock import ReplayClock
+from shirube_bags.replay import ReplayClock
 
 SECOND = 10**9
 

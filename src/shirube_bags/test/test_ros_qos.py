@@ -12,9 +12,10 @@ from rclpy.qos import (
 )
 from rosbags.interfaces import QosDurability, QosReliability
 
-from shirube_bags.bag_qos import reliable_qos
+from shirube_bags.bag_player import replay_qos
 from shirube_bags.bag_reader import BagTopic
-from shirube_bags.ros_qos import offered_qos, recording_qos, replay_qos
+from shirube_bags.bag_recorder import offered_qos, recording_qos
+from shirube_bags.bag_writer import reliable_qos
 
 LATCHED = QoSProfile(depth=3, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RELIABLE = QoSProfile(depth=10)

@@ -3,8 +3,8 @@
 import pytest
 from sensor_msgs.msg import Image
 
+from shirube_bags.bag_player import load_message_class
 from shirube_bags.errors import ReplayError
-from shirube_bags.ros_types import load_message_class
 
 
 def test_an_installed_type_is_found():

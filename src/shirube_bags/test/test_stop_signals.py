@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from shirube_bags.stop_signals import stop_on_signals
+from shirube_bags.ros_session import stop_on_signals
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

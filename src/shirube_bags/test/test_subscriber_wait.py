@@ -3,7 +3,7 @@
 import pytest
 
 from shirube_bags.errors import ReplayError
-from shirube_bags.subscriber_wait import wait_for_any, wait_for_counts
+from shirube_bags.replay import wait_for_any, wait_for_counts
 
 
 class Counts:

@@ -2,8 +2,8 @@
 
 import pytest
 
+from shirube_bags.commands.check import load_intervals
 from shirube_bags.errors import TrajectoryError
-from shirube_bags.time_intervals import load_intervals
 
 
 def test_intervals_are_read_and_other_columns_left_alone(tmp_path):

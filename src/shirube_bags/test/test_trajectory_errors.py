@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from shirube_bags.accuracy import compare_trajectories, error_statistics
 from shirube_bags.errors import TrajectoryError
 from shirube_bags.trajectory import Trajectory, planar_trajectory
-from shirube_bags.trajectory_errors import compare_trajectories, error_statistics
-from shirube_bags.tum_file import save_tum
+from shirube_bags.trajectory_files import save_tum
 
 RNG = np.random.default_rng(7)
 STAMPS = 1_700_000_000_000_000_000 + np.arange(200) * 50_000_000

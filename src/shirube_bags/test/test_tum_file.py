@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from shirube_bags.errors import TumFileError
 from shirube_bags.trajectory import make_trajectory, planar_trajectory
-from shirube_bags.tum_file import load_tum, save_tum
+from shirube_bags.trajectory_files import load_tum, save_tum
 
 GOOD = '1.0 1 2 3 0 0 0 1'
 

@@ -11,7 +11,7 @@ from rclpy.node import Node
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from scene_simulator.mission_sensors import MissionSensors
-from shirube_bags.node_barrier import NodeBarrier
+from shirube_bags.lockstep import NodeBarrier
 from shirube_bringup.mission_publishers import MissionPublishers
 from shirube_bringup.mission_subscribers import MissionSubscribers
 from shirube_bringup.render_worker import PiecewisePath, RenderWorker

@@ -15,11 +15,11 @@ from rosbags.interfaces import Qos
 from sensor_msgs.msg import Image
 
 from scene_simulator.scene_messages import compressed_image
-from shirube_bags.bag_trajectory import header_stamp
+from shirube_bags.bag_reader import jazzy_types
+from shirube_bags.bag_recorder import offered_qos
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.message_types import jazzy_types
-from shirube_bags.ros_qos import offered_qos
 from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.mission_messages import START_SECONDS
 from shirube_bringup.recorded_topics import (
     CAMERA_INFOS,
@@ -29,8 +29,7 @@ from shirube_bringup.recorded_topics import (
     TOPICS_AT_STAMP,
     TOPICS_AT_STEP,
 )
-from shirube_ros.depth_conversion import depth_from_image
-from shirube_ros.image_conversion import array_from_image
+from shirube_ros.camera.image import array_from_image, depth_from_image
 
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 

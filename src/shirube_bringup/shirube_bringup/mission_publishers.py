@@ -19,7 +19,7 @@ from scene_simulator.tilt_sensor import TiltReading
 from shirube_bringup.mission_messages import camera_info, depth_image, imu, stamp_of
 from shirube_bringup.render_worker import Picture
 from shirube_core.geometry import SE2
-from shirube_ros.image_conversion import image_from_array
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import pose_stamped
 from shirube_ros.quality_of_service import pose_profile
 

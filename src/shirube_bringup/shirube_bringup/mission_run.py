@@ -18,6 +18,7 @@ from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 from scene_simulator.mission_sensors import MissionSensors
 from shirube_bringup.building_files import BuildingFiles
+from shirube_bringup.free_domain import free_domain
 from shirube_bringup.lamp_programs import lamp_waveforms
 from shirube_bringup.lockstep_simulator import Simulator
 from shirube_bringup.mission import Mission
@@ -34,7 +35,6 @@ from shirube_bringup.simulation_graph import simulation_graph
 from shirube_bringup.stopwatch import Stopwatch
 from shirube_bringup.trace_recorder import ODOMETRY, TraceRecorder
 from shirube_core.geometry import SE2
-from shirube_ros.free_domain import free_domain
 from vlc_beacon.files.key_file import read_key
 
 _START_TIMEOUT = 600.0

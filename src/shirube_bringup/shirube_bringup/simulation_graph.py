@@ -9,7 +9,7 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from shirube_ros.node_executor import node_executor
+from shirube_ros.node import node_executor
 
 
 def simulation_graph(stack: ExitStack, domain: int) -> tuple[Node, Executor]:

@@ -7,6 +7,7 @@ from threading import Lock
 
 import numpy as np
 import pytest
+from node_testing import isolated_graph
 from rclpy.node import Node
 from stand_in_nodes import TOPICS, StubNode
 
@@ -18,7 +19,6 @@ from shirube_bringup.lockstep_simulator import Simulator
 from shirube_bringup.mission_subscribers import MissionSubscribers
 from shirube_bringup.sensor_schedule import CAMERAS, STEP_MS
 from shirube_core.waveform import steady_light
-from shirube_ros.isolated_graph import isolated_graph
 
 STEPS = 90
 SIZES = {'floor': (235, 235), 'ceiling': (384, 480), 'stereo': (480, 752), 'depth': (120, 160)}

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
+from node_testing import isolated_graph
 from rclpy.node import Node
 from rosbags.interfaces import QosDurability
 from sensor_msgs.msg import Image
@@ -21,8 +22,7 @@ from shirube_bringup.commands.room import main as room
 from shirube_bringup.mission_bag import MissionBag, is_in_extract
 from shirube_bringup.mission_messages import depth_image, stamp_of
 from shirube_bringup.recorded_topics import EXTRACT_MS
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import isolated_graph
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.quality_of_service import map_profile, pose_profile
 
 BEGIN, END = EXTRACT_MS

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.trajectory import interpolate
-from shirube_cli.floor_accuracy import FloorAccuracy
+from shirube_cli.floor_replay import FloorAccuracy
 from shirube_core.files import atomic_write
 
 ESTIMATE, TRUTH, DIRT, DOTS = '#c2410c', '#1d4ed8', '#b45309', '#9aa0a6'

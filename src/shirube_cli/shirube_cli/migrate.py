@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from shirube_cli.error import CommandError
+from shirube_cli.project import CommandError
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
 from shirube_core.files import YamlFileError, read_yaml, write_text
 from shirube_core.settings import describe_settings

@@ -6,7 +6,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from shirube_cli.error import CommandError
+
+class CommandError(RuntimeError):
+    """A request that cannot be fulfilled; the message is one line that names the remedy."""
 
 
 def find_root() -> Path:

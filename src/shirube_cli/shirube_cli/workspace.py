@@ -14,10 +14,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from shirube_cli.error import CommandError
 from shirube_cli.kernel_cache import PYTHON, are_installed, compiled_kernels, copy_to_installed
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
-from shirube_cli.project import safe_environment
+from shirube_cli.project import CommandError, safe_environment
 from shirube_core.files import exclusive_lock
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from shirube_cli import kernel_cache
-from shirube_cli.error import CommandError
 from shirube_cli.kernel_cache import (
     PYTHON,
     are_installed,
@@ -21,7 +20,7 @@ from shirube_cli.kernel_cache import (
 )
 from shirube_cli.kernel_compiler import PROLOGUE, compile_sets
 from shirube_cli.kernel_registry import DEMO_SETS, KERNEL_SETS, KernelSet, sets_of_package
-from shirube_cli.project import safe_environment
+from shirube_cli.project import CommandError, safe_environment
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from shirube_cli import run_tests
+from shirube_cli import develop
 
 
 @pytest.fixture
@@ -15,12 +15,12 @@ def calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list]:
     made: dict[str, list] = {'built': [], 'pytest': []}
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
-    monkeypatch.setattr(run_tests, 'find_root', lambda: tmp_path)
-    monkeypatch.setattr(run_tests, 'install_development_packages', lambda: None)
-    monkeypatch.setattr(run_tests, 'build_workspace', made['built'].append)
-    monkeypatch.setattr(run_tests, 'compiled_kernels', lambda root: root)
-    monkeypatch.setattr(run_tests, 'kernel_folder', lambda root: root)
-    monkeypatch.setattr(run_tests, 'run_tool', lambda tool, given: made[tool].extend(given) or 0)
+    monkeypatch.setattr(develop, 'find_root', lambda: tmp_path)
+    monkeypatch.setattr(develop, 'install_development_packages', lambda: None)
+    monkeypatch.setattr(develop, 'build_workspace', made['built'].append)
+    monkeypatch.setattr(develop, 'compiled_kernels', lambda root: root)
+    monkeypatch.setattr(develop, 'kernel_folder', lambda root: root)
+    monkeypatch.setattr(develop, 'run_tool', lambda tool, given: made[tool].extend(given) or 0)
     return made
 
 
@@ -38,7 +38,7 @@ def calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list]:
 def test_the_workspace_is_built_before_the_whole_suite_only(
     tmp_path: Path, calls: dict[str, list], arguments: list[str], is_whole: bool
 ) -> None:
-    assert run_tests.run_tests(arguments) == 0
+    assert develop.run_tests(arguments) == 0
     assert calls['built'] == ([tmp_path] if is_whole else [])
 
 
@@ -55,10 +55,10 @@ def test_the_workspace_is_built_before_the_whole_suite_only(
 def test_the_whole_suite_uses_all_cores_unless_told_otherwise(
     calls: dict[str, list], arguments: list[str], is_parallel: bool
 ) -> None:
-    assert run_tests.run_tests(arguments) == 0
-    assert calls['pytest'] == (run_tests.processes() if is_parallel else []) + arguments
+    assert develop.run_tests(arguments) == 0
+    assert calls['pytest'] == (develop.processes() if is_parallel else []) + arguments
 
 
 def test_quick_runs_what_is_marked_so(calls: dict[str, list]) -> None:
-    assert run_tests.run_tests(['--quick', '-x']) == 0
-    assert calls['pytest'] == [*run_tests.processes(), '-m', 'quick', '-x']
+    assert develop.run_tests(['--quick', '-x']) == 0
+    assert calls['pytest'] == [*develop.processes(), '-m', 'quick', '-x']

@@ -1,4 +1,4 @@
-"""Catches errors of callbacks, so that no message ends the node, and counts rejected messages."""
+"""Catches errors of callbacks and services, so that no message ends the node, and counts rejected messages."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rclpy.node import Node
+from std_srvs.srv import Trigger
 
-from shirube_ros.message_error import MessageError
+from shirube_ros.errors import MessageError
 
 _REASONS_MAX = 20  # distinct reasons per topic; more would flood the diagnostics
 _OTHER_REASONS = 'other reasons'
@@ -93,3 +94,26 @@ class CallbackGuard:
 
     def _log_internal_error(self, topic: str) -> None:
         self._node.get_logger().error(f'internal error in callback of {topic}:\n{traceback.format_exc()}')
+
+
+def create_trigger_service(node: Node, guard: CallbackGuard, name: str, function: Callable[[], str]) -> None:
+    """Create a service of type Trigger.
+
+    Args:
+        node: node that offers the service.
+        guard: counts the calls and catches their errors, which are returned to the caller.
+        name: name of the service.
+        function: function that serves a call; returns the response message, one line.
+    """
+
+    def respond(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        def call() -> None:
+            response.message = function()
+
+        fault = guard.run(name, call)
+        response.success = fault is None
+        if fault is not None:
+            response.message = fault
+        return response
+
+    node.create_service(Trigger, name, respond)

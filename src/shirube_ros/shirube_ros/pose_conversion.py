@@ -1,8 +1,9 @@
-"""Conversion of planar poses to pose messages and back."""
+"""Conversion of planar poses and the tilt of the base to messages and back."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import (
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2, quaternion_from_yaw, yaw_from_quaternion
-from shirube_ros.message_error import PoseError
+from shirube_ros.errors import PoseError
 
 _PLANAR = np.ix_([0, 1, 5], [0, 1, 5])  # x, y and yaw among x, y, z, roll, pitch, yaw
 _SHORTEST_QUATERNION = 0.1
@@ -100,3 +101,33 @@ def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tupl
             f'{topic} holds a covariance that is not positive definite for x, y and yaw; set it in its publisher'
         )
     return pose, covariance
+
+
+
+
+def tilt_from_imu(message: Any, topic: str) -> tuple[float, float]:
+    """Return fixed-axis roll and pitch of a sensor_msgs/Imu [rad].
+
+    Raises:
+        PoseError: the message has no orientation, or one that is not finite.
+    """
+    if message.orientation_covariance[0] < 0.0:
+        raise PoseError(f'{topic} has no orientation; filter it with imu_filter_madgwick or similar')
+    return tilt_from_quaternion(message.orientation, topic)
+
+
+def tilt_from_quaternion(message: Any, topic: str) -> tuple[float, float]:
+    """Return fixed-axis roll and pitch of a geometry_msgs/Quaternion [rad].
+
+    Raises:
+        PoseError: a number is not finite, or the length is zero.
+    """
+    numbers = (message.x, message.y, message.z, message.w)
+    length = math.hypot(*numbers)
+    if not math.isfinite(length):
+        raise PoseError(f'{topic} holds an orientation that is not finite; check its publisher')
+    if length < _SHORTEST_QUATERNION:
+        raise PoseError(f'{topic} holds a quaternion of zeros; its publisher must set w to 1 for no rotation')
+    x, y, z, w = (number / length for number in numbers)
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    return roll, math.asin(min(max(2.0 * (w * y - z * x), -1.0), 1.0))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import yaml
 
-from shirube_ros.calibration_file import load_calibration
-from shirube_ros.file_errors import CalibrationError
+from shirube_ros.camera.files import load_calibration
+from shirube_ros.errors import CalibrationError
 
 # As camera_calibration writes it.
 TEXT = """image_width: 640

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 
 from shirube_ros.callback_guard import CallbackGuard, TopicCount
-from shirube_ros.isolated_graph import IsolatedGraph
-from shirube_ros.message_error import MessageError
+from shirube_ros.errors import MessageError
 
 
 def reject(message: str) -> None:

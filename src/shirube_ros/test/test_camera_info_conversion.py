@@ -9,8 +9,8 @@ import pytest
 from sensor_msgs.msg import CameraInfo
 
 from shirube_core.geometry import PinholeCamera
-from shirube_ros.camera_info_conversion import camera_from_camera_info, check_image_size
-from shirube_ros.message_error import CameraInfoError
+from shirube_ros.camera.info import camera_from_camera_info, check_image_size
+from shirube_ros.errors import CameraInfoError
 
 K = [340.0, 0.0, 116.0, 0.0, 338.0, 118.0, 0.0, 0.0, 1.0]
 D = [-0.3, 0.1, 0.001, -0.002, 0.01]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import Image
 
-from shirube_ros.depth_conversion import depth_from_image
-from shirube_ros.message_error import ImageError
+from shirube_ros.camera.image import depth_from_image
+from shirube_ros.errors import ImageError
 
 
 def image(pixels: np.ndarray, encoding: str, pad: int = 0) -> Image:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 from std_msgs.msg import Int32
 
-from shirube_ros.drain_subscription import drain_subscription
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.node import drain_subscription
 
 
 def test_all_that_waits_is_taken_in_its_order(graph: IsolatedGraph) -> None:

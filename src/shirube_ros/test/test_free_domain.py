@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from shirube_ros.free_domain import free_domain
+from shirube_bringup.free_domain import free_domain
 
 
 def test_two_at_once_are_different():

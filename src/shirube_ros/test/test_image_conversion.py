@@ -13,8 +13,8 @@ from numba import typeof
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
-from shirube_ros.image_conversion import array_from_compressed_image, array_from_image, image_from_array
-from shirube_ros.message_error import ImageError
+from shirube_ros.camera.image import array_from_compressed_image, array_from_image, image_from_array
+from shirube_ros.errors import ImageError
 
 RNG = np.random.default_rng(5)
 GRAY = RNG.integers(0, 256, (7, 5), dtype=np.uint8)

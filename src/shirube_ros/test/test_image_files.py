@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from shirube_ros.file_errors import ImageFileError
-from shirube_ros.image_files import list_images, load_image
+from shirube_ros.camera.files import list_images, load_image
+from shirube_ros.errors import ImageFileError
 
 
 def picture(*shape: int, dtype: type = np.uint8) -> np.ndarray:

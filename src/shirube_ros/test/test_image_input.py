@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
@@ -15,10 +16,9 @@ from std_msgs.msg import Header
 
 from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.camera_info_conversion import camera_from_camera_info
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.image_input import ImageInput
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.image import image_from_array
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.camera.input import ImageInput
 
 PIXELS = np.random.default_rng(2).integers(0, 256, (40, 50), dtype=np.uint8)
 INFO = CameraInfo(width=50, height=40, k=[60.0, 0.0, 25.0, 0.0, 60.0, 20.0, 0.0, 0.0, 1.0])

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from shirube_ros.image_integrity import is_jpeg_or_png, is_truncated
+from shirube_ros.camera.image import is_jpeg_or_png, is_truncated
 
 PIXELS = np.random.default_rng(1).integers(0, 256, (60, 80), dtype=np.uint8)
 

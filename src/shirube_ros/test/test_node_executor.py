@@ -14,7 +14,7 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Int32, String
 
-from shirube_ros import node_executor
+from shirube_ros import node
 
 Graph = tuple[rclpy.Context, Executor]
 
@@ -23,12 +23,12 @@ Graph = tuple[rclpy.Context, Executor]
 def graph(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Graph]:
     """Return a context and the executor: that of this rclpy, and the one for an rclpy without it."""
     if request.param == 'wait sets':
-        monkeypatch.setattr(node_executor, 'EventsExecutor', None)
+        monkeypatch.setattr(node, 'EventsExecutor', None)
     with ExitStack() as stack:
         context = rclpy.Context()
         rclpy.init(context=context, domain_id=stack.enter_context(domain_id()))
         stack.callback(context.try_shutdown)
-        executor = node_executor.node_executor(context)
+        executor = node.node_executor(context)
         assert isinstance(executor, SingleThreadedExecutor) == (request.param == 'wait sets')
         stack.callback(executor.shutdown)
         yield context, executor

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from std_msgs.msg import Header
 
-from shirube_ros.occupancy_conversion import occupancy_grid, path_message
+from shirube_ros.map_conversion import occupancy_grid, path_message
 from shirube_ros.pose_conversion import planar_pose
 
 

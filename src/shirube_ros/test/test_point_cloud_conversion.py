@@ -5,8 +5,8 @@ import pytest
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-from shirube_ros.message_error import PointCloudError
-from shirube_ros.point_cloud_conversion import cloud_from_points, points_from_cloud
+from shirube_ros.errors import PointCloudError
+from shirube_ros.map_conversion import cloud_from_points, points_from_cloud
 
 POINTS = np.random.default_rng(1).normal(size=(35, 3)).astype(np.float32)
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
-from shirube_ros.message_error import PoseError
+from shirube_ros.errors import PoseError
 from shirube_ros.pose_conversion import (
     odometry_message,
     planar_pose,

@@ -4,8 +4,8 @@ import pytest
 from sensor_msgs.msg import CameraInfo
 
 from shirube_core.geometry import PinholeCamera
-from shirube_ros.message_error import CameraInfoError
-from shirube_ros.rectified_camera import projection_from_camera_info, rectified_camera
+from shirube_ros.camera.info import projection_from_camera_info, rectified_camera
+from shirube_ros.errors import CameraInfoError
 
 K = [90.0, 0.0, 60.0, 0.0, 91.0, 40.0, 0.0, 0.0, 1.0]
 P = [100.0, 0.0, 64.0, -12.0, 0.0, 101.0, 48.0, 3.0, 0.0, 0.0, 1.0, 0.0]

@@ -2,7 +2,7 @@
 
 from itertools import permutations
 
-from shirube_ros.stamp_synchronizer import StampSynchronizer
+from shirube_ros.stamps import StampSynchronizer
 
 
 def test_a_group_is_whole_in_any_order() -> None:

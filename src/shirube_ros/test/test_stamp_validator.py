@@ -8,7 +8,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
 
-from shirube_ros.stamp_validator import StampError, StampValidator
+from shirube_ros.stamps import StampError, StampValidator
 
 
 def header(stamp: float) -> Header:

@@ -5,8 +5,8 @@ from geometry_msgs.msg import Quaternion
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Imu
 
-from shirube_ros.message_error import PoseError
-from shirube_ros.tilt_conversion import tilt_from_imu, tilt_from_quaternion
+from shirube_ros.errors import PoseError
+from shirube_ros.pose_conversion import tilt_from_imu, tilt_from_quaternion
 
 
 @pytest.mark.parametrize('rpy', [(0.0, 0.0, 0.0), (0.3, -0.2, 2.0), (-3.0, 1.5, -1.0), (0.0, 0.1, 3.1)])

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.isolated_graph import IsolatedGraph
-from shirube_ros.message_error import MessageError
-from shirube_ros.trigger_service import create_trigger_service
+from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_ros.errors import MessageError
 
 
 def succeed() -> str:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from shirube_bags.bag_reader import BagReader
-from shirube_ros.message_error import MessageError
-from shirube_ros.recording import BadImage, RecordedImage, RecordedTilt
-from shirube_ros.recording_topics import RecordingTopics
-from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.errors import MessageError
+from shirube_ros.offline.recording import BadImage, RecordedImage, RecordedTilt, RecordingTopics
+from shirube_ros.stamps import StampValidator
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -12,8 +12,8 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
+from shirube_ros.offline.recording import RecordingTopics
 from shirube_ros.pose_conversion import odometry_message
-from shirube_ros.recording_topics import RecordingTopics
 from vlc_beacon.bag_localization import BagLocalization
 
 

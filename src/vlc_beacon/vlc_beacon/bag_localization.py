@@ -6,17 +6,21 @@ from collections.abc import Callable, Iterator
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import PinholeCamera
-from shirube_ros.camera_info_conversion import camera_from_camera_info
-from shirube_ros.message_error import MessageError
-from shirube_ros.recording import BadImage, RecordedImage, RecordedOdometry, RecordedTilt, Recording
-from shirube_ros.recording_topics import (
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.errors import MessageError
+from shirube_ros.offline.recording import (
+    BadImage,
+    RecordedImage,
+    RecordedOdometry,
+    RecordedTilt,
+    Recording,
     RecordingTopics,
     choose_camera_info,
     choose_images,
     choose_imu,
     choose_odometry,
 )
-from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.stamps import StampValidator
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.located_image import LocatedImage

@@ -15,8 +15,8 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ShirubeBagsError
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError, settings_from_values
-from shirube_ros.file_errors import CameraFileError
-from shirube_ros.image_files import list_images
+from shirube_ros.camera.files import list_images
+from shirube_ros.errors import CameraFileError
 from stereo_landmark.bag_localization import BagLocalization
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration

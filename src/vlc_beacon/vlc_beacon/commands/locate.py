@@ -13,12 +13,11 @@ from tqdm import tqdm
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ShirubeBagsError
 from shirube_bags.trajectory import planar_trajectory
-from shirube_bags.tum_file import save_tum
+from shirube_bags.trajectory_files import save_tum
 from shirube_core.geometry import PinholeCamera
 from shirube_core.settings import SettingsError, check_settings, reject_former_option
-from shirube_ros.calibration_file import load_calibration
-from shirube_ros.file_errors import CameraFileError
-from shirube_ros.image_files import list_images, load_image
+from shirube_ros.camera.files import list_images, load_calibration, load_image
+from shirube_ros.errors import CameraFileError
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver

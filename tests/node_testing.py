@@ -1,8 +1,10 @@
-"""An isolated ROS graph for tests: own context, own domain, loopback only, all nodes in one process."""
+"""Nodes within the process of a test: an isolated ROS graph, and main functions that fail to start."""
 
 from __future__ import annotations
 
 import os
+import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
@@ -13,8 +15,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from shirube_ros.free_domain import free_domain
-from shirube_ros.node_executor import node_executor
+from shirube_bringup.free_domain import free_domain
+from shirube_ros.node import node_executor
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -69,3 +71,24 @@ def isolated_graph() -> Iterator[IsolatedGraph]:
         finally:
             graph.close()
             context.try_shutdown()
+
+
+def run_in_process(main: Callable[[], int], *arguments: str) -> int:
+    """Call the main function of a node that fails to start.
+
+    Args:
+        main: main function of the node.
+        arguments: command line arguments.
+
+    Returns:
+        exit code.
+    """
+    given = sys.argv
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    sys.argv = ['node', *arguments]
+    try:
+        return main()
+    finally:
+        sys.argv = given
+        for number, handler in handlers.items():
+            signal.signal(number, handler)

@@ -13,9 +13,9 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.camera_info_conversion import SizedCamera, check_image_size
-from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
-from shirube_ros.message_error import CameraInfoError
+from shirube_ros.camera.image import array_from_compressed_image, array_from_image
+from shirube_ros.camera.info import SizedCamera, check_image_size
+from shirube_ros.errors import CameraInfoError
 from shirube_ros.quality_of_service import overridable, sensor_profile
 
 Camera = TypeVar('Camera', bound=SizedCamera)

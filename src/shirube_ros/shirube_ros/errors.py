@@ -1,4 +1,4 @@
-"""Errors for invalid messages."""
+"""Errors of invalid messages and files; each text is one line with the remedy."""
 
 
 class MessageError(ValueError):
@@ -22,3 +22,15 @@ class PoseError(MessageError):
 
 class PointCloudError(MessageError):
     """A point cloud lacks coordinates, is truncated, or is in an unknown frame."""
+
+
+class CameraFileError(ValueError):
+    """Base class of the file errors."""
+
+
+class CalibrationError(CameraFileError):
+    """A calibration cannot be read."""
+
+
+class ImageFileError(CameraFileError):
+    """An image cannot be read."""

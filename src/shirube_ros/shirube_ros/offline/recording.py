@@ -10,13 +10,100 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_bags.bag_reader import BagMessage, BagReader
+from shirube_bags.errors import BagError
 from shirube_core.geometry import SE2
-from shirube_ros.camera_info_conversion import SizedCamera, check_image_size
-from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
-from shirube_ros.message_error import CameraInfoError, MessageError
-from shirube_ros.pose_conversion import planar_pose
-from shirube_ros.recording_topics import RecordingTopics
-from shirube_ros.tilt_conversion import tilt_from_imu
+from shirube_ros.camera.image import array_from_compressed_image, array_from_image
+from shirube_ros.camera.info import SizedCamera, check_image_size
+from shirube_ros.errors import CameraInfoError, MessageError
+from shirube_ros.pose_conversion import planar_pose, tilt_from_imu
+
+_IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
+
+
+@dataclass(frozen=True)
+class RecordingTopics:
+    """Names of topics; an empty name means no topic.
+
+    Attributes:
+        images: topics of the images, raw or compressed.
+        camera_infos: topics of the calibrations, in the same order.
+        odometry: topic of the wheel odometry.
+        imu: topic of the IMU, whose orientation gives the tilt.
+    """
+
+    images: tuple[str, ...]
+    camera_infos: tuple[str, ...]
+    odometry: str = ''
+    imu: str = ''
+
+    @property
+    def wanted(self) -> list[str]:
+        """All topics that are not empty."""
+        return [name for name in (*self.images, *self.camera_infos, self.odometry, self.imu) if name]
+
+
+def choose_images(
+    bag: BagReader, name: str | None, default: tuple[str, ...] = ('/image_raw', '/image_raw/compressed')
+) -> str:
+    """Return the image topic of a camera: the named one, else a default one, else the only one.
+
+    Raises:
+        BagError: the named topic is missing or has another type, or the choice is not unique.
+    """
+    return select_topic(bag, name, _IMAGES, default)
+
+
+def choose_camera_info(bag: BagReader, name: str | None, default: str = '/camera_info') -> str:
+    """Return the CameraInfo topic of a camera; see `choose_images`."""
+    return select_topic(bag, name, ('sensor_msgs/msg/CameraInfo',), (default,))
+
+
+def choose_odometry(bag: BagReader, name: str | None) -> str:
+    """Return the odometry topic, empty if there is none; see `choose_images`."""
+    return select_topic(bag, name, ('nav_msgs/msg/Odometry',), ('/odom',), is_optional=True)
+
+
+def choose_imu(bag: BagReader, name: str | None) -> str:
+    """Return the IMU topic, empty if there is none; see `choose_images`."""
+    return select_topic(bag, name, ('sensor_msgs/msg/Imu',), ('/imu',), is_optional=True)
+
+
+def select_topic(
+    bag: BagReader,
+    name: str | None,
+    types: tuple[str, ...],
+    defaults: tuple[str, ...],
+    *,
+    is_optional: bool = False,
+) -> str:
+    """Return the named topic, else a default one, else the only one of the type; empty if there is none.
+
+    Args:
+        bag: open bag.
+        name: name given by the user, None if not given.
+        types: accepted message types; the first one appears in error messages.
+        defaults: default names, in order of preference.
+        is_optional: whether the topic may be missing.
+
+    Raises:
+        BagError: the named topic is missing or has another type, or the choice is not unique.
+    """
+    matching = sorted(topic.name for topic in bag.topics.values() if topic.msgtype in types)
+    kind = types[0].rpartition('/')[2]
+    if name is not None:
+        (name,) = bag.select_topics([name])
+        if name not in matching:
+            raise BagError(f'{bag.path}: topic {name} is {bag.topics[name].msgtype}, no {kind}')
+        return name
+    candidates = [topic for topic in defaults if topic in matching] or matching
+    if candidates and (len(matching) == 1 or candidates[0] in defaults):
+        return candidates[0]
+    if is_optional:
+        return ''
+    if not matching:
+        raise BagError(f'{bag.path}: has no topic of type {kind}; it has {", ".join(sorted(bag.topics))}')
+    raise BagError(f'{bag.path}: has several topics of type {kind}; name one of {", ".join(matching)}')
+
 
 _NANOSECONDS = 1_000_000_000
 

@@ -10,8 +10,24 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
-from shirube_ros.image_integrity import is_jpeg_or_png, is_truncated
-from shirube_ros.message_error import ImageError
+from shirube_ros.errors import ImageError
+
+_END_MARKERS = {b'\xff\xd8': b'\xff\xd9', b'\x89P': b'IEND'}
+"""End marker by the first bytes, for JPEG and PNG."""
+_SEARCHED_BYTES = 1024
+"""Number of last bytes that are searched, since cameras pad the end of JPEG data [byte]."""
+
+
+def is_jpeg_or_png(data: NDArray[np.uint8]) -> bool:
+    """Return whether data, shape (n,), is JPEG or PNG, by its first bytes."""
+    return data[:2].tobytes() in _END_MARKERS
+
+
+def is_truncated(data: NDArray[np.uint8]) -> bool:
+    """Return whether a JPEG or PNG, shape (n,), lacks its end marker; False for other formats."""
+    end = _END_MARKERS.get(data[:2].tobytes())
+    return end is not None and end not in data[-_SEARCHED_BYTES:].tobytes()
+
 
 _CHANNELS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3}
 _REMEDY = 'set the camera driver to mono8, bgr8 or rgb8'
@@ -110,3 +126,44 @@ def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
 def _uint8(pixels: object) -> NDArray[np.uint8]:
     """Return an image of OpenCV with its type."""
     return np.asarray(pixels, dtype=np.uint8)
+
+
+_TYPES: dict[str, np.dtype[np.uint16] | np.dtype[np.float32]] = {
+    '16UC1': np.dtype(np.uint16),
+    'mono16': np.dtype(np.uint16),
+    '32FC1': np.dtype(np.float32),
+}
+_MILLIMETRE = 1e-3
+
+
+def depth_from_image(message: Image, topic: str) -> NDArray[np.float32]:
+    """Return a depth image, shape (height, width) [m]; NaN where there is no depth.
+
+    Args:
+        message: 32FC1 in metres, or 16UC1 in millimetres with 0 for no depth.
+        topic: name for error messages.
+
+    Raises:
+        ImageError: unsupported encoding, big-endian data, or data that does not match the size.
+    """
+    kind = _TYPES.get(message.encoding)
+    if kind is None or message.is_bigendian:
+        raise ImageError(
+            f'{topic} has the encoding {message.encoding!r}, is_bigendian {message.is_bigendian}; '
+            'send 32FC1 (metres) or 16UC1 (millimetres), little endian'
+        )
+    height, width, step = message.height, message.width, message.step
+    if height == 0 or width == 0 or step < width * kind.itemsize:
+        raise ImageError(
+            f'{topic} is {width} x {height} px with rows of {step} bytes; check the camera driver'
+        )
+    if len(message.data) < step * (height - 1) + width * kind.itemsize:
+        raise ImageError(f'{topic} is truncated; check the camera driver and the network')
+    raw: NDArray[np.generic] = np.ndarray(
+        (height, width), kind, buffer=message.data, strides=(step, kind.itemsize)
+    )
+    if kind.kind == 'f':
+        return np.ascontiguousarray(raw, dtype=np.float32)
+    depth = raw.astype(np.float32) * np.float32(_MILLIMETRE)
+    depth[depth == 0.0] = np.nan
+    return depth
