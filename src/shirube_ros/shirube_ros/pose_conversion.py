@@ -103,8 +103,6 @@ def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tupl
     return pose, covariance
 
 
-
-
 def tilt_from_imu(message: Any, topic: str) -> tuple[float, float]:
     """Return fixed-axis roll and pitch of a sensor_msgs/Imu [rad].
 

@@ -1,4 +1,4 @@
-"""Images through messages: published layouts, padding, broken data."""
+"""Image messages to arrays and back."""
 
 from __future__ import annotations
 
@@ -13,8 +13,37 @@ from numba import typeof
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
-from shirube_ros.camera.image import array_from_compressed_image, array_from_image, image_from_array
+from shirube_ros.camera.image import (
+    array_from_compressed_image,
+    array_from_image,
+    depth_from_image,
+    image_from_array,
+    is_jpeg_or_png,
+    is_truncated,
+)
 from shirube_ros.errors import ImageError
+
+PIXELS = np.random.default_rng(1).integers(0, 256, (60, 80), dtype=np.uint8)
+
+
+@pytest.mark.parametrize('suffix', ['.jpg', '.png'])
+def test_a_whole_file_is_whole_and_a_cut_one_is_not(suffix):
+    data = cv2.imencode(suffix, PIXELS)[1].ravel()
+    padded = np.concatenate([data, np.zeros(100, np.uint8)])
+    assert is_jpeg_or_png(data)
+    assert [is_truncated(each) for each in (data, padded, data[:-20], data[:30])] == [
+        False,
+        False,
+        True,
+        True,
+    ]
+
+
+def test_of_other_kinds_nothing_is_known():
+    data = cv2.imencode('.pgm', PIXELS)[1].ravel()[:50]
+    assert (is_jpeg_or_png(data), is_truncated(data)) == (False, False)
+    assert not is_truncated(data[:0])
+
 
 RNG = np.random.default_rng(5)
 GRAY = RNG.integers(0, 256, (7, 5), dtype=np.uint8)
@@ -24,7 +53,7 @@ SMOOTH = cv2.GaussianBlur(RNG.integers(0, 256, (60, 80), dtype=np.uint8), (0, 0)
 
 def image(encoding: str, rows: np.ndarray, padding: int = 0) -> Image:
     """Build a message byte by byte, independent of the code under test."""
-    flat = rows.reshape(rows.shape[0], -1)
+    flat = rows.reshape(rows.shape[0], -1).view(np.uint8)
     padded = np.pad(flat, ((0, 0), (0, padding)), constant_values=77)
     data = array('B', padded.tobytes())
     return Image(
@@ -138,3 +167,29 @@ def test_a_file_that_was_cut_off_is_refused(extension: str, kept: int) -> None:
 def test_other_files_are_refused(message: CompressedImage, words: str) -> None:
     with pytest.raises(ImageError, match=words):
         array_from_compressed_image(message, 'front')
+
+
+def test_metres_and_millimetres_say_the_same() -> None:
+    metres = np.array([[1.0, np.nan, 2.5], [0.004, 3.0, 4.0]], dtype=np.float32)
+    millimetres = np.array([[1000, 0, 2500], [4, 3000, 4000]], dtype=np.uint16)
+    for pad in (0, 2):
+        np.testing.assert_array_equal(depth_from_image(image('32FC1', metres, pad), 'depth'), metres)
+        np.testing.assert_allclose(depth_from_image(image('16UC1', millimetres, pad), 'depth'), metres)
+
+
+@pytest.mark.parametrize(
+    ('change', 'words'),
+    [
+        ({'encoding': 'mono8'}, "encoding 'mono8'"),
+        ({'is_bigendian': 1}, 'little endian'),
+        ({'height': 9}, 'truncated'),
+        ({'step': 5}, 'rows of 5 bytes'),
+        ({'width': 0}, '0 x 2 px'),
+    ],
+)
+def test_images_that_do_not_fit_are_refused(change: dict[str, object], words: str) -> None:
+    message = image('32FC1', np.ones((2, 3), dtype=np.float32))
+    for name, value in change.items():
+        setattr(message, name, value)
+    with pytest.raises(ImageError, match=words):
+        depth_from_image(message, 'depth')

@@ -1,4 +1,4 @@
-"""Starting and ending a node as a program of its own."""
+"""The main function of a node."""
 
 from __future__ import annotations
 

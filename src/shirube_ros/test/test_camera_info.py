@@ -1,4 +1,4 @@
-"""CameraInfo to the camera model, and the calibrations that are refused."""
+"""CameraInfo messages to cameras, raw and rectified."""
 
 from __future__ import annotations
 
@@ -9,7 +9,12 @@ import pytest
 from sensor_msgs.msg import CameraInfo
 
 from shirube_core.geometry import PinholeCamera
-from shirube_ros.camera.info import camera_from_camera_info, check_image_size
+from shirube_ros.camera.info import (
+    camera_from_camera_info,
+    check_image_size,
+    projection_from_camera_info,
+    rectified_camera,
+)
 from shirube_ros.errors import CameraInfoError
 
 K = [340.0, 0.0, 116.0, 0.0, 338.0, 118.0, 0.0, 0.0, 1.0]
@@ -63,3 +68,28 @@ def test_the_image_must_have_the_size_of_its_calibration() -> None:
         CameraInfoError, match=r'image_raw is 230 x 235 px but camera_info is for 235 x 230 px'
     ):
         check_image_size(camera, (235, 230), 'image_raw', 'camera_info')
+
+
+RECTIFIED_K = [90.0, 0.0, 60.0, 0.0, 91.0, 40.0, 0.0, 0.0, 1.0]
+P = [100.0, 0.0, 64.0, -12.0, 0.0, 101.0, 48.0, 3.0, 0.0, 0.0, 1.0, 0.0]
+
+
+def test_p_counts_and_not_k() -> None:
+    info = CameraInfo(width=128, height=96, k=RECTIFIED_K, p=P, d=[0.1, 0.0, 0.0, 0.0, 0.0])
+    assert rectified_camera(info, 'info') == PinholeCamera(128, 96, 100.0, 101.0, 64.0, 48.0)
+    assert projection_from_camera_info(info, 'info')[:2, 3].tolist() == [-12.0, 3.0]
+
+
+def test_without_p_k_counts_unless_there_is_distortion() -> None:
+    info = CameraInfo(width=128, height=96, k=RECTIFIED_K)
+    assert rectified_camera(info, 'info') == PinholeCamera(128, 96, 90.0, 91.0, 60.0, 40.0)
+    info.d = [0.1, 0.0, 0.0, 0.0, 0.0]
+    with pytest.raises(CameraInfoError, match='distortion and no P'):
+        rectified_camera(info, 'info')
+    with pytest.raises(CameraInfoError, match='P is zero'):
+        projection_from_camera_info(info, 'info')
+
+
+def test_an_impossible_p_is_refused() -> None:
+    with pytest.raises(CameraInfoError, match='focal length'):
+        rectified_camera(CameraInfo(width=128, height=96, k=RECTIFIED_K, p=[-1.0, *P[1:]]), 'info')

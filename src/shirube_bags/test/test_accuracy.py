@@ -1,12 +1,21 @@
-"""Laws of the errors of trajectories."""
+"""Errors, coverage, report and limits."""
 
+import json
 import math
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from shirube_bags.accuracy import compare_trajectories, error_statistics
+from shirube_bags.accuracy import (
+    compare_trajectories,
+    compute_coverage,
+    error_statistics,
+    exceeded_limits,
+    format_report,
+    make_report,
+    report_to_dict,
+)
 from shirube_bags.errors import TrajectoryError
 from shirube_bags.trajectory import Trajectory, planar_trajectory
 from shirube_bags.trajectory_files import save_tum
@@ -116,3 +125,75 @@ def test_the_position_error_is_the_absolute_pose_error_of_evo(tmp_path):
     turns = metrics.APE(metrics.PoseRelation.rotation_angle_rad)
     turns.process_data(tuple(pair))
     assert error_statistics(errors.heading).rms == pytest.approx(turns.get_all_statistics()['rmse'])
+
+
+NONE = np.empty((0, 2), dtype=np.int64)
+
+
+def test_each_stamp_with_a_near_pose_is_covered():
+    expected, poses = np.array([0, 100, 200, 300]), np.array([1, 99, 206, 1000])
+    coverage = compute_coverage(expected, poses, 5, NONE)
+    assert (coverage.expected, coverage.covered, coverage.fraction) == (4, 2, 0.5)
+    assert coverage.missing_ns.tolist() == [200, 300]
+
+
+def test_stamps_in_excluded_intervals_are_left_out_ends_included():
+    expected = np.arange(0, 1000, 100)
+    coverage = compute_coverage(expected, np.array([0, 100]), 0, np.array([[200, 400], [900, 950]]))
+    assert (coverage.expected, coverage.covered, coverage.excluded) == (6, 2, 4)
+    assert coverage.missing_ns.tolist() == [500, 600, 700, 800]
+
+
+def test_overlapping_intervals_exclude_a_stamp_once():
+    intervals = np.array([[0, 500], [100, 1000]])
+    assert compute_coverage(np.array([300]), np.array([0]), 0, intervals).excluded == 1
+
+
+def test_nothing_expected_is_wholly_covered():
+    assert compute_coverage(np.array([5]), np.array([0]), 0, np.array([[0, 10]])).fraction == 1.0
+
+
+@pytest.fixture
+def report():
+    """Ten poses, each 3 mm and 0.5 degrees off; one of eleven expected is missing."""
+    stamps = np.arange(10) * 10**8
+    reference = planar_trajectory(stamps, np.zeros((10, 3)))
+    estimate = planar_trajectory(stamps, np.tile([0.003, 0.0, math.radians(0.5)], (10, 1)))
+    expected = np.arange(11) * 10**8
+    coverage = compute_coverage(expected, stamps, 0, np.empty((0, 2), dtype=np.int64))
+    return make_report(compare_trajectories(estimate, reference, 0.5), coverage, '/image_raw')
+
+
+def test_the_json_is_in_metres_and_radians(report):
+    figures = json.loads(json.dumps(report_to_dict(report)))
+    assert figures['position']['rms'] == pytest.approx(0.003)
+    assert figures['heading']['max'] == pytest.approx(math.radians(0.5))
+    assert figures['coverage']['missing'] == [1.0]
+    assert figures['compared'] == 10
+
+
+def test_the_text_is_in_millimetres_and_degrees(report):
+    header, position, heading, *rest = format_report(report).splitlines()
+    assert header.split() == ['error', 'median', 'rms', 'p95', 'max']
+    assert position.split() == ['position', '[mm]'] + ['3.000'] * 4
+    assert heading.split() == ['heading', '[deg]'] + ['0.500'] * 4
+    assert '10 of 11 stamps of /image_raw' in rest[0]
+
+
+def test_limits_that_hold_are_silent(report):
+    kept = {'position_rms': 0.0031, 'position_max': 0.0031, 'heading_p95': 0.009, 'coverage': 0.9}
+    assert exceeded_limits(report, kept) == []
+
+
+@pytest.mark.parametrize(
+    ('name', 'limit', 'words'),
+    [
+        ('position_median', 0.0029, 'more'),
+        ('heading_rms', 0.008, 'more'),
+        ('coverage', 0.95, 'less'),
+    ],
+)
+def test_a_broken_limit_is_named(report, name, limit, words):
+    (line,) = exceeded_limits(report, {name: limit, 'position_max': 1.0})
+    assert line.startswith(f'{name} is ')
+    assert f'{words} than the limit {limit}' in line
