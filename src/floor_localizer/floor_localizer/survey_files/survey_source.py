@@ -11,7 +11,6 @@ from typing import Protocol
 
 import numpy as np
 
-from floor_localizer.bag_localization import choose_topics
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.survey.odometry_buffer import OdometryBuffer
 from floor_localizer.survey_files.image_batches import BagImageBatch, FileImageBatch, ImageBatch
@@ -21,7 +20,7 @@ from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.camera.files import list_images, load_calibration
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.errors import MessageError
-from shirube_ros.offline.recording import RecordedOdometry, Recording, RecordingTopics
+from shirube_ros.offline.recording import RecordedOdometry, Recording, RecordingTopics, choose_topics
 
 _NANOSECONDS = 1_000_000_000
 

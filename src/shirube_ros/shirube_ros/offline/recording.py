@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from shirube_bags.bag_reader import BagMessage, BagReader
 from shirube_bags.errors import BagError
+from shirube_bags.stamps import NANOSECONDS
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import array_from_compressed_image, array_from_image
 from shirube_ros.camera.info import SizedCamera, check_image_size
@@ -58,14 +59,32 @@ def choose_camera_info(bag: BagReader, name: str | None, default: str = '/camera
     return select_topic(bag, name, ('sensor_msgs/msg/CameraInfo',), (default,))
 
 
-def choose_odometry(bag: BagReader, name: str | None) -> str:
-    """Return the odometry topic, empty if there is none; see `choose_images`."""
-    return select_topic(bag, name, ('nav_msgs/msg/Odometry',), ('/odom',), is_optional=True)
-
-
 def choose_imu(bag: BagReader, name: str | None) -> str:
     """Return the IMU topic, empty if there is none; see `choose_images`."""
     return select_topic(bag, name, ('sensor_msgs/msg/Imu',), ('/imu',), is_optional=True)
+
+
+def choose_topics(
+    bag: BagReader, image: str | None, camera_info: str | None, odometry: str | None, imu: str | None = ''
+) -> RecordingTopics:
+    """Return the topics of one camera: the given ones, else the nodes' defaults, else the only one of the type.
+
+    Args:
+        bag: open bag.
+        image: topic of the images, None if not given.
+        camera_info: topic of the calibration, None if not given.
+        odometry: topic of the odometry, None if not given.
+        imu: topic of the IMU, None if not given; empty if it is not used.
+
+    Raises:
+        BagError: a given topic is missing or of another type, or the choice is not unique.
+    """
+    return RecordingTopics(
+        (choose_images(bag, image),),
+        (choose_camera_info(bag, camera_info),),
+        select_topic(bag, odometry, ('nav_msgs/msg/Odometry',), ('/odom',), is_optional=True),
+        '' if imu == '' else choose_imu(bag, imu),
+    )
 
 
 def select_topic(
@@ -104,8 +123,6 @@ def select_topic(
         raise BagError(f'{bag.path}: has no topic of type {kind}; it has {", ".join(sorted(bag.topics))}')
     raise BagError(f'{bag.path}: has several topics of type {kind}; name one of {", ".join(matching)}')
 
-
-_NANOSECONDS = 1_000_000_000
 
 Calibration = TypeVar('Calibration', bound=SizedCamera)
 
@@ -237,4 +254,4 @@ class Recording(Generic[Calibration]):
 
 
 def _stamp_ns(message: Any) -> int:
-    return int(message.header.stamp.sec * _NANOSECONDS + message.header.stamp.nanosec)
+    return int(message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec)
