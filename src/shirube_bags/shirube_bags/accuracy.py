@@ -19,14 +19,12 @@ from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate
 
 @dataclass(frozen=True)
 class TrajectoryErrors:
-    """Errors of the poses that have ground truth at their stamps.
+    """Errors of the n poses that have ground truth at their stamps.
 
     Attributes:
-        estimate: compared poses, n of them.
-        reference: ground truth at the same stamps.
+        estimate, reference: compared poses, and the ground truth at the same stamps.
         position: position errors, shape (n,) [m].
-        heading: yaw errors about the robot's upward axis, shape (n,) [rad], in [-pi, pi],
-            counter-clockwise positive.
+        heading: yaw errors about the robot's upward axis, shape (n,) [rad], in [-pi, pi], counter-clockwise positive.
         unmatched: number of estimated poses without ground truth.
     """
 
@@ -48,14 +46,10 @@ class ErrorStatistics:
 
 
 def compare_trajectories(estimate: Trajectory, reference: Trajectory, longest_gap: float) -> TrajectoryErrors:
-    """Compare an estimate with the reference, which is interpolated at the estimate's stamps.
+    """Compare an estimate with the reference, which is interpolated at its stamps over gaps up to
+    ``longest_gap`` [s].
 
     There is no alignment: both are poses in the same map frame. A rigid motion of both changes no error.
-
-    Args:
-        estimate: estimated poses.
-        reference: ground truth.
-        longest_gap: longest gap in the ground truth that is interpolated [s].
 
     Raises:
         TrajectoryError: the two have no stamps in common.
@@ -119,14 +113,13 @@ def compute_coverage(
     tolerance_ns: int,
     excluded_ns: NDArray[np.int64],
 ) -> Coverage:
-    """Count the stamps that have a pose.
+    """Count the stamps [ns] that have a pose.
 
     Args:
-        expected_ns: array of int64, shape (n,), stamps of the images [ns].
-        estimated_ns: array of int64, shape (m,), increasing, m > 0, stamps of the poses [ns].
-        tolerance_ns: largest difference between the stamps of a pose and its image [ns].
-        excluded_ns: array of int64, shape (k, 2), start and end of each interval in which no pose is expected,
-            both included [ns].
+        expected_ns: array of int64, shape (n,), stamps of the images.
+        estimated_ns: array of int64, shape (m,), increasing, m > 0, stamps of the poses.
+        tolerance_ns: largest difference between the stamps of a pose and its image.
+        excluded_ns: array of int64, shape (k, 2), first and last stamp of each interval in which no pose is expected.
     """
     is_excluded = np.zeros(len(expected_ns), dtype=bool)
     for start, end in excluded_ns:
@@ -222,11 +215,8 @@ def report_to_dict(report: AccuracyReport) -> dict[str, Any]:
 
 
 def exceeded_limits(report: AccuracyReport, limits: Mapping[str, float]) -> list[str]:
-    """Return a message for each limit that the report violates.
-
-    Args:
-        report: accuracy of the run.
-        limits: limits by metric (`AccuracyReport.measures`); a lower limit for the coverage, else upper limits.
+    """Return a message for each violated limit, by metric: a lower limit for the coverage, upper limits
+    otherwise.
     """
     metrics = report.metrics()
     lines = []

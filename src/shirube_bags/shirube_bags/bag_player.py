@@ -19,10 +19,8 @@ from shirube_bags.stamps import NANOSECONDS
 
 
 def load_message_class(msgtype: str) -> Any:
-    """Return the class of a message type such as ``sensor_msgs/msg/Image``.
-
-    Raises:
-        ReplayError: the type is not installed.
+    """Return the class of a type such as ``sensor_msgs/msg/Image``; raise a ReplayError if it is not
+    installed.
     """
     package, _, name = msgtype.partition('/msg/')
     try:
@@ -45,15 +43,7 @@ class BagPlayer:
     """
 
     def __init__(self, node: Node, topics: Iterable[BagTopic]) -> None:
-        """Create the publishers.
-
-        Args:
-            node: node that publishes.
-            topics: topics to publish.
-
-        Raises:
-            ReplayError: a type is not installed.
-        """
+        """Create the publishers of the topics; raise a ReplayError if a type is not installed."""
         self._publishers: dict[str, Publisher] = {
             topic.name: node.create_publisher(
                 load_message_class(topic.msgtype), topic.name, replay_qos(topic)
@@ -95,11 +85,8 @@ class BagPlayer:
         self._clock_ns = -1
 
     def wait_until_received(self, topics: Sequence[str], timeout: float) -> None:
-        """Wait until all reliable subscribers have acknowledged all messages.
-
-        Args:
-            topics: topics to wait for.
-            timeout: longest wait for each topic [s].
+        """Wait, up to a timeout [s] each, until the reliable subscribers of the topics have acknowledged all
+        messages.
         """
         for topic in topics:
             self._publishers[topic].wait_for_all_acked(Duration(seconds=timeout))

@@ -44,10 +44,8 @@ class BagRecorder:
         return [topic for topic in self._wanted if topic not in self._subscriptions]
 
     def find_topics(self) -> None:
-        """Subscribe to new topics; call it periodically.
-
-        Raises:
-            ReplayError: the type of a requested topic cannot be recorded.
+        """Subscribe to new topics, periodically; raise a ReplayError if the type of a requested one cannot
+        be recorded.
         """
         for topic, types in self._node.get_topic_names_and_types():
             if topic in self._subscriptions or topic in self._skipped:
@@ -92,10 +90,8 @@ class BagRecorder:
 
 
 def get_message_class(topic: str, types: Sequence[str]) -> object:
-    """Return the message class of a live topic.
-
-    Raises:
-        ReplayError: the topic has several types, or one that is not installed or not in the common interfaces.
+    """Return the class of a live topic; raise a ReplayError for several types, or one that cannot be
+    recorded.
     """
     if len(types) != 1:
         raise ReplayError(

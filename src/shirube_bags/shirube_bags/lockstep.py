@@ -26,12 +26,8 @@ class NodeBarrier:
     """Finds the nodes that subscribe to topics, and waits until they have responded."""
 
     def __init__(self, node: Node, executor: Executor, should_stop: Callable[[], bool]) -> None:
-        """Start without clients.
-
-        Args:
-            node: node that sends the requests.
-            executor: executor of this node; it may contain the other nodes, too.
-            should_stop: polled while waiting; True ends the wait.
+        """Start without clients; ``should_stop`` is polled while waiting, the executor spins ``node`` and
+        perhaps others.
         """
         self._node = node
         self._executor = executor
@@ -45,11 +41,8 @@ class NodeBarrier:
         return tuple(sorted(self._without_services))
 
     def find_subscribers(self, topic: str, count: int) -> tuple[str, ...]:
-        """Return the full names of the nodes that subscribe to a topic.
-
-        Args:
-            topic: absolute name, after remapping.
-            count: number of subscribers known to the publisher; their node names are waited for.
+        """Return the full names of the nodes that subscribe to a topic, waiting for ``count`` of them to be
+        discovered.
         """
         deadline = time.monotonic() + DISCOVERY_TIMEOUT
         while True:
@@ -60,14 +53,11 @@ class NodeBarrier:
             self._executor.spin_once(timeout_sec=0.01)
 
     def wait_for_nodes(self, names: Iterable[str], timeout: float) -> None:
-        """Wait until the nodes have responded; nodes that have ended or are unresponsive are skipped.
-
-        Args:
-            names: fully qualified names of the nodes.
-            timeout: longest wait for the responses [s].
+        """Wait until the nodes, by full name, have responded; nodes that have ended or are unresponsive are
+        skipped.
 
         Raises:
-            ReplayError: timeout.
+            ReplayError: no response within the timeout [s].
         """
         responses = {name: self._request(name) for name in names if self._is_available(name)}
         now = time.monotonic()
@@ -131,15 +121,7 @@ class Lockstep:
         timeout: float = RESPONSE_TIMEOUT,
         should_stop: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Start without known subscribers.
-
-        Args:
-            player: player that publishes the messages.
-            node: node of the player.
-            executor: executor of this node; it may contain the nodes under test, too.
-            timeout: longest processing time of one message [s].
-            should_stop: polled while waiting; True ends the wait.
-        """
+        """Start without known subscribers; the timeout is the longest processing time of one message [s]."""
         self._player = player
         self._timeout = timeout
         self._barrier = NodeBarrier(node, executor, should_stop)
@@ -151,10 +133,8 @@ class Lockstep:
         return self._barrier.nodes_without_services
 
     def publish(self, message: BagMessage) -> None:
-        """Publish a message and wait until it is processed.
-
-        Raises:
-            ReplayError: a node has not responded in time.
+        """Publish a message and wait until it is processed; raise a ReplayError if a node has not responded
+        in time.
         """
         # Executors poll one subscription after the other: without this barrier, the message could be taken in a poll
         # that missed the clock just before it.
@@ -167,10 +147,8 @@ class Lockstep:
         self.wait([message.topic])
 
     def wait(self, topics: Sequence[str]) -> None:
-        """Wait until all messages published on the topics are processed.
-
-        Raises:
-            ReplayError: a node has not responded in time.
+        """Wait until all messages published on the topics are processed; raise a ReplayError as `publish`
+        does.
         """
         names = {name for topic in topics for name in self._subscribers_of(topic)}
         # Executors poll subscriptions before services: if both arrive in between, the request is served first. The
@@ -194,21 +172,10 @@ def replay_in_lockstep(
     topics: Sequence[str] = (),
     timeout: float = RESPONSE_TIMEOUT,
 ) -> int:
-    """Replay a bag in lockstep, for tests with all nodes in one process.
+    """Replay topics of an open bag (all if empty) in lockstep and return the number of messages.
 
-    Args:
-        bag: open bag.
-        node: node of the player.
-        executor: executor of this node and of all nodes under test, in one context.
-        topics: topics to replay; all if empty.
-        timeout: longest processing time of one message [s].
-
-    Returns:
-        number of published messages.
-
-    Raises:
-        ReplayError: a type is not installed, or a node has not responded in time.
-        BagError: a topic is not in the bag, or the bag is corrupted.
+    For tests with all nodes in one process: the executor has the player's node and all nodes under test. The timeout is
+    that of one message [s]. Raises a ReplayError or BagError as `Lockstep` and `BagReader` do.
     """
     player = BagPlayer(node, [bag.topics[topic] for topic in bag.select_topics(topics)])
     lockstep = Lockstep(player, node, executor, timeout)

@@ -25,12 +25,8 @@ class ReplayClock:
     CATCH_UP_MAX = 0.02
 
     def __init__(self, rate: float, first_stamp_ns: int, now: float) -> None:
-        """Start the replay.
-
-        Args:
-            rate: playback rate; 0 makes every message due at once.
-            first_stamp_ns: time of the bag at the start of the replay [ns].
-            now: time of the steady clock [s].
+        """Start at a time ``now`` of the steady clock [s], which is the first stamp; rate 0 makes every
+        message due at once.
         """
         self._rate = rate
         self._first_stamp_ns = first_stamp_ns
@@ -61,16 +57,10 @@ def wait_for_counts(
     timeout: float,
     should_stop: Callable[[], bool],
 ) -> None:
-    """Wait until each topic has the requested number of subscribers.
-
-    Args:
-        subscriber_count: returns the number of subscribers of a topic.
-        wanted: requested number of subscribers by topic.
-        timeout: longest wait for all subscribers [s].
-        should_stop: polled while waiting; True ends the wait.
+    """Wait until each topic has the wanted number of subscribers, or ``should_stop`` returns True.
 
     Raises:
-        ReplayError: timeout.
+        ReplayError: subscribers are missing after the timeout [s].
     """
     deadline = time.monotonic() + timeout
     while not should_stop():
@@ -92,16 +82,10 @@ def wait_for_any(
     timeout: float,
     should_stop: Callable[[], bool],
 ) -> list[str]:
-    """Wait until a topic has a subscriber and the numbers of subscribers are stable.
+    """Wait until a topic has a subscriber and their numbers are stable; return the topics without a
+    subscriber.
 
-    Args:
-        subscriber_count: returns the number of subscribers of a topic.
-        topics: replayed topics.
-        timeout: longest wait for the first subscriber [s].
-        should_stop: polled while waiting; True ends the wait.
-
-    Returns:
-        topics without a subscriber.
+    The timeout [s] is that of the first subscriber; ``should_stop`` ends the wait.
     """
     now = time.monotonic()
     deadline, changed, former = now + timeout, now, [0] * len(topics)
@@ -122,13 +106,7 @@ CLOCK_INTERVAL = 0.025
 
 @dataclass(frozen=True)
 class ReplayResult:
-    """Result of a replay.
-
-    Attributes:
-        messages: number of published messages.
-        bag_duration: replayed time of the bag [s].
-        elapsed: wall time of the replay [s].
-    """
+    """Number of published messages, replayed time of the bag [s] and wall time [s]."""
 
     messages: int
     bag_duration: float
@@ -144,7 +122,7 @@ def replay(
     stop: Event,
     on_progress: Callable[[float], None],
 ) -> ReplayResult:
-    """Publish the bag's messages once.
+    """Publish the messages of an open bag once, until the event ``stop``.
 
     Args:
         bag: open bag.
@@ -153,10 +131,6 @@ def replay(
         lockstep: waits for the nodes after each message; None to publish without waiting for them.
         stop: event that ends the replay.
         on_progress: called with the replayed time of the bag [s].
-
-    Raises:
-        ReplayError: a node has not responded in time.
-        BagError: the bag is corrupted.
     """
     began = time.monotonic()
     replay_clock = ReplayClock(rate, bag.start_ns, began)

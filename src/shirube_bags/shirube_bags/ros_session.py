@@ -38,13 +38,7 @@ class RosSession:
 
 @contextmanager
 def ros_session(name: str, arguments: Sequence[str], use_sim_time: bool = False) -> Iterator[RosSession]:
-    """Create a node; the caller handles signals (`stop_on_signals`).
-
-    Args:
-        name: node name.
-        arguments: command line, including ``--ros-args``.
-        use_sim_time: whether the node's clock follows ``/clock``.
-    """
+    """Create a node from a command line with ``--ros-args``; the caller handles signals (`stop_on_signals`)."""
     context = Context()
     rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
     try:

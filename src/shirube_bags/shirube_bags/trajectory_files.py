@@ -25,11 +25,7 @@ POSE_TYPES = (
 
 
 def load_bag_trajectory(bag: BagReader, topic: str | None) -> Trajectory:
-    """Load the poses of one topic, stamped by their headers.
-
-    Args:
-        bag: open bag.
-        topic: topic name; None selects the only topic with poses.
+    """Load the poses of one topic, None for the only one with poses, stamped by their headers.
 
     Raises:
         BagError: no such topic, an ambiguous choice, another type, or malformed poses.
@@ -49,10 +45,8 @@ def load_bag_trajectory(bag: BagReader, topic: str | None) -> Trajectory:
 
 
 def load_header_stamps(bag: BagReader, topic: str) -> NDArray[np.int64]:
-    """Return the header stamps of a topic's messages, shape (n,), increasing [ns].
-
-    Raises:
-        BagError: no such topic, or its messages have no header.
+    """Return the header stamps of a topic, shape (n,), increasing [ns]; raise a BagError if it has no
+    headers.
     """
     (name,) = bag.select_topics([topic])
     msgtype = bag.topics[name].msgtype
@@ -71,10 +65,8 @@ def header_stamp(raw: bytes) -> int:
 
 
 def select_pose_topic(bag: BagReader, topic: str | None) -> BagTopic:
-    """Return the named topic, or the only one with poses.
-
-    Raises:
-        BagError: no such topic, an ambiguous choice, or a topic without poses.
+    """Return the named topic, or the only one with poses; raise a BagError if there is no such or no unique
+    choice.
     """
     with_poses = [each for each in bag.topics.values() if each.msgtype in POSE_TYPES]
     if topic is None:
@@ -142,10 +134,8 @@ def load_tum(path: Path | str) -> Trajectory:
 
 
 def parse_tum_line(line: str) -> tuple[int, list[float]]:
-    """Return the stamp [ns] and the seven numbers of the pose in one line.
-
-    Raises:
-        ValueError: the line does not have eight numbers.
+    """Return the stamp [ns] and the seven numbers of the pose in a line; raise a ValueError for other
+    contents.
     """
     fields = line.split()
     if len(fields) != 8:
@@ -157,10 +147,8 @@ def parse_tum_line(line: str) -> tuple[int, list[float]]:
 
 
 def save_tum(path: Path | str, trajectory: Trajectory) -> None:
-    """Write a TUM file atomically; stamps keep their nanoseconds, poses all digits.
-
-    Raises:
-        TumFileError: the file cannot be written.
+    """Write a TUM file atomically, with nanoseconds and all digits; raise a TumFileError if it cannot be
+    written.
     """
     rows = zip(trajectory.stamps_ns, trajectory.positions, trajectory.quaternions, strict=True)
     lines = [f'# {COLUMNS}\n']

@@ -21,11 +21,7 @@ DEMOS = {
 
 
 def demo(arguments: Sequence[str]) -> int:
-    """Run the demo that is asked for; return 0 when the result is within the limits, 1 otherwise.
-
-    Raises:
-        CommandError: there is no such demo, or it could not run.
-    """
+    """Run the demo that is asked for; return 0 when the result is within the limits, 1 otherwise."""
     parser = argparse.ArgumentParser(prog='shirube demo', description=__doc__)
     parser.add_argument('name', nargs='?', default='mission', help='which one (default: %(default)s)')
     name = parser.parse_args(arguments).name
@@ -44,11 +40,7 @@ def demo(arguments: Sequence[str]) -> int:
 def demo_mission(root: Path, folder: Path) -> int:
     """Run the mission and leave its report, its numbers and the nodes' logs in the folder.
 
-    Returns:
-        0 when every goal was reached well and nothing was touched, 1 otherwise.
-
-    Raises:
-        CommandError: the mission's package is not installed.
+    Returns 0 when every goal was reached well and nothing was touched, else 1.
     """
     command = [sys.executable, str(find_executable(root, 'shirube_bringup', 'room')), str(folder)]
     with child_process(command, overlay_environment(root), log=None) as process:

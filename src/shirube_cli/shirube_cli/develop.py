@@ -15,10 +15,8 @@ _SCRIPT = 'source "$0/environment/ensure.bash"; forget_other_environments; ensur
 
 
 def install_development_packages() -> None:
-    """Complete the environment that ``./shirube`` made; leave every other one as it is.
-
-    Raises:
-        CommandError: they cannot be installed; the reason was printed.
+    """Complete the environment that ``./shirube`` made, or raise a CommandError; leave every other one as it
+    is.
     """
     root = find_root()
     if Path(sys.prefix) != root / '.venv':
@@ -43,11 +41,7 @@ ONE_PROCESS = (
 
 
 def run_tests(arguments: Sequence[str]) -> int:
-    """Run pytest at the root of the repository and return its exit code.
-
-    Args:
-        arguments: arguments of pytest; ``--quick`` runs only the tests that guard every commit.
-    """
+    """Run pytest at the root of the repository with its arguments and ``--quick``; return its exit code."""
     install_development_packages()
     root = find_root()
     is_whole = not any(Path(argument.partition('::')[0]).exists() for argument in arguments)
@@ -95,10 +89,8 @@ def _typed_folders() -> list[str]:
 
 
 def bench(arguments: Sequence[str]) -> int:
-    """Run ``benchmarks/<name>.py`` or ``benchmarks/<name>/run.py`` with the remaining arguments.
-
-    Returns:
-        its exit code.
+    """Run ``benchmarks/<name>.py`` or ``benchmarks/<name>/run.py`` with the remaining arguments; return its
+    exit code.
 
     Raises:
         CommandError: no such benchmark; the message lists those that are there.

@@ -71,14 +71,7 @@ def sentence_on_limits(broken: Sequence[str]) -> str:
 
 
 def page(bag: str, picture: str, figures: str, broken: Sequence[str]) -> str:
-    """Return the report as an HTML page.
-
-    Args:
-        bag: name of the bag.
-        picture: file name of the picture, in the page's folder.
-        figures: the figures as text.
-        broken: the limits that were not kept, a line each.
-    """
+    """Return the report as an HTML page, with the picture in its folder and the limits that were not kept."""
     packages = ', '.join(
         f'{name} {version(name)}' for name in ('numpy', 'scipy', 'opencv-python-headless', 'numba')
     )
@@ -116,11 +109,7 @@ LIMITS = {
 def demo_floor(root: Path, folder: Path) -> int:
     """Replay the drive through the live node, print the accuracy and leave the report in the folder.
 
-    Returns:
-        0 when the result is within the limits, 1 otherwise.
-
-    Raises:
-        CommandError: a process failed.
+    Returns 0 when the result is within the limits, else 1; raises a CommandError if a process failed.
     """
     bag = root / 'bags' / 'floor_drive'
     print(f'Replaying {bag.relative_to(root)} through the live floor_localizer ...', file=sys.stderr)

@@ -46,16 +46,10 @@ class FloorReplay:
 def replay_floor_drive(
     root: Path, bag: Path, folder: Path, node_command: list[str] | None = None
 ) -> FloorReplay:
-    """Replay the bag as fast as the node keeps up and return what the node made of it.
+    """Replay the bag as fast as the node keeps up; logs go to the folder.
 
-    Args:
-        root: the repository, its workspace built.
-        bag: the recorded drive.
-        folder: takes the logs.
-        node_command: program and arguments of the localizer; by default the installed node, without any.
-
-    Raises:
-        CommandError: a process failed, or no pose came; the message names the log.
+    The node is the installed one without arguments, unless a command is given. Raises a CommandError if a process
+    failed, or no pose came; the message names the log.
     """
     with live_localizer(root, LOCALIZER, IMAGES, folder, node_command) as live:
         live.play(bag, ['--rate', '0'])
@@ -106,11 +100,7 @@ class FloorAccuracy:
 
 
 def measure_accuracy(replay: FloorReplay, bag_path: Path) -> FloorAccuracy:
-    """Compare the replay's poses with the truth in the bag.
-
-    Raises:
-        ShirubeBagsError: the bag has no truth, no images, or is of another drive.
-    """
+    """Compare the replay's poses with the truth in the bag."""
     with BagReader(bag_path) as bag:
         truth = load_bag_trajectory(bag, '/ground_truth')
         images = load_header_stamps(bag, IMAGES)
@@ -122,13 +112,10 @@ def measure_accuracy(replay: FloorReplay, bag_path: Path) -> FloorAccuracy:
 
 
 def dirty_stretches(dirt: list[tuple[int, bool]]) -> NDArray[np.int64]:
-    """Join images of hidden floor that follow each other.
+    """Return the first and last stamp [ns], shape (k, 2), of each run of images of hidden floor.
 
     Args:
         dirt: stamp [ns] of each image and whether dirt hides the floor in it, in the order of time.
-
-    Returns:
-        array of int64, shape (k, 2), first and last such image of each stretch [ns].
     """
     stamps = np.array([stamp for stamp, _ in dirt], dtype=np.int64)
     hidden = np.array([False, *(is_hidden for _, is_hidden in dirt), False])

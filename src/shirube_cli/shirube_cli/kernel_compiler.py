@@ -24,12 +24,7 @@ class Progress:
     """Counts and shows what is done; to be used in a `with` statement, from any thread."""
 
     def __init__(self, title: str, total: int) -> None:
-        """Prepare.
-
-        Args:
-            title: what is being done.
-            total: how many things there are.
-        """
+        """Prepare to count ``total`` things under a title."""
         self._title, self._total, self._done = title, total, 0
         self._lock = threading.Lock()
         self._bar: tqdm | None = None
@@ -80,10 +75,10 @@ def compile_sets(
     finish: Callable[[KernelSet], None],
     worker: str = WORKER,
 ) -> None:
-    """Compile kernel sets, so that programs that use them start in seconds from then on.
+    """Compile kernel sets, the longest first, so that programs that use them start in seconds from then on.
 
     Args:
-        sets: what to compile, the longest first.
+        sets: what to compile.
         environment: all variables of the compilers; NUMBA_CACHE_DIR names the folder of the machine code.
         finish: called for each set once it is compiled, from any thread.
         worker: the Python program of a compiler.

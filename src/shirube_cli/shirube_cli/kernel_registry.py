@@ -66,12 +66,7 @@ DEMO_SETS = tuple(one for one in KERNEL_SETS if one.demo)
 
 
 def sets_of_package(root: Path, package: str) -> tuple[KernelSet, ...]:
-    """Return the kernel sets of a package and of the packages that it depends on.
-
-    Args:
-        root: the repository.
-        package: the package's name.
-    """
+    """Return the kernel sets of a package and of the packages that it depends on."""
     needed = {package}
     waiting = [package]
     while waiting:

@@ -33,11 +33,7 @@ START_TIMEOUT = 120
 
 
 class MessageInfo(TypedDict):
-    """What the middleware says of a message; only what is used here.
-
-    Attributes:
-        source_timestamp: when it was published, by the clock of this machine [ns].
-    """
+    """What the middleware says of a message: when it was published, by the clock of this machine [ns]."""
 
     source_timestamp: int
 
@@ -60,13 +56,7 @@ class PoseListener(Node):
     """
 
     def __init__(self, localizer: str, image_topic: str, context: Context) -> None:
-        """Subscribe.
-
-        Args:
-            localizer: name of the localizer's node.
-            image_topic: topic of its images.
-            context: the ROS context to live in.
-        """
+        """Subscribe to the images and to the output of the localizer's node."""
         super().__init__('pose_listener', context=context)
         self.images: dict[int, int] = {}
         self.published: dict[int, int] = {}
@@ -160,15 +150,9 @@ class LiveLocalizer:
     log: Path
 
     def play(self, bag: Path, options: list[str], on_turn: Callable[[], None] = lambda: None) -> None:
-        """Play a bag to the node and listen until it has been played.
+        """Play a bag to the node with more options of ``play``, and listen until it has been played.
 
-        Args:
-            bag: the bag.
-            options: more options of ``play``.
-            on_turn: called after each turn of the executor, ten times a second or more.
-
-        Raises:
-            CommandError: the node or the player ended with an error.
+        ``on_turn`` is called ten times a second or more. Raises a CommandError if the node or the player failed.
         """
         command = [
             sys.executable,
@@ -219,20 +203,12 @@ class LiveLocalizer:
             raise CommandError(f'the node was not heard within {START_TIMEOUT} s; see {self.log}')
 
     def check_alive(self) -> None:
-        """Raise if the node has ended.
-
-        Raises:
-            CommandError: it has; the message names the log.
-        """
+        """Raise a CommandError that names the log if the node has ended."""
         if self.process.poll() is not None:
             raise CommandError(f'the node ended with exit code {self.process.returncode}; see {self.log}')
 
     def end(self) -> None:
-        """End the node as Ctrl-C does.
-
-        Raises:
-            CommandError: its exit code is not 0; the message names the log.
-        """
+        """End the node as Ctrl-C does; raise a CommandError that names the log if its exit code is not 0."""
         if code := interrupt(self.process):
             raise CommandError(f'the node ended with exit code {code}; see {self.log}')
 
@@ -249,9 +225,6 @@ def live_localizer(
         image_topic: topic of its images.
         folder: takes the logs.
         node_command: program and arguments of the node; by default the installed one, without any.
-
-    Raises:
-        CommandError: the node did not start; the message names the log.
     """
     if node_command is None:
         node_command = [sys.executable, str(find_executable(root, package, 'node'))]

@@ -12,10 +12,8 @@ class CommandError(RuntimeError):
 
 
 def find_root() -> Path:
-    """Return the repository that contains this package.
-
-    Raises:
-        CommandError: the package was installed somewhere else, so that there is no repository around it.
+    """Return the repository that contains this package; raise a CommandError if it was installed somewhere
+    else.
     """
     root = Path(__file__).resolve().parents[3]
     if not (root / 'ros2_ws').is_dir():

@@ -18,10 +18,8 @@ USAGE = 'usage: shirube run <package> <executable> [arguments ... --ros-args ...
 
 
 def run(arguments: Sequence[str]) -> NoReturn:
-    """Replace this process by the executable that ``ros2 run`` would start.
-
-    Raises:
-        CommandError: no such package or executable, or the workspace cannot be built.
+    """Replace this process by the executable that ``ros2 run`` would start; raise a CommandError if there is
+    none.
     """
     if len(arguments) < 2:
         raise CommandError(USAGE)
@@ -34,11 +32,7 @@ def run(arguments: Sequence[str]) -> NoReturn:
 
 
 def list_programs(arguments: Sequence[str]) -> int:
-    """Print what ``run`` and ``bench`` can start; return 0.
-
-    Raises:
-        CommandError: there are arguments.
-    """
+    """Print what ``run`` and ``bench`` can start; return 0."""
     if arguments:
         raise CommandError('usage: shirube list')
     root = find_root()
@@ -54,11 +48,7 @@ def list_programs(arguments: Sequence[str]) -> int:
 
 
 def find_scripts(folder: Path) -> list[str]:
-    """Return the names of a package's executables.
-
-    Args:
-        folder: the package, with its ``setup.py``.
-    """
+    """Return the names of the executables of a package's folder."""
     settings: dict[str, Any] = {}
     with chdir(folder), patch('setuptools.setup', lambda **given: settings.update(given)):
         run_path('setup.py')

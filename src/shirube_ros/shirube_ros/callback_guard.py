@@ -46,23 +46,17 @@ class CallbackGuard:
     """Wraps a node's callbacks so that none of them can end the node."""
 
     def __init__(self, node: Node, package_errors: tuple[type[Exception], ...] = ()) -> None:
-        """Start without counts.
-
-        Args:
-            node: node whose callbacks are wrapped.
-            package_errors: errors that the node's package raises for malformed input.
+        """Start without counts; ``package_errors`` are those that the node's package raises for malformed
+        input.
         """
         self._node = node
         self._input_errors: tuple[type[Exception], ...] = (MessageError, *package_errors)
         self.counts: dict[str, TopicCount] = {}
 
     def guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
-        """Wrap a callback: errors are caught, counted, and logged once per reason.
+        """Wrap a subscription's callback: errors are caught, counted by topic, and logged once per reason.
 
-        Args:
-            topic: name under which messages are counted.
-            callback: callback of a subscription. A MessageError or an error of the package rejects the message;
-                any other error is a bug and is logged with its traceback.
+        A MessageError or an error of the package rejects the message; any other error is a bug, logged with traceback.
         """
         self.counts.setdefault(topic, TopicCount())
 
@@ -72,12 +66,7 @@ class CallbackGuard:
         return guarded
 
     def run(self, topic: str, function: Callable[[], None]) -> str | None:
-        """Call a function as `guard` does; return None on success, else an error message of one line.
-
-        Args:
-            topic: name under which the call is counted.
-            function: function to call.
-        """
+        """Call a function as `guard` does; return None on success, else an error message of one line."""
         count = self.counts.setdefault(topic, TopicCount())
         count.received += 1
         try:
@@ -97,13 +86,8 @@ class CallbackGuard:
 
 
 def create_trigger_service(node: Node, guard: CallbackGuard, name: str, function: Callable[[], str]) -> None:
-    """Create a service of type Trigger.
-
-    Args:
-        node: node that offers the service.
-        guard: counts the calls and catches their errors, which are returned to the caller.
-        name: name of the service.
-        function: function that serves a call; returns the response message, one line.
+    """Create a service whose function returns one line; its errors, which the guard counts, are returned to
+    the caller.
     """
 
     def respond(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -39,12 +39,8 @@ def occupancy_grid(
 
 
 def path_message(points: NDArray[np.float64], yaw_end: float, header: Header) -> Path:
-    """Return a path; each pose points to the next point.
-
-    Args:
-        points: points of the path in the header's frame, shape (n, 2) [m].
-        yaw_end: yaw at the end [rad].
-        header: stamp and frame.
+    """Return a path of points, shape (n, 2) [m]; each pose points to the next one, the last to ``yaw_end``
+    [rad].
     """
     if len(points) == 0:
         return Path(header=header)
@@ -64,14 +60,11 @@ _BYTES = 4
 
 
 def points_from_cloud(message: PointCloud2, topic: str) -> NDArray[np.float32]:
-    """Return the points of a cloud, shape (n, 3), in its frame [m]; NaN stays NaN.
-
-    Args:
-        message: point cloud with float fields x, y and z; padded points and rows are allowed.
-        topic: name for error messages.
+    """Return the points of a cloud with float fields x, y and z, shape (n, 3), in its frame [m]; NaN stays
+    NaN.
 
     Raises:
-        PointCloudError: a coordinate is missing or not a float, wrong byte order, or data that does not match the size.
+        PointCloudError: a coordinate is missing or no float, wrong byte order, or data that does not match the size.
     """
     if message.is_bigendian != (sys.byteorder == 'big'):
         raise PointCloudError(f'{topic} has bytes in the other order; let its publisher send little endian')
@@ -96,12 +89,7 @@ def points_from_cloud(message: PointCloud2, topic: str) -> NDArray[np.float32]:
 
 
 def cloud_from_points(points: NDArray[np.float32], header: Header) -> PointCloud2:
-    """Return an unorganized cloud (one row).
-
-    Args:
-        points: points, shape (n, 3) [m].
-        header: stamp and frame.
-    """
+    """Return points, shape (n, 3) [m], as an unorganized cloud (one row)."""
     data = array('B')
     data.frombytes(np.ascontiguousarray(points, dtype='<f4').data.cast('B') if len(points) else b'')
     fields = [

@@ -34,9 +34,6 @@ def node_executor(context: rclpy.Context | None = None) -> Executor:
     A SingleThreadedExecutor polls all entities of a node before each callback, which costs more than most callbacks: a
     node that receives a hundred small messages a second then needs two to three times the CPU time. Subscriptions whose
     callbacks take the MessageInfo need a SingleThreadedExecutor: rclpy's EventsExecutor fails with them.
-
-    Args:
-        context: context of the nodes, None for the default one.
     """
     if EventsExecutor is None:
         return SingleThreadedExecutor(context=context)
@@ -173,13 +170,10 @@ def _spin(node: Node, signals: _TerminationSignals) -> None:
 
 
 def drain_subscription(subscription: Subscription) -> None:
-    """Pass all queued messages of a subscription to its callback.
+    """Pass all queued messages of a subscription to its callback; call it from a callback of its node.
 
     The executor takes one message of each topic in turn. A topic with a higher rate than the images, such as an IMU,
     falls behind while images are processed, although its messages have arrived.
-
-    Args:
-        subscription: subscription of this node; call it from one of the node's callbacks, in the executor's thread.
     """
     while True:
         with subscription.handle:

@@ -23,18 +23,13 @@ _INT64_MAX = 2**63 - 1
 
 
 def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
-    """Declare all settings of a class as parameters of a node; return the settings with the user's values.
+    """Declare all settings of a settings class as parameters of a node; return them with the user's values.
 
     A setting of a nested class is the parameter ``group.name``. Integers are converted to floats, so that
     ``height:=1`` works as well as ``height:=1.0``.
 
-    Args:
-        node: node that declares the parameters.
-        cls: a settings dataclass.
-
     Raises:
-        SettingsError: a value of a wrong type or out of range, or a former name; the message names the
-            parameter and the remedy.
+        SettingsError: a value of a wrong type or out of range, or a former name; names parameter and remedy.
     """
     descriptions = describe_settings(cls)
     for description in descriptions:
@@ -53,11 +48,8 @@ def reject_misspelled_parameters(node: Node) -> None:
 
     A file for many nodes (``/**``) may contain parameters of other nodes, so an unknown name alone is no error.
 
-    Args:
-        node: node with all its parameters declared.
-
     Raises:
-        SettingsError: a name that is close to a declared one; the message names both.
+        SettingsError: a name that is close to one that is declared; the message names both.
     """
     declared = list(node._parameters)  # noqa: SLF001 rclpy has no public API for the given parameters
     for name in sorted(node._parameter_overrides.keys() - set(declared)):  # noqa: SLF001

@@ -32,11 +32,8 @@ def pose_message(pose: SE2) -> Pose:
 
 
 def pose_with_covariance_message(pose: SE2, covariance: ArrayLike) -> PoseWithCovariance:
-    """Return a pose on the floor with its covariance; rows and columns of z, roll and pitch are zero.
-
-    Args:
-        pose: the pose.
-        covariance: covariance of (x, y, yaw) [m, m, rad], array-like, shape (3, 3).
+    """Return a pose on the floor with its covariance of (x, y, yaw), shape (3, 3); z, roll and pitch have
+    zeros.
     """
     full = np.zeros((6, 6))
     full[_PLANAR] = covariance
@@ -64,10 +61,6 @@ def odometry_message(pose: SE2, covariance: ArrayLike, header: Header, child_fra
 def planar_pose(message: Pose, topic: str) -> SE2:
     """Return x, y and yaw; z, roll and pitch are dropped.
 
-    Args:
-        message: the pose part of a message.
-        topic: name for error messages.
-
     Raises:
         PoseError: a number is not finite, or the quaternion has length zero.
     """
@@ -85,10 +78,6 @@ def planar_pose(message: Pose, topic: str) -> SE2:
 def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tuple[SE2, NDArray[np.float64]]:
     """Return the pose on the floor and its covariance, shape (3, 3), of (x, y, yaw) [m, m, rad].
 
-    Args:
-        message: the pose part of a message.
-        topic: name for error messages.
-
     Raises:
         PoseError: an invalid pose, or a covariance that is not finite, symmetric and positive definite.
     """
@@ -104,10 +93,8 @@ def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tupl
 
 
 def tilt_from_imu(message: Any, topic: str) -> tuple[float, float]:
-    """Return fixed-axis roll and pitch of a sensor_msgs/Imu [rad].
-
-    Raises:
-        PoseError: the message has no orientation, or one that is not finite.
+    """Return fixed-axis roll and pitch of a sensor_msgs/Imu [rad]; raise a PoseError without a finite
+    orientation.
     """
     if message.orientation_covariance[0] < 0.0:
         raise PoseError(f'{topic} has no orientation; filter it with imu_filter_madgwick or similar')
@@ -115,10 +102,8 @@ def tilt_from_imu(message: Any, topic: str) -> tuple[float, float]:
 
 
 def tilt_from_quaternion(message: Any, topic: str) -> tuple[float, float]:
-    """Return fixed-axis roll and pitch of a geometry_msgs/Quaternion [rad].
-
-    Raises:
-        PoseError: a number is not finite, or the length is zero.
+    """Return fixed-axis roll and pitch [rad]; raise a PoseError if a number is not finite, or the length is
+    zero.
     """
     numbers = (message.x, message.y, message.z, message.w)
     length = math.hypot(*numbers)

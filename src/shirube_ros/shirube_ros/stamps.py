@@ -32,11 +32,7 @@ class StampValidator:
         self._latest: dict[str, float] = {}
 
     def check(self, header: Header, topic: str) -> float:
-        """Return the stamp of a message [s].
-
-        Args:
-            header: header of the message.
-            topic: topic of the message; each topic is checked separately.
+        """Return the stamp of a message of a topic [s]; each topic is checked separately.
 
         Raises:
             StampError: the message is out of order, or its stamp is zero or in the future.
@@ -78,12 +74,7 @@ class StampSynchronizer(Generic[Item]):
     """
 
     def __init__(self, topics: Sequence[str], tolerance: float) -> None:
-        """Start with empty queues.
-
-        Args:
-            topics: topics of a group.
-            tolerance: largest difference between the stamps of a group [s].
-        """
+        """Start with empty queues for a group of topics whose stamps differ by ``tolerance`` at most [s]."""
         self.completed = self.dropped = 0
         self._topics = tuple(topics)
         self._tolerance = tolerance

@@ -148,11 +148,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def positive_number(text: str) -> float:
-    """Return a finite number >= 0.
-
-    Raises:
-        ValueError: the text is not such a number.
-    """
+    """Return a finite number >= 0; raise a ValueError if it is none."""
     number = float(text)
     if not (math.isfinite(number) and number >= 0.0):
         raise ValueError(text)
@@ -170,11 +166,7 @@ COLUMNS = (
 
 
 def save_error_table(path: Path | str, errors: TrajectoryErrors) -> None:
-    """Write one line per compared pose, in seconds, metres and radians.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write one line per compared pose, in seconds, metres and radians."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(COLUMNS)
@@ -187,10 +179,8 @@ def save_error_table(path: Path | str, errors: TrajectoryErrors) -> None:
 
 
 def load_intervals(path: Path | str) -> NDArray[np.int64]:
-    """Load a CSV file with the columns ``start`` and ``end`` [s]; other columns are ignored.
-
-    Returns:
-        array of int64, shape (n, 2) [ns]; n may be 0.
+    """Load a CSV file with the columns ``start`` and ``end`` [s] as an array of int64, shape (n, 2) [ns]; n
+    may be 0.
 
     Raises:
         TrajectoryError: the file is missing, has no such columns, or a line is malformed.

@@ -78,10 +78,8 @@ def play_once(bag: BagReader, player: BagPlayer, rate: float, lockstep: Lockstep
 
 
 def wait_for_subscribers(options: argparse.Namespace, player: BagPlayer, stop: Event) -> None:
-    """Wait for the subscribers of ``--wait-for``, or else for any subscriber; report topics without one.
-
-    Raises:
-        ReplayError: a requested subscriber is missing.
+    """Wait for the subscribers of ``--wait-for``, or else for any; report topics without one, raise for
+    missing ones.
     """
     wanted = dict(options.wait_for)
     for topic in wanted:
@@ -104,7 +102,6 @@ def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
     """Return the topics to play; without a selection, topics of unknown types are skipped and reported.
 
     Raises:
-        BagError: a requested topic is not in the bag.
         ReplayError: the type of a requested topic is not installed, or no topic remains.
     """
     topics = []
@@ -159,11 +156,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def number_from_zero(text: str) -> float:
-    """Return a finite number >= 0.
-
-    Raises:
-        ValueError: it is none.
-    """
+    """Return a finite number >= 0; raise a ValueError if it is none."""
     number = float(text)
     if not (math.isfinite(number) and number >= 0.0):
         raise ValueError(text)
@@ -171,11 +164,7 @@ def number_from_zero(text: str) -> float:
 
 
 def loop_count(text: str) -> int:
-    """Return a number of repetitions, 1 or more.
-
-    Raises:
-        ValueError: it is none.
-    """
+    """Return a number of repetitions, 1 or more; raise a ValueError if it is none."""
     number = int(text)
     if number < 1:
         raise ValueError(text)

@@ -52,11 +52,7 @@ def record(session: RosSession, recorder: BagRecorder, stop: Event) -> None:
 
 
 def check_recording(recorder: BagRecorder, output: Path) -> None:
-    """Report the topics that are missing from the recording.
-
-    Raises:
-        ReplayError: nothing was recorded.
-    """
+    """Report the topics that are missing from the recording; raise a ReplayError if nothing was recorded."""
     if recorder.missing_topics:
         log(f'never published: {", ".join(recorder.missing_topics)}')
     if not any(recorder.counts.values()):

@@ -21,11 +21,7 @@ _REMEDY = 'give the YAML that camera_calibration writes'
 
 
 def load_calibration(path: Path) -> PinholeCamera:
-    """Load the intrinsics of the raw image.
-
-    Raises:
-        CalibrationError: the file is missing, not valid YAML, lacks a field or has invalid numbers.
-    """
+    """Load the intrinsics of the raw image; raise a CalibrationError if the file or its numbers are invalid."""
     try:
         content = read_yaml(path)
     except YamlFileError as fault:
@@ -72,11 +68,7 @@ _SUFFIXES = frozenset({'.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', 
 
 
 def list_images(paths: Sequence[Path]) -> list[Path]:
-    """Return the given files, and for a folder its images in alphabetical order.
-
-    Raises:
-        ImageFileError: a path that does not exist, or a folder without images.
-    """
+    """Return the files, and for a folder its images by name; raise an ImageFileError if there are none."""
     images: list[Path] = []
     for path in paths:
         if not path.exists():
@@ -92,10 +84,7 @@ def list_images(paths: Sequence[Path]) -> list[Path]:
 
 
 def load_image(path: Path) -> NDArray[np.uint8]:
-    """Load one image.
-
-    Returns:
-        array, shape (h, w) for grey or (h, w, 3) in order blue, green, red.
+    """Load one image, shape (h, w) for grey or (h, w, 3) in order blue, green, red.
 
     Raises:
         ImageFileError: the file is not an image, is truncated, or has more than 8 bits per channel.

@@ -39,15 +39,11 @@ def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
     Bags return read-only memory. A read-only array is another type for numba kernels, which would all be compiled a
     second time for it.
 
-    Args:
-        message: image in mono8, bgr8 or rgb8; padded rows (``step``) are allowed.
-        topic: name for error messages.
-
     Returns:
         array, C-contiguous, writeable, shape (h, w) for mono8, shape (h, w, 3) in order blue, green, red otherwise.
 
     Raises:
-        ImageError: unsupported encoding, an empty image, or data that does not match size and step.
+        ImageError: an encoding other than mono8, bgr8, rgb8, an empty image, or data that does not match size and step.
     """
     channels = _CHANNELS.get(message.encoding)
     if channels is None:
@@ -73,11 +69,7 @@ def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
 
 
 def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray[np.uint8]:
-    """Decode a JPEG or PNG image.
-
-    Args:
-        message: compressed image with 8 bits per channel, gray or colour.
-        topic: name for error messages.
+    """Decode a JPEG or PNG image, gray or colour.
 
     Returns:
         array, C-contiguous, shape (h, w) for gray, shape (h, w, 3) in order blue, green, red otherwise.
@@ -102,12 +94,7 @@ def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray
 
 
 def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
-    """Return a mono8 or bgr8 image message.
-
-    Args:
-        pixels: shape (h, w) gray or shape (h, w, 3) in order blue, green, red.
-        header: stamp and frame of the image.
-    """
+    """Return a mono8 or bgr8 message of pixels, shape (h, w) gray or (h, w, 3) in order blue, green, red."""
     height, width = pixels.shape[:2]
     channels = 1 if pixels.ndim == 2 else 3
     # Assigning a numpy array to Image.data copies it element by element in Python; an array.array does not.
@@ -137,11 +124,9 @@ _MILLIMETRE = 1e-3
 
 
 def depth_from_image(message: Image, topic: str) -> NDArray[np.float32]:
-    """Return a depth image, shape (height, width) [m]; NaN where there is no depth.
+    """Return a depth image, shape (h, w) [m], NaN where there is no depth.
 
-    Args:
-        message: 32FC1 in metres, or 16UC1 in millimetres with 0 for no depth.
-        topic: name for error messages.
+    The message is 32FC1 in metres, or 16UC1 in millimetres with 0 for no depth.
 
     Raises:
         ImageError: unsupported encoding, big-endian data, or data that does not match the size.

@@ -28,11 +28,7 @@ class SizedCamera(Protocol):
 
 
 def camera_from_camera_info(message: CameraInfo, topic: str) -> PinholeCamera:
-    """Return the intrinsics of the raw image (K and D).
-
-    Args:
-        message: calibration with the distortion model ``plumb_bob`` or none.
-        topic: name for error messages.
+    """Return the intrinsics of the raw image (K and D), with the distortion model ``plumb_bob`` or none.
 
     Raises:
         CameraInfoError: an uncalibrated camera (zeros), invalid numbers or an unsupported distortion model.
@@ -54,16 +50,8 @@ def camera_from_camera_info(message: CameraInfo, topic: str) -> PinholeCamera:
 
 
 def check_image_size(camera: SizedCamera, shape: tuple[int, ...], topic: str, info_topic: str) -> None:
-    """Reject an image whose size differs from that of the calibration.
-
-    Args:
-        camera: intrinsics from the CameraInfo.
-        shape: shape of the image, (h, w) or (h, w, 3).
-        topic: topic of the image, for error messages.
-        info_topic: topic of the CameraInfo, for error messages.
-
-    Raises:
-        CameraInfoError: the sizes differ.
+    """Raise a CameraInfoError if the shape of an image, (h, w) or (h, w, 3), differs from its calibration's
+    size.
     """
     height, width = shape[:2]
     if (width, height) != (camera.width, camera.height):
@@ -75,11 +63,8 @@ def check_image_size(camera: SizedCamera, shape: tuple[int, ...], topic: str, in
 
 @dataclass(frozen=True, eq=False)
 class RigCamera:
-    """A rectified camera of a stereo or trinocular rig.
-
-    Attributes:
-        camera: intrinsics of the rectified image.
-        projection: projection matrix P, shape (3, 4); contains the position of the camera in the rig.
+    """Intrinsics of the rectified camera of a rig, and its projection matrix P, shape (3, 4), with its
+    position.
     """
 
     camera: PinholeCamera
@@ -102,11 +87,7 @@ def rig_camera(message: CameraInfo, topic: str) -> RigCamera:
 
 
 def projection_from_camera_info(message: CameraInfo, topic: str) -> NDArray[np.float64]:
-    """Return the projection matrix P, shape (3, 4).
-
-    Raises:
-        CameraInfoError: P is all zeros.
-    """
+    """Return the projection matrix P, shape (3, 4); raise a CameraInfoError if it is zero."""
     projection = np.array(message.p, dtype=np.float64).reshape(3, 4)
     if not projection.any():
         raise CameraInfoError(f'{topic} is not rectified, P is zero; calibrate the cameras as a rig')
@@ -115,10 +96,6 @@ def projection_from_camera_info(message: CameraInfo, topic: str) -> NDArray[np.f
 
 def rectified_camera(message: CameraInfo, topic: str) -> PinholeCamera:
     """Return the camera of the rectified image, from P, or from K if P is zero and there is no distortion.
-
-    Args:
-        message: calibration.
-        topic: name for error messages.
 
     Raises:
         CameraInfoError: zeros, invalid numbers, or distortion without P.

@@ -23,13 +23,8 @@ _IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 @dataclass(frozen=True)
 class RecordingTopics:
-    """Names of topics; an empty name means no topic.
-
-    Attributes:
-        images: topics of the images, raw or compressed.
-        camera_infos: topics of the calibrations, in the same order.
-        odometry: topic of the wheel odometry.
-        imu: topic of the IMU, whose orientation gives the tilt.
+    """Names of topics, empty for none: of images with their calibrations in the same order, odometry and IMU
+    (tilt).
     """
 
     images: tuple[str, ...]
@@ -46,35 +41,29 @@ class RecordingTopics:
 def choose_images(
     bag: BagReader, name: str | None, default: tuple[str, ...] = ('/image_raw', '/image_raw/compressed')
 ) -> str:
-    """Return the image topic of a camera: the named one, else a default one, else the only one.
-
-    Raises:
-        BagError: the named topic is missing or has another type, or the choice is not unique.
+    """Return the image topic of a camera: the named one, else a default one, else the only one; see
+    `select_topic`.
     """
     return select_topic(bag, name, _IMAGES, default)
 
 
 def choose_camera_info(bag: BagReader, name: str | None, default: str = '/camera_info') -> str:
-    """Return the CameraInfo topic of a camera; see `choose_images`."""
+    """Return the CameraInfo topic of a camera; see `select_topic`."""
     return select_topic(bag, name, ('sensor_msgs/msg/CameraInfo',), (default,))
 
 
 def choose_imu(bag: BagReader, name: str | None) -> str:
-    """Return the IMU topic, empty if there is none; see `choose_images`."""
+    """Return the IMU topic, empty if there is none; see `select_topic`."""
     return select_topic(bag, name, ('sensor_msgs/msg/Imu',), ('/imu',), is_optional=True)
 
 
 def choose_topics(
     bag: BagReader, image: str | None, camera_info: str | None, odometry: str | None, imu: str | None = ''
 ) -> RecordingTopics:
-    """Return the topics of one camera: the given ones, else the nodes' defaults, else the only one of the type.
+    """Return the topics of one camera: the given ones, else the nodes' defaults, else the only one of the
+    type.
 
-    Args:
-        bag: open bag.
-        image: topic of the images, None if not given.
-        camera_info: topic of the calibration, None if not given.
-        odometry: topic of the odometry, None if not given.
-        imu: topic of the IMU, None if not given; empty if it is not used.
+    None means not given; an empty ``imu`` is not used.
 
     Raises:
         BagError: a given topic is missing or of another type, or the choice is not unique.
@@ -95,14 +84,8 @@ def select_topic(
     *,
     is_optional: bool = False,
 ) -> str:
-    """Return the named topic, else a default one, else the only one of the type; empty if there is none.
-
-    Args:
-        bag: open bag.
-        name: name given by the user, None if not given.
-        types: accepted message types; the first one appears in error messages.
-        defaults: default names, in order of preference.
-        is_optional: whether the topic may be missing.
+    """Return the named topic, else the first default one, else the only one of the types; empty if there is
+    none.
 
     Raises:
         BagError: the named topic is missing or has another type, or the choice is not unique.
@@ -129,16 +112,7 @@ Calibration = TypeVar('Calibration', bound=SizedCamera)
 
 @dataclass(frozen=True)
 class RecordedImage(Generic[Calibration]):
-    """A recorded image with its calibration.
-
-    Attributes:
-        camera: index of the camera.
-        topic: topic of the message.
-        header: header of the message.
-        stamp_ns: stamp of the image [ns].
-        pixels: pixels, shape (h, w) or (h, w, 3).
-        calibration: calibration of the camera.
-    """
+    """A recorded image of shape (h, w) or (h, w, 3), with stamp [ns], index and calibration of its camera."""
 
     camera: int
     topic: str
@@ -150,13 +124,7 @@ class RecordedImage(Generic[Calibration]):
 
 @dataclass(frozen=True)
 class BadImage:
-    """An image that cannot be used.
-
-    Attributes:
-        topic: topic of the message.
-        stamp_ns: stamp of the image [ns].
-        fault: error message, one line.
-    """
+    """An image that cannot be used, with stamp [ns] and an error message of one line."""
 
     topic: str
     stamp_ns: int
@@ -165,13 +133,7 @@ class BadImage:
 
 @dataclass(frozen=True)
 class RecordedOdometry:
-    """A recorded odometry message.
-
-    Attributes:
-        topic: topic of the message.
-        header: header of the message.
-        T_odom_base: pose of the base in the odometry frame.
-    """
+    """A recorded pose of the base in the odometry frame."""
 
     topic: str
     header: Any
@@ -180,14 +142,7 @@ class RecordedOdometry:
 
 @dataclass(frozen=True)
 class RecordedTilt:
-    """A recorded tilt of the robot.
-
-    Attributes:
-        topic: topic of the message.
-        header: header of the message.
-        stamp_ns: stamp of the message [ns].
-        tilt: roll and pitch of the base [rad].
-    """
+    """A recorded tilt, roll and pitch of the base [rad], with its stamp [ns]."""
 
     topic: str
     header: Any
