@@ -28,15 +28,7 @@ def install_development_packages() -> None:
 QUICK = '--quick'
 # These want pytest's own process, or choose the number of processes themselves.
 ONE_PROCESS = (
-    '-n',
-    '--numprocesses',
-    '--dist',
-    '--pdb',
-    '--trace',
-    '-s',
-    '--capture=no',
-    '--collect-only',
-    '--co',
+    *('-n', '--numprocesses', '--dist', '--pdb', '--trace', '-s', '--capture=no', '--collect-only', '--co'),
 )
 
 
@@ -106,6 +98,7 @@ def bench(arguments: Sequence[str]) -> int:
     command = [sys.executable, str(programs[arguments[0]]), *arguments[1:]]
     # The machine code of the tests, as far as it is there, so that nothing is compiled while something is measured.
     environment = {'NUMBA_CACHE_DIR': str(kernel_folder(root)), **safe_environment()}
+    environment['PYTHONPATH'] = str(root / 'tests')  # for node_testing
     return subprocess.run(command, cwd=root, env=environment, check=False).returncode
 
 

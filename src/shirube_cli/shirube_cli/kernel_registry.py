@@ -12,7 +12,6 @@ class KernelSet:
 
     Attributes:
         name: unique name, which is also that of the file that marks the set as compiled.
-        package: the package whose executables need the set.
         module: the module to import.
         call: the call of one of its functions that compiles all kernels of the set.
         kernels: how many functions are compiled that no earlier set of the package compiles.
@@ -20,45 +19,25 @@ class KernelSet:
     """
 
     name: str
-    package: str
     module: str
     call: str
     kernels: int
     demo: bool = True
 
+    @property
+    def package(self) -> str:
+        """The package whose executables need the set."""
+        return self.module.partition('.')[0]
 
+
+_LIGHT = 'vlc_beacon.core.receiver.compile_kernels'
 KERNEL_SETS = (
-    KernelSet(
-        'floor_localizer', 'floor_localizer', 'floor_localizer.core.compile_kernels', 'compile_kernels()', 134
-    ),
-    KernelSet(
-        'stereo_landmark', 'stereo_landmark', 'stereo_landmark.core.compile_kernels', 'compile_kernels()', 128
-    ),
-    KernelSet(
-        'vlc_beacon_rolling',
-        'vlc_beacon',
-        'vlc_beacon.core.receiver.compile_kernels',
-        "compile_kernels(ReceiverSettings('rolling'))",
-        21,
-    ),
-    KernelSet(
-        'shirube_bringup', 'shirube_bringup', 'shirube_bringup.compile_kernels', 'compile_kernels()', 29
-    ),
-    KernelSet(
-        'reward_planner',
-        'reward_planner',
-        'reward_planner.core.compile_kernels',
-        'compile_default_kernels()',
-        32,
-    ),
-    KernelSet(
-        'vlc_beacon_global',
-        'vlc_beacon',
-        'vlc_beacon.core.receiver.compile_kernels',
-        "compile_kernels(ReceiverSettings('global'))",
-        2,
-        demo=False,
-    ),
+    KernelSet('floor_localizer', 'floor_localizer.core.compile_kernels', 'compile_kernels()', 134),
+    KernelSet('stereo_landmark', 'stereo_landmark.core.compile_kernels', 'compile_kernels()', 128),
+    KernelSet('vlc_beacon_rolling', _LIGHT, "compile_kernels(ReceiverSettings('rolling'))", 21),
+    KernelSet('shirube_bringup', 'shirube_bringup.compile_kernels', 'compile_kernels()', 29),
+    KernelSet('reward_planner', 'reward_planner.core.compile_kernels', 'compile_default_kernels()', 32),
+    KernelSet('vlc_beacon_global', _LIGHT, "compile_kernels(ReceiverSettings('global'))", 2, demo=False),
 )
 """In the order in which they are compiled: those of the demo first, of these the longest first."""
 _DEPENDENCY = re.compile(r'<exec_depend>(\w+)</exec_depend>')

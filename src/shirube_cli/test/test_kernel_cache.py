@@ -85,7 +85,7 @@ THREE_KERNELS = 'import sys\nfor _ in sys.stdin: print("kernel\\n" * 3 + "done",
 
 def test_progress_is_plain_lines_that_count_to_the_total(capfd: pytest.CaptureFixture[str]) -> None:
     done: list[KernelSet] = []
-    sets = [KernelSet(name, 'probe', 'none', 'none', 5) for name in ('first', 'second', 'third')]
+    sets = [KernelSet(name, 'probe', 'none', 5) for name in ('first', 'second', 'third')]
     compile_sets(sets, safe_environment(), done.append, THREE_KERNELS)
     assert sorted(done, key=lambda one: one.name) == sets
     lines = capfd.readouterr().err.splitlines()

@@ -88,24 +88,16 @@ def _descriptor(description: SettingDescription) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(description=f'{description.description}{unit}', read_only=True)
     if description.limits != 'any':
         descriptor.additional_constraints = description.limits
-    if description.minimum is None and description.maximum is None:
+    low, high = description.minimum, description.maximum
+    if low is None and high is None:
         return descriptor
     if description.type is float:
-        descriptor.floating_point_range = [_float_range(description)]
+        least, most = -math.inf if low is None else float(low), math.inf if high is None else float(high)
+        descriptor.floating_point_range = [FloatingPointRange(from_value=least, to_value=most)]
     elif description.type is int:
-        descriptor.integer_range = [_integer_range(description)]
+        first, last = (
+            -_INT64_MAX if low is None else math.ceil(low),
+            _INT64_MAX if high is None else math.floor(high),
+        )
+        descriptor.integer_range = [IntegerRange(from_value=first, to_value=last)]
     return descriptor
-
-
-def _float_range(description: SettingDescription) -> FloatingPointRange:
-    return FloatingPointRange(
-        from_value=-math.inf if description.minimum is None else float(description.minimum),
-        to_value=math.inf if description.maximum is None else float(description.maximum),
-    )
-
-
-def _integer_range(description: SettingDescription) -> IntegerRange:
-    return IntegerRange(
-        from_value=-_INT64_MAX if description.minimum is None else math.ceil(description.minimum),
-        to_value=_INT64_MAX if description.maximum is None else math.floor(description.maximum),
-    )

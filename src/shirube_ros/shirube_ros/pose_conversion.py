@@ -83,7 +83,13 @@ def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tupl
     """
     pose = planar_pose(message.pose, topic)
     covariance = np.array(message.covariance, dtype=np.float64).reshape(6, 6)[_PLANAR]
-    if not np.isfinite(covariance).all() or not np.allclose(covariance, covariance.T):
+    if (
+        not np.isfinite(covariance).all()
+        or not (
+            np.abs(covariance - covariance.T)
+            <= 1e-8 + 1e-5 * np.abs(covariance)  # np.allclose takes twice as long
+        ).all()
+    ):
         raise PoseError(f'{topic} holds a covariance that is not finite and symmetric; check its publisher')
     if np.linalg.eigvalsh(covariance)[0] <= 0.0:
         raise PoseError(

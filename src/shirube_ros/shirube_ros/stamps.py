@@ -110,7 +110,5 @@ class StampSynchronizer(Generic[Item]):
             queue.clear()
 
     def _find_match(self, topic: str, stamp: float) -> int | None:
-        for index, (other, _) in enumerate(self._queues[topic]):
-            if abs(other - stamp) <= self._tolerance:
-                return index
-        return None
+        stamps = [other for other, _ in self._queues[topic]]
+        return next((i for i, other in enumerate(stamps) if abs(other - stamp) <= self._tolerance), None)

@@ -6,7 +6,6 @@ import argparse
 import csv
 import io
 import json
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,7 +27,7 @@ from shirube_bags.accuracy import (
 )
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ShirubeBagsError, TrajectoryError
-from shirube_bags.stamps import stamp_from_text, text_from_stamp
+from shirube_bags.stamps import number_from_zero, stamp_from_text, text_from_stamp
 from shirube_bags.trajectory import Trajectory, planar_poses
 from shirube_bags.trajectory_files import load_bag_trajectory, load_header_stamps, load_tum, save_tum
 from shirube_core.files import write_text
@@ -129,7 +128,7 @@ def make_parser() -> argparse.ArgumentParser:
     add(
         '--exclude', type=Path, metavar='CSV', help='intervals "start,end" [s] in which no poses are expected'
     )
-    add('--longest-gap', type=positive_number, default=0.5, metavar='SECONDS',
+    add('--longest-gap', type=number_from_zero, default=0.5, metavar='SECONDS',
         help='the reference is not interpolated over longer gaps (default: %(default)s)')  # fmt: skip
     add('--tum', type=Path, metavar='FOLDER', help='write estimate.tum and reference.tum to it, at the same '
         'stamps, for "evo_ape tum reference.tum estimate.tum"')  # fmt: skip
@@ -139,20 +138,12 @@ def make_parser() -> argparse.ArgumentParser:
     for quantity in ('position', 'heading'):
         for statistic in STATISTICS:
             limits.add_argument(
-                f'--max-{quantity}-{statistic}', type=positive_number, metavar='LIMIT',
+                f'--max-{quantity}-{statistic}', type=number_from_zero, metavar='LIMIT',
                 dest=f'limit_{quantity}_{statistic}',
             )  # fmt: skip
-    limits.add_argument('--min-coverage', type=positive_number, metavar='FRACTION', dest=f'limit_{COVERAGE}',
+    limits.add_argument('--min-coverage', type=number_from_zero, metavar='FRACTION', dest=f'limit_{COVERAGE}',
                         help='fraction of the expected poses, 0 to 1')  # fmt: skip
     return parser
-
-
-def positive_number(text: str) -> float:
-    """Return a finite number >= 0; raise a ValueError if it is none."""
-    number = float(text)
-    if not (math.isfinite(number) and number >= 0.0):
-        raise ValueError(text)
-    return number
 
 
 if __name__ == '__main__':

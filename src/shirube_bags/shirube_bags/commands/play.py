@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import sys
 from collections.abc import Sequence
@@ -20,7 +19,7 @@ from shirube_bags.errors import ReplayError, ShirubeBagsError
 from shirube_bags.lockstep import Lockstep
 from shirube_bags.replay import replay, wait_for_any, wait_for_counts
 from shirube_bags.ros_session import ros_session, stop_on_signals
-from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.stamps import NANOSECONDS, number_from_zero
 
 # Timeout for delivery of the last messages before the program ends [s].
 DELIVERY_TIMEOUT = 5.0
@@ -135,17 +134,11 @@ def make_parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('bag', type=Path, help='folder of a rosbag2, or its .mcap or .db3 file')
     add('--rate', type=number_from_zero, default=1.0, metavar='R',
-        help='playback rate (default: 1); 0: as fast as the nodes keep up, in lock '
-        'step')  # fmt: skip
+        help='playback rate (default: 1); 0: as fast as the nodes keep up, in lock step')  # fmt: skip
     add('--lockstep', action='store_true',
         help='publish a message only after the nodes have processed the last one')  # fmt: skip
-    add(
-        '--loop',
-        type=loop_count,
-        default=1,
-        metavar='N',
-        help='number of repetitions; /clock jumps back each time',
-    )
+    add('--loop', type=loop_count, default=1, metavar='N',
+        help='number of repetitions; /clock jumps back each time')  # fmt: skip
     add('--topics', nargs='+', default=(), metavar='TOPIC', help='play only these topics')
     add('--wait-for', nargs='+', default=(), type=wanted_subscribers, metavar='TOPIC[/COUNT]',
         help='start when these topics have COUNT subscribers (default 1); without this option, any subscriber '
@@ -153,14 +146,6 @@ def make_parser() -> argparse.ArgumentParser:
     add('--timeout', type=number_from_zero, default=10.0, metavar='SECONDS',
         help='how long to wait for subscribers (default: %(default)g)')  # fmt: skip
     return parser
-
-
-def number_from_zero(text: str) -> float:
-    """Return a finite number >= 0; raise a ValueError if it is none."""
-    number = float(text)
-    if not (math.isfinite(number) and number >= 0.0):
-        raise ValueError(text)
-    return number
 
 
 def loop_count(text: str) -> int:
