@@ -87,13 +87,8 @@ def time_span(trajectory: Trajectory) -> str:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Number of stamps with a pose.
-
-    Attributes:
-        expected: number of stamps that should have a pose.
-        covered: number of expected stamps with a pose.
-        excluded: number of stamps within an excluded interval.
-        missing_ns: array of int64, stamps without a pose [ns].
+    """Numbers of stamps that should have a pose, that have one, that are excluded, and the stamps without
+    one [ns].
     """
 
     expected: int
@@ -113,13 +108,10 @@ def compute_coverage(
     tolerance_ns: int,
     excluded_ns: NDArray[np.int64],
 ) -> Coverage:
-    """Count the stamps [ns] that have a pose.
+    """Count the expected stamps [ns], shape (n,), with an estimate, shape (m,), increasing, m > 0, within a
+    tolerance.
 
-    Args:
-        expected_ns: array of int64, shape (n,), stamps of the images.
-        estimated_ns: array of int64, shape (m,), increasing, m > 0, stamps of the poses.
-        tolerance_ns: largest difference between the stamps of a pose and its image.
-        excluded_ns: array of int64, shape (k, 2), first and last stamp of each interval in which no pose is expected.
+    ``excluded_ns``, shape (k, 2), has the first and last stamp of each interval in which no pose is expected.
     """
     is_excluded = np.zeros(len(expected_ns), dtype=bool)
     for start, end in excluded_ns:
@@ -138,15 +130,8 @@ COVERAGE = 'coverage'
 
 @dataclass(frozen=True)
 class AccuracyReport:
-    """Accuracy of one run.
-
-    Attributes:
-        compared: number of poses with ground truth at their stamp.
-        unmatched: number of poses without.
-        position: statistics of the position errors [m].
-        heading: statistics of the heading errors [rad].
-        coverage: stamps with and without a pose.
-        expected_from: source of the expected stamps, for the text report.
+    """Accuracy of one run: poses with and without ground truth, statistics of position [m] and heading
+    [rad], coverage.
     """
 
     compared: int

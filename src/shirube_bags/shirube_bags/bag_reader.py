@@ -60,10 +60,7 @@ class BagReader:
             for message in bag.messages(['/image_raw']):
                 image = bag.decode(message)
 
-    Attributes:
-        topics: topics by name (after opening).
-        start_ns, end_ns: stamps of the first and the last message [ns].
-        message_count: number of messages in the bag.
+    When open, it has the topics by name, the first and the last stamp [ns] and the number of messages.
     """
 
     def __init__(self, path: Path | str) -> None:

@@ -21,13 +21,8 @@ class BagRecorder:
     """Subscribes to topics when they appear and writes their serialized messages into a bag."""
 
     def __init__(self, node: Node, bag: BagWriter, topics: Sequence[str], log: Callable[[str], None]) -> None:
-        """Start without subscriptions.
-
-        Args:
-            node: node that subscribes; its clock stamps the messages.
-            bag: open bag.
-            topics: topics to record; all if empty.
-            log: called with a line for each topic that is recorded or skipped.
+        """Start without subscriptions; record ``topics``, all if empty, stamped by the node's clock, and log
+        each one.
         """
         self._node = node
         self._bag = bag

@@ -26,14 +26,9 @@ IMAGES = '/image_raw/compressed'
 
 @dataclass(frozen=True)
 class FloorReplay:
-    """What came of a replay.
-
-    Attributes:
-        trajectory: the poses that the node published.
-        images: how many images were replayed.
-        delays: array, shape (n,), from the publication of an image to that of its pose [s].
-        duration: wall time from the first image to the last pose [s].
-        reasons: how many images had no pose for which reason, in the node's words.
+    """What came of a replay: the published poses, the number of images, the delays from an image to its
+    pose, shape (n,) [s], the wall time from the first image to the last pose [s], and how many images had
+    no pose for which reason.
     """
 
     trajectory: Trajectory
@@ -82,14 +77,8 @@ STAMP_TOLERANCE_NS = 1_000_000
 
 @dataclass(frozen=True)
 class FloorAccuracy:
-    """A replay and its truth.
-
-    Attributes:
-        truth: the true poses.
-        images_ns: array of int64, shape (n,), stamps of all images [ns].
-        dirty_ns: array of int64, shape (k, 2), first and last image of each stretch of hidden floor [ns].
-        errors: errors of the poses.
-        report: their figures.
+    """A replay and its truth: stamps of all images, shape (n,) [ns], first and last stamp of each stretch of
+    hidden floor, shape (k, 2) [ns], and the errors of the poses with their report.
     """
 
     truth: Trajectory

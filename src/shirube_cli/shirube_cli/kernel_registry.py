@@ -12,7 +12,7 @@ class KernelSet:
 
     Attributes:
         name: unique name, which is also that of the file that marks the set as compiled.
-        module: the module to import.
+        module: the module to import, of the package whose executables need the set.
         call: the call of one of its functions that compiles all kernels of the set.
         kernels: how many functions are compiled that no earlier set of the package compiles.
         demo: whether ``shirube demo`` needs the set.

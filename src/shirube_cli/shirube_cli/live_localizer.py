@@ -131,15 +131,8 @@ def _stamp(header: Header) -> int:
 
 @dataclass(frozen=True)
 class LiveLocalizer:
-    """A running node and its listener.
-
-    Attributes:
-        root: the repository, its workspace built.
-        listener: stores what the node publishes.
-        executor: spins the listener.
-        process: the node's process.
-        environment: variables of other processes that exchange messages with the node.
-        log: takes what the node prints.
+    """A running node with the environment of processes that exchange messages with it, its log, and its
+    listener.
     """
 
     root: Path
@@ -217,14 +210,9 @@ class LiveLocalizer:
 def live_localizer(
     root: Path, package: str, image_topic: str, folder: Path, node_command: list[str] | None = None
 ) -> Iterator[LiveLocalizer]:
-    """Start a localizer's node and listen to it, in a domain that nobody else on this machine uses.
+    """Start a package's node, named as the package and by default the installed one, and listen to it.
 
-    Args:
-        root: the repository, its workspace built.
-        package: the localizer's package, which is its node's name, too.
-        image_topic: topic of its images.
-        folder: takes the logs.
-        node_command: program and arguments of the node; by default the installed one, without any.
+    It runs in a domain that nobody else on this machine uses; logs go to the folder.
     """
     if node_command is None:
         node_command = [sys.executable, str(find_executable(root, package, 'node'))]

@@ -19,12 +19,8 @@ _OTHER_REASONS = 'other reasons'
 
 @dataclass
 class TopicCount:
-    """Message counts of one topic.
-
-    Attributes:
-        received: number of messages received.
-        rejected: number of rejected messages, by reason.
-        latest_rejection: reason of the latest rejection that has not been reported yet, else None.
+    """Numbers of received messages of a topic and of rejected ones, by reason, and the latest reason not yet
+    reported.
     """
 
     received: int = 0

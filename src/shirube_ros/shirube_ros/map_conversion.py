@@ -20,13 +20,9 @@ from shirube_ros.pose_conversion import pose_message, pose_stamped
 def occupancy_grid(
     cells: NDArray[np.int8], origin: tuple[float, float], resolution: float, header: Header
 ) -> OccupancyGrid:
-    """Return an OccupancyGrid.
+    """Return an OccupancyGrid with a lower left corner x, y [m] and a cell size [m].
 
-    Args:
-        cells: occupancy, shape (rows, columns), row 0 at the smallest y; -1 unknown, 0 free to 100 occupied.
-        origin: x and y of the lower left corner [m].
-        resolution: cell size [m].
-        header: stamp and frame.
+    The cells have shape (rows, columns), row 0 at the smallest y; -1 is unknown, 0 free to 100 occupied.
     """
     rows, columns = cells.shape
     origin_pose = pose_message(SE2(*origin, 0.0))

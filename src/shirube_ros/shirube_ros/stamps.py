@@ -68,9 +68,7 @@ Item = TypeVar('Item')
 class StampSynchronizer(Generic[Item]):
     """Groups one item of each topic with matching stamps, as message_filters' approximate time synchronizer.
 
-    Attributes:
-        completed: number of complete groups.
-        dropped: number of items without a match.
+    It counts completed groups and items dropped without a match.
     """
 
     def __init__(self, topics: Sequence[str], tolerance: float) -> None:

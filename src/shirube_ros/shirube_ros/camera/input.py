@@ -24,16 +24,9 @@ Camera = TypeVar('Camera', bound=SizedCamera)
 class ImageInput(Generic[Camera]):
     """Subscribes to an image and its CameraInfo, and calls back with the pixels and the camera model.
 
-    =====================  ==============================  ==========================================
-    topic                  type                            when
-    =====================  ==============================  ==========================================
-    ``<topic>``            sensor_msgs/Image               transport ``raw`` or ``auto``
-    ``<topic>/compressed`` sensor_msgs/CompressedImage     transport ``compressed`` or ``auto``
-    ``<info_topic>``       sensor_msgs/CameraInfo          always
-    =====================  ==============================  ==========================================
-
-    With ``auto`` the first transport that delivers an image is used and the other one is unsubscribed, so that a
-    camera which publishes both delivers each image once and does not compress images that nobody uses.
+    ``<topic>`` is a sensor_msgs/Image, ``<topic>/compressed`` a sensor_msgs/CompressedImage, ``<info_topic>`` the
+    CameraInfo. With ``auto`` the first transport that delivers an image is used and the other one is unsubscribed,
+    so that a camera which publishes both delivers each image once and does not compress images that nobody uses.
     """
 
     def __init__(

@@ -151,13 +151,7 @@ class RecordedTilt:
 
 
 class Recording(Generic[Calibration]):
-    """Reads a bag; invalid messages are skipped, as a node skips them.
-
-    Args:
-        bag: open bag.
-        topics: topics to read.
-        read_calibration: converts a CameraInfo to a calibration; its second argument is the topic, for error messages.
-    """
+    """Reads topics of an open bag; invalid messages are skipped, as a node skips them."""
 
     def __init__(
         self, bag: BagReader, topics: RecordingTopics, read_calibration: Callable[[Any, str], Calibration]
