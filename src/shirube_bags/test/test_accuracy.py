@@ -127,32 +127,6 @@ def test_the_position_error_is_the_absolute_pose_error_of_evo(tmp_path):
     assert error_statistics(errors.heading).rms == pytest.approx(turns.get_all_statistics()['rmse'])
 
 
-NONE = np.empty((0, 2), dtype=np.int64)
-
-
-def test_each_stamp_with_a_near_pose_is_covered():
-    expected, poses = np.array([0, 100, 200, 300]), np.array([1, 99, 206, 1000])
-    coverage = compute_coverage(expected, poses, 5, NONE)
-    assert (coverage.expected, coverage.covered, coverage.fraction) == (4, 2, 0.5)
-    assert coverage.missing_ns.tolist() == [200, 300]
-
-
-def test_stamps_in_excluded_intervals_are_left_out_ends_included():
-    expected = np.arange(0, 1000, 100)
-    coverage = compute_coverage(expected, np.array([0, 100]), 0, np.array([[200, 400], [900, 950]]))
-    assert (coverage.expected, coverage.covered, coverage.excluded) == (6, 2, 4)
-    assert coverage.missing_ns.tolist() == [500, 600, 700, 800]
-
-
-def test_overlapping_intervals_exclude_a_stamp_once():
-    intervals = np.array([[0, 500], [100, 1000]])
-    assert compute_coverage(np.array([300]), np.array([0]), 0, intervals).excluded == 1
-
-
-def test_nothing_expected_is_wholly_covered():
-    assert compute_coverage(np.array([5]), np.array([0]), 0, np.array([[0, 10]])).fraction == 1.0
-
-
 @pytest.fixture
 def report():
     """Ten poses, each 3 mm and 0.5 degrees off; one of eleven expected is missing."""
@@ -197,3 +171,20 @@ def test_a_broken_limit_is_named(report, name, limit, words):
     (line,) = exceeded_limits(report, {name: limit, 'position_max': 1.0})
     assert line.startswith(f'{name} is ')
     assert f'{words} than the limit {limit}' in line
+
+
+@pytest.mark.parametrize(
+    ('expected', 'poses', 'tolerance', 'intervals', 'counts', 'missing'),
+    [
+        ([0, 100, 200, 300], [1, 99, 206, 1000], 5, [], (4, 2, 0), [200, 300]),
+        # The ends of an interval are excluded, too; of two intervals, a stamp once.
+        (range(0, 1000, 100), [0, 100], 0, [[200, 400], [900, 950]], (6, 2, 4), [500, 600, 700, 800]),
+        ([300], [0], 0, [[0, 500], [100, 1000]], (0, 0, 1), []),
+    ],
+)
+def test_stamps_with_a_near_pose_are_covered(expected, poses, tolerance, intervals, counts, missing):
+    excluded = np.array(intervals, dtype=np.int64).reshape(-1, 2)
+    coverage = compute_coverage(np.array(expected), np.array(poses), tolerance, excluded)
+    assert (coverage.expected, coverage.covered, coverage.excluded) == counts
+    assert coverage.missing_ns.tolist() == missing
+    assert coverage.fraction == (counts[1] / counts[0] if counts[0] else 1.0)

@@ -93,28 +93,18 @@ def test_messages_are_due_at_the_bag_s_time_over_the_rate(rate):
     assert pace.delay(100 * SECOND, 7.0) == 0.0
     assert pace.delay(102 * SECOND, 7.0) == pytest.approx(2.0 / rate)
     assert pace.delay(102 * SECOND, 7.0 + 1.5 / rate) == pytest.approx(0.5 / rate)
-
-
-def test_the_bag_s_time_is_the_stamp_when_a_message_is_due():
-    pace = ReplayClock(2.0, 100 * SECOND, now=7.0)
-    assert pace.bag_time(7.0 + pace.delay(103 * SECOND, 7.0)) == 103 * SECOND
-
-
-def test_rate_zero_never_waits():
+    assert pace.bag_time(7.0 + 3.0 / rate) == pytest.approx(103 * SECOND)
     assert ReplayClock(0.0, 0, now=0.0).delay(10**15, 0.0) == 0.0
 
 
-def test_after_a_halt_the_messages_keep_their_distances():
+def test_after_a_halt_the_messages_keep_their_distances_and_small_delays_do_not_add_up():
+    pace = ReplayClock(1.0, 0, now=0.0)
+    assert pace.delay(1 * SECOND, 1.01) == 0.0
+    assert pace.delay(2 * SECOND, 1.01) == pytest.approx(0.99)
     pace = ReplayClock(1.0, 0, now=0.0)
     assert pace.delay(1 * SECOND, 5.0) == 0.0
     assert pace.delay(2 * SECOND, 5.0) == pytest.approx(1.0)
     assert pace.bag_time(5.0) == 1 * SECOND
-
-
-def test_small_delays_do_not_add_up():
-    pace = ReplayClock(1.0, 0, now=0.0)
-    assert pace.delay(1 * SECOND, 1.01) == 0.0
-    assert pace.delay(2 * SECOND, 1.01) == pytest.approx(0.99)
 
 
 class Counts:
@@ -143,18 +133,18 @@ def test_missing_subscribers_are_named_with_their_numbers():
         wait_for_counts(lambda topic: int(topic == '/a'), {'/a': 1, '/b': 2}, 0.05, never)
 
 
-def test_the_first_subscriber_ends_the_wait_and_lonely_topics_are_returned():
-    assert wait_for_any(lambda topic: int(topic == '/a'), ['/a', '/b'], 30.0, never) == ['/b']
-
-
-def test_a_later_subscription_of_the_same_node_is_waited_for():
-    assert wait_for_any(Counts({'/a': 0, '/b': 10}), ['/a', '/b'], 30.0, never) == []
-
-
-def test_without_any_subscriber_all_topics_are_lonely():
-    assert wait_for_any(lambda _topic: 0, ['/a', '/b'], 0.05, never) == ['/a', '/b']
-
-
 def test_a_wish_to_stop_ends_every_wait():
     wait_for_counts(lambda _topic: 0, {'/a': 1}, 30.0, lambda: True)
     wait_for_any(lambda _topic: 0, ['/a'], 30.0, lambda: True)
+
+
+@pytest.mark.parametrize(
+    ('subscribers', 'timeout', 'lonely'),
+    [
+        (lambda topic: int(topic == '/a'), 30.0, ['/b']),
+        (Counts({'/a': 0, '/b': 10}), 30.0, []),  # a later subscription of the same node is waited for
+        (lambda _topic: 0, 0.05, ['/a', '/b']),
+    ],
+)
+def test_the_first_subscriber_ends_the_wait_and_lonely_topics_are_returned(subscribers, timeout, lonely):
+    assert wait_for_any(subscribers, ['/a', '/b'], timeout, never) == lonely

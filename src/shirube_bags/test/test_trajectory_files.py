@@ -133,18 +133,10 @@ def test_bad_lines_are_refused_with_their_number(tmp_path, lines, message):
     assert '\n' not in str(error.value)
 
 
-def test_what_is_no_text_is_refused(tmp_path):
-    (tmp_path / 'a.tum').write_bytes(b'\xff\xfe\x00\x80')
-    with pytest.raises(TumFileError, match='not a text file'):
-        load_tum(tmp_path / 'a.tum')
-
-
-def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(TumFileError, match='cannot be read'):
-        load_tum(tmp_path / 'none.tum')
-
-
-def test_an_unwritable_place_is_refused(tmp_path):
-    (tmp_path / 'file').touch()
+def test_files_that_cannot_be_read_or_written_are_refused(tmp_path):
+    (tmp_path / 'file').write_bytes(b'\xff\xfe\x00\x80')
+    for name, words in (('file', 'not a text file'), ('none', 'cannot be read')):
+        with pytest.raises(TumFileError, match=words):
+            load_tum(tmp_path / name)
     with pytest.raises(TumFileError, match='cannot be written'):
         save_tum(tmp_path / 'file' / 'a.tum', planar_trajectory([1], [[0, 0, 0]]))
