@@ -13,6 +13,12 @@ from shirube_bags.errors import ReplayError
 from shirube_bags.lockstep import Lockstep
 from shirube_bags.stamps import NANOSECONDS
 
+# After the first subscriber, the other subscriptions of the same node are discovered within this time [s].
+SETTLING_TIME = 0.3
+POLL_INTERVAL = 0.01
+# ``/clock`` is published at 40 Hz between the messages, as by "ros2 bag play" [s].
+CLOCK_INTERVAL = 0.025
+
 
 class ReplayClock:
     """Maps the time of the bag to a steady clock.
@@ -44,11 +50,6 @@ class ReplayClock:
     def bag_time(self, now: float) -> int:
         """Return the time of the bag [ns] at a time of the steady clock [s]."""
         return self._first_stamp_ns + round((now - self._began) * self._rate * NANOSECONDS)
-
-
-# After the first subscriber, the other subscriptions of the same node are discovered within this time [s].
-SETTLING_TIME = 0.3
-POLL_INTERVAL = 0.01
 
 
 def wait_for_counts(
@@ -98,10 +99,6 @@ def wait_for_any(
             break
         time.sleep(POLL_INTERVAL)
     return [topic for topic in topics if subscriber_count(topic) == 0]
-
-
-# ``/clock`` is published at 40 Hz between the messages, as by "ros2 bag play" [s].
-CLOCK_INTERVAL = 0.025
 
 
 @dataclass(frozen=True)

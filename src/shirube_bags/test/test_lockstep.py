@@ -23,56 +23,35 @@ from shirube_bags.lockstep import Lockstep, replay_in_lockstep
 SHORT_RELIABLE_QUEUE = QoSProfile(depth=1)
 
 
-def stamp_of(time_message):
-    return time_message.sec * 10**9 + time_message.nanosec
-
-
-class Listener:
-    """Stores each image, the clock at that time, and the decoded message."""
-
-    def __init__(self, ros, qos, work=0.0):
-        self.node = ros.node('listener', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
-        self.node.create_subscription(Image, 'image_raw', self.note, qos)
-        self.work = work
-        self.images = []
-        self.clock = []
-
-    def note(self, image):
-        self.images.append(image)
-        self.clock.append(self.node.get_clock().now().nanoseconds)
-        time.sleep(self.work)
-
-
 @pytest.mark.parametrize('qos', [qos_profile_sensor_data, SHORT_RELIABLE_QUEUE])
-def test_every_image_arrives_once_in_order_and_equal(ros, bag_path, qos):
-    listener = Listener(ros, qos)
+def test_every_image_arrives_once_in_order_and_equal(stamp_of, ros, listen, bag_path, qos):
+    listener = listen('listener', qos)
     player = ros.node('player')
     with BagReader(bag_path) as bag:
         count = replay_in_lockstep(bag, player, ros.executor)
         wanted = [bag.decode(each) for each in bag.messages(['/image_raw'])]
     assert count == 81
-    assert [stamp_of(each.header.stamp) for each in listener.images] == [
-        stamp_of(each.header.stamp) for each in wanted
-    ]
-    assert listener.clock == [stamp_of(each.header.stamp) for each in listener.images]
+    assert listener.stamps() == listener.clock == [stamp_of(each) for each in wanted]
     for found, image in zip(listener.images, wanted):
         assert bytes(found.data) == image.data.tobytes()
         assert (found.encoding, found.width, found.step) == (image.encoding, image.width, image.step)
 
 
-def test_a_slow_node_with_a_queue_of_one_loses_nothing(ros, bag_path):
-    listener = Listener(ros, QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability), work=0.01)
+def test_a_slow_node_with_a_queue_of_one_loses_nothing(ros, listen, bag_path):
+    listener = listen(
+        'listener', QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability), work=0.01
+    )
     player = ros.node('player')
     with BagReader(bag_path) as bag:
         replay_in_lockstep(bag, player, ros.executor, ['/image_raw'])
     assert len(listener.images) == 41
 
 
-def test_messages_of_many_datagrams_are_worked_off_too(ros, tmp_path, messages):
+def test_messages_of_many_datagrams_are_worked_off_too(ros, listen, tmp_path, messages):
     with BagWriter(tmp_path / 'bag') as bag:
         for stamp in range(1, 11):
             bag.write('/image_raw', 'sensor_msgs/msg/Image', messages.image(stamp, side=700), stamp)
-    listener = Listener(ros, qos_profile_sensor_data)
+    listener = listen('listener', qos_profile_sensor_data)
     player = ros.node('player')
     with BagReader(tmp_path / 'bag') as bag:
         replay_in_lockstep(bag, player, ros.executor)
@@ -117,7 +96,7 @@ def test_an_unknown_topic_is_refused(ros, bag_path):
         replay_in_lockstep(bag, ros.node('player'), ros.executor, ['/imu'])
 
 
-def test_answers_of_the_node_come_before_the_next_message(ros, bag_path):
+def test_answers_of_the_node_come_before_the_next_message(stamp_of, ros, bag_path):
     """A node that answers each image: its answers alternate with the images."""
     order = []
     node = ros.node('echo')
@@ -125,7 +104,7 @@ def test_answers_of_the_node_come_before_the_next_message(ros, bag_path):
 
     def answer(image):
         order.append('image')
-        answers.publish(String(data=str(stamp_of(image.header.stamp))))
+        answers.publish(String(data=str(stamp_of(image))))
         order.append('answer')
 
     node.create_subscription(Image, 'image_raw', answer, 10)

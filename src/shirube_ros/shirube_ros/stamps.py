@@ -10,7 +10,10 @@ from std_msgs.msg import Header
 from shirube_ros.errors import MessageError
 
 _DELAY_MAX = 1.0  # a message older than this means that a bag or simulation restarted [s]
+_QUEUE_MAX = 10  # items of a topic that wait for their group
 _CLOCK_OFFSET_MAX = 1.0  # tolerated clock difference between hosts [s]
+
+Item = TypeVar('Item')
 
 
 class StampError(MessageError):
@@ -58,11 +61,6 @@ class StampValidator:
             raise StampError(
                 f'{topic} has a stamp in the future; synchronize the clocks, and set use_sim_time of all nodes alike'
             )
-
-
-_QUEUE_MAX = 10
-
-Item = TypeVar('Item')
 
 
 class StampSynchronizer(Generic[Item]):
