@@ -15,9 +15,8 @@ from floor_localizer.commands.locate import make_parser as floor_parser
 from floor_localizer.core.fix import Fix
 from pose_arbiter.core.covariance import Covariance, diagonal
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import header_stamp, load_bag_trajectory
-from shirube_bags.error_table import planar_poses
-from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate
+from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate, planar_poses
+from shirube_bags.trajectory_files import header_stamp, load_bag_trajectory
 from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import planar_pose_with_covariance
 from stereo_landmark.commands.locate import locate as locate_landmarks

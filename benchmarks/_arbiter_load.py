@@ -13,13 +13,13 @@ from _arbiter_bags import PoseSample
 from _arbiter_fusion import add_message, messages_of, new_arbiter
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
+from node_testing import isolated_graph
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Header
 
 from pose_arbiter.core.covariance import diagonal
 from shirube_core.geometry import SE2
-from shirube_ros.isolated_graph import isolated_graph
 from shirube_ros.pose_conversion import odometry_message, pose_with_covariance_stamped
 
 SECONDS, ODOMETRY_RATE, SOURCES, SOURCE_RATE = 20.0, 500, 4, 30

@@ -16,6 +16,7 @@ from threading import Lock
 
 import numpy as np
 from geometry_msgs.msg import TwistStamped
+from node_testing import IsolatedGraph, isolated_graph
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
@@ -25,7 +26,6 @@ from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 from motor_bridge.emulator.real_time_stepper import RealTimeStepper
 from motor_bridge.node import MotorBridgeNode
-from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
 
 AUTO_STOP = EmulatorSettings().auto_stop
 Rows = list[tuple[str, str]]

@@ -24,7 +24,7 @@ from scene_simulator.room.box_room import points_from_depth
 from scene_simulator.room.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2
-from shirube_ros.image_conversion import array_from_compressed_image
+from shirube_ros.camera.image import array_from_compressed_image
 from shirube_ros.pose_conversion import planar_pose
 
 Image = NDArray[np.uint8]

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory
-from shirube_bags.error_table import planar_poses
-from shirube_bags.trajectory import interpolate
+from shirube_bags.trajectory import interpolate, planar_poses
+from shirube_bags.trajectory_files import load_bag_trajectory
 from shirube_core.geometry import CameraMount
-from vlc_beacon.bag_localization import BagLocalization, choose_topics
+from shirube_ros.offline.recording import choose_topics
+from vlc_beacon.commands.locate import locate_bag
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted
@@ -97,12 +97,12 @@ def read_drive(folder: Path) -> LampDrive:
     )
     mount = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.5 * np.pi))
     with BagReader(BAG) as bag:
-        localization = BagLocalization(
+        localization = locate_bag(
             bag,
             choose_topics(bag, None, None, None, None),
             lambda: BeaconReceiver(beacons, mount, authorizer, ReceiverSettings()),
         )
-        images = list(tqdm(localization.run(), desc='images', unit=''))
+        images = list(tqdm(localization, desc='images', unit=''))
         truth = load_bag_trajectory(bag, '/ground_truth')
     stamps = np.array([image.stamp_ns for image in images])
     return LampDrive(

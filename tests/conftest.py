@@ -1,4 +1,4 @@
-"""Makes the helper modules of this folder and the light channel of the beacon's tests importable."""
+"""Makes the light channel of the beacon's tests and the motor controller of the bridge's importable."""
 
 import os
 import sys
@@ -6,11 +6,8 @@ from pathlib import Path
 
 import pytest
 
-HERE = Path(__file__).parent
-sys.path[:0] = [
-    str(HERE),
-    *(str(HERE.parent / f'src/{name}/test') for name in ('vlc_beacon', 'motor_bridge')),
-]
+SOURCES = Path(__file__).parents[1] / 'src'
+sys.path[:0] = [str(SOURCES / name / 'test') for name in ('vlc_beacon', 'motor_bridge')]
 
 
 @pytest.fixture(scope='session')

@@ -34,18 +34,7 @@ PURE = (
     'shirube_core/shirube_core/waveform',
     'stereo_landmark/stereo_landmark/core',
     'vlc_beacon/vlc_beacon/core',
-    *(
-        f'shirube_bags/shirube_bags/{name}.py'
-        for name in (
-            'accuracy_report',
-            'coverage',
-            'errors',
-            'replay_clock',
-            'stamps',
-            'trajectory',
-            'trajectory_errors',
-        )
-    ),
+    *(f'shirube_bags/shirube_bags/{name}.py' for name in ('accuracy', 'errors', 'stamps', 'trajectory')),
 )
 NOT_PURE = (
     'motor_bridge/motor_bridge/emulator/pseudo_terminal.py',

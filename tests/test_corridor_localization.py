@@ -11,7 +11,7 @@ import pytest
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.pose_conversion import planar_pose
-from stereo_landmark.bag_localization import BagLocalization
+from stereo_landmark.commands.locate import locate_bag
 from stereo_landmark.commands.teach import main as teach
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.pair_stream import PairStream
@@ -42,12 +42,12 @@ def located(
     """Return the pairs of a bag and where the robot truly was in the map."""
     with BagReader(BAGS / name) as bag:
         truths = [planar_pose(bag.decode(raw).pose, name) for raw in bag.messages(['/ground_truth'])]
-        localization = BagLocalization(
+        localization = locate_bag(
             bag,
             choose_topics(bag, {}, is_raw=is_raw),
             lambda: PairStream(places, MOUNT, PairSettings(rectify=is_raw), LandmarkSettings()),
         )
-        return list(localization.run()), truths
+        return list(localization), truths
 
 
 @pytest.mark.parametrize(

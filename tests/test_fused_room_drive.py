@@ -12,9 +12,8 @@ from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.source_settings import SourceSettings
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory
-from shirube_bags.error_table import planar_poses
-from shirube_bags.trajectory import can_interpolate, interpolate
+from shirube_bags.trajectory import can_interpolate, interpolate, planar_poses
+from shirube_bags.trajectory_files import load_bag_trajectory
 from shirube_core.geometry import SE2
 
 BAG = Path(__file__).parents[1] / 'bags' / 'room_drive'

@@ -14,13 +14,13 @@ from typing import Any
 
 import golden_runs
 import pytest
+from node_testing import isolated_graph
 from rclpy.node import Node
 
 from floor_localizer.node import FloorLocalizerNode
 from motor_bridge.node import MotorBridgeNode
 from pose_arbiter.node import PoseArbiterNode
 from reward_planner.node import RewardPlannerNode
-from shirube_ros.isolated_graph import isolated_graph
 from stereo_landmark.commands.teach import main as teach
 from stereo_landmark.node import StereoLandmarkNode
 from vlc_beacon.node import VlcBeaconNode

@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shirube_bags.accuracy import compare_trajectories
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.trajectory_errors import compare_trajectories
-from shirube_bags.tum_file import load_tum
+from shirube_bags.trajectory_files import load_bag_trajectory, load_tum
 from shirube_core.geometry import SE2
+from shirube_ros.offline.recording import choose_topics
 from shirube_ros.pose_conversion import planar_pose
-from vlc_beacon.bag_localization import BagLocalization, choose_topics
 from vlc_beacon.commands import locate, survey
+from vlc_beacon.commands.locate import locate_bag
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.packet.operation import Operation
@@ -75,12 +75,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
             message = bag.decode(raw)
             stamp = message.header.stamp
             truth[stamp.sec * 1_000_000_000 + stamp.nanosec] = planar_pose(message.pose, '/ground_truth')
-        localization = BagLocalization(
+        localization = locate_bag(
             bag,
             choose_topics(bag, None, None, None, None),
             lambda: BeaconReceiver(beacons, node.mount, authorizer),
         )
-        found = Run(list(islice(localization.run(), IMAGES)), truth)
+        found = Run(list(islice(localization, IMAGES)), truth)
     for image in found.images:
         assert isinstance(image.result, ReceiverOutput)
         for decision in image.result.decisions:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from geometry_msgs.msg import PoseStamped
+from node_testing import isolated_graph
 from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import Arbiter
@@ -14,14 +15,12 @@ from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.node import PoseArbiterNode
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import header_stamp
 from shirube_bags.commands.check import main as check
 from shirube_bags.lockstep import replay_in_lockstep
 from shirube_bags.trajectory import make_trajectory
-from shirube_bags.tum_file import save_tum
+from shirube_bags.trajectory_files import header_stamp, save_tum
 from shirube_core.geometry import SE2, quaternion_from_yaw
-from shirube_ros.isolated_graph import isolated_graph
-from shirube_ros.node_executor import node_executor
+from shirube_ros.node import node_executor
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
 from shirube_ros.quality_of_service import odometry_profile
 

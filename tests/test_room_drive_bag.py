@@ -13,6 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from node_testing import isolated_graph
 from rclpy.node import Node
 
 from reward_planner.core.depth.depth_settings import DepthSettings
@@ -24,8 +25,7 @@ from scene_simulator.room.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.lockstep import replay_in_lockstep
-from shirube_ros.isolated_graph import isolated_graph
-from shirube_ros.node_executor import node_executor
+from shirube_ros.node import node_executor
 
 pytestmark = pytest.mark.newest_set_only
 

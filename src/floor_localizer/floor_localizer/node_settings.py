@@ -8,7 +8,7 @@ from pathlib import Path
 from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.settings import TrackerSettings
 from shirube_core.settings import setting
-from shirube_ros.camera_settings import CameraSettings
+from shirube_ros.camera.settings import CameraSettings
 
 DEMO_MAP = Path(__file__).parent / 'maps' / 'demo_floor.csv'
 

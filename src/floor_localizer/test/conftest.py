@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from node_testing import IsolatedGraph, isolated_graph
 
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.localizer import FloorLocalizer
-from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
 
 sys.path.insert(0, str(Path(__file__).parent))  # for the helper modules of the tests
 

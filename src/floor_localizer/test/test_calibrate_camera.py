@@ -16,7 +16,7 @@ from scene_simulator.floor.camera import FloorCamera
 from scene_simulator.floor.dot_floor import DotFloor, FloorDesign
 from scene_simulator.floor.marks import FloorMarks
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
-from shirube_ros.calibration_file import load_calibration
+from shirube_ros.camera.files import load_calibration
 
 CAMERA = PinholeCamera(320, 240, 330.0, 331.0, 158.0, 121.0, (-0.2, 0.05, 0.0005, -0.0003, 0.0))
 PLAIN = PinholeCamera(320, 240, 330.0, 330.0, 159.5, 119.5)

@@ -17,7 +17,7 @@ from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.tum_file import load_tum
+from shirube_bags.trajectory_files import load_tum
 from shirube_core.geometry import SE2, CameraMount
 
 MOUNT = CameraMount(xyz=(0.03, -0.01, 0.13))

@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from localizer_results import COVARIANCE, POSE, REASON, a_fix, no_fix
 from nav_msgs.msg import Odometry
+from node_testing import IsolatedGraph, run_in_process
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
@@ -25,10 +26,8 @@ from visualization_msgs.msg import MarkerArray
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.node import FloorLocalizerNode, main
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import odometry_message, planar_pose, pose_with_covariance_stamped
-from shirube_ros.run_in_process import run_in_process
 
 PIXELS = np.random.default_rng(4).integers(0, 256, (235, 235), dtype=np.uint8)
 INFO = CameraInfo(width=235, height=235, k=[339.44, 0.0, 117.0, 0.0, 339.44, 117.0, 0.0, 0.0, 1.0])

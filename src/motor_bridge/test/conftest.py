@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
+from node_testing import IsolatedGraph, isolated_graph
 
 sys.path.insert(0, str(Path(__file__).parent))
 

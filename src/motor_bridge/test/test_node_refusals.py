@@ -1,11 +1,11 @@
 """Invalid parameters of the node are rejected in one line."""
 
 import pytest
+from node_testing import run_in_process
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.node import MotorBridgeNode, main
 from shirube_core.settings import SettingsError
-from shirube_ros.run_in_process import run_in_process
 
 pytestmark = pytest.mark.newest_set_only
 

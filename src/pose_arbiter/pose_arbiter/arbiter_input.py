@@ -17,7 +17,7 @@ from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings
 from pose_arbiter.stamp_conversion import nanoseconds
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.message_error import MessageError
+from shirube_ros.errors import MessageError
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 

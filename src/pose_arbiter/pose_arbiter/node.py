@@ -24,13 +24,12 @@ from pose_arbiter.stamp_conversion import time_message
 from pose_arbiter.tick_schedule import TickSchedule
 from pose_arbiter.transform_output import TransformOutput
 from shirube_core.geometry import SE2
-from shirube_ros.callback_guard import CallbackGuard
+from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.node_main import run_node
+from shirube_ros.node import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import odometry_message, pose_stamped
 from shirube_ros.quality_of_service import pose_profile
-from shirube_ros.trigger_service import create_trigger_service
 
 _OUTPUT = 'output'  # name of the timer callback in the diagnostics
 

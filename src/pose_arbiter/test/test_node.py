@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from arbiter_graph import START, Robot, seconds_of
 from diagnostic_msgs.msg import DiagnosticStatus
+from node_testing import isolated_graph
 from rclpy.node import Node
 
 from pose_arbiter.core.localization_status import LocalizationStatus
 from shirube_core.geometry import SE2
-from shirube_ros.isolated_graph import isolated_graph
 from shirube_ros.pose_conversion import pose_with_covariance_stamped
 
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from arbiter_graph import NOISE, Robot
 from nav_msgs.msg import Odometry
+from node_testing import run_in_process
 
 from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
 from pose_arbiter.node import PoseArbiterNode, main
 from shirube_core.geometry import SE2
 from shirube_core.settings import SettingsError
 from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
-from shirube_ros.run_in_process import run_in_process
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -17,8 +17,8 @@ from std_msgs.msg import Header
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRouteReason
 from shirube_core.geometry import SE2
-from shirube_ros.message_error import MessageError
-from shirube_ros.occupancy_conversion import path_message
+from shirube_ros.errors import MessageError
+from shirube_ros.map_conversion import path_message
 from shirube_ros.pose_conversion import planar_pose
 
 PlanRoute = Callable[[SE2 | None, SE2, float], NDArray[np.float64] | NoRouteReason]

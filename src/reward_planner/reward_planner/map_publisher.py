@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 
 from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.grid.occupancy_map import UNKNOWN
-from shirube_ros.occupancy_conversion import occupancy_grid
+from shirube_ros.map_conversion import occupancy_grid
 from shirube_ros.quality_of_service import map_profile
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from reward_planner.core.depth.depth_settings import DepthSettings, check_matcher_settings
 from shirube_core.settings import setting
-from shirube_ros.camera_settings import CameraSettings
+from shirube_ros.camera.settings import CameraSettings
 
 
 @dataclass(frozen=True)

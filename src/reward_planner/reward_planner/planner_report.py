@@ -10,7 +10,7 @@ from reward_planner.core.driving.drive_command import DriveCommand, DriveState
 from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import MappedFrame, Navigator
 from shirube_ros.diagnostics import Level, Status
-from shirube_ros.stamp_synchronizer import StampSynchronizer
+from shirube_ros.stamps import StampSynchronizer
 
 
 class PlannerReport:

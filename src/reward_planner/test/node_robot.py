@@ -16,7 +16,7 @@ from reward_planner.node import RewardPlannerNode
 from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.point_cloud_conversion import cloud_from_points
+from shirube_ros.map_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
 
 CAMERA = PinholeCamera(80, 60, 60.0, 60.0, 39.5, 29.5)

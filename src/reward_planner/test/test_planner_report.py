@@ -7,7 +7,7 @@ from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFr
 from reward_planner.planner_report import PlannerReport
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.diagnostics import Level
-from shirube_ros.stamp_synchronizer import StampSynchronizer
+from shirube_ros.stamps import StampSynchronizer
 
 
 def a_report(navigator=None, now=lambda: 5.0):

@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 from reward_planner.inputs.points_input import PointsInput
 from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.point_cloud_conversion import cloud_from_points
+from shirube_ros.map_conversion import cloud_from_points
 
 MOUNT = CameraMount((0.2, 0.1, 0.5), (-1.7, 0.1, -1.4))
 

@@ -14,7 +14,7 @@ from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.inputs.trinocular_input import TrinocularInput
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.image_conversion import image_from_array
+from shirube_ros.camera.image import image_from_array
 
 PLACES = {'left': (0.0, 0.0), 'right': (BASELINE, 0.0), 'top': (0.0, -BASELINE)}
 

@@ -2,18 +2,36 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rosbags.interfaces import QosDurability
 from rosgraph_msgs.msg import Clock
 
 from shirube_bags.bag_reader import BagMessage, BagTopic
-from shirube_bags.ros_qos import replay_qos
-from shirube_bags.ros_types import load_message_class
+from shirube_bags.errors import ReplayError
 from shirube_bags.stamps import NANOSECONDS
 
+
+def load_message_class(msgtype: str) -> Any:
+    """Return the class of a type such as ``sensor_msgs/msg/Image``; raise a ReplayError if it is not
+    installed.
+    """
+    package, _, name = msgtype.partition('/msg/')
+    try:
+        return getattr(importlib.import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError, TypeError, ValueError) as fault:
+        raise ReplayError(
+            f'the message type {msgtype} is not installed; install its package {package}'
+        ) from fault
+
+
+LARGEST_LATCHED_HISTORY = 1000
 CLOCK = '/clock'
 
 
@@ -25,15 +43,7 @@ class BagPlayer:
     """
 
     def __init__(self, node: Node, topics: Iterable[BagTopic]) -> None:
-        """Create the publishers.
-
-        Args:
-            node: node that publishes.
-            topics: topics to publish.
-
-        Raises:
-            ReplayError: a type is not installed.
-        """
+        """Create the publishers of the topics; raise a ReplayError if a type is not installed."""
         self._publishers: dict[str, Publisher] = {
             topic.name: node.create_publisher(
                 load_message_class(topic.msgtype), topic.name, replay_qos(topic)
@@ -75,14 +85,28 @@ class BagPlayer:
         self._clock_ns = -1
 
     def wait_until_received(self, topics: Sequence[str], timeout: float) -> None:
-        """Wait until all reliable subscribers have acknowledged all messages.
-
-        Args:
-            topics: topics to wait for.
-            timeout: longest wait for each topic [s].
+        """Wait, up to a timeout [s] each, until the reliable subscribers of the topics have acknowledged all
+        messages.
         """
         for topic in topics:
             self._publishers[topic].wait_for_all_acked(Duration(seconds=timeout))
 
     def _publisher(self, topic: str) -> Publisher:
         return self._clock if topic == CLOCK and self._clock is not None else self._publishers[topic]
+
+
+def replay_qos(topic: BagTopic) -> QoSProfile:
+    """Return the profile for the replay of a topic.
+
+    It is always reliable, which is compatible with every subscriber, and keeps all messages until reliable subscribers
+    have acknowledged them. Latched (transient local) topics stay latched.
+    """
+    if any(each.durability is QosDurability.TRANSIENT_LOCAL for each in topic.qos):
+        max_depth = max(each.depth for each in topic.qos)
+        return QoSProfile(
+            reliability=ReliabilityPolicy.RELIABLE,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL,
+            history=HistoryPolicy.KEEP_LAST,
+            depth=max(1, max_depth, min(topic.message_count, LARGEST_LATCHED_HISTORY)),
+        )
+    return QoSProfile(reliability=ReliabilityPolicy.RELIABLE, history=HistoryPolicy.KEEP_ALL)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -14,20 +15,24 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.store import Typestore
 
 from shirube_bags.errors import BagError
-from shirube_bags.message_types import jazzy_types
+
+
+@lru_cache(maxsize=1)
+def jazzy_types() -> Typestore:
+    """Return the common interfaces of ROS 2 Jazzy as dataclasses, without a ROS installation.
+
+    ``jazzy_types().types['geometry_msgs/msg/PoseStamped']``; the store is shared: do not register types in it.
+    """
+    return get_typestore(Stores.ROS2_JAZZY)
+
 
 DAMAGED = 'it is truncated or corrupted: record it again, or repair it with "mcap recover"'
 
 
 @dataclass(frozen=True)
 class BagTopic:
-    """One topic of a bag.
-
-    Attributes:
-        name: absolute name, such as ``/image_raw``.
-        msgtype: message type, such as ``sensor_msgs/msg/Image``.
-        message_count: number of messages in the bag.
-        qos: QoS profiles that the publishers offered; empty if unknown.
+    """One topic: absolute name, message type such as ``sensor_msgs/msg/Image``, message count, QoS of the
+    publishers.
     """
 
     name: str
@@ -38,13 +43,8 @@ class BagTopic:
 
 @dataclass(frozen=True)
 class BagMessage:
-    """One message of a bag, still serialized.
-
-    Attributes:
-        topic: absolute name.
-        msgtype: message type, such as ``sensor_msgs/msg/Image``.
-        stamp_ns: time of reception [ns].
-        raw: message in CDR, with its header of four bytes.
+    """One serialized message (CDR with its header of four bytes) of a topic, with its time of reception
+    [ns].
     """
 
     topic: str
@@ -60,10 +60,7 @@ class BagReader:
             for message in bag.messages(['/image_raw']):
                 image = bag.decode(message)
 
-    Attributes:
-        topics: topics by name (after opening).
-        start_ns, end_ns: stamps of the first and the last message [ns].
-        message_count: number of messages in the bag.
+    When open, it has the topics by name, the first and the last stamp [ns] and the number of messages.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -75,11 +72,7 @@ class BagReader:
         self._reader: Reader | None = None
 
     def __enter__(self) -> Self:
-        """Open the bag.
-
-        Raises:
-            BagError: the bag is missing, empty, truncated, or not a rosbag2.
-        """
+        """Open the bag; raise a BagError if it is missing, empty, truncated, or not a rosbag2."""
         check_is_bag(self.path)
         # A corrupted file raises any error of the parsers (struct, yaml, sqlite, zstd, types).
         try:
@@ -108,10 +101,7 @@ class BagReader:
         self._close()
 
     def messages(self, topics: Iterable[str] = ()) -> Iterator[BagMessage]:
-        """Yield messages in the order of their stamps.
-
-        Args:
-            topics: topics to read; all if empty.
+        """Yield the messages of topics, all if empty, in the order of their stamps.
 
         Raises:
             BagError: a topic is not in the bag, or the bag is corrupted.
@@ -126,15 +116,8 @@ class BagReader:
             raise BagError(f'{self.path}: has {count} of the {expected} messages in its index; {DAMAGED}')
 
     def messages_between(self, topics: Iterable[str], begin_ns: int, end_ns: int) -> Iterator[BagMessage]:
-        """Yield the messages received in an interval, both ends included; an index avoids reading the others.
-
-        Args:
-            topics: topics to read; all if empty.
-            begin_ns: begin of the interval [ns].
-            end_ns: end of the interval [ns].
-
-        Raises:
-            BagError: a topic is not in the bag, or the bag is corrupted.
+        """Yield the messages received from ``begin_ns`` to ``end_ns`` inclusive, by index; topics and errors
+        as `messages`.
         """
         yield from self._read(self.select_topics(topics), begin_ns, end_ns + 1)
 
@@ -153,10 +136,8 @@ class BagReader:
             raise self._make_error(fault) from fault
 
     def select_topics(self, topics: Iterable[str]) -> tuple[str, ...]:
-        """Return the given topics, or all topics of the bag if none is given.
-
-        Raises:
-            BagError: a topic is not in the bag.
+        """Return the given topics, all if none is given; raise a BagError for a topic that is not in the
+        bag.
         """
         wanted = tuple(dict.fromkeys(topics)) or tuple(self.topics)
         for topic in wanted:
@@ -165,11 +146,7 @@ class BagReader:
         return wanted
 
     def decode(self, message: BagMessage) -> Any:
-        """Deserialize a message to a dataclass with the fields of its ROS type; arrays are numpy arrays.
-
-        Raises:
-            BagError: the bytes are not a valid message of this type.
-        """
+        """Return a message as a dataclass; raise a BagError if its bytes are invalid."""
         try:
             return self._typestore.deserialize_cdr(message.raw, message.msgtype)
         except Exception as fault:
@@ -190,11 +167,7 @@ class BagReader:
 
 
 def check_is_bag(path: Path) -> None:
-    """Check that ``path`` is a bag, by file names only.
-
-    Raises:
-        BagError: the path does not exist or is not a bag; the message names the remedy.
-    """
+    """Raise a BagError with the remedy unless the path is a bag, by file names only."""
     if not path.exists():
         raise BagError(f'{path}: does not exist; give the folder of a rosbag2 or its .mcap file')
     if path.is_dir():
@@ -215,10 +188,8 @@ def check_is_bag(path: Path) -> None:
 
 
 def collect_topics(path: Path, connections: Iterable[Connection]) -> dict[str, BagTopic]:
-    """Return the topics of a bag by name; the connections of several publishers of a topic are merged.
-
-    Raises:
-        BagError: a topic has messages of two types.
+    """Return the topics of a bag by name, several publishers merged; raise a BagError for a topic of two
+    types.
     """
     topics: dict[str, BagTopic] = {}
     for connection in connections:

@@ -6,27 +6,23 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
+from rosbags.interfaces import Qos, QosDurability, QosReliability
 
-from shirube_bags.bag_writer import BagWriter
+from shirube_bags.bag_player import load_message_class
+from shirube_bags.bag_reader import jazzy_types
+from shirube_bags.bag_writer import BagWriter, reliable_qos
 from shirube_bags.errors import ReplayError
-from shirube_bags.message_types import jazzy_types
-from shirube_bags.ros_qos import offered_qos, recording_qos
-from shirube_bags.ros_types import load_message_class
 
 
 class BagRecorder:
     """Subscribes to topics when they appear and writes their serialized messages into a bag."""
 
     def __init__(self, node: Node, bag: BagWriter, topics: Sequence[str], log: Callable[[str], None]) -> None:
-        """Start without subscriptions.
-
-        Args:
-            node: node that subscribes; its clock stamps the messages.
-            bag: open bag.
-            topics: topics to record; all if empty.
-            log: called with a line for each topic that is recorded or skipped.
+        """Start without subscriptions; record ``topics``, all if empty, stamped by the node's clock, and log
+        each one.
         """
         self._node = node
         self._bag = bag
@@ -43,10 +39,8 @@ class BagRecorder:
         return [topic for topic in self._wanted if topic not in self._subscriptions]
 
     def find_topics(self) -> None:
-        """Subscribe to new topics; call it periodically.
-
-        Raises:
-            ReplayError: the type of a requested topic cannot be recorded.
+        """Subscribe to new topics, periodically; raise a ReplayError if the type of a requested one cannot
+        be recorded.
         """
         for topic, types in self._node.get_topic_names_and_types():
             if topic in self._subscriptions or topic in self._skipped:
@@ -91,10 +85,8 @@ class BagRecorder:
 
 
 def get_message_class(topic: str, types: Sequence[str]) -> object:
-    """Return the message class of a live topic.
-
-    Raises:
-        ReplayError: the topic has several types, or one that is not installed or not in the common interfaces.
+    """Return the class of a live topic; raise a ReplayError for several types, or one that cannot be
+    recorded.
     """
     if len(types) != 1:
         raise ReplayError(
@@ -106,3 +98,27 @@ def get_message_class(topic: str, types: Sequence[str]) -> object:
         )
     message_class: object = load_message_class(types[0])
     return message_class
+
+
+def recording_qos(publishers: Sequence[TopicEndpointInfo]) -> QoSProfile:
+    """Return the strictest profile compatible with all publishers of a topic, with an unlimited queue."""
+    qos = offered_qos(publishers)
+    reliable = qos.reliability is QosReliability.RELIABLE
+    latched = qos.durability is QosDurability.TRANSIENT_LOCAL
+    return QoSProfile(
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        history=HistoryPolicy.KEEP_ALL,
+    )
+
+
+def offered_qos(publishers: Sequence[TopicEndpointInfo]) -> Qos:
+    """Return the profile that all publishers of a topic offer, as stored in a bag."""
+    profiles = [each.qos_profile for each in publishers]
+    latched = all(each.durability == DurabilityPolicy.TRANSIENT_LOCAL for each in profiles)
+    # Discovery does not transmit the depth: it is 0.
+    depth = max([each.depth for each in profiles if each.depth > 0], default=1 if latched else 10)
+    qos = reliable_qos(depth, latched)
+    if all(each.reliability == ReliabilityPolicy.RELIABLE for each in profiles):
+        return qos
+    return qos._replace(reliability=QosReliability.BEST_EFFORT)

@@ -8,12 +8,48 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from rosbags.interfaces import Connection, Qos
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
 
-from shirube_bags.bag_qos import default_qos
+from shirube_bags.bag_reader import jazzy_types
 from shirube_bags.errors import BagError
-from shirube_bags.message_types import jazzy_types
+
+# Infinite duration, as ROS 2 writes it.
+INFINITE = QosTime(9223372036, 854775807)
+
+LATCHED_TYPES = frozenset({'nav_msgs/msg/OccupancyGrid'})
+LATCHED_TOPICS = frozenset({'/tf_static', '/robot_description'})
+
+
+def reliable_qos(depth: int = 10, latched: bool = False) -> Qos:
+    """Return a reliable profile, for any subscriber, that keeps ``depth`` messages, for late subscribers if
+    latched.
+    """
+    return Qos(
+        history=QosHistory.KEEP_LAST,
+        depth=depth,
+        reliability=QosReliability.RELIABLE,
+        durability=QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+        deadline=INFINITE,
+        lifespan=INFINITE,
+        liveliness=QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=INFINITE,
+        avoid_ros_namespace_conventions=False,
+    )
+
+
+def default_qos(topic: str, msgtype: str) -> Qos:
+    """Return the default profile: latched for maps and static transforms, which are published once."""
+    latched = topic in LATCHED_TOPICS or msgtype in LATCHED_TYPES
+    return reliable_qos(depth=1 if latched else 10, latched=latched)
 
 
 class BagWriter:
@@ -27,14 +63,7 @@ class BagWriter:
     """
 
     def __init__(self, path: Path | str) -> None:
-        """Prepare a bag.
-
-        Args:
-            path: folder to create; its parents are created, too.
-
-        Raises:
-            BagError: the path exists already.
-        """
+        """Prepare a bag in a folder to create; raise a BagError if it exists already."""
         self.path = Path(path)
         if self.path.exists():
             raise BagError(f'{self.path}: exists already; remove it or choose another name for the bag')
@@ -44,11 +73,7 @@ class BagWriter:
         self._writer: Writer | None = None
 
     def __enter__(self) -> Self:
-        """Open the bag for writing.
-
-        Raises:
-            BagError: the folder is not writable.
-        """
+        """Open the bag for writing; raise a BagError if the folder is not writable."""
         parent = self.path.absolute().parent
         try:
             parent.mkdir(parents=True, exist_ok=True)
@@ -86,12 +111,7 @@ class BagWriter:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def declare(self, topic: str, msgtype: str, qos: Qos | None = None) -> None:
-        """Add a topic with its own QoS profile; needed only if the default profile does not fit.
-
-        Args:
-            topic: absolute name, such as ``/image_raw``.
-            msgtype: message type, such as ``sensor_msgs/msg/Image``.
-            qos: profile for the player; None uses `default_qos`.
+        """Add a topic with its own QoS profile; needed only if `default_qos` does not fit.
 
         Raises:
             BagError: the type is unknown, or the topic exists with another type.
@@ -114,16 +134,10 @@ class BagWriter:
         )
 
     def write(self, topic: str, msgtype: str, message: object, stamp_ns: int) -> None:
-        """Write one message.
-
-        Args:
-            topic: absolute name, such as ``/image_raw``.
-            msgtype: message type, such as ``sensor_msgs/msg/Image``.
-            message: dataclass of `jazzy_types`, not an rclpy message (for these: `write_raw`).
-            stamp_ns: time of reception [ns since the epoch or since the start].
+        """Write one message: a dataclass of `jazzy_types`, not an rclpy message (for these: `write_raw`).
 
         Raises:
-            BagError: the message does not match its type, or see `declare`.
+            BagError: the message does not match its type, or see `write_raw`.
         """
         self.declare(topic, msgtype)
         try:
@@ -136,7 +150,7 @@ class BagWriter:
         self.write_raw(topic, msgtype, raw, stamp_ns)
 
     def write_raw(self, topic: str, msgtype: str, raw: bytes | memoryview, stamp_ns: int) -> None:
-        """Write one serialized message (CDR with its header of four bytes).
+        """Write one serialized message (CDR with its header of four bytes), received at a stamp [ns].
 
         Raises:
             BagError: the stamp is negative, the disk is full, or see `declare`.

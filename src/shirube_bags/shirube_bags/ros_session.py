@@ -1,7 +1,9 @@
-"""A node and its executor for a command, with clean shutdown."""
+"""A node, its executor and a stop event for a command, with clean shutdown."""
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -11,6 +13,19 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+
+
+@contextmanager
+def stop_on_signals() -> Iterator[threading.Event]:
+    """Provide an event that SIGINT and SIGTERM set; restore the previous handlers at the end."""
+    stop = threading.Event()
+    signals = (signal.SIGINT, signal.SIGTERM)
+    former = {each: signal.signal(each, lambda _number, _frame: stop.set()) for each in signals}
+    try:
+        yield stop
+    finally:
+        for each, handler in former.items():
+            signal.signal(each, handler)
 
 
 @dataclass(frozen=True)
@@ -23,13 +38,7 @@ class RosSession:
 
 @contextmanager
 def ros_session(name: str, arguments: Sequence[str], use_sim_time: bool = False) -> Iterator[RosSession]:
-    """Create a node; the caller handles signals (`stop_on_signals`).
-
-    Args:
-        name: node name.
-        arguments: command line, including ``--ros-args``.
-        use_sim_time: whether the node's clock follows ``/clock``.
-    """
+    """Create a node from a command line with ``--ros-args``; the caller handles signals (`stop_on_signals`)."""
     context = Context()
     rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
     try:

@@ -36,16 +36,15 @@ class Trajectory:
 
 
 def make_trajectory(stamps_ns: ArrayLike, positions: ArrayLike, quaternions: ArrayLike) -> Trajectory:
-    """Validate poses, sort them by stamp and normalize their quaternions.
+    """Validate poses, sort them by stamp [ns] and normalize their quaternions.
 
     Args:
-        stamps_ns: array-like of integers, shape (n,) [ns].
-        positions: array-like, shape (n, 3), x, y, z [m].
+        stamps_ns: array-like of integers, shape (n,).
+        positions: array-like, shape (n, 3) [m].
         quaternions: array-like, shape (n, 4), x, y, z, w.
 
     Raises:
-        TrajectoryError: no poses, different shapes, numbers that are not finite, a quaternion that is not
-            normalized, duplicate stamps; the message names the first such pose.
+        TrajectoryError: no poses, different shapes, not finite or not normalized numbers, duplicate stamps.
     """
     stamps = np.asarray(stamps_ns, dtype=np.int64)
     if len(stamps) == 0:
@@ -89,14 +88,8 @@ def find_malformed_pose(
 
 
 def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
-    """Return a trajectory of planar poses.
-
-    Args:
-        stamps_ns: array-like of integers, shape (n,) [ns].
-        poses: array-like, shape (n, 3), x [m], y [m], yaw [rad].
-
-    Raises:
-        TrajectoryError: see `make_trajectory`.
+    """Return a trajectory of poses x [m], y [m], yaw [rad], array-like, shape (n, 3); errors as
+    `make_trajectory`.
     """
     planar = np.asarray(poses, dtype=np.float64).reshape(-1, 3)
     half, zero = planar[:, 2] / 2.0, np.zeros(len(planar))
@@ -107,15 +100,8 @@ def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
 def can_interpolate(
     trajectory: Trajectory, stamps_ns: NDArray[np.int64], longest_gap_ns: int
 ) -> NDArray[np.bool_]:
-    """Return at which stamps a trajectory can be interpolated.
-
-    Args:
-        trajectory: trajectory to interpolate.
-        stamps_ns: array of int64, shape (m,) [ns].
-        longest_gap_ns: longest gap between two poses that is interpolated [ns].
-
-    Returns:
-        array of bool, shape (m,): whether the stamp is that of a pose or within a short enough gap.
+    """Return, shape (m,), whether each stamp [ns] is that of a pose or within a gap of at most
+    ``longest_gap_ns``.
     """
     known = trajectory.stamps_ns
     after = np.minimum(np.searchsorted(known, stamps_ns, side='left'), len(known) - 1)
@@ -126,11 +112,7 @@ def can_interpolate(
 
 
 def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> Trajectory:
-    """Interpolate poses: positions linearly, rotations by slerp.
-
-    Args:
-        trajectory: trajectory to interpolate.
-        stamps_ns: array of int64, shape (m,), increasing, all within the trajectory [ns].
+    """Interpolate at increasing stamps [ns], shape (m,): positions linearly, rotations by slerp.
 
     Raises:
         TrajectoryError: a stamp is outside the trajectory.
@@ -145,3 +127,9 @@ def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> Traject
     positions = np.column_stack([np.interp(wanted, times, axis) for axis in trajectory.positions.T])
     rotations = Slerp(times, Rotation.from_quat(trajectory.quaternions))(wanted)
     return Trajectory(stamps_ns, positions, rotations.as_quat())
+
+
+def planar_poses(trajectory: Trajectory) -> NDArray[np.float64]:
+    """Return x [m], y [m] and yaw [rad] of each pose, shape (n, 3)."""
+    yaw = Rotation.from_quat(trajectory.quaternions).as_euler('xyz')[:, 2]
+    return np.column_stack([trajectory.positions[:, :2], yaw])

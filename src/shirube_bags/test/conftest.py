@@ -3,6 +3,8 @@
 import os
 import subprocess
 import sys
+import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +13,12 @@ import rclpy
 from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Image
 
 import shirube_bags
+from shirube_bags.bag_reader import jazzy_types
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.message_types import jazzy_types
 
 TYPES = jazzy_types().types
 START_NS = 1_700_000_000_123_456_789
@@ -124,3 +128,47 @@ def ros(domain):
     ros = Ros(domain)
     yield ros
     ros.close()
+
+
+def nanoseconds(time_message):
+    return time_message.sec * 10**9 + time_message.nanosec
+
+
+@pytest.fixture
+def stamp_of():
+    """Returns the header stamp of a message [ns]."""
+    return lambda message: nanoseconds(message.header.stamp)
+
+
+class Listener:
+    """Subscribes to the images of a bag and to /clock."""
+
+    def __init__(self, ros, name, qos, work=0.0):
+        node = ros.node(name, parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
+        node.create_subscription(Image, 'image_raw', self.note, qos)
+        node.create_subscription(
+            Clock, '/clock', lambda tick: self.ticks.append(nanoseconds(tick.clock)), 100
+        )
+        self.node, self.work, self.executor = node, work, ros.executor
+        self.images, self.clock, self.ticks = [], [], []
+
+    def note(self, image):
+        self.images.append(image)
+        self.clock.append(self.node.get_clock().now().nanoseconds)
+        time.sleep(self.work)
+
+    def spin_while_running(self, process):
+        while process.poll() is None:
+            self.executor.spin_once(timeout_sec=0.05)
+        end = time.monotonic() + 0.2
+        while time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def stamps(self):
+        return [nanoseconds(each.header.stamp) for each in self.images]
+
+
+@pytest.fixture
+def listen(ros):
+    """Makes a listener with a name, a QoS and a time of work per image [s]."""
+    return partial(Listener, ros)

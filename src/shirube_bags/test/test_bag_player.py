@@ -1,16 +1,15 @@
-"""The player publishes the clock and unchanged messages."""
+"""The player of a bag."""
 
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from shirube_bags.bag_player import BagPlayer
-from shirube_bags.bag_qos import reliable_qos
-from shirube_bags.bag_reader import BagMessage, BagReader, BagTopic
-from shirube_bags.bag_writer import BagWriter
+from shirube_bags.bag_player import BagPlayer, load_message_class
+from shirube_bags.bag_reader import BagMessage, BagReader, BagTopic, jazzy_types
+from shirube_bags.bag_writer import BagWriter, reliable_qos
 from shirube_bags.errors import ReplayError
-from shirube_bags.message_types import jazzy_types
 
 
 def text_message(stamp_ns, text):
@@ -84,3 +83,13 @@ def test_topics_can_be_remapped(ros):
 def test_a_type_that_is_not_installed_is_refused(ros):
     with pytest.raises(ReplayError, match='my_msgs/msg/Thing is not installed'):
         BagPlayer(ros.node('player'), [BagTopic('/a', 'my_msgs/msg/Thing', 1, ())])
+
+
+def test_an_installed_type_is_found():
+    assert load_message_class('sensor_msgs/msg/Image') is Image
+
+
+@pytest.mark.parametrize('msgtype', ['my_msgs/msg/Thing', 'sensor_msgs/msg/Thing', 'nonsense', ''])
+def test_an_unknown_type_is_refused_in_one_line(msgtype):
+    with pytest.raises(ReplayError, match='not installed; install'):
+        load_message_class(msgtype)

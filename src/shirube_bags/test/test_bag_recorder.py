@@ -1,15 +1,24 @@
-"""Published messages are recorded unchanged."""
+"""The recorder of live topics."""
 
 import pytest
 import rclpy
 from builtin_interfaces.msg import Time
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSCompatibility,
+    QoSProfile,
+    qos_check_compatible,
+    qos_profile_sensor_data,
+)
+from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Int32, String
 
-from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_recorder import BagRecorder, get_message_class
-from shirube_bags.bag_writer import BagWriter
+from shirube_bags.bag_player import replay_qos
+from shirube_bags.bag_reader import BagReader, BagTopic
+from shirube_bags.bag_recorder import BagRecorder, get_message_class, offered_qos, recording_qos
+from shirube_bags.bag_writer import BagWriter, reliable_qos
 from shirube_bags.errors import ReplayError
 
 
@@ -108,3 +117,51 @@ def test_topics_that_nobody_publishes_are_missing(ros, tmp_path):
 def test_what_cannot_be_recorded_is_refused(types, message):
     with pytest.raises(ReplayError, match=message):
         get_message_class('/thing', types)
+
+
+LATCHED = QoSProfile(depth=3, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+RELIABLE = QoSProfile(depth=10)
+
+
+class Endpoint:
+    def __init__(self, qos_profile):
+        self.qos_profile = qos_profile
+
+
+@pytest.mark.parametrize('subscriber', [RELIABLE, qos_profile_sensor_data])
+@pytest.mark.parametrize('stored', [(), (reliable_qos(),), (reliable_qos(1, latched=True),)])
+def test_a_replayed_topic_serves_every_usual_subscriber(stored, subscriber):
+    profile = replay_qos(BagTopic('/a', 'std_msgs/msg/String', 5, stored))
+    assert qos_check_compatible(profile, subscriber)[0] != QoSCompatibility.ERROR
+
+
+def test_nothing_is_discarded_before_it_is_acknowledged():
+    assert replay_qos(BagTopic('/a', 'std_msgs/msg/String', 5, ())).history == HistoryPolicy.KEEP_ALL
+    latched = BagTopic('/map', 'nav_msgs/msg/OccupancyGrid', 50, (reliable_qos(1, latched=True),))
+    assert replay_qos(latched).depth >= 50
+    assert qos_check_compatible(replay_qos(latched), LATCHED)[0] != QoSCompatibility.ERROR
+
+
+@pytest.mark.parametrize(
+    'publishers',
+    [
+        [RELIABLE],
+        [qos_profile_sensor_data],
+        [LATCHED],
+        [LATCHED, qos_profile_sensor_data],
+        [LATCHED, RELIABLE],
+    ],
+)
+def test_a_recorder_is_compatible_with_every_publisher(publishers):
+    subscriber = recording_qos([Endpoint(each) for each in publishers])
+    assert all(qos_check_compatible(each, subscriber)[0] != QoSCompatibility.ERROR for each in publishers)
+    if len(publishers) == 1:  # it asks for all that is offered
+        (only,) = publishers
+        assert (subscriber.reliability, subscriber.durability) == (only.reliability, only.durability)
+
+
+def test_the_bag_stores_what_was_offered():
+    assert offered_qos([Endpoint(LATCHED)]) == reliable_qos(3, latched=True)
+    both = offered_qos([Endpoint(LATCHED), Endpoint(qos_profile_sensor_data)])
+    assert both.reliability is QosReliability.BEST_EFFORT
+    assert both.durability is QosDurability.VOLATILE

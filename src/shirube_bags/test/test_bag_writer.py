@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 import yaml
 
-from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_reader import BagReader, jazzy_types
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
-from shirube_bags.message_types import jazzy_types
 
 
 def read(path):

@@ -1,15 +1,18 @@
-"""The command ``check``: figures, files and limits."""
+"""The command check."""
 
 import csv
 import json
+import math
 
 import numpy as np
 import pytest
 
+from shirube_bags.accuracy import compare_trajectories
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.commands.check import main
+from shirube_bags.commands.check import load_intervals, main, save_error_table
+from shirube_bags.errors import TrajectoryError
 from shirube_bags.trajectory import planar_trajectory
-from shirube_bags.tum_file import load_tum, save_tum
+from shirube_bags.trajectory_files import load_tum, save_tum
 
 START_NS = 1_700_000_000_123_456_789
 
@@ -111,3 +114,47 @@ def test_images_need_a_bag(tmp_path, capsys):
     save_tum(tmp_path / 'a.tum', planar_trajectory([0, 10], np.zeros((2, 3))))
     assert check(tmp_path / 'a.tum', '--images', '/image_raw') == 1
     assert 'is not a bag' in capsys.readouterr().err
+
+
+def test_each_row_holds_its_errors_and_poses(tmp_path):
+    stamps = [1_700_000_000_000_000_001, 1_700_000_000_100_000_000]
+    reference = planar_trajectory(stamps, [[1, 2, 0.5], [1, 2, -0.5]])
+    estimate = planar_trajectory(stamps, [[1.3, 2.4, 0.6], [1, 2, -0.7]])
+    save_error_table(tmp_path / 'errors.csv', compare_trajectories(estimate, reference, 1.0))
+    with (tmp_path / 'errors.csv').open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row['stamp'] for row in rows] == ['1700000000.000000001', '1700000000.100000000']
+    for row, yaw_error in zip(rows, [0.1, -0.2]):
+        number = {name: float(value) for name, value in row.items()}
+        shift = math.hypot(number['x'] - number['reference_x'], number['y'] - number['reference_y'])
+        assert number['position_error'] == pytest.approx(shift, abs=1e-8)
+        assert number['heading_error'] == pytest.approx(number['yaw'] - number['reference_yaw'], abs=1e-8)
+        assert number['heading_error'] == pytest.approx(yaw_error)
+
+
+def test_intervals_are_read_and_other_columns_left_alone(tmp_path):
+    (tmp_path / 'dirt.csv').write_text('name,start,end\nmud,1.5,2\nleaf,1700000000.000000001,1700000001\n')
+    assert load_intervals(tmp_path / 'dirt.csv').tolist() == [
+        [1_500_000_000, 2_000_000_000],
+        [1_700_000_000_000_000_001, 1_700_000_001_000_000_000],
+    ]
+    (tmp_path / 'dirt.csv').write_text('start,end\n')
+    assert load_intervals(tmp_path / 'dirt.csv').shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        (None, 'cannot be read'),
+        ('', 'no columns start and end'),
+        ('1,2\n', 'no columns start and end'),
+        ('start,end\n1,2\n3\n', 'line 3: .* no time'),
+        ('start,end\n1,nan\n', 'line 2: .*nan.* no time'),
+        ('start,end\n2,1\n', 'line 2: ends before it starts'),
+    ],
+)
+def test_malformed_files_are_refused(tmp_path, text, message):
+    if text is not None:
+        (tmp_path / 'dirt.csv').write_text(text)
+    with pytest.raises(TrajectoryError, match=message):
+        load_intervals(tmp_path / 'dirt.csv')

@@ -1,10 +1,16 @@
-"""In lockstep every message is processed before the next one, however short the queues."""
+"""Lockstep replay and its barrier."""
 
 import time
+from threading import Event, Thread
 
+import numpy as np
 import pytest
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.service import Service
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
@@ -17,63 +23,35 @@ from shirube_bags.lockstep import Lockstep, replay_in_lockstep
 SHORT_RELIABLE_QUEUE = QoSProfile(depth=1)
 
 
-def stamp_of(time_message):
-    return time_message.sec * 10**9 + time_message.nanosec
-
-
-class Listener:
-    """Stores each image, the clock at that time, and the decoded message."""
-
-    def __init__(self, ros, qos, work=0.0):
-        self.node = ros.node('listener', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
-        self.node.create_subscription(Image, 'image_raw', self.note, qos)
-        self.work = work
-        self.images = []
-        self.clock = []
-
-    def note(self, image):
-        self.images.append(image)
-        self.clock.append(self.node.get_clock().now().nanoseconds)
-        time.sleep(self.work)
-
-
 @pytest.mark.parametrize('qos', [qos_profile_sensor_data, SHORT_RELIABLE_QUEUE])
-def test_every_image_arrives_once_in_order_and_equal(ros, bag_path, qos):
-    listener = Listener(ros, qos)
+def test_every_image_arrives_once_in_order_and_equal(stamp_of, ros, listen, bag_path, qos):
+    listener = listen('listener', qos)
     player = ros.node('player')
     with BagReader(bag_path) as bag:
         count = replay_in_lockstep(bag, player, ros.executor)
         wanted = [bag.decode(each) for each in bag.messages(['/image_raw'])]
     assert count == 81
-    assert [stamp_of(each.header.stamp) for each in listener.images] == [
-        stamp_of(each.header.stamp) for each in wanted
-    ]
+    assert listener.stamps() == listener.clock == [stamp_of(each) for each in wanted]
     for found, image in zip(listener.images, wanted):
         assert bytes(found.data) == image.data.tobytes()
         assert (found.encoding, found.width, found.step) == (image.encoding, image.width, image.step)
 
 
-def test_the_clock_shows_the_stamp_of_each_message(ros, bag_path):
-    listener = Listener(ros, qos_profile_sensor_data)
-    player = ros.node('player')
-    with BagReader(bag_path) as bag:
-        replay_in_lockstep(bag, player, ros.executor)
-    assert listener.clock == [stamp_of(each.header.stamp) for each in listener.images]
-
-
-def test_a_slow_node_with_a_queue_of_one_loses_nothing(ros, bag_path):
-    listener = Listener(ros, QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability), work=0.01)
+def test_a_slow_node_with_a_queue_of_one_loses_nothing(ros, listen, bag_path):
+    listener = listen(
+        'listener', QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability), work=0.01
+    )
     player = ros.node('player')
     with BagReader(bag_path) as bag:
         replay_in_lockstep(bag, player, ros.executor, ['/image_raw'])
     assert len(listener.images) == 41
 
 
-def test_messages_of_many_datagrams_are_worked_off_too(ros, tmp_path, messages):
+def test_messages_of_many_datagrams_are_worked_off_too(ros, listen, tmp_path, messages):
     with BagWriter(tmp_path / 'bag') as bag:
         for stamp in range(1, 11):
             bag.write('/image_raw', 'sensor_msgs/msg/Image', messages.image(stamp, side=700), stamp)
-    listener = Listener(ros, qos_profile_sensor_data)
+    listener = listen('listener', qos_profile_sensor_data)
     player = ros.node('player')
     with BagReader(tmp_path / 'bag') as bag:
         replay_in_lockstep(bag, player, ros.executor)
@@ -87,7 +65,7 @@ def test_without_subscribers_the_replay_goes_on(ros, bag_path):
 
 
 def test_a_node_without_parameter_services_is_named(ros, bag_path, monkeypatch):
-    monkeypatch.setattr('shirube_bags.node_barrier.DISCOVERY_TIMEOUT', 0.2)
+    monkeypatch.setattr('shirube_bags.lockstep.DISCOVERY_TIMEOUT', 0.2)
     silent = ros.node('mute', start_parameter_services=False)
     silent.create_subscription(Image, 'image_raw', lambda _: None, 10)
     node = ros.node('player')
@@ -118,7 +96,7 @@ def test_an_unknown_topic_is_refused(ros, bag_path):
         replay_in_lockstep(bag, ros.node('player'), ros.executor, ['/imu'])
 
 
-def test_answers_of_the_node_come_before_the_next_message(ros, bag_path):
+def test_answers_of_the_node_come_before_the_next_message(stamp_of, ros, bag_path):
     """A node that answers each image: its answers alternate with the images."""
     order = []
     node = ros.node('echo')
@@ -126,10 +104,83 @@ def test_answers_of_the_node_come_before_the_next_message(ros, bag_path):
 
     def answer(image):
         order.append('image')
-        answers.publish(String(data=str(stamp_of(image.header.stamp))))
+        answers.publish(String(data=str(stamp_of(image))))
         order.append('answer')
 
     node.create_subscription(Image, 'image_raw', answer, 10)
     with BagReader(bag_path) as bag:
         replay_in_lockstep(bag, ros.node('player'), ros.executor, ['/image_raw'])
     assert order == ['image', 'answer'] * 41
+
+
+BETWEEN_LOOKS = 0.005
+
+
+class DividedExecutor(SingleThreadedExecutor):
+    """Polls one kind of entity after the other, as every executor does, but slowly."""
+
+    wanted = 'clock'
+
+    def can_execute(self, entity: object) -> bool:
+        kind = 'rest'
+        if isinstance(entity, Subscription):
+            kind = 'clock' if entity.topic_name == '/clock' else 'message'
+        elif isinstance(entity, Service):
+            kind = 'question'
+        return kind == self.wanted and super().can_execute(entity)
+
+    def look(self) -> None:
+        for self.wanted in ('clock', 'message', 'question', 'rest'):
+            self._cb_iter = None  # a separate poll
+            self.spin_once(timeout_sec=0.0)
+            time.sleep(BETWEEN_LOOKS)
+
+
+@pytest.fixture(params=[True, False], ids=['time of the bag', 'time of the day'])
+def looker(domain: int, request):
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=domain)
+    time_of_bag = rclpy.Parameter('use_sim_time', value=request.param)
+    node = Node('looker', context=context, parameter_overrides=[time_of_bag])
+    executor = DividedExecutor(context=context)
+    executor.add_node(node)
+    stop = Event()
+
+    def work() -> None:
+        while not stop.is_set():
+            executor.look()
+
+    thread = Thread(target=work)
+    thread.start()
+    yield node
+    stop.set()
+    thread.join()
+    executor.shutdown()
+    node.destroy_node()
+    context.try_shutdown()
+
+
+@pytest.mark.newest_set_only
+def test_each_message_is_worked_off_at_its_own_time(looker: Node, ros, bag_path) -> None:
+    seen = []
+
+    def note(image: Image) -> None:
+        stamp = image.header.stamp
+        seen.append((looker.get_clock().now().nanoseconds, stamp.sec * 10**9 + stamp.nanosec))
+
+    looker.create_subscription(Image, 'image_raw', note, 1)
+    follows_clock = looker.get_parameter('use_sim_time').value
+    followed = ('/image_raw', '/clock') if follows_clock else ('/image_raw',)
+    node = ros.node('player')
+    pauses = np.random.default_rng(0)
+    with BagReader(bag_path) as bag:
+        player = BagPlayer(node, [bag.topics['/image_raw']])
+        lockstep = Lockstep(player, node, ros.executor)
+        while not all(player.subscriber_count(topic) for topic in followed):
+            time.sleep(BETWEEN_LOOKS)
+        lockstep.wait(player.topics)
+        for count, message in enumerate(bag.messages(player.topics), 1):
+            time.sleep(pauses.uniform(0.0, 4.0 * BETWEEN_LOOKS))
+            lockstep.publish(message)
+            assert len(seen) == count
+    assert not follows_clock or all(now == stamp for now, stamp in seen)

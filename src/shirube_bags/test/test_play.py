@@ -3,22 +3,13 @@
 import os
 import signal
 import sys
-import time
 
 import pytest
-import rclpy
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Image
 
-from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_reader import BagReader, jazzy_types
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.commands.play import main, wanted_subscribers
-from shirube_bags.message_types import jazzy_types
-
-
-def stamp_of(time_message):
-    return time_message.sec * 10**9 + time_message.nanosec
 
 
 @pytest.fixture
@@ -26,32 +17,6 @@ def play(domain, monkeypatch):
     """Runs the command in this process."""
     monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', os.devnull)
     return lambda *arguments: main([str(each) for each in arguments])
-
-
-class Listener:
-    """Subscribes to the images of a bag and to /clock."""
-
-    def __init__(self, ros, name, qos, work=0.0):
-        node = ros.node(name, parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
-        node.create_subscription(Image, 'image_raw', self.note, qos)
-        node.create_subscription(Clock, '/clock', lambda tick: self.ticks.append(stamp_of(tick.clock)), 100)
-        self.node, self.work, self.executor = node, work, ros.executor
-        self.images, self.clock, self.ticks = [], [], []
-
-    def note(self, image):
-        self.images.append(image)
-        self.clock.append(self.node.get_clock().now().nanoseconds)
-        time.sleep(self.work)
-
-    def spin_while_running(self, process):
-        while process.poll() is None:
-            self.executor.spin_once(timeout_sec=0.05)
-        end = time.monotonic() + 0.2
-        while time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
-
-    def stamps(self):
-        return [stamp_of(each.header.stamp) for each in self.images]
 
 
 def images_of(path):
@@ -64,16 +29,16 @@ def one_line(text):
     return line
 
 
-def test_every_message_arrives_at_real_time_in_order_and_equal(ros, start_command, bag_path):
-    best_effort = Listener(ros, 'best_effort', qos_profile_sensor_data)
-    reliable = Listener(ros, 'reliable', QoSProfile(depth=10))
+def test_every_message_arrives_at_real_time_in_order_and_equal(stamp_of, listen, start_command, bag_path):
+    best_effort = listen('best_effort', qos_profile_sensor_data)
+    reliable = listen('reliable', QoSProfile(depth=10))
     process = start_command('play', bag_path)
     best_effort.spin_while_running(process)
     _, output = process.communicate()
     assert process.returncode == 0, output
     wanted = images_of(bag_path)
     for listener in (best_effort, reliable):
-        assert listener.stamps() == [stamp_of(each.header.stamp) for each in wanted]
+        assert listener.stamps() == [stamp_of(each) for each in wanted]
         assert all(bytes(left.data) == right.data.tobytes() for left, right in zip(listener.images, wanted))
         assert listener.ticks == sorted(set(listener.ticks))
     assert 'no subscriber for /true_pose' in output
@@ -81,9 +46,9 @@ def test_every_message_arrives_at_real_time_in_order_and_equal(ros, start_comman
 
 
 @pytest.mark.newest_set_only
-def test_lock_step_waits_for_a_slow_node_in_another_process(ros, start_command, bag_path):
+def test_lock_step_waits_for_a_slow_node_in_another_process(listen, start_command, bag_path):
     qos = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-    listener = Listener(ros, 'listener', qos, work=0.01)
+    listener = listen('listener', qos, work=0.01)
     process = start_command('play', bag_path, '--rate', '0', '--wait-for', '/image_raw/1')
     listener.spin_while_running(process)
     assert process.returncode == 0, process.communicate()[1]
@@ -92,13 +57,13 @@ def test_lock_step_waits_for_a_slow_node_in_another_process(ros, start_command, 
 
 
 @pytest.mark.newest_set_only
-def test_large_images_arrive_without_a_loss(ros, start_command, tmp_path, messages):
+def test_large_images_arrive_without_a_loss(listen, start_command, tmp_path, messages):
     with BagWriter(tmp_path / 'bag') as bag:
         for index in range(1, 21):
             bag.write(
                 '/image_raw', 'sensor_msgs/msg/Image', messages.image(index, side=1100), index * 33_000_000
             )
-    listener = Listener(ros, 'listener', qos_profile_sensor_data)
+    listener = listen('listener', qos_profile_sensor_data)
     process = start_command('play', tmp_path / 'bag')
     listener.spin_while_running(process)
     assert process.returncode == 0, process.communicate()[1]
@@ -106,8 +71,8 @@ def test_large_images_arrive_without_a_loss(ros, start_command, tmp_path, messag
 
 
 @pytest.mark.newest_set_only
-def test_a_loop_plays_again_and_the_clock_jumps_back(ros, start_command, bag_path):
-    listener = Listener(ros, 'listener', qos_profile_sensor_data)
+def test_a_loop_plays_again_and_the_clock_jumps_back(listen, start_command, bag_path):
+    listener = listen('listener', qos_profile_sensor_data)
     process = start_command('play', bag_path, '--rate', '0', '--loop', '2', '--topics', '/image_raw')
     listener.spin_while_running(process)
     assert process.returncode == 0, process.communicate()[1]
@@ -117,8 +82,8 @@ def test_a_loop_plays_again_and_the_clock_jumps_back(ros, start_command, bag_pat
 
 
 @pytest.mark.newest_set_only
-def test_ctrl_c_ends_the_replay_with_exit_code_0(ros, start_command, bag_path):
-    listener = Listener(ros, 'listener', qos_profile_sensor_data)
+def test_ctrl_c_ends_the_replay_with_exit_code_0(listen, start_command, bag_path):
+    listener = listen('listener', qos_profile_sensor_data)
     process = start_command('play', bag_path, '--rate', '0.1')
     while len(listener.images) < 3:
         listener.executor.spin_once(timeout_sec=0.05)

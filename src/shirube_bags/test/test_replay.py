@@ -1,4 +1,4 @@
-"""A replay keeps the timing of the bag, publishes /clock, and can be stopped."""
+"""A replay and its clock, and the wait for subscribers."""
 
 from threading import Event
 
@@ -7,7 +7,8 @@ from rosgraph_msgs.msg import Clock
 
 from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.replay import replay
+from shirube_bags.errors import ReplayError
+from shirube_bags.replay import ReplayClock, replay, wait_for_any, wait_for_counts
 
 
 class Recorder:
@@ -81,3 +82,69 @@ def test_the_live_clock_rises(ros, bag_path):
         ros.executor.spin_once(timeout_sec=0.02)
     assert len(stamps) == len(set(stamps)) == 81
     assert stamps == sorted(stamps)
+
+
+SECOND = 10**9
+
+
+@pytest.mark.parametrize('rate', [0.5, 1.0, 4.0])
+def test_messages_are_due_at_the_bag_s_time_over_the_rate(rate):
+    pace = ReplayClock(rate, 100 * SECOND, now=7.0)
+    assert pace.delay(100 * SECOND, 7.0) == 0.0
+    assert pace.delay(102 * SECOND, 7.0) == pytest.approx(2.0 / rate)
+    assert pace.delay(102 * SECOND, 7.0 + 1.5 / rate) == pytest.approx(0.5 / rate)
+    assert pace.bag_time(7.0 + 3.0 / rate) == pytest.approx(103 * SECOND)
+    assert ReplayClock(0.0, 0, now=0.0).delay(10**15, 0.0) == 0.0
+
+
+def test_after_a_halt_the_messages_keep_their_distances_and_small_delays_do_not_add_up():
+    pace = ReplayClock(1.0, 0, now=0.0)
+    assert pace.delay(1 * SECOND, 1.01) == 0.0
+    assert pace.delay(2 * SECOND, 1.01) == pytest.approx(0.99)
+    pace = ReplayClock(1.0, 0, now=0.0)
+    assert pace.delay(1 * SECOND, 5.0) == 0.0
+    assert pace.delay(2 * SECOND, 5.0) == pytest.approx(1.0)
+    assert pace.bag_time(5.0) == 1 * SECOND
+
+
+class Counts:
+    """Subscribers that appear during the wait."""
+
+    def __init__(self, looks_until_there):
+        self.looks_until_there = dict(looks_until_there)
+
+    def __call__(self, topic):
+        self.looks_until_there[topic] -= 1
+        return int(self.looks_until_there[topic] < 0)
+
+
+def never():
+    return False
+
+
+def test_wanted_subscribers_are_waited_for():
+    counts = Counts({'/a': 3, '/b': 5})
+    wait_for_counts(counts, {'/a': 1, '/b': 1}, 5.0, never)
+    assert counts('/a') == counts('/b') == 1
+
+
+def test_missing_subscribers_are_named_with_their_numbers():
+    with pytest.raises(ReplayError, match=r'missing after 0.05 s: /b has 0 of 2; start'):
+        wait_for_counts(lambda topic: int(topic == '/a'), {'/a': 1, '/b': 2}, 0.05, never)
+
+
+def test_a_wish_to_stop_ends_every_wait():
+    wait_for_counts(lambda _topic: 0, {'/a': 1}, 30.0, lambda: True)
+    wait_for_any(lambda _topic: 0, ['/a'], 30.0, lambda: True)
+
+
+@pytest.mark.parametrize(
+    ('subscribers', 'timeout', 'lonely'),
+    [
+        (lambda topic: int(topic == '/a'), 30.0, ['/b']),
+        (Counts({'/a': 0, '/b': 10}), 30.0, []),  # a later subscription of the same node is waited for
+        (lambda _topic: 0, 0.05, ['/a', '/b']),
+    ],
+)
+def test_the_first_subscriber_ends_the_wait_and_lonely_topics_are_returned(subscribers, timeout, lonely):
+    assert wait_for_any(subscribers, ['/a', '/b'], timeout, never) == lonely

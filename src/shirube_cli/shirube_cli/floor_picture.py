@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.trajectory import interpolate
-from shirube_cli.floor_accuracy import FloorAccuracy
+from shirube_cli.floor_replay import FloorAccuracy
 from shirube_core.files import atomic_write
 
 ESTIMATE, TRUTH, DIRT, DOTS = '#c2410c', '#1d4ed8', '#b45309', '#9aa0a6'
@@ -25,13 +25,7 @@ VIEW = 0.09
 
 
 def draw_floor_picture(path: Path, accuracy: FloorAccuracy, dots: NDArray[np.float64]) -> None:
-    """Write the picture as a PNG file.
-
-    Args:
-        path: the file.
-        accuracy: the replay and its truth.
-        dots: array, shape (n, 2), the dots of the map [m].
-    """
+    """Write the picture as a PNG file, with the dots of the map, shape (n, 2) [m]."""
     figure = plt.figure(figsize=(13.0, 9.0), layout='constrained')
     grid = figure.add_gridspec(3, 2, width_ratios=(1.0, 2.6), height_ratios=(1.0, 1.0, 1.3))
     _draw_track(figure.add_subplot(grid[:, 0]), accuracy, dots)

@@ -23,11 +23,8 @@ _IMPORTED = re.compile(rb'^from ([\w.]+) import', re.MULTILINE)
 
 
 def compiled_kernels(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> Path:
-    """Return the folder that NUMBA_CACHE_DIR may name, with the kernels of these sets compiled.
-
-    Args:
-        root: the repository.
-        sets: what is needed; by default all.
+    """Return the folder that NUMBA_CACHE_DIR may name, with the kernels of these sets, by default all,
+    compiled.
 
     Raises:
         CommandError: the kernels cannot be compiled; the messages were printed.
@@ -60,12 +57,8 @@ def kernel_folder(root: Path) -> Path:
 
 
 def copy_to_installed(cache: Path, root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
-    """Copy the machine code of the sources to what colcon installed from them.
-
-    Args:
-        cache: the folder that ``compiled_kernels`` returned.
-        root: the repository.
-        sets: what was compiled.
+    """Copy the machine code of compiled sets from the folder of ``compiled_kernels`` to what colcon
+    installed.
     """
     for path in files_with_kernels(root / 'src'):
         package = path.relative_to(root / 'src').parts[0]
@@ -96,10 +89,8 @@ def files_with_kernels(folder: Path) -> Iterator[Path]:
 
 
 def digest_kernels(sources: Path) -> str:
-    """Return a digest of all files with kernels and of those from which they import.
-
-    Args:
-        sources: the folder of the packages.
+    """Return a digest of all files with kernels below the packages' folder, and of those from which they
+    import.
     """
     wanted = set(files_with_kernels(sources))
     for path in tuple(wanted):

@@ -3,13 +3,66 @@
 import os
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from queue import Empty, SimpleQueue
+from types import TracebackType
+from typing import Self
 
-from shirube_cli.error import CommandError
+from tqdm import tqdm
+
 from shirube_cli.kernel_registry import KernelSet
-from shirube_cli.progress import Progress
+from shirube_cli.project import CommandError
+
+_LINE_INTERVAL = 10.0
+"""Time between two lines where the output is not a terminal [s]."""
+
+
+class Progress:
+    """Counts and shows what is done; to be used in a `with` statement, from any thread."""
+
+    def __init__(self, title: str, total: int) -> None:
+        """Prepare to count ``total`` things under a title."""
+        self._title, self._total, self._done = title, total, 0
+        self._lock = threading.Lock()
+        self._bar: tqdm | None = None
+        self._next_line = 0.0
+
+    def __enter__(self) -> Self:
+        """Show that nothing is done yet."""
+        if sys.stderr.isatty():
+            # tqdm draws with ASCII characters where the terminal's encoding has no others.
+            self._bar = tqdm(
+                desc=self._title, total=self._total, bar_format='{desc}: {n}/{total} |{bar}| {elapsed}'
+            )
+        else:
+            self._print_line()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Show how far it came."""
+        if self._bar is not None:
+            self._bar.close()
+        else:
+            self._print_line()
+
+    def advance(self, count: int) -> None:
+        """Add things that are done."""
+        with self._lock:
+            self._done += count
+            if self._bar is not None:
+                self._bar.update(count)
+            elif time.monotonic() >= self._next_line:
+                self._print_line()
+
+    def _print_line(self) -> None:
+        self._next_line = time.monotonic() + _LINE_INTERVAL
+        print(f'{self._title}: {self._done} of {self._total}', file=sys.stderr, flush=True)
+
 
 # Ctrl-C ends a compiler at once, even while it imports numba: a traceback would be of no use.
 PROLOGUE = 'import signal; signal.signal(signal.SIGINT, signal.SIG_DFL)'
@@ -22,10 +75,10 @@ def compile_sets(
     finish: Callable[[KernelSet], None],
     worker: str = WORKER,
 ) -> None:
-    """Compile kernel sets, so that programs that use them start in seconds from then on.
+    """Compile kernel sets, the longest first, so that programs that use them start in seconds from then on.
 
     Args:
-        sets: what to compile, the longest first.
+        sets: what to compile.
         environment: all variables of the compilers; NUMBA_CACHE_DIR names the folder of the machine code.
         finish: called for each set once it is compiled, from any thread.
         worker: the Python program of a compiler.

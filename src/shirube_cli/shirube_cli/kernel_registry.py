@@ -12,53 +12,32 @@ class KernelSet:
 
     Attributes:
         name: unique name, which is also that of the file that marks the set as compiled.
-        package: the package whose executables need the set.
-        module: the module to import.
+        module: the module to import, of the package whose executables need the set.
         call: the call of one of its functions that compiles all kernels of the set.
         kernels: how many functions are compiled that no earlier set of the package compiles.
         demo: whether ``shirube demo`` needs the set.
     """
 
     name: str
-    package: str
     module: str
     call: str
     kernels: int
     demo: bool = True
 
+    @property
+    def package(self) -> str:
+        """The package whose executables need the set."""
+        return self.module.partition('.')[0]
 
+
+_LIGHT = 'vlc_beacon.core.receiver.compile_kernels'
 KERNEL_SETS = (
-    KernelSet(
-        'floor_localizer', 'floor_localizer', 'floor_localizer.core.compile_kernels', 'compile_kernels()', 134
-    ),
-    KernelSet(
-        'stereo_landmark', 'stereo_landmark', 'stereo_landmark.core.compile_kernels', 'compile_kernels()', 128
-    ),
-    KernelSet(
-        'vlc_beacon_rolling',
-        'vlc_beacon',
-        'vlc_beacon.core.receiver.compile_kernels',
-        "compile_kernels(ReceiverSettings('rolling'))",
-        21,
-    ),
-    KernelSet(
-        'shirube_bringup', 'shirube_bringup', 'shirube_bringup.compile_kernels', 'compile_kernels()', 29
-    ),
-    KernelSet(
-        'reward_planner',
-        'reward_planner',
-        'reward_planner.core.compile_kernels',
-        'compile_default_kernels()',
-        32,
-    ),
-    KernelSet(
-        'vlc_beacon_global',
-        'vlc_beacon',
-        'vlc_beacon.core.receiver.compile_kernels',
-        "compile_kernels(ReceiverSettings('global'))",
-        2,
-        demo=False,
-    ),
+    KernelSet('floor_localizer', 'floor_localizer.core.compile_kernels', 'compile_kernels()', 134),
+    KernelSet('stereo_landmark', 'stereo_landmark.core.compile_kernels', 'compile_kernels()', 128),
+    KernelSet('vlc_beacon_rolling', _LIGHT, "compile_kernels(ReceiverSettings('rolling'))", 21),
+    KernelSet('shirube_bringup', 'shirube_bringup.compile_kernels', 'compile_kernels()', 29),
+    KernelSet('reward_planner', 'reward_planner.core.compile_kernels', 'compile_default_kernels()', 32),
+    KernelSet('vlc_beacon_global', _LIGHT, "compile_kernels(ReceiverSettings('global'))", 2, demo=False),
 )
 """In the order in which they are compiled: those of the demo first, of these the longest first."""
 _DEPENDENCY = re.compile(r'<exec_depend>(\w+)</exec_depend>')
@@ -66,12 +45,7 @@ DEMO_SETS = tuple(one for one in KERNEL_SETS if one.demo)
 
 
 def sets_of_package(root: Path, package: str) -> tuple[KernelSet, ...]:
-    """Return the kernel sets of a package and of the packages that it depends on.
-
-    Args:
-        root: the repository.
-        package: the package's name.
-    """
+    """Return the kernel sets of a package and of the packages that it depends on."""
     needed = {package}
     waiting = [package]
     while waiting:

@@ -8,33 +8,131 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
+from typing import TypedDict
 
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CompressedImage
+from std_msgs.msg import Header
 
 from shirube_bags.errors import ReplayError
-from shirube_bags.node_barrier import NodeBarrier
+from shirube_bags.lockstep import NodeBarrier
+from shirube_bags.stamps import NANOSECONDS
+from shirube_bringup.free_domain import free_domain
 from shirube_cli.child_process import child_process, interrupt
-from shirube_cli.error import CommandError
-from shirube_cli.pose_listener import PoseListener
+from shirube_cli.project import CommandError
 from shirube_cli.workspace import find_executable, overlay_environment
-from shirube_ros.free_domain import free_domain
 
 # The node reads its map and compiles its kernels before it listens.
 START_TIMEOUT = 120
 
 
-@dataclass(frozen=True)
-class LiveLocalizer:
-    """A running node and its listener.
+class MessageInfo(TypedDict):
+    """What the middleware says of a message: when it was published, by the clock of this machine [ns]."""
+
+    source_timestamp: int
+
+
+class PoseListener(Node):
+    """Keeps what comes, by its stamp [ns].
 
     Attributes:
-        root: the repository, its workspace built.
-        listener: stores what the node publishes.
-        executor: spins the listener.
-        process: the node's process.
-        environment: variables of other processes that exchange messages with the node.
-        log: takes what the node prints.
+        localizer: name of the localizer's node.
+        image_topic: topic of its images.
+        images: when the image was published [ns].
+        published: when the pose was published [ns].
+        image_count: how many images came; more than ``images`` holds when a bag is played again.
+        pose_count: how many poses came.
+        delays: time between the publication of an image and of its pose [ns], one per pose.
+        positions: position x, y, z of the pose [m].
+        quaternions: orientation x, y, z, w of the pose.
+        diagnostics: the latest values of the localizer's diagnostics.
+        reports: how many diagnostics came.
+    """
+
+    def __init__(self, localizer: str, image_topic: str, context: Context) -> None:
+        """Subscribe to the images and to the output of the localizer's node."""
+        super().__init__('pose_listener', context=context)
+        self.images: dict[int, int] = {}
+        self.published: dict[int, int] = {}
+        self.image_count = 0
+        self.pose_count = 0
+        self.delays: list[int] = []
+        # An image and its pose come on two topics, either may be first.
+        self._waiting: dict[int, int] = {}
+        self._early: dict[int, int] = {}
+        self._latest = 0
+        self.positions: dict[int, tuple[float, float, float]] = {}
+        self.quaternions: dict[int, tuple[float, float, float, float]] = {}
+        self.diagnostics: dict[str, str] = {}
+        self.reports = 0
+        self.localizer = localizer
+        self.image_topic = image_topic
+        lossless = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
+        self.create_subscription(CompressedImage, image_topic, self._take_image, lossless)
+        self._poses = self.create_subscription(PoseStamped, f'/{localizer}/pose', self._take_pose, lossless)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._take_diagnostics, lossless)
+
+    def sees_localizer(self) -> bool:
+        """Return whether the subscription has found the publisher of the poses."""
+        return int(self._poses.get_publisher_count()) > 0
+
+    def reasons(self) -> dict[str, int]:
+        """Return how many images had no pose for which reason, in the node's words."""
+        prefix = 'images without: '
+        return {
+            key.removeprefix(prefix): int(value)
+            for key, value in self.diagnostics.items()
+            if key.startswith(prefix)
+        }
+
+    def _take_image(self, message: CompressedImage, info: MessageInfo) -> None:
+        stamp, sent = _stamp(message.header), info['source_timestamp']
+        self.images[stamp] = sent
+        self.image_count += 1
+        published = self._early.pop(stamp, None)
+        if stamp < self._latest:
+            # The bag begins again: what waits belongs to the round before.
+            self._waiting.clear()
+            self._early.clear()
+        self._latest = stamp
+        if published is None:
+            self._waiting[stamp] = sent
+        else:
+            self.delays.append(published - sent)
+
+    def _take_pose(self, message: PoseStamped, info: MessageInfo) -> None:
+        stamp, p, q = _stamp(message.header), message.pose.position, message.pose.orientation
+        self.published[stamp] = info['source_timestamp']
+        self.pose_count += 1
+        sent = self._waiting.pop(stamp, None)
+        if sent is None:
+            self._early[stamp] = self.published[stamp]
+        else:
+            self.delays.append(self.published[stamp] - sent)
+        self.positions[stamp] = (p.x, p.y, p.z)
+        self.quaternions[stamp] = (q.x, q.y, q.z, q.w)
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if status.name.startswith(self.localizer):
+                self.diagnostics = {pair.key: pair.value for pair in status.values}
+                self.reports += 1
+
+
+def _stamp(header: Header) -> int:
+    return int(header.stamp.sec) * NANOSECONDS + int(header.stamp.nanosec)
+
+
+@dataclass(frozen=True)
+class LiveLocalizer:
+    """A running node with the environment of processes that exchange messages with it, its log, and its
+    listener.
     """
 
     root: Path
@@ -45,15 +143,9 @@ class LiveLocalizer:
     log: Path
 
     def play(self, bag: Path, options: list[str], on_turn: Callable[[], None] = lambda: None) -> None:
-        """Play a bag to the node and listen until it has been played.
+        """Play a bag to the node with more options of ``play``, and listen until it has been played.
 
-        Args:
-            bag: the bag.
-            options: more options of ``play``.
-            on_turn: called after each turn of the executor, ten times a second or more.
-
-        Raises:
-            CommandError: the node or the player ended with an error.
+        ``on_turn`` is called ten times a second or more. Raises a CommandError if the node or the player failed.
         """
         command = [
             sys.executable,
@@ -104,20 +196,12 @@ class LiveLocalizer:
             raise CommandError(f'the node was not heard within {START_TIMEOUT} s; see {self.log}')
 
     def check_alive(self) -> None:
-        """Raise if the node has ended.
-
-        Raises:
-            CommandError: it has; the message names the log.
-        """
+        """Raise a CommandError that names the log if the node has ended."""
         if self.process.poll() is not None:
             raise CommandError(f'the node ended with exit code {self.process.returncode}; see {self.log}')
 
     def end(self) -> None:
-        """End the node as Ctrl-C does.
-
-        Raises:
-            CommandError: its exit code is not 0; the message names the log.
-        """
+        """End the node as Ctrl-C does; raise a CommandError that names the log if its exit code is not 0."""
         if code := interrupt(self.process):
             raise CommandError(f'the node ended with exit code {code}; see {self.log}')
 
@@ -126,17 +210,9 @@ class LiveLocalizer:
 def live_localizer(
     root: Path, package: str, image_topic: str, folder: Path, node_command: list[str] | None = None
 ) -> Iterator[LiveLocalizer]:
-    """Start a localizer's node and listen to it, in a domain that nobody else on this machine uses.
+    """Start a package's node, named as the package and by default the installed one, and listen to it.
 
-    Args:
-        root: the repository, its workspace built.
-        package: the localizer's package, which is its node's name, too.
-        image_topic: topic of its images.
-        folder: takes the logs.
-        node_command: program and arguments of the node; by default the installed one, without any.
-
-    Raises:
-        CommandError: the node did not start; the message names the log.
+    It runs in a domain that nobody else on this machine uses; logs go to the folder.
     """
     if node_command is None:
         node_command = [sys.executable, str(find_executable(root, package, 'node'))]

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 
-from shirube_cli.error import CommandError
+from shirube_cli.project import CommandError
 
 USAGE = """\
 usage: shirube <command> [arguments ...]
@@ -27,10 +27,10 @@ REFUSALS = {*FULL_DISK, errno.EACCES, errno.EPERM, errno.EROFS}
 COMMANDS = {
     'demo': ('shirube_cli.demo', 'demo'),
     'run': ('shirube_cli.run', 'run'),
-    'list': ('shirube_cli.list_programs', 'list_programs'),
-    'test': ('shirube_cli.run_tests', 'run_tests'),
-    'check': ('shirube_cli.check', 'check'),
-    'bench': ('shirube_cli.bench', 'bench'),
+    'list': ('shirube_cli.run', 'list_programs'),
+    'test': ('shirube_cli.develop', 'run_tests'),
+    'check': ('shirube_cli.develop', 'check'),
+    'bench': ('shirube_cli.develop', 'bench'),
     'migrate': ('shirube_cli.migrate', 'migrate'),
 }
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from shirube_cli.error import CommandError
+from shirube_cli.project import CommandError
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
 from shirube_core.files import YamlFileError, read_yaml, write_text
 from shirube_core.settings import describe_settings
@@ -21,10 +21,8 @@ _KEY = re.compile(
 
 
 def migrate(arguments: Sequence[str]) -> int:
-    """Rewrite files in place and print what changed.
-
-    Raises:
-        CommandError: a file cannot be read or rewritten.
+    """Rewrite files in place and print what changed; raise a CommandError if a file cannot be read or
+    rewritten.
     """
     parser = argparse.ArgumentParser(
         prog='shirube migrate',
@@ -41,11 +39,7 @@ def migrate(arguments: Sequence[str]) -> int:
 
 
 def migrate_file(path: Path, *, dry_run: bool = False) -> None:
-    """Rename the former parameters of one file; comments and layout stay.
-
-    Args:
-        path: YAML file.
-        dry_run: whether the file is left as it is.
+    """Rename the former parameters of a YAML file, except in a dry run; comments and layout stay.
 
     Raises:
         CommandError: the file is not valid YAML or has a former name where only a person can change it.
@@ -87,11 +81,7 @@ def former_names(node: str) -> dict[str, str]:
 
 
 def rename_parameters(text: str) -> str:
-    """Return the text of a parameter file with present names.
-
-    Args:
-        text: valid YAML.
-    """
+    """Return the text of a parameter file, valid YAML, with present names."""
     lines = text.splitlines(keepends=True)
     above: list[tuple[int, str]] = []  # indentation and key of the mappings around a line
     for number, line in enumerate(lines):

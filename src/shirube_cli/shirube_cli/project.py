@@ -6,14 +6,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from shirube_cli.error import CommandError
+
+class CommandError(RuntimeError):
+    """A request that cannot be fulfilled; the message is one line that names the remedy."""
 
 
 def find_root() -> Path:
-    """Return the repository that contains this package.
-
-    Raises:
-        CommandError: the package was installed somewhere else, so that there is no repository around it.
+    """Return the repository that contains this package; raise a CommandError if it was installed somewhere
+    else.
     """
     root = Path(__file__).resolve().parents[3]
     if not (root / 'ros2_ws').is_dir():

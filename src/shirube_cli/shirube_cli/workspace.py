@@ -14,10 +14,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from shirube_cli.error import CommandError
 from shirube_cli.kernel_cache import PYTHON, are_installed, compiled_kernels, copy_to_installed
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
-from shirube_cli.project import safe_environment
+from shirube_cli.project import CommandError, safe_environment
 from shirube_core.files import exclusive_lock
 
 
@@ -27,11 +26,8 @@ def find_packages(root: Path) -> list[str]:
 
 
 def build_workspace(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
-    """Build every package that changed since it was built last, and compile kernels meanwhile.
-
-    Args:
-        root: the repository.
-        sets: the kernels that will be used; by default all.
+    """Build every package that changed since it was built last, and compile kernel sets, by default all,
+    meanwhile.
 
     Raises:
         CommandError: colcon or a compiler failed; its output was printed.
@@ -68,10 +64,8 @@ def digest_package(folder: Path) -> str:
 
 
 def find_executable(root: Path, package: str, executable: str) -> Path:
-    """Return the installed file that ``ros2 run package executable`` would start.
-
-    Raises:
-        CommandError: there is no such package or executable; the message lists those that are there.
+    """Return the installed file that ``ros2 run package executable`` would start; raise a CommandError for
+    no such one.
     """
     packages = find_packages(root)
     if package not in packages:

@@ -8,7 +8,7 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from sensor_msgs.msg import CompressedImage
 
-from shirube_ros.node_main import run_node
+from shirube_ros.node import run_node
 
 NAME = 'floor_localizer'
 OFFSET = 0.002

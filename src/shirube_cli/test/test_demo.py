@@ -2,7 +2,7 @@
 
 import pytest
 
-from shirube_cli import demo, floor_demo, mission_demo
+from shirube_cli import demo, floor_demo
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,7 @@ def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
 
     monkeypatch.setattr(demo, 'find_root', lambda: tmp_path)
     monkeypatch.setattr(demo, 'build_workspace', lambda root, sets: None)
-    monkeypatch.setattr(mission_demo, 'demo_mission', stand_in('mission'))
+    monkeypatch.setattr(demo, 'demo_mission', stand_in('mission'))
     monkeypatch.setattr(floor_demo, 'demo_floor', stand_in('floor'))
     (tmp_path / 'out' / 'demo').mkdir(parents=True)
     (tmp_path / 'out' / 'demo' / 'report.html').write_text('of an earlier run')

@@ -9,12 +9,10 @@ import pytest
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.stamps import NANOSECONDS
-from shirube_cli.error import CommandError
-from shirube_cli.floor_accuracy import dirty_stretches, measure_accuracy
+from shirube_cli.floor_demo import figures_as_text, page
 from shirube_cli.floor_picture import draw_floor_picture
-from shirube_cli.floor_replay import FloorReplay, replay_floor_drive
-from shirube_cli.floor_report import figures_as_text, page
-from shirube_cli.project import find_root
+from shirube_cli.floor_replay import FloorReplay, dirty_stretches, measure_accuracy, replay_floor_drive
+from shirube_cli.project import CommandError, find_root
 from shirube_cli.workspace import build_workspace
 
 pytestmark = pytest.mark.newest_set_only

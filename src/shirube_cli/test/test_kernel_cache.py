@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from shirube_cli import kernel_cache
-from shirube_cli.error import CommandError
 from shirube_cli.kernel_cache import (
     PYTHON,
     are_installed,
@@ -21,7 +20,7 @@ from shirube_cli.kernel_cache import (
 )
 from shirube_cli.kernel_compiler import PROLOGUE, compile_sets
 from shirube_cli.kernel_registry import DEMO_SETS, KERNEL_SETS, KernelSet, sets_of_package
-from shirube_cli.project import safe_environment
+from shirube_cli.project import CommandError, safe_environment
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -86,7 +85,7 @@ THREE_KERNELS = 'import sys\nfor _ in sys.stdin: print("kernel\\n" * 3 + "done",
 
 def test_progress_is_plain_lines_that_count_to_the_total(capfd: pytest.CaptureFixture[str]) -> None:
     done: list[KernelSet] = []
-    sets = [KernelSet(name, 'probe', 'none', 'none', 5) for name in ('first', 'second', 'third')]
+    sets = [KernelSet(name, 'probe', 'none', 5) for name in ('first', 'second', 'third')]
     compile_sets(sets, safe_environment(), done.append, THREE_KERNELS)
     assert sorted(done, key=lambda one: one.name) == sets
     lines = capfd.readouterr().err.splitlines()

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from shirube_cli import list_programs
+from shirube_cli import run
 from shirube_cli.main import COMMANDS, USAGE, main
 from shirube_cli.project import safe_environment
 
@@ -52,7 +52,7 @@ def test_refusal_of_the_disk_is_one_line_with_the_remedy(
     def refuse() -> None:
         raise OSError(number, 'refused', '/out')
 
-    monkeypatch.setattr(list_programs, 'find_root', refuse)
+    monkeypatch.setattr(run, 'find_root', refuse)
     assert main(['list']) == 1
     line = capsys.readouterr().err
     assert line.startswith('shirube: ')

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from shirube_cli.error import CommandError
 from shirube_cli.main import main
 from shirube_cli.migrate import former_names, former_names_in, migrate, rename_parameters
+from shirube_cli.project import CommandError
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
 from shirube_core.settings import describe_settings
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from shirube_cli import kernel_cache
-from shirube_cli.error import CommandError
+from shirube_cli.project import CommandError
 from shirube_cli.workspace import build_workspace, digest_package, find_executable, overlay_environment
 
 pytestmark = pytest.mark.newest_set_only

@@ -1,4 +1,4 @@
-"""Catches errors of callbacks, so that no message ends the node, and counts rejected messages."""
+"""Catches errors of callbacks and services, so that no message ends the node, and counts rejected messages."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rclpy.node import Node
+from std_srvs.srv import Trigger
 
-from shirube_ros.message_error import MessageError
+from shirube_ros.errors import MessageError
 
 _REASONS_MAX = 20  # distinct reasons per topic; more would flood the diagnostics
 _OTHER_REASONS = 'other reasons'
@@ -18,12 +19,8 @@ _OTHER_REASONS = 'other reasons'
 
 @dataclass
 class TopicCount:
-    """Message counts of one topic.
-
-    Attributes:
-        received: number of messages received.
-        rejected: number of rejected messages, by reason.
-        latest_rejection: reason of the latest rejection that has not been reported yet, else None.
+    """Numbers of received messages of a topic and of rejected ones, by reason, and the latest reason not yet
+    reported.
     """
 
     received: int = 0
@@ -45,23 +42,17 @@ class CallbackGuard:
     """Wraps a node's callbacks so that none of them can end the node."""
 
     def __init__(self, node: Node, package_errors: tuple[type[Exception], ...] = ()) -> None:
-        """Start without counts.
-
-        Args:
-            node: node whose callbacks are wrapped.
-            package_errors: errors that the node's package raises for malformed input.
+        """Start without counts; ``package_errors`` are those that the node's package raises for malformed
+        input.
         """
         self._node = node
         self._input_errors: tuple[type[Exception], ...] = (MessageError, *package_errors)
         self.counts: dict[str, TopicCount] = {}
 
     def guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
-        """Wrap a callback: errors are caught, counted, and logged once per reason.
+        """Wrap a subscription's callback: errors are caught, counted by topic, and logged once per reason.
 
-        Args:
-            topic: name under which messages are counted.
-            callback: callback of a subscription. A MessageError or an error of the package rejects the message;
-                any other error is a bug and is logged with its traceback.
+        A MessageError or an error of the package rejects the message; any other error is a bug, logged with traceback.
         """
         self.counts.setdefault(topic, TopicCount())
 
@@ -71,12 +62,7 @@ class CallbackGuard:
         return guarded
 
     def run(self, topic: str, function: Callable[[], None]) -> str | None:
-        """Call a function as `guard` does; return None on success, else an error message of one line.
-
-        Args:
-            topic: name under which the call is counted.
-            function: function to call.
-        """
+        """Call a function as `guard` does; return None on success, else an error message of one line."""
         count = self.counts.setdefault(topic, TopicCount())
         count.received += 1
         try:
@@ -93,3 +79,21 @@ class CallbackGuard:
 
     def _log_internal_error(self, topic: str) -> None:
         self._node.get_logger().error(f'internal error in callback of {topic}:\n{traceback.format_exc()}')
+
+
+def create_trigger_service(node: Node, guard: CallbackGuard, name: str, function: Callable[[], str]) -> None:
+    """Create a service whose function returns one line; its errors, which the guard counts, are returned to
+    the caller.
+    """
+
+    def respond(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        def call() -> None:
+            response.message = function()
+
+        fault = guard.run(name, call)
+        response.success = fault is None
+        if fault is not None:
+            response.message = fault
+        return response
+
+    node.create_service(Trigger, name, respond)

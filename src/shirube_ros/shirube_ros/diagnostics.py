@@ -25,13 +25,7 @@ class Level(Enum):
 
 @dataclass(frozen=True)
 class Status:
-    """Status of a node.
-
-    Attributes:
-        level: diagnostic level.
-        message: status message, one sentence.
-        values: key-value pairs, in the order in which they are published.
-    """
+    """Level, message of one sentence, and values in the order in which they are published."""
 
     level: Level
     message: str
@@ -44,12 +38,8 @@ class Diagnostics:
     def __init__(
         self, node: Node, counts: Mapping[str, TopicCount], current_status: Callable[[], Status]
     ) -> None:
-        """Start publishing.
-
-        Args:
-            node: node whose status is published.
-            counts: message counts of its callback guard, by topic.
-            current_status: returns the status; called once per report.
+        """Start publishing the status, asked for once per report, and the message counts of the node's
+        guard, by topic.
         """
         self._node = node
         self._counts = counts

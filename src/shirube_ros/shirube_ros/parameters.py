@@ -23,18 +23,13 @@ _INT64_MAX = 2**63 - 1
 
 
 def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
-    """Declare all settings of a class as parameters of a node; return the settings with the user's values.
+    """Declare all settings of a settings class as parameters of a node; return them with the user's values.
 
     A setting of a nested class is the parameter ``group.name``. Integers are converted to floats, so that
     ``height:=1`` works as well as ``height:=1.0``.
 
-    Args:
-        node: node that declares the parameters.
-        cls: a settings dataclass.
-
     Raises:
-        SettingsError: a value of a wrong type or out of range, or a former name; the message names the
-            parameter and the remedy.
+        SettingsError: a value of a wrong type or out of range, or a former name; names parameter and remedy.
     """
     descriptions = describe_settings(cls)
     for description in descriptions:
@@ -53,11 +48,8 @@ def reject_misspelled_parameters(node: Node) -> None:
 
     A file for many nodes (``/**``) may contain parameters of other nodes, so an unknown name alone is no error.
 
-    Args:
-        node: node with all its parameters declared.
-
     Raises:
-        SettingsError: a name that is close to a declared one; the message names both.
+        SettingsError: a name that is close to one that is declared; the message names both.
     """
     declared = list(node._parameters)  # noqa: SLF001 rclpy has no public API for the given parameters
     for name in sorted(node._parameter_overrides.keys() - set(declared)):  # noqa: SLF001
@@ -96,24 +88,16 @@ def _descriptor(description: SettingDescription) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(description=f'{description.description}{unit}', read_only=True)
     if description.limits != 'any':
         descriptor.additional_constraints = description.limits
-    if description.minimum is None and description.maximum is None:
+    low, high = description.minimum, description.maximum
+    if low is None and high is None:
         return descriptor
     if description.type is float:
-        descriptor.floating_point_range = [_float_range(description)]
+        least, most = -math.inf if low is None else float(low), math.inf if high is None else float(high)
+        descriptor.floating_point_range = [FloatingPointRange(from_value=least, to_value=most)]
     elif description.type is int:
-        descriptor.integer_range = [_integer_range(description)]
+        first, last = (
+            -_INT64_MAX if low is None else math.ceil(low),
+            _INT64_MAX if high is None else math.floor(high),
+        )
+        descriptor.integer_range = [IntegerRange(from_value=first, to_value=last)]
     return descriptor
-
-
-def _float_range(description: SettingDescription) -> FloatingPointRange:
-    return FloatingPointRange(
-        from_value=-math.inf if description.minimum is None else float(description.minimum),
-        to_value=math.inf if description.maximum is None else float(description.maximum),
-    )
-
-
-def _integer_range(description: SettingDescription) -> IntegerRange:
-    return IntegerRange(
-        from_value=-_INT64_MAX if description.minimum is None else math.ceil(description.minimum),
-        to_value=_INT64_MAX if description.maximum is None else math.floor(description.maximum),
-    )

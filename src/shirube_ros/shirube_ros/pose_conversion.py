@@ -1,8 +1,9 @@
-"""Conversion of planar poses to pose messages and back."""
+"""Conversion of planar poses and the tilt of the base to messages and back."""
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import (
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2, quaternion_from_yaw, yaw_from_quaternion
-from shirube_ros.message_error import PoseError
+from shirube_ros.errors import PoseError
 
 _PLANAR = np.ix_([0, 1, 5], [0, 1, 5])  # x, y and yaw among x, y, z, roll, pitch, yaw
 _SHORTEST_QUATERNION = 0.1
@@ -31,11 +32,8 @@ def pose_message(pose: SE2) -> Pose:
 
 
 def pose_with_covariance_message(pose: SE2, covariance: ArrayLike) -> PoseWithCovariance:
-    """Return a pose on the floor with its covariance; rows and columns of z, roll and pitch are zero.
-
-    Args:
-        pose: the pose.
-        covariance: covariance of (x, y, yaw) [m, m, rad], array-like, shape (3, 3).
+    """Return a pose on the floor with its covariance of (x, y, yaw), shape (3, 3); z, roll and pitch have
+    zeros.
     """
     full = np.zeros((6, 6))
     full[_PLANAR] = covariance
@@ -63,10 +61,6 @@ def odometry_message(pose: SE2, covariance: ArrayLike, header: Header, child_fra
 def planar_pose(message: Pose, topic: str) -> SE2:
     """Return x, y and yaw; z, roll and pitch are dropped.
 
-    Args:
-        message: the pose part of a message.
-        topic: name for error messages.
-
     Raises:
         PoseError: a number is not finite, or the quaternion has length zero.
     """
@@ -84,19 +78,45 @@ def planar_pose(message: Pose, topic: str) -> SE2:
 def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tuple[SE2, NDArray[np.float64]]:
     """Return the pose on the floor and its covariance, shape (3, 3), of (x, y, yaw) [m, m, rad].
 
-    Args:
-        message: the pose part of a message.
-        topic: name for error messages.
-
     Raises:
         PoseError: an invalid pose, or a covariance that is not finite, symmetric and positive definite.
     """
     pose = planar_pose(message.pose, topic)
     covariance = np.array(message.covariance, dtype=np.float64).reshape(6, 6)[_PLANAR]
-    if not np.isfinite(covariance).all() or not np.allclose(covariance, covariance.T):
+    if (
+        not np.isfinite(covariance).all()
+        or not (
+            np.abs(covariance - covariance.T)
+            <= 1e-8 + 1e-5 * np.abs(covariance)  # np.allclose takes twice as long
+        ).all()
+    ):
         raise PoseError(f'{topic} holds a covariance that is not finite and symmetric; check its publisher')
     if np.linalg.eigvalsh(covariance)[0] <= 0.0:
         raise PoseError(
             f'{topic} holds a covariance that is not positive definite for x, y and yaw; set it in its publisher'
         )
     return pose, covariance
+
+
+def tilt_from_imu(message: Any, topic: str) -> tuple[float, float]:
+    """Return fixed-axis roll and pitch of a sensor_msgs/Imu [rad]; raise a PoseError without a finite
+    orientation.
+    """
+    if message.orientation_covariance[0] < 0.0:
+        raise PoseError(f'{topic} has no orientation; filter it with imu_filter_madgwick or similar')
+    return tilt_from_quaternion(message.orientation, topic)
+
+
+def tilt_from_quaternion(message: Any, topic: str) -> tuple[float, float]:
+    """Return fixed-axis roll and pitch [rad]; raise a PoseError if a number is not finite, or the length is
+    zero.
+    """
+    numbers = (message.x, message.y, message.z, message.w)
+    length = math.hypot(*numbers)
+    if not math.isfinite(length):
+        raise PoseError(f'{topic} holds an orientation that is not finite; check its publisher')
+    if length < _SHORTEST_QUATERNION:
+        raise PoseError(f'{topic} holds a quaternion of zeros; its publisher must set w to 1 for no rotation')
+    x, y, z, w = (number / length for number in numbers)
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    return roll, math.asin(min(max(2.0 * (w * y - z * x), -1.0), 1.0))

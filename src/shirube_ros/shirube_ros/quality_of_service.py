@@ -8,24 +8,20 @@ from __future__ import annotations
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-_SENSOR_DEPTH = 5  # as in rmw's sensor data profile
-_ODOMETRY_DEPTH = 100
-_POSE_DEPTH = 10
-
 
 def sensor_profile() -> QoSProfile:
     """Images and CameraInfo: best effort, so that a slow network does not block the camera."""
-    return _keep_last(_SENSOR_DEPTH, ReliabilityPolicy.BEST_EFFORT)
+    return _keep_last(5, ReliabilityPolicy.BEST_EFFORT)  # as in rmw's sensor data profile
 
 
 def odometry_profile() -> QoSProfile:
     """Odometry: a deep queue for messages that arrive during image processing; best effort matches any publisher."""
-    return _keep_last(_ODOMETRY_DEPTH, ReliabilityPolicy.BEST_EFFORT)
+    return _keep_last(100, ReliabilityPolicy.BEST_EFFORT)
 
 
 def pose_profile() -> QoSProfile:
     """Poses, goals and other messages that must arrive: reliable."""
-    return _keep_last(_POSE_DEPTH, ReliabilityPolicy.RELIABLE)
+    return _keep_last(10, ReliabilityPolicy.RELIABLE)
 
 
 def map_profile() -> QoSProfile:

@@ -21,13 +21,7 @@ class VelocityPublisher:
     """Publishes velocities on one topic; stops the robot while simulated time is paused."""
 
     def __init__(self, node: Node, topic: str, base_frame: str) -> None:
-        """Create the publisher.
-
-        Args:
-            node: node that publishes.
-            topic: topic of the velocities.
-            base_frame: frame of the robot.
-        """
+        """Create the publisher of a topic, for the robot with a base frame."""
         self._clock, self._base_frame = node.get_clock(), base_frame
         self._publisher = node.create_publisher(TwistStamped, topic, pose_profile())
         self._is_moving = False

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-
-from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
+from node_testing import IsolatedGraph, isolated_graph
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from pathlib import Path
 from rclpy.node import Node
 
 from shirube_core.settings import setting
-from shirube_ros.node_main import run_node
+from shirube_ros.node import run_node
 from shirube_ros.parameters import declare_parameters
 
 

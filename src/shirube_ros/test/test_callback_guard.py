@@ -1,14 +1,16 @@
-"""Callbacks that fail, and how they are counted."""
+"""The guard of callbacks and services."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import pytest
+from node_testing import IsolatedGraph
 from rclpy.node import Node
+from std_srvs.srv import Trigger
 
-from shirube_ros.callback_guard import CallbackGuard, TopicCount
-from shirube_ros.isolated_graph import IsolatedGraph
-from shirube_ros.message_error import MessageError
+from shirube_ros.callback_guard import CallbackGuard, TopicCount, create_trigger_service
+from shirube_ros.errors import MessageError
 
 
 def reject(message: str) -> None:
@@ -60,3 +62,42 @@ def test_the_number_of_reasons_is_bounded() -> None:
         count.reject(f'reason {number}')
     assert len(count.rejected) <= 21
     assert count.rejected.total() == 100
+
+
+def succeed() -> str:
+    return 'saved to hall.yaml'
+
+
+def refuse() -> str:
+    raise MessageError('nothing is known yet; look around first')
+
+
+def fail_to_serve() -> str:
+    raise ValueError("'/' has\nan empty name")
+
+
+@pytest.mark.parametrize(
+    ('work', 'success', 'message'),
+    [
+        (succeed, True, 'saved to hall.yaml'),
+        (refuse, False, 'nothing is known yet; look around first'),
+        (fail_to_serve, False, "ValueError: '/' has an empty name"),
+    ],
+)
+def test_every_call_is_answered_in_one_line(
+    graph: IsolatedGraph, work: object, success: bool, message: str
+) -> None:
+    node = graph.add(lambda **options: Node('server', **options))
+    guard = CallbackGuard(node)
+    create_trigger_service(node, guard, '~/save', work)
+    asker = graph.add(lambda **options: Node('asker', **options))
+    client = asker.create_client(Trigger, '/server/save')
+    assert graph.spin_until(client.service_is_ready)
+    for _ in range(2):
+        future = client.call_async(Trigger.Request())
+        assert graph.spin_until(future.done)
+        assert (future.result().success, future.result().message) == (success, message)
+    assert (guard.counts['~/save'].received, guard.counts['~/save'].rejected.total()) == (
+        2,
+        0 if success else 2,
+    )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 
 from shirube_ros.callback_guard import TopicCount
 from shirube_ros.diagnostics import Diagnostics, Level, Status
-from shirube_ros.isolated_graph import IsolatedGraph
 
 
 class Reports:

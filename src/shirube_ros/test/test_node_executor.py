@@ -1,4 +1,4 @@
-"""Either executor: a node's callbacks run in the order of what came, also timers of simulated time; faults come out."""
+"""The executor of a node, and a queue that is drained."""
 
 from __future__ import annotations
 
@@ -8,34 +8,36 @@ from contextlib import ExitStack
 import pytest
 import rclpy
 from domain_coordinator import domain_id
+from node_testing import IsolatedGraph
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Int32, String
 
-from shirube_ros import node_executor
+from shirube_ros import node
+from shirube_ros.node import drain_subscription
 
 Graph = tuple[rclpy.Context, Executor]
 
 
 @pytest.fixture(params=['events', 'wait sets'])
-def graph(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Graph]:
+def executing(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[Graph]:
     """Return a context and the executor: that of this rclpy, and the one for an rclpy without it."""
     if request.param == 'wait sets':
-        monkeypatch.setattr(node_executor, 'EventsExecutor', None)
+        monkeypatch.setattr(node, 'EventsExecutor', None)
     with ExitStack() as stack:
         context = rclpy.Context()
         rclpy.init(context=context, domain_id=stack.enter_context(domain_id()))
         stack.callback(context.try_shutdown)
-        executor = node_executor.node_executor(context)
+        executor = node.node_executor(context)
         assert isinstance(executor, SingleThreadedExecutor) == (request.param == 'wait sets')
         stack.callback(executor.shutdown)
         yield context, executor
 
 
-def test_messages_and_timers_of_simulated_time_are_worked_off(graph: Graph) -> None:
-    context, executor = graph
+def test_messages_and_timers_of_simulated_time_are_worked_off(executing: Graph) -> None:
+    context, executor = executing
     node = Node('hearer', context=context, parameter_overrides=[Parameter('use_sim_time', value=True)])
     received: list[object] = []
     node.create_subscription(Int32, 'number', lambda message: received.append(message.data), 10)
@@ -73,8 +75,8 @@ def spin(executor: Executor) -> None:
         executor.spin_once(timeout_sec=0.1)
 
 
-def test_a_fault_in_a_callback_comes_out(graph: Graph) -> None:
-    context, executor = graph
+def test_a_fault_in_a_callback_comes_out(executing: Graph) -> None:
+    context, executor = executing
     node = Node('faulty', context=context)
 
     def fail() -> None:
@@ -86,3 +88,26 @@ def test_a_fault_in_a_callback_comes_out(graph: Graph) -> None:
     with pytest.raises(ZeroDivisionError):
         spin(executor)
     node.destroy_node()
+
+
+def test_all_that_waits_is_taken_in_its_order(graph: IsolatedGraph) -> None:
+    publisher_node = graph.add(lambda **options: Node('publisher', **options))
+    listener = graph.add(lambda **options: Node('listener', **options))
+    publisher = publisher_node.create_publisher(Int32, 'number', 100)
+    received: list[int] = []
+    counts: list[int] = []
+
+    def take(message: Int32) -> None:
+        received.append(message.data)
+        if message.data == 0:
+            for number in range(1, 50):
+                publisher.publish(Int32(data=number))
+            while len(received) < 50:
+                drain_subscription(subscription)
+            counts.append(len(received))
+
+    subscription = listener.create_subscription(Int32, 'number', take, 100)
+    assert graph.spin_until(lambda: publisher.get_subscription_count() == 1)
+    publisher.publish(Int32(data=0))
+    assert graph.spin_until(lambda: bool(counts), 10.0)
+    assert received == list(range(50))

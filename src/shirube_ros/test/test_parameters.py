@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from shirube_core.settings import SettingsError, check_settings, setting
-from shirube_ros.camera_settings import CameraSettings
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.settings import CameraSettings
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 
 

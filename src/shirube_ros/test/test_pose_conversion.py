@@ -1,4 +1,4 @@
-"""Poses through messages and back."""
+"""Poses and tilts to messages and back."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Point, Pose, Quaternion
 from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
-from shirube_ros.message_error import PoseError
+from shirube_ros.errors import PoseError
 from shirube_ros.pose_conversion import (
     odometry_message,
     planar_pose,
@@ -20,6 +21,8 @@ from shirube_ros.pose_conversion import (
     pose_stamped,
     pose_with_covariance_message,
     pose_with_covariance_stamped,
+    tilt_from_imu,
+    tilt_from_quaternion,
 )
 
 RNG = np.random.default_rng(9)
@@ -84,3 +87,20 @@ def test_broken_covariances_are_refused(covariance: np.ndarray, words: str) -> N
     message = pose_with_covariance_message(POSES[0], covariance)
     with pytest.raises(PoseError, match=words):
         planar_pose_with_covariance(message, 'initialpose')
+
+
+@pytest.mark.parametrize('rpy', [(0.0, 0.0, 0.0), (0.3, -0.2, 2.0), (-3.0, 1.5, -1.0), (0.0, 0.1, 3.1)])
+def test_roll_and_pitch_are_those_of_the_rotation_whatever_the_yaw_and_the_length(rpy):
+    x, y, z, w = (1.5 * Rotation.from_euler('xyz', rpy).as_quat()).tolist()
+    assert tilt_from_imu(Imu(orientation=Quaternion(x=x, y=y, z=z, w=w)), 'imu') == pytest.approx(rpy[:2])
+
+
+@pytest.mark.parametrize('wrong', [{'w': 0.0}, {'w': math.nan}])
+def test_what_is_no_rotation_is_refused(wrong):
+    with pytest.raises(PoseError, match='attitude holds'):
+        tilt_from_quaternion(Quaternion(**wrong), 'attitude')
+
+
+def test_an_imu_without_orientation_is_refused():
+    with pytest.raises(PoseError, match='imu has no orientation'):
+        tilt_from_imu(Imu(orientation_covariance=[-1.0, *[0.0] * 8]), 'imu')

@@ -10,10 +10,16 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
-from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.offline.recording import (
+    BadImage,
+    RecordedImage,
+    RecordedOdometry,
+    RecordedTilt,
+    Recording,
+    RecordingTopics,
+)
 from shirube_ros.pose_conversion import odometry_message
-from shirube_ros.recording import BadImage, RecordedImage, RecordedOdometry, RecordedTilt, Recording
-from shirube_ros.recording_topics import RecordingTopics
 
 TOPICS = RecordingTopics(('/left', '/right'), ('/left/info', '/right/info'), '/odom', '/imu')
 PIXELS = np.arange(12, dtype=np.uint8).reshape(3, 4)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.velocity_publisher import VelocityPublisher
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from shirube_ros.camera_info_conversion import camera_from_camera_info
-from shirube_ros.message_error import CameraInfoError
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.errors import CameraInfoError
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 

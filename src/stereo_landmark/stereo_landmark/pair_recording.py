@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from shirube_bags.bag_reader import BagReader
-from shirube_ros.recording import Recording
-from shirube_ros.recording_topics import (
+from shirube_ros.offline.recording import (
+    Recording,
     RecordingTopics,
     choose_camera_info,
     choose_images,

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import TiltBuffer
-from shirube_ros.recording import RecordedImage, RecordedTilt
-from shirube_ros.recording_topics import RecordingTopics
+from shirube_ros.offline.recording import RecordedImage, RecordedTilt, RecordingTopics
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer

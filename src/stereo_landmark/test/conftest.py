@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
-from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
+from node_testing import IsolatedGraph, isolated_graph
 
 sys.path.insert(0, str(Path(__file__).parent))
 

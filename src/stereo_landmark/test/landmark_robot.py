@@ -8,13 +8,13 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, TransformStamped
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
 from taught_wall import CALIBRATIONS, TAUGHT, seen
 
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.image import image_from_array
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.node import StereoLandmarkNode
 

@@ -7,8 +7,7 @@ from place_scenes import CAMERA, MOUNT
 from stereo_calibrations import raw_calibrations, rectified_calibration, write_calibration
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
-from shirube_ros.file_errors import CalibrationError
-from shirube_ros.message_error import CameraInfoError
+from shirube_ros.errors import CalibrationError, CameraInfoError
 from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import Quaternion
+from node_testing import IsolatedGraph
 from place_scenes import MOUNT
 from rclpy.node import Node
 from scipy.spatial.transform import Rotation
@@ -20,8 +21,7 @@ from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
 from taught_wall import CALIBRATIONS, HERE, RAW, RIG, TAUGHT, raw_image, seen
 
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.image import image_from_array
 from stereo_landmark.commands.teach import make_parser
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -11,7 +11,7 @@ from pair_bag import write_pairs
 from stereo_calibrations import rectified_calibration, write_calibration
 from taught_wall import CALIBRATIONS, CAMERA, HERE, RAW, T_MAP_PLACE, TAUGHT, raw_image, seen, write_files
 
-from shirube_bags.tum_file import load_tum
+from shirube_bags.trajectory_files import load_tum
 from shirube_core.geometry import SE2, PinholeCamera
 from stereo_landmark.commands.locate import main
 

@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from landmark_robot import Robot, header, info
 from located_pairs import with_fix, without_fix
+from node_testing import IsolatedGraph
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_srvs.srv import Trigger
@@ -19,8 +20,7 @@ from taught_wall import CALIBRATIONS, HERE, T_MAP_PLACE, TAUGHT, seen, write_fil
 from visualization_msgs.msg import Marker, MarkerArray
 
 from shirube_core.geometry import SE2
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from node_testing import run_in_process
 from random_places import random_images, random_place
 
-from shirube_ros.run_in_process import run_in_process
 from stereo_landmark.files.place_file import save_place
 from stereo_landmark.node import main
 

@@ -11,14 +11,14 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Quaternion, QuaternionStamped
 from nav_msgs.msg import Odometry
+from node_testing import IsolatedGraph
 from rclpy.node import Node
 from receptions import POSE, with_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import odometry_message
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.node import VlcBeaconNode

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from shirube_bags.bag_reader import jazzy_types
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.message_types import jazzy_types
 from shirube_core.geometry import quaternion_from_yaw
 
 TYPES = {

@@ -17,14 +17,14 @@ from geometry_msgs.msg import (
     Twist,
     TwistStamped,
 )
+from node_testing import IsolatedGraph
 from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, TOO_FAR, with_fix, without_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import planar_pose
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from beacon_robot import LEANING, Robot, header, odometry
 from geometry_msgs.msg import QuaternionStamped
+from node_testing import IsolatedGraph
 from receptions import POSE, with_fix, without_fix
 from sensor_msgs.msg import Imu
 
-from shirube_ros.isolated_graph import IsolatedGraph
 from vlc_beacon.core.packet.operation import Operation
 
 

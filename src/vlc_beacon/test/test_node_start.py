@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from node_testing import run_in_process
 
-from shirube_ros.run_in_process import run_in_process
 from vlc_beacon.node import main
 
 BEACONS = 'beacons: [{id: 1, xyz: [0.0, 0.0, 2.5], radius: 0.03}]'

@@ -18,17 +18,22 @@ from visualization_msgs.msg import MarkerArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.camera.image import image_from_array
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.image_input import ImageInput
-from shirube_ros.message_error import PoseError
-from shirube_ros.node_main import run_node
+from shirube_ros.errors import PoseError
+from shirube_ros.node import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
-from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
+from shirube_ros.pose_conversion import (
+    planar_pose,
+    pose_stamped,
+    pose_with_covariance_stamped,
+    tilt_from_imu,
+    tilt_from_quaternion,
+)
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
-from shirube_ros.stamp_validator import StampValidator
-from shirube_ros.tilt_conversion import tilt_from_imu, tilt_from_quaternion
+from shirube_ros.stamps import StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
 from vlc_beacon.beacon_markers import beacon_markers
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from shirube_core.settings import setting
-from shirube_ros.camera_settings import CameraSettings
+from shirube_ros.camera.settings import CameraSettings
 from vlc_beacon.core.drive.drive_settings import DriveSettings
 
 

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
 from shirube_bags.errors import BagError
 from shirube_bags.trajectory import can_interpolate, interpolate
+from shirube_bags.trajectory_files import load_bag_trajectory, load_header_stamps
 from shirube_core.geometry import CameraMount, PinholeCamera
-from shirube_ros.camera_info_conversion import camera_from_camera_info, check_image_size
-from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
+from shirube_ros.camera.image import array_from_compressed_image, array_from_image
+from shirube_ros.camera.info import camera_from_camera_info, check_image_size
 
 _NANOSECONDS = 1e9
 _GAP_MAX_NS = 200_000_000

@@ -32,7 +32,7 @@ from shirube_bags.errors import ShirubeBagsError
 from shirube_core.files import atomic_write, remove_temporary_files, write_text
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError
-from shirube_ros.file_errors import CameraFileError
+from shirube_ros.errors import CameraFileError
 
 RESULTS = ('sightings.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
 """Files that are written; the map is the last."""

@@ -15,9 +15,8 @@ from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.files.camera_files import save_intrinsics, save_mount
 from floor_localizer.files.dot_map_file import load_dot_map
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
-from shirube_ros.calibration_file import load_calibration
-from shirube_ros.file_errors import CameraFileError
-from shirube_ros.image_files import load_image
+from shirube_ros.camera.files import load_calibration, load_image
+from shirube_ros.errors import CameraFileError
 
 _DEFAULT = CameraMount()
 # Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].

@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import starmap
 from pathlib import Path
 
 from tqdm import tqdm
 
-from floor_localizer.bag_localization import BagLocalization, choose_topics
-from floor_localizer.core.fix import Fix
+from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings
@@ -22,95 +22,78 @@ from floor_localizer.localizer_from_map_file import STARTUP_NOTICE, localizer_fr
 from floor_localizer.located_image import LocatedImage
 from floor_localizer.node_settings import NodeSettings
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.errors import ShirubeBagsError
-from shirube_bags.trajectory import planar_trajectory
-from shirube_bags.tum_file import save_tum
 from shirube_core.geometry import PinholeCamera
-from shirube_core.settings import SettingsError, check_settings
-from shirube_ros.calibration_file import load_calibration
-from shirube_ros.file_errors import CameraFileError
-from shirube_ros.image_files import list_images, load_image
-
-_DEFAULTS = NodeSettings()
+from shirube_core.settings import check_settings
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.offline.locate import (
+    OfflineLocalizer,
+    add_common_options,
+    add_single_camera_options,
+    locate_files,
+    locate_recording,
+    run_command,
+    save_poses,
+)
+from shirube_ros.offline.recording import Recording, RecordingTopics, choose_topics
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 for an invalid file or if no image has a pose."""
     options = make_parser().parse_args(arguments)
-    try:
-        images = locate(options)
-        save_pose_table(options.out / 'poses.csv', images)
-        fixes = save_fixes(options.out / 'poses.tum', images)
-    except (FloorLocalizerError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
-        print(f'locate: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'locate: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
-        return 1
-    print(f'{fixes} of {len(images)} images have a pose; see {options.out / "poses.csv"}')
-    for failure, number in Counter(image.failure for image in images if image.failure).most_common():
-        print(f'{number} without a pose: {failure}')
-    if fixes == 0:
-        print('locate: no image has a pose; check map, calibration and camera_xyz', file=sys.stderr)
-    return 0 if fixes else 1
+    return run_command(
+        lambda: save_and_report(locate(options), options.out), (FloorLocalizerError,), options.out
+    )
+
+
+def save_and_report(images: Sequence[LocatedImage], folder: Path) -> tuple[list[str], str]:
+    """Write the results; return the report and a fault if no image has a pose."""
+    save_pose_table(folder / 'poses.csv', images)
+    poses = {image.stamp_ns: image.result.T_map_base for image in images if isinstance(image.result, Fix)}
+    fixes = save_poses(folder / 'poses.tum', poses)
+    report = [f'{fixes} of {len(images)} images have a pose; see {folder / "poses.csv"}']
+    failures = Counter(image.failure for image in images if image.failure).most_common()
+    report += [f'{number} without a pose: {failure}' for failure, number in failures]
+    return report, '' if fixes else 'no image has a pose; check map, calibration and camera_xyz'
 
 
 def locate(options: argparse.Namespace) -> list[LocatedImage]:
-    """Return the results of all images, in order."""
+    """Return the results of all images, in order: with tracking in a bag, else each image independently."""
     settings = NodeSettings(
         map_file=str(options.map), camera_xyz=tuple(options.camera_xyz), camera_rpy=tuple(options.camera_rpy)
     )
     check_settings(settings)
-    if options.bag is not None:
-        return locate_bag(options, settings)
-    if options.calibration is None:
-        raise FloorLocalizerError('--calibration is missing; give the YAML that camera_calibration writes')
-    camera, paths = load_calibration(options.calibration), list_images(options.images)
-    localizer = load_localizer(settings)
-    return list(tqdm(locate_files(localizer, camera, paths), total=len(paths), unit='image', disable=None))
 
+    def load_localizer() -> FloorLocalizer:
+        print(STARTUP_NOTICE, file=sys.stderr)
+        return localizer_from_map_file(settings, LocalizerSettings(), partial(print, file=sys.stderr))
 
-def load_localizer(settings: NodeSettings) -> FloorLocalizer:
-    """Return the localizer, with compiled kernels."""
-    print(STARTUP_NOTICE, file=sys.stderr)
-    return localizer_from_map_file(settings, LocalizerSettings(), partial(print, file=sys.stderr))
+    if options.bag is None:
 
+        def create() -> Callable[..., Fix | NoFix]:
+            localizer = load_localizer()
+            return lambda _, pixels, camera: localizer.locate(pixels, camera)
 
-def locate_files(
-    localizer: FloorLocalizer, camera: PinholeCamera, paths: Sequence[Path]
-) -> Iterator[LocatedImage]:
-    """Yield the result of each image, located independently; its index in seconds is its stamp."""
-    for number, path in enumerate(paths):
-        pixels = load_image(path)
-        height, width = pixels.shape[:2]
-        if (width, height) != (camera.width, camera.height):
-            raise FloorLocalizerError(
-                f'{path}: is {width} x {height} px, the calibration is for '
-                f'{camera.width} x {camera.height} px; calibrate at this resolution'
-            )
-        yield LocatedImage(str(path), number * 1_000_000_000, localizer.locate(pixels, camera))
-
-
-def locate_bag(options: argparse.Namespace, settings: NodeSettings) -> list[LocatedImage]:
-    """Return the results of a bag's images, located with tracking as in the node."""
+        return list(starmap(LocatedImage, locate_files(options, create)))
     with BagReader(options.bag) as bag:
         topics = choose_topics(bag, options.topic, options.camera_info_topic, options.odom_topic)
-        create_tracker = partial(FloorTracker, load_localizer(settings), settings.tracker)
-        images = BagLocalization(bag, topics, create_tracker).run()
+        images = locate_bag(bag, topics, partial(FloorTracker, load_localizer(), settings.tracker))
         total = bag.topics[topics.images[0]].message_count
         return list(tqdm(images, total=total, unit='image', disable=None))
 
 
-def save_fixes(path: Path, images: Sequence[LocatedImage]) -> int:
-    """Write the poses, if there are any, as a TUM file and return their number."""
-    fixes = {image.stamp_ns: image.result.T_map_base for image in images if isinstance(image.result, Fix)}
-    if fixes:
-        save_tum(
-            path, planar_trajectory(list(fixes), [(pose.x, pose.y, pose.yaw) for pose in fixes.values()])
+def locate_bag(
+    bag: BagReader, topics: RecordingTopics, create_tracker: Callable[[], FloorTracker]
+) -> Iterator[LocatedImage]:
+    """Yield the images of an open bag with their results, located as in the node; see `locate_recording`."""
+
+    def create() -> OfflineLocalizer[PinholeCamera, Fix | NoFix]:
+        tracker = create_tracker()
+        return OfflineLocalizer(
+            lambda stamp, image: tracker.track(stamp, image.pixels, image.calibration), tracker.add_odometry
         )
-    else:
-        path.unlink(missing_ok=True)
-    return len(fixes)
+
+    recording = Recording(bag, topics, camera_from_camera_info)
+    return starmap(LocatedImage, locate_recording(recording, create, (FloorLocalizerError,)))
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -120,33 +103,10 @@ def make_parser() -> argparse.ArgumentParser:
         description='Compute the poses of images on a dot map: single images independently, a bag with tracking as in '
         'the node. Writes poses.tum, and poses.csv with the reason for each image without a pose.',
     )
-    add = parser.add_argument
-    add('--map', type=Path, required=True, help='dot map, CSV or .dotmap')
-    source = parser.add_mutually_exclusive_group(required=True)
-    source.add_argument('--images', type=Path, nargs='+', help='a folder of images, or images')
-    source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and perhaps odom')
-    add(
-        '--calibration',
-        type=Path,
-        metavar='YAML',
-        help='calibration of the images, as written by camera_calibration',
-    )
-    add('--topic', help='image topic of the bag (default: /image_raw or the only one)')
-    add(
-        '--camera-info-topic',
-        metavar='TOPIC',
-        help='calibration topic of the bag (default: /camera_info or the only one)',
-    )
-    add(
-        '--odom-topic',
-        metavar='TOPIC',
-        help='odometry topic of the bag (default: /odom or the only one, if any)',
-    )
-    add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
-    add('--camera-xyz', type=float, nargs=3, default=_DEFAULTS.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_DEFAULTS.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='fixed-axis roll, pitch, yaw of the optical frame [rad] (default: looking down)')  # fmt: skip
+    parser.add_argument('--map', type=Path, required=True, help='dot map, CSV or .dotmap')
+    add_single_camera_options(parser, 'perhaps odom')
+    topics = ('topic', 'camera-info-topic', 'odom-topic')
+    add_common_options(parser, topics, NodeSettings(), 'looking down')
     return parser
 
 

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import PinholeCamera
-from shirube_ros.file_errors import ImageFileError
-from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
-from shirube_ros.image_files import load_image
-from shirube_ros.message_error import MessageError
+from shirube_ros.camera.files import load_image
+from shirube_ros.camera.image import array_from_compressed_image, array_from_image
+from shirube_ros.errors import ImageFileError, MessageError
 
 Pixels = NDArray[np.uint8]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from shirube_bags.tum_file import load_tum
+from shirube_bags.trajectory_files import load_tum
 from shirube_core.geometry import SE2, yaw_from_quaternion
 
 COLUMNS = ('image', 'x', 'y', 'yaw')

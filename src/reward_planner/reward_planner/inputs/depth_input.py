@@ -10,10 +10,10 @@ from reward_planner.core.navigator import SensorFrame
 from reward_planner.inputs.frame_callback import FrameCallback
 from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.depth_conversion import depth_from_image
-from shirube_ros.message_error import CameraInfoError
+from shirube_ros.camera.image import depth_from_image
+from shirube_ros.camera.info import rectified_camera
+from shirube_ros.errors import CameraInfoError
 from shirube_ros.quality_of_service import overridable, sensor_profile
-from shirube_ros.rectified_camera import rectified_camera
 
 _IMAGE, _INFO = 'depth/image', 'depth/camera_info'
 

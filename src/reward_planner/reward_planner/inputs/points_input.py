@@ -11,8 +11,8 @@ from reward_planner.core.voxels.point_density import equivalent_focal_length
 from reward_planner.inputs.frame_callback import FrameCallback
 from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.message_error import PointCloudError
-from shirube_ros.point_cloud_conversion import points_from_cloud
+from shirube_ros.errors import PointCloudError
+from shirube_ros.map_conversion import points_from_cloud
 from shirube_ros.quality_of_service import overridable, sensor_profile
 
 _TOPIC = 'points'

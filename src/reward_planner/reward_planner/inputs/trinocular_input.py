@@ -16,9 +16,9 @@ from reward_planner.core.depth.trinocular_rig import TrinocularRig
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.inputs.frame_callback import FrameCallback
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.image_input import ImageInput
-from shirube_ros.rectified_camera import RigCamera, rig_camera
-from shirube_ros.stamp_synchronizer import StampSynchronizer
+from shirube_ros.camera.info import RigCamera, rig_camera
+from shirube_ros.camera.input import ImageInput
+from shirube_ros.stamps import StampSynchronizer
 
 _CAMERAS = ('left', 'right', 'top')
 _SYNC_TOLERANCE = 0.005  # largest difference of stamps of one trigger [s]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import csv
+import io
 import json
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,24 +13,23 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_bags.accuracy_report import (
+from shirube_bags.accuracy import (
     COVERAGE,
     STATISTICS,
     AccuracyReport,
+    TrajectoryErrors,
+    compare_trajectories,
+    compute_coverage,
     exceeded_limits,
     format_report,
     make_report,
     report_to_dict,
 )
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory, load_header_stamps
-from shirube_bags.coverage import compute_coverage
-from shirube_bags.error_table import save_error_table
-from shirube_bags.errors import ShirubeBagsError
-from shirube_bags.time_intervals import load_intervals
-from shirube_bags.trajectory import Trajectory
-from shirube_bags.trajectory_errors import TrajectoryErrors, compare_trajectories
-from shirube_bags.tum_file import load_tum, save_tum
+from shirube_bags.errors import ShirubeBagsError, TrajectoryError
+from shirube_bags.stamps import number_from_zero, stamp_from_text, text_from_stamp
+from shirube_bags.trajectory import Trajectory, planar_poses
+from shirube_bags.trajectory_files import load_bag_trajectory, load_header_stamps, load_tum, save_tum
 from shirube_core.files import write_text
 
 # A pose has the stamp of its image; files of other tools round it to microseconds.
@@ -128,7 +128,7 @@ def make_parser() -> argparse.ArgumentParser:
     add(
         '--exclude', type=Path, metavar='CSV', help='intervals "start,end" [s] in which no poses are expected'
     )
-    add('--longest-gap', type=positive_number, default=0.5, metavar='SECONDS',
+    add('--longest-gap', type=number_from_zero, default=0.5, metavar='SECONDS',
         help='the reference is not interpolated over longer gaps (default: %(default)s)')  # fmt: skip
     add('--tum', type=Path, metavar='FOLDER', help='write estimate.tum and reference.tum to it, at the same '
         'stamps, for "evo_ape tum reference.tum estimate.tum"')  # fmt: skip
@@ -138,25 +138,60 @@ def make_parser() -> argparse.ArgumentParser:
     for quantity in ('position', 'heading'):
         for statistic in STATISTICS:
             limits.add_argument(
-                f'--max-{quantity}-{statistic}', type=positive_number, metavar='LIMIT',
+                f'--max-{quantity}-{statistic}', type=number_from_zero, metavar='LIMIT',
                 dest=f'limit_{quantity}_{statistic}',
             )  # fmt: skip
-    limits.add_argument('--min-coverage', type=positive_number, metavar='FRACTION', dest=f'limit_{COVERAGE}',
+    limits.add_argument('--min-coverage', type=number_from_zero, metavar='FRACTION', dest=f'limit_{COVERAGE}',
                         help='fraction of the expected poses, 0 to 1')  # fmt: skip
     return parser
 
 
-def positive_number(text: str) -> float:
-    """Return a finite number >= 0.
-
-    Raises:
-        ValueError: the text is not such a number.
-    """
-    number = float(text)
-    if not (math.isfinite(number) and number >= 0.0):
-        raise ValueError(text)
-    return number
-
-
 if __name__ == '__main__':
     sys.exit(main())
+
+
+COLUMNS = (
+    'stamp', 'position_error', 'heading_error',
+    'x', 'y', 'yaw', 'reference_x', 'reference_y', 'reference_yaw',
+)  # fmt: skip
+
+
+def save_error_table(path: Path | str, errors: TrajectoryErrors) -> None:
+    """Write one line per compared pose, in seconds, metres and radians."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(COLUMNS)
+    numbers = np.column_stack(
+        [errors.position, errors.heading, planar_poses(errors.estimate), planar_poses(errors.reference)]
+    )
+    for stamp_ns, row in zip(errors.estimate.stamps_ns, numbers, strict=True):
+        writer.writerow([text_from_stamp(stamp_ns), *(f'{number:.9g}' for number in row)])
+    write_text(path, text.getvalue())
+
+
+def load_intervals(path: Path | str) -> NDArray[np.int64]:
+    """Load a CSV file with the columns ``start`` and ``end`` [s] as an array of int64, shape (n, 2) [ns]; n
+    may be 0.
+
+    Raises:
+        TrajectoryError: the file is missing, has no such columns, or a line is malformed.
+    """
+    intervals = []
+    try:
+        with Path(path).open(encoding='utf-8', newline='') as file:
+            rows = csv.DictReader(file)
+            if not {'start', 'end'} <= set(rows.fieldnames or ()):
+                raise TrajectoryError(f'{path}: has no columns start and end; write the header "start,end"')
+            for row in rows:
+                try:
+                    start, end = stamp_from_text(row['start'] or ''), stamp_from_text(row['end'] or '')
+                except ValueError as fault:
+                    raise TrajectoryError(f'{path}, line {rows.line_num}: {fault}; write seconds') from fault
+                if end < start:
+                    raise TrajectoryError(
+                        f'{path}, line {rows.line_num}: ends before it starts; swap the two'
+                    )
+                intervals.append((start, end))
+    except (OSError, UnicodeDecodeError) as fault:
+        raise TrajectoryError(f'{path}: cannot be read ({fault}); give a CSV file "start,end"') from fault
+    return np.array(intervals, dtype=np.int64).reshape(-1, 2)

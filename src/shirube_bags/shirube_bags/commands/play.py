@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import sys
 from collections.abc import Sequence
@@ -14,16 +13,13 @@ from threading import Event
 from rclpy.utilities import remove_ros_args
 from tqdm import tqdm
 
-from shirube_bags.bag_player import BagPlayer
+from shirube_bags.bag_player import BagPlayer, load_message_class
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ReplayError, ShirubeBagsError
 from shirube_bags.lockstep import Lockstep
-from shirube_bags.replay import replay
-from shirube_bags.ros_session import ros_session
-from shirube_bags.ros_types import load_message_class
-from shirube_bags.stamps import NANOSECONDS
-from shirube_bags.stop_signals import stop_on_signals
-from shirube_bags.subscriber_wait import wait_for_any, wait_for_counts
+from shirube_bags.replay import replay, wait_for_any, wait_for_counts
+from shirube_bags.ros_session import ros_session, stop_on_signals
+from shirube_bags.stamps import NANOSECONDS, number_from_zero
 
 # Timeout for delivery of the last messages before the program ends [s].
 DELIVERY_TIMEOUT = 5.0
@@ -81,10 +77,8 @@ def play_once(bag: BagReader, player: BagPlayer, rate: float, lockstep: Lockstep
 
 
 def wait_for_subscribers(options: argparse.Namespace, player: BagPlayer, stop: Event) -> None:
-    """Wait for the subscribers of ``--wait-for``, or else for any subscriber; report topics without one.
-
-    Raises:
-        ReplayError: a requested subscriber is missing.
+    """Wait for the subscribers of ``--wait-for``, or else for any; report topics without one, raise for
+    missing ones.
     """
     wanted = dict(options.wait_for)
     for topic in wanted:
@@ -107,7 +101,6 @@ def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
     """Return the topics to play; without a selection, topics of unknown types are skipped and reported.
 
     Raises:
-        BagError: a requested topic is not in the bag.
         ReplayError: the type of a requested topic is not installed, or no topic remains.
     """
     topics = []
@@ -141,17 +134,11 @@ def make_parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('bag', type=Path, help='folder of a rosbag2, or its .mcap or .db3 file')
     add('--rate', type=number_from_zero, default=1.0, metavar='R',
-        help='playback rate (default: 1); 0: as fast as the nodes keep up, in lock '
-        'step')  # fmt: skip
+        help='playback rate (default: 1); 0: as fast as the nodes keep up, in lock step')  # fmt: skip
     add('--lockstep', action='store_true',
         help='publish a message only after the nodes have processed the last one')  # fmt: skip
-    add(
-        '--loop',
-        type=loop_count,
-        default=1,
-        metavar='N',
-        help='number of repetitions; /clock jumps back each time',
-    )
+    add('--loop', type=loop_count, default=1, metavar='N',
+        help='number of repetitions; /clock jumps back each time')  # fmt: skip
     add('--topics', nargs='+', default=(), metavar='TOPIC', help='play only these topics')
     add('--wait-for', nargs='+', default=(), type=wanted_subscribers, metavar='TOPIC[/COUNT]',
         help='start when these topics have COUNT subscribers (default 1); without this option, any subscriber '
@@ -161,24 +148,8 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def number_from_zero(text: str) -> float:
-    """Return a finite number >= 0.
-
-    Raises:
-        ValueError: it is none.
-    """
-    number = float(text)
-    if not (math.isfinite(number) and number >= 0.0):
-        raise ValueError(text)
-    return number
-
-
 def loop_count(text: str) -> int:
-    """Return a number of repetitions, 1 or more.
-
-    Raises:
-        ValueError: it is none.
-    """
+    """Return a number of repetitions, 1 or more; raise a ValueError if it is none."""
     number = int(text)
     if number < 1:
         raise ValueError(text)

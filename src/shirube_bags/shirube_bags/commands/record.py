@@ -14,8 +14,7 @@ from rclpy.utilities import remove_ros_args
 from shirube_bags.bag_recorder import BagRecorder
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import ReplayError, ShirubeBagsError
-from shirube_bags.ros_session import RosSession, ros_session
-from shirube_bags.stop_signals import stop_on_signals
+from shirube_bags.ros_session import RosSession, ros_session, stop_on_signals
 
 SEARCH_INTERVAL = 0.1
 
@@ -53,11 +52,7 @@ def record(session: RosSession, recorder: BagRecorder, stop: Event) -> None:
 
 
 def check_recording(recorder: BagRecorder, output: Path) -> None:
-    """Report the topics that are missing from the recording.
-
-    Raises:
-        ReplayError: nothing was recorded.
-    """
+    """Report the topics that are missing from the recording; raise a ReplayError if nothing was recorded."""
     if recorder.missing_topics:
         log(f'never published: {", ".join(recorder.missing_topics)}')
     if not any(recorder.counts.values()):

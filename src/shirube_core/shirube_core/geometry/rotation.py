@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 
 def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
@@ -18,6 +17,8 @@ def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
     Returns:
         array, shape (3, 3), ``R_parent_child``.
     """
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 takes 0.2 s, and not every node rotates
+
     matrix: NDArray[np.float64] = Rotation.from_euler('xyz', np.asarray(rpy, dtype=np.float64)).as_matrix()
     return matrix
 

@@ -12,12 +12,12 @@ from pathlib import Path
 from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.errors import ShirubeBagsError
 from shirube_core.geometry import CameraMount
-from shirube_core.settings import SettingsError, settings_from_values
-from shirube_ros.file_errors import CameraFileError
-from shirube_ros.image_files import list_images
-from stereo_landmark.bag_localization import BagLocalization
+from shirube_core.settings import settings_from_values
+from shirube_ros.camera.files import list_images
+from shirube_ros.errors import CameraFileError
+from shirube_ros.offline.locate import OfflineLocalizer, add_common_options, locate_recording, run_command
+from shirube_ros.offline.recording import RecordedImage, RecordingTopics
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_localizer import LocatedPair
@@ -27,13 +27,12 @@ from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.calibration_file import load_camera_calibration
 from stereo_landmark.files.displacement_files import save_displacements
-from stereo_landmark.files.grey_image import load_grey_image
+from stereo_landmark.files.grey_image import load_grey_image, to_grey
 from stereo_landmark.files.place_file import load_places
 from stereo_landmark.located_frame import LocatedFrame
 from stereo_landmark.node_settings import NodeSettings
-from stereo_landmark.pair_recording import choose_topics
+from stereo_landmark.pair_recording import choose_topics, pair_recording
 
-_NODE = NodeSettings()
 _RATES = 1e-4, 1e6
 """Limits of the image rate [1/s]."""
 
@@ -41,28 +40,22 @@ _RATES = 1e-4, 1e6
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 if a file is malformed or no pair has a displacement."""
     options = make_parser().parse_args(arguments)
-    try:
-        frames = locate(options)
-        files = save_displacements(options.out, frames)
-    except (StereoLandmarkError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
-        print(f'locate: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(
-            f'locate: {fault.filename or options.out}: {fault.strerror}; choose a writable place',
-            file=sys.stderr,
-        )
-        return 1
+    return run_command(
+        lambda: save_and_report(locate(options), options.out), (StereoLandmarkError,), options.out
+    )
+
+
+def save_and_report(frames: Sequence[LocatedFrame], folder: Path) -> tuple[list[str], str]:
+    """Write the results; return the report and a fault if no pair has a displacement."""
+    files = save_displacements(folder, frames)
     places = Counter(frame.fix.place.name for frame in frames if frame.fix is not None)
-    print(f'{places.total()} of {len(frames)} pairs have a displacement; see {", ".join(map(str, files))}')
-    for name, number in places.most_common():
-        print(f'{number} at {name}')
+    report = [
+        f'{places.total()} of {len(frames)} pairs have a displacement; see {", ".join(map(str, files))}'
+    ]
+    report += [f'{number} at {name}' for name, number in places.most_common()]
     failures = Counter(frame.failure[0] for frame in frames if frame.fix is None).most_common()
-    for failure, number in failures:
-        print(f'{number} without: {failure}')
-    if not places:
-        print(f'locate: no pair has a displacement: {failures[0][0]}', file=sys.stderr)
-    return 0 if places else 1
+    report += [f'{number} without: {failure}' for failure, number in failures]
+    return report, '' if places else f'no pair has a displacement: {failures[0][0]}'
 
 
 def locate(options: argparse.Namespace) -> list[LocatedFrame]:
@@ -72,19 +65,40 @@ def locate(options: argparse.Namespace) -> list[LocatedFrame]:
         StereoLandmarkError: places, calibrations and images are inconsistent.
     """
     create = make_stream_factory(options)
-    if options.bag is not None:
-        with BagReader(options.bag) as bag:
-            topics = choose_topics(bag, vars(options), is_raw=options.rectify)
-            total = bag.topics[topics.images[0]].message_count
-            frames = BagLocalization(bag, topics, create).run()
-            located = list(tqdm(frames, total=total, unit='pair', delay=1.0, disable=None))
-        if not located:
-            raise StereoLandmarkError(
-                f'{options.bag}: left and right images have no common stamps; give --approximate-sync'
-            )
-        return located
-    frames = locate_files(options, create())
-    return list(tqdm(frames, unit='pair', delay=1.0, disable=None))
+    if options.bag is None:
+        return list(tqdm(locate_files(options, create()), unit='pair', delay=1.0, disable=None))
+    with BagReader(options.bag) as bag:
+        topics = choose_topics(bag, vars(options), is_raw=options.rectify)
+        total = bag.topics[topics.images[0]].message_count
+        frames = locate_bag(bag, topics, create)
+        located = list(tqdm(frames, total=total, unit='pair', delay=1.0, disable=None))
+    if not located:
+        raise StereoLandmarkError(
+            f'{options.bag}: left and right images have no common stamps; give --approximate-sync'
+        )
+    return located
+
+
+def locate_bag(
+    bag: BagReader, topics: RecordingTopics, create_stream: Callable[[], PairStream]
+) -> Iterator[LocatedFrame]:
+    """Yield the pairs of an open bag with their results, located as in the node; see `locate_recording`."""
+
+    def create() -> OfflineLocalizer[CameraCalibration, LocatedPair]:
+        stream = create_stream()
+
+        def locate(_: float, image: RecordedImage[CameraCalibration]) -> LocatedPair | None:
+            side, pixels = Side(image.camera), to_grey(image.pixels)
+            return stream.add_image(side, image.stamp_ns, pixels, image.calibration)
+
+        return OfflineLocalizer(locate, add_tilt=stream.add_tilt)
+
+    results = locate_recording(pair_recording(bag, topics), create, (StereoLandmarkError,))
+    for topic, stamp_ns, result in results:
+        if isinstance(result, str):
+            yield LocatedFrame(topic, stamp_ns, result)
+        else:
+            yield LocatedFrame(topics.images[Side.LEFT], result.stamp_ns, result)
 
 
 def locate_files(options: argparse.Namespace, stream: PairStream) -> Iterator[LocatedFrame]:
@@ -169,34 +183,18 @@ def make_parser() -> argparse.ArgumentParser:
     source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional imu')
     add('--right', type=Path, nargs='+', help='right images in the same order')
     for side in ('left', 'right'):
-        add(
-            f'--{side}-calibration',
-            type=Path,
-            metavar='YAML',
-            help=f'calibration of the {side} camera, as camera_calibration writes it',
-        )
+        add(f'--{side}-calibration', type=Path, metavar='YAML',
+            help=f'calibration of the {side} camera, as camera_calibration writes it')  # fmt: skip
     add('--rate', type=float, default=10.0, help='image rate of folders [1/s] (default: %(default)s)')
     add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
         help='roll and pitch of the robot, for image files [rad] (default: level)')  # fmt: skip
-    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
-        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
-    add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
+    topics = ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu')
+    add_common_options(parser, topics, NodeSettings(), 'looking ahead')
     add('--rectify', action='store_true', help='rectify raw images')
-    add(
-        '--approximate-sync',
-        type=float,
-        metavar='SECONDS',
-        help='maximum stamp difference of a pair (default: equal stamps)',
-    )
-    add(
-        '--method',
-        default=PlaceSettings.method,
-        help='estimation method: reprojection or closed_form (default: %(default)s)',
-    )
-    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='position of the left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='fixed-axis roll, pitch, yaw of the left optical frame [rad] (default: looking ahead)')  # fmt: skip
+    add('--approximate-sync', type=float, metavar='SECONDS',
+        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
+    add('--method', default=PlaceSettings.method,
+        help='estimation method: reprojection or closed_form (default: %(default)s)')  # fmt: skip
     return parser
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from shirube_bags.errors import ShirubeBagsError
 from shirube_core.settings import SettingsError
-from shirube_ros.file_errors import CameraFileError
+from shirube_ros.errors import CameraFileError
 from stereo_landmark.core.landmark_fix import NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.stereo_images import StereoImages

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from shirube_ros.calibration_file import load_calibration
+from shirube_ros.camera.files import load_calibration
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml

@@ -12,7 +12,7 @@ import numpy as np
 
 from shirube_bags.stamps import text_from_stamp
 from shirube_bags.trajectory import planar_trajectory
-from shirube_bags.tum_file import save_tum
+from shirube_bags.trajectory_files import save_tum
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_ros.image_files import load_image
+from shirube_ros.camera.files import load_image
 
 
 def load_grey_image(path: Path) -> NDArray[np.uint8]:

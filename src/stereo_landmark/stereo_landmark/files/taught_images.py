@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from shirube_core.files import atomic_write
-from shirube_ros.file_errors import ImageFileError
+from shirube_ros.errors import ImageFileError
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.files.grey_image import encode_png, load_grey_image
 from stereo_landmark.files.yaml_file import LandmarkFileError

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from shirube_core.geometry import CameraMount
-from shirube_ros.image_files import list_images
+from shirube_ros.camera.files import list_images
 from stereo_landmark.core.pair.camera_calibration import stereo_rig
 from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -10,8 +10,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from shirube_ros.file_errors import CameraFileError
-from shirube_ros.image_files import load_image
+from shirube_ros.camera.files import load_image
+from shirube_ros.errors import CameraFileError
 from vlc_beacon.core.lamp_image.blooming import (
     BloomingCalibration,
     BloomingFit,

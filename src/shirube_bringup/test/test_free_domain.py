@@ -1,0 +1,21 @@
+"""A reserved domain is exclusive, and errors in its context are not hidden."""
+
+from __future__ import annotations
+
+import pytest
+
+from shirube_bringup.free_domain import free_domain
+
+
+def test_two_at_once_are_different():
+    with free_domain() as one, free_domain() as other:
+        assert one != other
+
+
+@pytest.mark.parametrize(
+    'error', [TimeoutError('nobody answers'), FileNotFoundError(2, 'no', 'a'), KeyError(1)]
+)
+def test_errors_in_the_context_are_not_changed(error):
+    with pytest.raises(type(error)) as caught, free_domain():
+        raise error
+    assert caught.value is error

@@ -1,0 +1,64 @@
+"""When the whole suite runs, what it needs is made before: the time of a single test is limited."""
+
+from pathlib import Path
+
+import pytest
+
+from shirube_cli import develop
+
+
+@pytest.fixture
+def calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list]:
+    """What was built, and the arguments that pytest got."""
+    (tmp_path / 'tests').mkdir()
+    (tmp_path / 'tests/test_one.py').touch()
+    made: dict[str, list] = {'built': [], 'pytest': []}
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+    monkeypatch.setattr(develop, 'find_root', lambda: tmp_path)
+    monkeypatch.setattr(develop, 'install_development_packages', lambda: None)
+    monkeypatch.setattr(develop, 'build_workspace', made['built'].append)
+    monkeypatch.setattr(develop, 'compiled_kernels', lambda root: root)
+    monkeypatch.setattr(develop, 'kernel_folder', lambda root: root)
+    monkeypatch.setattr(develop, 'run_tool', lambda tool, given: made[tool].extend(given) or 0)
+    return made
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'is_whole'),
+    [
+        ([], True),
+        (['-n2', '--dist', 'worksteal'], True),
+        (['-m', 'not newest_set_only'], True),
+        (['--quick'], False),
+        (['tests'], False),
+        (['-q', 'tests/test_one.py::test_it'], False),
+    ],
+)
+def test_the_workspace_is_built_before_the_whole_suite_only(
+    tmp_path: Path, calls: dict[str, list], arguments: list[str], is_whole: bool
+) -> None:
+    assert develop.run_tests(arguments) == 0
+    assert calls['built'] == ([tmp_path] if is_whole else [])
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'is_parallel'),
+    [
+        ([], True),
+        (['-x', '-k', 'pose'], True),
+        (['-n2'], False),
+        (['--pdb'], False),
+        (['tests/test_one.py'], False),
+    ],
+)
+def test_the_whole_suite_uses_all_cores_unless_told_otherwise(
+    calls: dict[str, list], arguments: list[str], is_parallel: bool
+) -> None:
+    assert develop.run_tests(arguments) == 0
+    assert calls['pytest'] == (develop.processes() if is_parallel else []) + arguments
+
+
+def test_quick_runs_what_is_marked_so(calls: dict[str, list]) -> None:
+    assert develop.run_tests(['--quick', '-x']) == 0
+    assert calls['pytest'] == [*develop.processes(), '-m', 'quick', '-x']

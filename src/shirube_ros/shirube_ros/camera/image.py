@@ -1,0 +1,154 @@
+"""Conversion of image messages to arrays and back, copying only where needed."""
+
+from __future__ import annotations
+
+from array import array
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
+
+from shirube_ros.errors import ImageError
+
+_END_MARKERS = {b'\xff\xd8': b'\xff\xd9', b'\x89P': b'IEND'}
+"""End marker by the first bytes, for JPEG and PNG."""
+_SEARCHED_BYTES = 1024
+"""Number of last bytes that are searched, since cameras pad the end of JPEG data [byte]."""
+
+
+def is_jpeg_or_png(data: NDArray[np.uint8]) -> bool:
+    """Return whether data, shape (n,), is JPEG or PNG, by its first bytes."""
+    return data[:2].tobytes() in _END_MARKERS
+
+
+def is_truncated(data: NDArray[np.uint8]) -> bool:
+    """Return whether a JPEG or PNG, shape (n,), lacks its end marker; False for other formats."""
+    end = _END_MARKERS.get(data[:2].tobytes())
+    return end is not None and end not in data[-_SEARCHED_BYTES:].tobytes()
+
+
+_CHANNELS = {'mono8': 1, 'bgr8': 3, 'rgb8': 3}
+_REMEDY = 'set the camera driver to mono8, bgr8 or rgb8'
+
+
+def array_from_image(message: Image, topic: str) -> NDArray[np.uint8]:
+    """Return an image as an array that shares the message's memory if that is writeable.
+
+    Bags return read-only memory. A read-only array is another type for numba kernels, which would all be compiled a
+    second time for it.
+
+    Returns:
+        array, C-contiguous, writeable, shape (h, w) for mono8, shape (h, w, 3) in order blue, green, red otherwise.
+
+    Raises:
+        ImageError: an encoding other than mono8, bgr8, rgb8, an empty image, or data that does not match size and step.
+    """
+    channels = _CHANNELS.get(message.encoding)
+    if channels is None:
+        raise ImageError(f'{topic} has the encoding {message.encoding!r}; {_REMEDY}')
+    height, width, step = message.height, message.width, message.step
+    if height == 0 or width == 0:
+        raise ImageError(f'{topic} is empty, {width} x {height} px; check the camera driver')
+    if step < width * channels:
+        raise ImageError(
+            f'{topic} has rows of {step} bytes (step), {width} px of {message.encoding} need'
+            f' {width * channels}; correct step in the camera driver'
+        )
+    if len(message.data) < step * (height - 1) + width * channels:
+        raise ImageError(
+            f'{topic} is truncated, {width} x {height} px with step {step} need {step * height} bytes;'
+            ' check the camera driver and the network'
+        )
+    shape, strides = (height, width, channels), (step, channels, 1)
+    pixels: NDArray[np.uint8] = np.ndarray(shape, np.uint8, buffer=message.data, strides=strides)
+    if message.encoding == 'rgb8':
+        return _uint8(cv2.cvtColor(np.ascontiguousarray(pixels), cv2.COLOR_RGB2BGR))
+    return np.require(pixels[:, :, 0] if channels == 1 else pixels, requirements=('C', 'W'))
+
+
+def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray[np.uint8]:
+    """Decode a JPEG or PNG image, gray or colour.
+
+    Returns:
+        array, C-contiguous, shape (h, w) for gray, shape (h, w, 3) in order blue, green, red otherwise.
+
+    Raises:
+        ImageError: truncated data, no image, or neither 8-bit gray nor 8-bit colour.
+    """
+    data = np.frombuffer(message.data, dtype=np.uint8)
+    if not is_jpeg_or_png(data):
+        raise ImageError(f'{topic} is neither JPEG nor PNG (format {message.format!r}); send jpeg')
+    if is_truncated(data):
+        raise ImageError(f'{topic} is truncated; check the camera driver and the network')
+    try:
+        decoded = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    except cv2.error:
+        decoded = None
+    if decoded is None:
+        raise ImageError(f'{topic} cannot be decoded; check the camera driver and the network')
+    if decoded.dtype != np.uint8 or (decoded.ndim == 3 and decoded.shape[2] != 3):
+        raise ImageError(f'{topic} is neither 8-bit gray nor 8-bit colour; {_REMEDY}')
+    return _uint8(decoded)
+
+
+def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
+    """Return a mono8 or bgr8 message of pixels, shape (h, w) gray or (h, w, 3) in order blue, green, red."""
+    height, width = pixels.shape[:2]
+    channels = 1 if pixels.ndim == 2 else 3
+    # Assigning a numpy array to Image.data copies it element by element in Python; an array.array does not.
+    data = array('B')
+    data.frombytes(np.ascontiguousarray(pixels).data.cast('B'))
+    return Image(
+        header=header,
+        height=height,
+        width=width,
+        encoding='mono8' if channels == 1 else 'bgr8',
+        step=width * channels,
+        data=data,
+    )
+
+
+def _uint8(pixels: object) -> NDArray[np.uint8]:
+    """Return an image of OpenCV with its type."""
+    return np.asarray(pixels, dtype=np.uint8)
+
+
+_TYPES: dict[str, np.dtype[np.uint16] | np.dtype[np.float32]] = {
+    '16UC1': np.dtype(np.uint16),
+    'mono16': np.dtype(np.uint16),
+    '32FC1': np.dtype(np.float32),
+}
+_MILLIMETRE = 1e-3
+
+
+def depth_from_image(message: Image, topic: str) -> NDArray[np.float32]:
+    """Return a depth image, shape (h, w) [m], NaN where there is no depth.
+
+    The message is 32FC1 in metres, or 16UC1 in millimetres with 0 for no depth.
+
+    Raises:
+        ImageError: unsupported encoding, big-endian data, or data that does not match the size.
+    """
+    kind = _TYPES.get(message.encoding)
+    if kind is None or message.is_bigendian:
+        raise ImageError(
+            f'{topic} has the encoding {message.encoding!r}, is_bigendian {message.is_bigendian}; '
+            'send 32FC1 (metres) or 16UC1 (millimetres), little endian'
+        )
+    height, width, step = message.height, message.width, message.step
+    if height == 0 or width == 0 or step < width * kind.itemsize:
+        raise ImageError(
+            f'{topic} is {width} x {height} px with rows of {step} bytes; check the camera driver'
+        )
+    if len(message.data) < step * (height - 1) + width * kind.itemsize:
+        raise ImageError(f'{topic} is truncated; check the camera driver and the network')
+    raw: NDArray[np.generic] = np.ndarray(
+        (height, width), kind, buffer=message.data, strides=(step, kind.itemsize)
+    )
+    if kind.kind == 'f':
+        return np.ascontiguousarray(raw, dtype=np.float32)
+    depth = raw.astype(np.float32) * np.float32(_MILLIMETRE)
+    depth[depth == 0.0] = np.nan
+    return depth

@@ -1,0 +1,95 @@
+"""CameraInfo messages to cameras, raw and rectified."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from sensor_msgs.msg import CameraInfo
+
+from shirube_core.geometry import PinholeCamera
+from shirube_ros.camera.info import (
+    camera_from_camera_info,
+    check_image_size,
+    projection_from_camera_info,
+    rectified_camera,
+)
+from shirube_ros.errors import CameraInfoError
+
+K = [340.0, 0.0, 116.0, 0.0, 338.0, 118.0, 0.0, 0.0, 1.0]
+D = [-0.3, 0.1, 0.001, -0.002, 0.01]
+
+
+def info(**changes: Any) -> CameraInfo:
+    return CameraInfo(
+        **{'width': 235, 'height': 230, 'distortion_model': 'plumb_bob', 'k': K, 'd': D, **changes}
+    )
+
+
+def test_every_number_lands_in_its_place() -> None:
+    expected = PinholeCamera(235, 230, 340.0, 338.0, 116.0, 118.0, (-0.3, 0.1, 0.001, -0.002, 0.01))
+    assert camera_from_camera_info(info(), 'camera_info') == expected
+
+
+@pytest.mark.parametrize('model', ['', 'plumb_bob'])
+def test_missing_coefficients_are_zero(model: str) -> None:
+    assert camera_from_camera_info(info(distortion_model=model, d=[]), 't').distortion == (0.0,) * 5
+    assert camera_from_camera_info(info(distortion_model=model, d=D[:4]), 't').distortion == (*D[:4], 0.0)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'words'),
+    [
+        ({'k': [0.0] * 9}, r'camera_info is not calibrated, K is zero; calibrate the camera'),
+        ({'k': [0.0, *K[1:]]}, r'focal length'),
+        ({'k': [math.nan, *K[1:]]}, r'not finite'),
+        ({'width': 0}, r'image size is 0 x 230'),
+        ({'d': [math.inf, *D[1:]]}, r'not finite'),
+        (
+            {'distortion_model': 'equidistant', 'd': D[:4]},
+            r"distortion model 'equidistant' with 4 numbers",
+        ),
+        ({'distortion_model': 'rational_polynomial', 'd': [0.0] * 8}, r'calibrate with plumb_bob'),
+        ({'d': D[:3]}, r'with 3 numbers'),
+    ],
+)
+def test_bad_calibrations_are_refused_with_the_remedy(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(CameraInfoError, match=words) as refusal:
+        camera_from_camera_info(info(**changes), 'camera_info')
+    assert str(refusal.value).startswith('camera_info')
+
+
+def test_the_image_must_have_the_size_of_its_calibration() -> None:
+    camera = camera_from_camera_info(info(), 't')
+    check_image_size(camera, (230, 235), 'image_raw', 'camera_info')
+    check_image_size(camera, (230, 235, 3), 'image_raw', 'camera_info')
+    with pytest.raises(
+        CameraInfoError, match=r'image_raw is 230 x 235 px but camera_info is for 235 x 230 px'
+    ):
+        check_image_size(camera, (235, 230), 'image_raw', 'camera_info')
+
+
+RECTIFIED_K = [90.0, 0.0, 60.0, 0.0, 91.0, 40.0, 0.0, 0.0, 1.0]
+P = [100.0, 0.0, 64.0, -12.0, 0.0, 101.0, 48.0, 3.0, 0.0, 0.0, 1.0, 0.0]
+
+
+def test_p_counts_and_not_k() -> None:
+    info = CameraInfo(width=128, height=96, k=RECTIFIED_K, p=P, d=[0.1, 0.0, 0.0, 0.0, 0.0])
+    assert rectified_camera(info, 'info') == PinholeCamera(128, 96, 100.0, 101.0, 64.0, 48.0)
+    assert projection_from_camera_info(info, 'info')[:2, 3].tolist() == [-12.0, 3.0]
+
+
+def test_without_p_k_counts_unless_there_is_distortion() -> None:
+    info = CameraInfo(width=128, height=96, k=RECTIFIED_K)
+    assert rectified_camera(info, 'info') == PinholeCamera(128, 96, 90.0, 91.0, 60.0, 40.0)
+    info.d = [0.1, 0.0, 0.0, 0.0, 0.0]
+    with pytest.raises(CameraInfoError, match='distortion and no P'):
+        rectified_camera(info, 'info')
+    with pytest.raises(CameraInfoError, match='P is zero'):
+        projection_from_camera_info(info, 'info')
+
+
+def test_an_impossible_p_is_refused() -> None:
+    with pytest.raises(CameraInfoError, match='focal length'):
+        rectified_camera(CameraInfo(width=128, height=96, k=RECTIFIED_K, p=[-1.0, *P[1:]]), 'info')

@@ -1,0 +1,137 @@
+"""The main function of a node."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from domain_coordinator import domain_id
+
+pytestmark = pytest.mark.newest_set_only
+
+PROGRAM = Path(__file__).with_name('minimal_node.py')
+
+
+@pytest.fixture
+def environment() -> Iterator[dict[str, str]]:
+    with domain_id() as domain:
+        yield os.environ | {'ROS_DOMAIN_ID': str(domain), 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+
+
+def start(environment: dict[str, str], *arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, PROGRAM, *arguments],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+# Each pair of a signal, a number of signals and a state of the node.
+@pytest.mark.parametrize(
+    ('number', 'times', 'fault'),
+    [
+        (signal.SIGINT, 1, 'slow'),
+        (signal.SIGTERM, 2, 'slow'),
+        (signal.SIGINT, 2, 'compiling'),
+        (signal.SIGTERM, 1, 'compiling'),
+    ],
+)
+def test_a_signal_ends_the_node_cleanly_while_it_starts(
+    environment: dict[str, str], number: int, times: int, fault: str
+) -> None:
+    program = start(environment, '--ros-args', '-p', f'fault:={fault}')
+    assert program.stdout is not None
+    assert program.stdout.readline() == 'alive\n'
+    for _ in range(times):
+        os.killpg(program.pid, number)
+        time.sleep(0.001)
+    _, errors = program.communicate(timeout=20)
+    assert program.returncode == 0, errors
+    assert 'Traceback' not in errors
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('times', [1, 2])
+def test_a_signal_ends_the_node_cleanly_and_stop_is_called_while_publishers_work(
+    environment: dict[str, str], number: int, times: int
+) -> None:
+    program = start(environment)
+    assert program.stdout is not None
+    assert program.stdout.readline() == 'alive\n'
+    for _ in range(times):
+        os.killpg(program.pid, number)
+        time.sleep(0.001)
+    words, errors = program.communicate(timeout=20)
+    assert program.returncode == 0, errors
+    assert 'Traceback' not in errors
+    assert words.splitlines()[-1] == 'stopped while publishers work'
+    assert words.count('stopped') == 1
+
+
+@pytest.mark.parametrize('times', [1, 2])
+def test_what_a_node_works_on_comes_to_its_end(environment: dict[str, str], times: int) -> None:
+    program = start(environment, '--ros-args', '-p', 'fault:=busy')
+    assert program.stdout is not None
+    assert program.stdout.readline() == 'alive\n'
+    for _ in range(times):
+        os.killpg(program.pid, signal.SIGINT)
+        time.sleep(0.1)
+    words, errors = program.communicate(timeout=20)
+    assert program.returncode == 0, errors
+    assert 'Traceback' not in errors
+    assert words.splitlines()[-2:] == ['worked to the end', 'stopped while publishers work']
+
+
+def test_stop_is_called_after_an_internal_error(environment: dict[str, str]) -> None:
+    program = start(environment, '--ros-args', '-p', 'fault:=later')
+    words, errors = program.communicate(timeout=20)
+    assert program.returncode == 1
+    assert 'ZeroDivisionError: a mistake' in errors
+    assert words.splitlines()[-1] == 'stopped while publishers work'
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'line'),
+    [
+        (['-p', 'rate:=7.0'], 'minimal: setting rate is 7.0, allowed is 0 to 1 (rate)'),
+        (['-p', 'fault:=file'], "minimal: [Errno 2] No such file or directory: 'no_such_file.csv'"),
+        (['-p', 'fault:=package'], 'minimal: map.csv is empty; build a map'),
+    ],
+)
+def test_a_start_error_is_one_line_and_exit_code_1(
+    environment: dict[str, str], arguments: list[str], line: str
+) -> None:
+    program = start(environment, '--ros-args', *arguments)
+    _, errors = program.communicate(timeout=20)
+    assert program.returncode == 1
+    assert errors.splitlines() == [line]
+
+
+@pytest.mark.parametrize('arguments', [['-p', 'rate'], ['--params-file', 'none.yaml'], ['-r', '__node:=a b']])
+def test_bad_ros_arguments_end_in_one_line_and_exit_code_1(
+    environment: dict[str, str], arguments: list[str]
+) -> None:
+    program = start(environment, '--ros-args', *arguments)
+    _, errors = program.communicate(timeout=20)
+    assert program.returncode == 1
+    *from_rcl, line = errors.splitlines()
+    assert line.startswith('minimal: ')
+    assert arguments[-1] in line
+    assert all('[rcl]' in other for other in from_rcl)
+
+
+def test_a_mistake_in_the_program_is_not_hidden(environment: dict[str, str]) -> None:
+    program = start(environment, '--ros-args', '-p', 'fault:=program')
+    _, errors = program.communicate(timeout=20)
+    assert program.returncode == 1
+    assert 'Traceback' in errors
+    assert 'ZeroDivisionError: a mistake' in errors
