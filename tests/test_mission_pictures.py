@@ -9,24 +9,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from floor_localizer.bag_localization import BagLocalization as FloorRun
-from floor_localizer.bag_localization import choose_topics as floor_topics
+from floor_localizer.commands.locate import locate_bag as locate_floor
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
-from scene_simulator.commands.lamps import write_beacons
-from scene_simulator.mission.floor import BELLY_MOUNT, surveyed_floor
-from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RADIUS, LAMP_RATE, LAMPS
-from scene_simulator.mission.layout import CARPET
-from scene_simulator.mission.sensors import STEREO_RIG
+from scene_simulator.lamp_bag import write_beacons
+from scene_simulator.mission_floor import BELLY_MOUNT, surveyed_floor
+from scene_simulator.mission_lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RADIUS, LAMP_RATE, LAMPS
+from scene_simulator.mission_layout import CARPET
+from scene_simulator.mission_sensors import STEREO_RIG
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import header_stamp
-from shirube_bringup.building import teach_places
+from shirube_bags.trajectory_files import header_stamp
+from shirube_bringup.place_teaching import teach_places
 from shirube_core.geometry import SE2
+from shirube_ros.offline.recording import choose_topics as floor_topics
 from shirube_ros.pose_conversion import planar_pose
-from stereo_landmark.bag_localization import BagLocalization as LandmarkRun
+from stereo_landmark.commands.locate import locate_bag as locate_landmarks
 from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.pair_stream import PairStream
 from stereo_landmark.core.pair.settings import PairSettings
@@ -65,7 +65,7 @@ def test_the_floor_is_read_to_a_tenth_of_a_millimetre_and_the_carpet_is_not(
     localizer = FloorLocalizer(index_map(DotMap(floor.points, floor.diameters)), BELLY_MOUNT)
     with BagReader(BAG) as bag:
         topics = floor_topics(bag, '/floor/image_raw/compressed', '/floor/camera_info', None)
-        images = list(FloorRun(bag, topics, lambda: FloorTracker(localizer)).run())
+        images = list(locate_floor(bag, topics, lambda: FloorTracker(localizer)))
     assert len(images) == 200
     poses = {i.stamp_ns: i.result.T_map_base for i in images if isinstance(i.result, Fix)}
     places, turns = errors(poses, truth)
@@ -126,11 +126,11 @@ def test_landmarks_give_the_pose_to_a_centimetre(truth: Callable[[int], SE2], tm
     places = list(load_places(tmp_path))
     with BagReader(BAG) as bag:
         frames = list(
-            LandmarkRun(
+            locate_landmarks(
                 bag,
                 pair_topics(bag, {}, is_raw=False),
                 lambda: PairStream(places, STEREO_RIG.mount, PairSettings(), LandmarkSettings()),
-            ).run()
+            )
         )
     assert len(frames) == 20
     poses = {
