@@ -12,12 +12,7 @@ from shirube_core.geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.message_error import MessageError
 from shirube_ros.recording import BadImage, RecordedImage, RecordedOdometry, Recording
-from shirube_ros.recording_topics import (
-    RecordingTopics,
-    choose_camera_info,
-    choose_images,
-    choose_odometry,
-)
+from shirube_ros.recording_topics import RecordingTopics, choose_camera_info, choose_images, choose_odometry
 from shirube_ros.stamp_validator import StampValidator
 
 

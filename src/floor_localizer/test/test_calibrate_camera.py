@@ -140,10 +140,7 @@ def test_the_covariance_is_consistent(
         ('--image {0}/plain.png', 'focal length and height are not both observable'),
         ('--image {0}/plain.png --height -1', '--height: -1 m is not above the floor'),
         ('--image {0}/blank.png --calibration {1}/camera.yaml', 'shows 0 dots'),
-        (
-            '--image {0}/image.png --calibration {1}/camera.yaml --mat {1}/mat2.csv',
-            'do not match the mat',
-        ),
+        ('--image {0}/image.png --calibration {1}/camera.yaml --mat {1}/mat2.csv', 'do not match the mat'),
         ('--image {0}/half.png --calibration {1}/camera.yaml', 'put the mat under the whole view'),
         ('--image {0}/none.png --calibration {1}/camera.yaml', 'none.png: cannot be read'),
         ('--image {0}/small.png --calibration {1}/camera.yaml', 'the calibration is for 320 x 240 px'),

@@ -68,9 +68,7 @@ def test_an_index_is_the_same_from_a_cluster(
 
 
 def test_a_survey_is_the_same_from_a_cluster(
-    scheduler: str,
-    tmp_path_factory: pytest.TempPathFactory,
-    monkeypatch: pytest.MonkeyPatch,
+    scheduler: str, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = record_drive(tmp_path_factory.mktemp('drive'), SMALL_SIZE)
     monkeypatch.chdir(scene)

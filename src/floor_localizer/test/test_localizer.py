@@ -7,17 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from floor_views import (
-    CAMERA,
-    MOUNT,
-    dots_at,
-    first_dots,
-    is_right,
-    mirrored,
-    pose_over,
-    random_floor,
-    see,
-)
+from floor_views import CAMERA, MOUNT, dots_at, first_dots, is_right, mirrored, pose_over, random_floor, see
 
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dot_map import DotMap

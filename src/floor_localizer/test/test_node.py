@@ -182,12 +182,7 @@ def test_the_node_survives_every_bad_message(graph: IsolatedGraph) -> None:
     counts = robot.node._guard.counts
     assert [
         counts[topic].rejected.total() for topic in ('image_raw', 'camera_info', 'odom', 'initialpose')
-    ] == [
-        5,
-        1,
-        2,
-        3,
-    ]
+    ] == [5, 1, 2, 3]
     robot.tracker.answer = a_fix()
     robot.send_image(1.4)
     robot.wait_for(robot.poses, 2)

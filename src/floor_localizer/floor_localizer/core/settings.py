@@ -33,11 +33,7 @@ class LocalizerSettings:
         0.035, 'maximum tilt (roll, pitch) of the robot', unit='rad', minimum=0.001, maximum=0.1
     )
     map_sigma: float = setting(
-        0.00005,
-        "standard deviation of the map's dots along each axis",
-        unit='m',
-        minimum=0.0,
-        maximum=0.01,
+        0.00005, "standard deviation of the map's dots along each axis", unit='m', minimum=0.0, maximum=0.01
     )
     cells_max: int = setting(
         400000,
@@ -115,10 +111,7 @@ class TrackerSettings:
         0.3, 'fraction of cells_max and pairs_max for a thorough search', minimum=0.0, maximum=1.0
     )
     usual_effort: float = setting(
-        0.04,
-        'the same for every other image that does not match within the prior',
-        minimum=0.0,
-        maximum=1.0,
+        0.04, 'the same for every other image that does not match within the prior', minimum=0.0, maximum=1.0
     )
     joined_views: int = setting(
         4, 'maximum number of views merged by odometry if one view has too few dots', minimum=1, maximum=20

@@ -107,10 +107,7 @@ def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
 
 
 def inspect_places(
-    floor: IndexedMap,
-    places: NDArray[np.float64],
-    view_settings: ViewSettings,
-    settings: LocalizerSettings,
+    floor: IndexedMap, places: NDArray[np.float64], view_settings: ViewSettings, settings: LocalizerSettings
 ) -> Iterator[Place]:
     """Yield the uniqueness of each place, shape (n, 2) [m]."""
     for x, y in places:
@@ -118,10 +115,7 @@ def inspect_places(
 
 
 def inspect_place(
-    floor: IndexedMap,
-    centre: tuple[float, float],
-    view_settings: ViewSettings,
-    settings: LocalizerSettings,
+    floor: IndexedMap, centre: tuple[float, float], view_settings: ViewSettings, settings: LocalizerSettings
 ) -> Place:
     """Return how unique the view around a place is.
 

@@ -198,11 +198,7 @@ def _values_of(binary_map: BinaryMap) -> dict[str, Any]:
     """Return all arrays and scalars of a map by their names in the file."""
     floor = binary_map.floor
     levels = [[level.name, level.offset, level.lower, level.upper] for level in floor.levels]
-    values: dict[str, Any] = {
-        'diameters': binary_map.diameters,
-        'density': floor.density,
-        'sheets': levels,
-    }
+    values: dict[str, Any] = {'diameters': binary_map.diameters, 'density': floor.density, 'sheets': levels}
     for part in _PARTS:
         values |= {f'{part}.{name}': value for name, value in getattr(floor, part)._asdict().items()}
     return values

@@ -54,10 +54,7 @@ def check_dot_count(dots: int, source: str) -> None:
 
 
 def check_dots(
-    points: NDArray[np.float64],
-    diameters: NDArray[np.float64],
-    source: str,
-    locate: Callable[[int], str],
+    points: NDArray[np.float64], diameters: NDArray[np.float64], source: str, locate: Callable[[int], str]
 ) -> None:
     """Check each dot on its own: coordinates and diameter.
 

@@ -263,10 +263,7 @@ def _shapes_of(plan: BuildPlan) -> dict[str, tuple[int, ...]]:
 
 
 def _count_occupied(
-    parts: Iterable[NDArray[np.int64]],
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    side: float,
+    parts: Iterable[NDArray[np.int64]], lower: NDArray[np.float64], upper: NDArray[np.float64], side: float
 ) -> int:
     """Return the number of distinct squares in all parts."""
     squares = math.prod(int(length // side) + 1 for length in np.maximum(upper - lower, 1e-3))

@@ -12,10 +12,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.constellation.alignment import verify_hypothesis
 from floor_localizer.core.constellation.baselines import ViewBaselines, list_baselines
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
-from floor_localizer.core.constellation.constellation_key import (
-    INNER_DOTS,
-    baseline_coordinates,
-)
+from floor_localizer.core.constellation.constellation_key import INNER_DOTS, baseline_coordinates
 from floor_localizer.core.constellation.constellation_lookups import (
     Lookups,
     ProbabilityRange,

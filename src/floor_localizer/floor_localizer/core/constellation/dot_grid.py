@@ -125,10 +125,7 @@ def typical_spacing(points: NDArray[np.float64]) -> float:
 
 
 def spacing_from_counts(
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    dots: int,
-    count_occupied: Callable[[float], int],
+    lower: NDArray[np.float64], upper: NDArray[np.float64], dots: int, count_occupied: Callable[[float], int]
 ) -> float:
     """Return the `typical_spacing` of dots from counts of occupied squares [m].
 

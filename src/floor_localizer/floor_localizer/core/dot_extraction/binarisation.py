@@ -69,10 +69,7 @@ def _typical_contrast(contrasts_of_dots: NDArray[np.float32]) -> float:
 
 
 def binarise(
-    image: NDArray[np.uint8],
-    background: NDArray[np.float32],
-    polarity: str,
-    threshold: NDArray[np.float32],
+    image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str, threshold: NDArray[np.float32]
 ) -> NDArray[np.uint8]:
     """Return the binary image, shape (h, w): not 0 where the contrast is above the threshold, else 0.
 

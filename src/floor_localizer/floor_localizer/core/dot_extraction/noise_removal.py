@@ -21,10 +21,7 @@ _FEWEST_BLOBS = 8
 
 
 def typical_diameter(
-    areas: NDArray[np.float64],
-    smallest: float,
-    largest: float,
-    contrasts: NDArray[np.float64] | float = 1.0,
+    areas: NDArray[np.float64], smallest: float, largest: float, contrasts: NDArray[np.float64] | float = 1.0
 ) -> float:
     """Return the area-weighted median diameter of the blobs of a dot's size [px].
 

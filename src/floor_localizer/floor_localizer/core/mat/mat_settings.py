@@ -29,11 +29,7 @@ class PageSettings:
     """The paper."""
 
     margin: float = setting(
-        0.012,
-        'margin of each page, which contains the marks',
-        unit='m',
-        minimum=0.01,
-        maximum=0.05,
+        0.012, 'margin of each page, which contains the marks', unit='m', minimum=0.01, maximum=0.05
     )
     overlap: float = setting(
         0.01, 'overlap of two pages that are glued together', unit='m', minimum=0.0, maximum=0.05

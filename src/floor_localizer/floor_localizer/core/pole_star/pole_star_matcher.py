@@ -8,11 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.pole_star.candidate_regions import candidate_regions, farthest_distances
-from floor_localizer.core.pole_star.congruence import (
-    agreement_matrix,
-    mutual_distances,
-    prune_to_congruent,
-)
+from floor_localizer.core.pole_star.congruence import agreement_matrix, mutual_distances, prune_to_congruent
 from floor_localizer.core.pole_star.match_rate import AddressMatrix, build_address_matrix, match_rate
 from floor_localizer.core.pole_star.rigid_fit import fit_pose
 from floor_localizer.core.pole_star.settings import PoleStarSettings
@@ -136,10 +132,7 @@ class PoleStarMatcher:
         return max(1, round(self._settings.pairs_per_region * floor_area / squares_area))
 
     def _congruent_pairs(
-        self,
-        image_points: NDArray[np.float64],
-        image_dots: NDArray[np.intp],
-        map_dots: NDArray[np.intp],
+        self, image_points: NDArray[np.float64], image_dots: NDArray[np.intp], map_dots: NDArray[np.intp]
     ) -> NDArray[np.intp]:
         """Return the congruent pairs of a region, shape (k, 2): image dot, floor dot."""
         C_d = mutual_distances(image_points[image_dots], image_dots)
