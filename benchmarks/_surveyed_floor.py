@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.survey_files.survey_source import Frame
 from scene_simulator.dot_floor import DotFloor, FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import FloorCamera

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from tqdm import tqdm
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.dots import DetectedDots
 from scene_simulator.dot_floor import LIGHT_ON_DARK, generate_dot_floor
 from scene_simulator.floor_camera import FloorCamera
 from shirube_core.geometry import SE2, CameraMount

@@ -26,12 +26,12 @@ from _survey_growth import measure_growth
 from _survey_scores import PoseScores, locate_on, wrong_merges
 from _surveyed_floor import MOUNT, RenderedSurvey
 
-from floor_localizer.core.survey.known_length import KnownLength, scale_survey
+from floor_localizer.commands.task_runner import task_runner
+from floor_localizer.core.settings import SurveySettings
+from floor_localizer.core.survey.floor_survey import KnownLength, scale_survey
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
-from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey
-from floor_localizer.task_runner import task_runner
 from scene_simulator.suspension import Suspension
 
 PHOTOGRAPHS = Path(__file__).with_name('real_photographs') / 'survey_sheets.py'

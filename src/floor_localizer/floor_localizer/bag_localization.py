@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.tracker import FloorTracker
-from floor_localizer.located_image import LocatedImage
+from floor_localizer.files.pose_table import LocatedImage
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import PinholeCamera
 from shirube_ros.camera_info_conversion import camera_from_camera_info

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.localizer import FloorLocalizer
 from shirube_ros.isolated_graph import IsolatedGraph, isolated_graph
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 
 DENSITY = 5384.0
 

@@ -8,11 +8,10 @@ import numpy as np
 from floor_views import CAMERA, MOUNT, View, pose_over, see
 from numpy.typing import NDArray
 
+from floor_localizer.core.constellation.acceptance import SearchState, new_search
 from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.neighbours import sort_neighbours
-from floor_localizer.core.constellation.search_state import SearchState, new_search
-from floor_localizer.core.constellation.view_dots import ViewDots
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.constellation.view_dots import ViewDots, sort_neighbours
+from floor_localizer.core.dots import DotMap
 from shirube_core.geometry import SE2
 
 SIGMA = 8e-5

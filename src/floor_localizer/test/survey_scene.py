@@ -9,8 +9,8 @@ import pytest
 from simulated_survey import lane_poses
 
 from floor_localizer.commands.build_map import main
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.files.camera_files import save_intrinsics
+from floor_localizer.commands.calibrate_camera import save_intrinsics
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.csv_format import save_csv
 from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera

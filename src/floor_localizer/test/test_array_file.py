@@ -14,7 +14,7 @@ FULL_DISK = """
 import json, resource, sys
 from pathlib import Path
 import numpy as np
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
+from floor_localizer.files.array_file import DiskArrayStore
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
 results = []
 for number in map(int, sys.argv[3:]):

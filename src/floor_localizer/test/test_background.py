@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from drawn_floor import disc_coverage, photograph, scattered_centres
 
-from floor_localizer.core.dot_extraction.background import smooth_background, upsample
+from floor_localizer.core.dot_extraction.binarisation import smooth_background, upsample
 
 CENTRES = scattered_centres(1, 16)
 LIGHT = np.linspace(0.6, 1.3, 160)[None, :] * np.ones((160, 1))

@@ -9,7 +9,7 @@ from floor_localizer.core.dot_extraction.binarisation import (
     contrast_threshold,
     relative_contrast,
 )
-from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
+from floor_localizer.core.settings import DotDetectorSettings
 
 SETTINGS = DotDetectorSettings()
 BACKGROUND = np.full((160, 160, 1), 160.0, np.float32)

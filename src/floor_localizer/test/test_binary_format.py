@@ -6,10 +6,10 @@ import pytest
 from dot_maps import random_map
 
 from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.errors import DotMapError
 from floor_localizer.files import binary_format
 from floor_localizer.files.binary_format import BinaryMap, load_binary, save_binary
 from floor_localizer.files.dot_map_file import extract_dots
-from floor_localizer.files.file_errors import DotMapError
 
 
 @pytest.fixture(scope='module')

@@ -6,7 +6,7 @@ import pytest
 from survey_scene import fault_of, folder_options, record_drive, run
 
 from floor_localizer.commands.build_map import main
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.survey.map_comparison import compare
 from floor_localizer.files.csv_format import load_csv, save_csv
 
@@ -62,8 +62,8 @@ def test_a_known_length_sets_the_scale_without_repeating_the_adjustment(
     places = found.points[ends[:, 1]].ravel()
     known = ['--known-length', *places, length]
     with monkeypatch.context() as nothing:
-        nothing.setattr('floor_localizer.core.survey.connected_images.PoseGraphBuilder', None)
-        nothing.setattr('floor_localizer.core.survey.adjustment_rounds.bundle_adjust_blocks', None)
+        nothing.setattr('floor_localizer.core.survey.submap_graph.connected_images.PoseGraphBuilder', None)
+        nothing.setattr('floor_localizer.core.survey.adjustment.adjustment_rounds.bundle_adjust_blocks', None)
         assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
     after = compare(truth, load_csv(tmp_path / 'a' / 'map.csv'))
     assert abs(after.scale - 1.0) < 0.0008

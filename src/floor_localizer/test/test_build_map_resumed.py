@@ -16,8 +16,10 @@ from survey_scene import FLAGS, SMALL_SIZE, fault_of, folder_options, record_dri
 
 from floor_localizer.commands import build_map
 from floor_localizer.commands.build_map import main
-from floor_localizer.core.survey import adjustment_rounds, connected_images
-from floor_localizer.survey_files import checkpoint, disk_array_store
+from floor_localizer.core.survey.adjustment import adjustment_rounds
+from floor_localizer.core.survey.submap_graph import connected_images
+from floor_localizer.files import array_file
+from floor_localizer.survey_files import checkpoint
 from floor_localizer.survey_files.checkpoint import Checkpoint
 
 pytestmark = pytest.mark.newest_set_only
@@ -26,7 +28,7 @@ TABLES = ('map.csv', 'sightings.csv', 'images.csv', 'report.txt')
 KILLED_WHILE_ADJUSTING = """
 import os, signal, sys
 from floor_localizer.commands.build_map import main
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
+from floor_localizer.files.array_file import DiskArrayStore
 
 put = DiskArrayStore.put
 
@@ -141,7 +143,7 @@ def test_a_full_disk_is_reported_and_the_survey_resumes(
     assert code == 1
     assert 'No space left on device; free some and give the same command again' in fault_of(err)
     assert [path.name for path in (tmp_path / 'checkpoint').iterdir() if path.name.startswith('.')] == []
-    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', no_detector)
+    monkeypatch.setattr('floor_localizer.survey_files.survey_run.DotDetector', no_detector)
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err  # the dots were kept: no image was looked at again
 
@@ -154,14 +156,14 @@ def test_a_disk_that_fills_up_while_adjusting_is_reported_and_the_map_is_the_sam
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     with monkeypatch.context() as full:
-        full.setattr(disk_array_store, 'write_array', without_room)
+        full.setattr(array_file, 'write_array', without_room)
         code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
     assert code == 1
     assert 'No space left on device; free some and give the same command again' in fault_of(err)
     # Files that a process killed here would leave.
     (tmp_path / 'full/checkpoint/adjustment/run').mkdir(parents=True, exist_ok=True)
     (tmp_path / 'full/checkpoint/adjustment/run/block_00000.npy').write_bytes(b'half')
-    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', no_detector)
+    monkeypatch.setattr('floor_localizer.survey_files.survey_run.DotDetector', no_detector)
     assert run(capsys, *folder_options(scene), '--out', tmp_path / 'full')[0] == 0
     assert (tmp_path / 'full/map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
     assert not (tmp_path / 'full/checkpoint/adjustment').exists()

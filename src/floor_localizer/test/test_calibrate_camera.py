@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
-from floor_localizer.commands.calibrate_camera import main
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.mat.mat_settings import MatSettings
-from floor_localizer.core.mat.random_mat import generate_mat
-from floor_localizer.files.camera_files import save_intrinsics
+from floor_localizer.commands.calibrate_camera import main, save_intrinsics
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.mat.random_mat import MatSettings, generate_mat
 from floor_localizer.files.csv_format import save_csv
 from scene_simulator.dot_floor import DotFloor, FloorDesign
 from scene_simulator.floor_camera import FloorCamera

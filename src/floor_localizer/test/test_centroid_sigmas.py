@@ -1,7 +1,7 @@
 import numpy as np
 from test_noise_removal import round_blobs
 
-from floor_localizer.core.dot_extraction.centroid_sigmas import centroid_sigmas
+from floor_localizer.core.dot_extraction.noise_removal import centroid_sigmas
 
 
 def sigmas(blobs, elongations=None, split=None):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from search_scenes import found_pose, new_search_for, scene, similarity
 
+from floor_localizer.core.constellation.acceptance import is_accepted, new_search, score_hypothesis
 from floor_localizer.core.constellation.constellation_search import (
     rounds_for_index,
     run_search_rounds,
     search_constellations,
 )
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.constellation.search_state import is_accepted, new_search, score_hypothesis
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 
 CELLS = 400000
 

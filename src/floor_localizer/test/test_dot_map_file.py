@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from dot_maps import random_map
 
-from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dots import DetectedDots
+from floor_localizer.core.errors import DotMapError
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map, load_indexed_map, write_indexed_map
-from floor_localizer.files.file_errors import DotMapError
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from floor_localizer.core.floor_points import FloorPoints, merge_points, transform_points
+from floor_localizer.core.dots import FloorPoints, merge_points, transform_points
 from shirube_core.geometry import SE2
 
 NOTHING = FloorPoints(np.empty((0, 2)), np.empty(0))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from drawn_floor import disc_coverage, photograph, scattered_centres
 
-from floor_localizer.core.dot_extraction.image_noise import noise_at
+from floor_localizer.core.dot_extraction.coverage import noise_at
 
 MIDDLE = np.array([[80, 80]])
 

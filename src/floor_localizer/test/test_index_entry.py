@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
-from floor_localizer.core.constellation.index_entry import (
+from floor_localizer.core.constellation.index_format import (
     DOTS_MAX,
     LENGTH_ROUNDING,
     first_dot_of_entry,

@@ -15,8 +15,8 @@ from dot_maps import random_map
 from floor_localizer.commands.index_map import main
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
-from floor_localizer.map_building import index_build
-from floor_localizer.map_building.index_build import PartSizes
+from floor_localizer.files.map_building import index_build
+from floor_localizer.files.map_building.index_build import PartSizes
 
 # A limit on the size of files simulates a full disk: writing fails in the same way.
 COMMAND = """
@@ -116,7 +116,7 @@ def test_bad_input_is_one_line_and_exit_code_1(
     part: str,
 ) -> None:
     monkeypatch.chdir(source.parent)
-    monkeypatch.setattr('floor_localizer.task_runner._SCHEDULER_TIMEOUT', 0.3)
+    monkeypatch.setattr('floor_localizer.commands.task_runner._SCHEDULER_TIMEOUT', 0.3)
     Path('empty.csv').touch()
     Path('few.csv').write_text('x,y,diameter\n0.1,0.2,\n')
     given = arguments.split()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from floor_views import DENSITY
 
-from floor_localizer.core.constellation.index_entry import first_dot_of_entry
-from floor_localizer.core.constellation.occupancy_bitmap import is_occupied
+from floor_localizer.core.constellation.index_format import first_dot_of_entry
+from floor_localizer.core.constellation.indexed_map import is_occupied
 
 
 def test_indexed_map_holds_every_dot(floor, indexed_floor):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from localizer_results import REASON, a_fix, no_fix
 
-from floor_localizer.localizer_report import LocalizerReport
+from floor_localizer.localization.localizer_report import LocalizerReport
 from shirube_ros.diagnostics import Level
 
 

@@ -7,7 +7,12 @@ import itertools
 import numpy as np
 import pytest
 
-from floor_localizer.core.constellation.lune import MAX_QUADRUPLES, distance, dots_in_lune, list_quadruples
+from floor_localizer.core.constellation.baselines import (
+    MAX_QUADRUPLES,
+    distance,
+    dots_in_lune,
+    list_quadruples,
+)
 
 
 def gaps(points):

@@ -1,9 +1,9 @@
 import numpy as np
 from dot_maps import DENSITY, random_map
 
+from floor_localizer.commands.map_report import compute_map_statistics
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.map_inspection import compute_map_statistics
+from floor_localizer.core.dots import DotMap
 
 
 def test_statistics_are_those_of_the_generated_floor() -> None:

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.mount_check import check_mount
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.localizer import check_mount
 from shirube_core.geometry import CameraMount
 
 DOWN = CameraMount()

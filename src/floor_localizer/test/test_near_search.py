@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from search_scenes import found_pose, new_search_for, scene
 
-from floor_localizer.core.constellation.near_search import search_near
+from floor_localizer.core.constellation.pair_search import search_near
 from shirube_core.geometry import SE2
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from floor_localizer.node_settings import DEMO_MAP, NodeSettings
+from floor_localizer.localization.node_settings import DEMO_MAP, NodeSettings
 
 
 def test_the_demo_floor_is_taken_only_without_a_map() -> None:

@@ -8,7 +8,7 @@ from floor_localizer.core.dot_extraction.noise_removal import (
     excess_edge_asymmetry,
     typical_diameter,
 )
-from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
+from floor_localizer.core.settings import DotDetectorSettings
 
 
 def round_blobs(count=12, diameter=6.0):

@@ -8,7 +8,7 @@ from floor_views import random_floor
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
-from floor_localizer.core.constellation.occupancy_bitmap import build_occupancy_bitmap, is_occupied
+from floor_localizer.core.constellation.indexed_map import build_occupancy_bitmap, is_occupied
 
 
 @pytest.fixture(scope='module')

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from search_scenes import found_pose, new_search_for, scene
 
+from floor_localizer.core.constellation.acceptance import is_accepted
 from floor_localizer.core.constellation.pair_search import choose_pairs, search_pairs
-from floor_localizer.core.constellation.search_state import is_accepted
 
 
 @pytest.mark.parametrize('seed', range(4))

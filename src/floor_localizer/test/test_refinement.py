@@ -9,8 +9,7 @@ import pytest
 from floor_views import CAMERA, MOUNT, pose_over, see
 from scipy.stats import chi2
 
-from floor_localizer.core.pose_fit import MountedRays
-from floor_localizer.core.refinement import refine_pose
+from floor_localizer.core.pose_fit import MountedRays, refine_pose
 from shirube_core.geometry import SE2
 
 PRIORS = np.array([0.03, 0.02, 0.02])

@@ -1,8 +1,12 @@
 import numpy as np
 from scipy import ndimage
 
-from floor_localizer.core.dot_extraction.labelling import DISCARDED, label_blobs
-from floor_localizer.core.dot_extraction.surroundings import SURROUNDINGS_WIDTH, grow_labels
+from floor_localizer.core.dot_extraction.labelling import (
+    DISCARDED,
+    SURROUNDINGS_WIDTH,
+    grow_labels,
+    label_blobs,
+)
 
 
 def grown_labels(mask):

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from distributed import LocalCluster
 
-from floor_localizer import task_runner as task_runner_module
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.task_runner import task_runner
+from floor_localizer.commands import task_runner as task_runner_module
+from floor_localizer.commands.task_runner import task_runner
+from floor_localizer.core.errors import FloorLocalizerError
 
 pytestmark = pytest.mark.newest_set_only
 

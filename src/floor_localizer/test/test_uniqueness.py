@@ -5,7 +5,7 @@ import pytest
 from dot_maps import random_map
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import (
     Place,

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.dot_map_file import write_indexed_map
 from scene_simulator.lamp_bag import write_beacons
 from scene_simulator.mission_floor import surveyed_floor

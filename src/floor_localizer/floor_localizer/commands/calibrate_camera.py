@@ -8,16 +8,56 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from floor_localizer.core.calibration.camera_calibration import CameraCalibration, calibrate
-from floor_localizer.core.calibration.mount_fit import KnownHeight
-from floor_localizer.core.dot_extraction import DotDetector
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.files.camera_files import save_intrinsics, save_mount
+import yaml
+
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.mat.camera_calibration import CameraCalibration, calibrate
+from floor_localizer.core.mat.mount_fit import KnownHeight
 from floor_localizer.files.dot_map_file import load_dot_map
+from shirube_core.files import write_text
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_ros.calibration_file import load_calibration
 from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import load_image
+
+
+def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
+    """Write ``camera_xyz`` and ``camera_rpy`` as a parameter file of the node, atomically.
+
+    Args:
+        path: the file.
+        mount: pose of the camera in the base frame.
+        notes: comment lines at the top of the file.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    parameters = {
+        'camera_xyz': [round(value, 6) for value in mount.xyz],
+        'camera_rpy': [round(value, 6) for value in mount.rpy],
+    }
+    content = {'floor_localizer': {'ros__parameters': parameters}}
+    head = ''.join(f'# {note}\n' for note in notes)
+    write_text(path, head + yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
+
+
+def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
+    """Write the intrinsics, atomically.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    content = {
+        'image_width': camera.width,
+        'image_height': camera.height,
+        'camera_name': 'belly_camera',
+        'camera_matrix': {'rows': 3, 'cols': 3, 'data': camera.matrix.ravel().tolist()},
+        'distortion_model': 'plumb_bob',
+        'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': list(camera.distortion)},
+    }
+    write_text(path, yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
+
 
 _DEFAULT = CameraMount()
 # Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].

@@ -6,18 +6,65 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, BinaryIO
 
+import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
+from floor_localizer.commands.map_report import compute_map_statistics, map_report, places_report
 from floor_localizer.commands.setting_options import add_settings, settings_from
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.map_inspection import compute_map_statistics
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.settings import LocalizerSettings
-from floor_localizer.core.uniqueness import Place, ViewSettings, inspect_places, list_places
+from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings, inspect_places, list_places
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
-from floor_localizer.map_report import map_report, places_report
 from shirube_core.files import atomic_write
 from shirube_core.settings import SettingsError
+
+_LONG_SIDE, _MIN_SHORT_SIDE = 10.0, 3.0  # size of the plot [inch]
+_MARGIN = np.array([1.5, 1.0])  # margin for scales and legend [inch]
+_DOTS_PER_CELL = 60.0
+_MARKS = {
+    PlaceKind.TOO_FEW_DOTS: ('tab:orange', 'v'),
+    PlaceKind.AMBIGUOUS: ('tab:red', 'o'),
+    PlaceKind.MIRROR_AMBIGUOUS: ('tab:purple', 'D'),
+}
+
+
+def draw_map(file: BinaryIO, points: NDArray[np.float64], places: Sequence[Place], title: str) -> None:
+    """Write a PNG.
+
+    Args:
+        file: open for writing.
+        points: shape (N, 2), the dots [m].
+        places: inspected places.
+        title: title of the plot.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - takes half a second, only the plot needs it
+
+    size = np.maximum(np.ptp(points, axis=0), 1e-3)
+    proportions = size / size.max()
+    figure = Figure(
+        figsize=np.maximum(_LONG_SIDE * proportions, _MIN_SHORT_SIDE) + _MARGIN, layout='constrained'
+    )
+    axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=title)
+    _draw_density(figure, axes, points, size)
+    for kind, (colour, mark) in _MARKS.items():
+        xy = np.array([(place.x, place.y) for place in places if place.kind is kind]).reshape(-1, 2)
+        if len(xy):
+            axes.plot(*xy.T, mark, color=colour, fillstyle='none', label=f'{kind.value} ({len(xy)})')
+    if axes.get_legend_handles_labels()[0]:
+        figure.legend(loc='outside lower center')
+    figure.savefig(file, format='png', dpi=100)
+
+
+def _draw_density(figure: Any, axes: Any, points: NDArray[np.float64], size: NDArray[np.float64]) -> None:
+    cell = float(np.sqrt(np.prod(size) * _DOTS_PER_CELL / len(points)))
+    counts = np.maximum((size / cell).astype(int), 1)
+    dots, x_edges, y_edges = np.histogram2d(points[:, 0], points[:, 1], bins=[int(count) for count in counts])
+    density = dots.T / np.prod(size / counts)
+    shades = axes.pcolormesh(x_edges, y_edges, density, cmap='Greys', vmin=0.0, vmax=1.5 * density.max())
+    figure.colorbar(shades, ax=axes, label='dots/m²', shrink=0.6)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -54,9 +101,6 @@ def inspect(options: argparse.Namespace) -> None:
     )
     print(places_report(places, view))
     if options.picture is not None:
-        # Imported here, as it takes half a second and only the plot needs it.
-        from floor_localizer.map_picture import draw_map  # noqa: PLC0415
-
         with atomic_write(options.picture) as file:
             draw_map(file, dot_map.points, places, options.map.name)
 

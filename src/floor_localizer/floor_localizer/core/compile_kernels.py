@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction.detector import DotDetector
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera

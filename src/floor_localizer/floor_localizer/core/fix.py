@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dots import DetectedDots
 from shirube_core.geometry import SE2
 
 

@@ -17,26 +17,22 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.constellation_search import search_constellations
-from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.near_search import search_near
-from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import (
+from floor_localizer.core.constellation.acceptance import (
     AMBIGUITY_FRACTION,
     SearchState,
     is_accepted,
     new_search,
 )
+from floor_localizer.core.constellation.constellation_search import search_constellations
+from floor_localizer.core.constellation.indexed_map import IndexedMap
+from floor_localizer.core.constellation.pair_search import search_near, search_pairs
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.dots import DetectedDots, FloorPoints, merge_points
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.floor_points import FloorPoints, merge_points
 from floor_localizer.core.levels import level_at
-from floor_localizer.core.mount_check import check_mount
-from floor_localizer.core.pose_fit import MountedRays
-from floor_localizer.core.refinement import refine_pose
+from floor_localizer.core.pose_fit import MountedRays, refine_pose
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, wrap_angle
 
@@ -294,3 +290,25 @@ def _count_candidate_dots(floor: IndexedMap, prior: PosePrior) -> float:
     """Return the expected number of map dots within the prior, weighted by its range of yaw."""
     area = math.pi * (prior.radius + floor.grid.cell) ** 2
     return max(floor.density * area * min(prior.yaw_tolerance / math.pi, 1.0), 1.0)
+
+
+# Smallest sine of the angle by which the optical axis points below the horizon.
+_MIN_SLOPE = 0.1
+
+
+def check_mount(mount: CameraMount) -> None:
+    """Reject a camera below the floor or one that does not look at it.
+
+    Raises:
+        FloorLocalizerError: invalid mount; the message names the parameter and the remedy.
+    """
+    height = mount.xyz[2]
+    if height <= 0.0:
+        raise FloorLocalizerError(
+            f'camera_xyz: z is {height:g} m, it must be above the floor, which is the plane z = 0 of base_frame'
+        )
+    if -mount.rotation[2, 2] < _MIN_SLOPE:
+        raise FloorLocalizerError(
+            f'camera_rpy: {", ".join(f"{angle:g}" for angle in mount.rpy)} rad does not look at the floor; '
+            f'{", ".join(f"{angle:.4f}" for angle in CameraMount().rpy)} looks straight down'
+        )

@@ -8,9 +8,8 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dots import DetectedDots, FloorPoints, merge_points, transform_points
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
-from floor_localizer.core.floor_points import FloorPoints, merge_points, transform_points
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings

@@ -15,17 +15,17 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.acceptance import log_chance_alignments
+from floor_localizer.core.constellation.acceptance import (
+    AMBIGUITY_FRACTION,
+    SearchState,
+    is_accepted,
+    log_chance_alignments,
+    new_search,
+)
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import (
-    AMBIGUITY_FRACTION,
-    SearchState,
-    is_accepted,
-    new_search,
-)
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.settings import setting

@@ -25,13 +25,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation import constellation_key, index_entry
+from floor_localizer.core.constellation import constellation_key, index_format
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.occupancy_bitmap import OccupancyBitmap
+from floor_localizer.core.constellation.indexed_map import IndexedMap, OccupancyBitmap
+from floor_localizer.core.errors import DotMapError
 from floor_localizer.core.levels import Level
-from floor_localizer.files.file_errors import DotMapError
 from shirube_core.files import atomic_write
 
 SUFFIX = '.dotmap'
@@ -47,7 +46,7 @@ _RULES = {
     'lower': list(constellation_key.LOWER),
     'lanes': constellation_key.COORDINATE_HASHES.tolist(),
     'parts': constellation_key.STEPS_PER_CELL,
-    'dot_bits': index_entry.DOT_BITS,
+    'dot_bits': index_format.DOT_BITS,
 }
 _PARTS: dict[str, Any] = {'grid': DotGrid, 'index': ConstellationIndex, 'addresses': OccupancyBitmap}
 TYPES = {

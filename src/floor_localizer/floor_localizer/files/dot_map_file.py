@@ -8,7 +8,7 @@ import numpy as np
 
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.binary_format import MAGIC, SUFFIX, BinaryMap, load_binary, save_binary
 from floor_localizer.files.csv_format import load_csv
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from floor_localizer.core.mat.mat_settings import MatSettings, PageSettings
-from floor_localizer.core.mat.page_layout import PAPERS, divide_into_pages, mat_size_of_page
+from floor_localizer.core.mat.page_layout import PAPERS, PageSettings, divide_into_pages, mat_size_of_page
+from floor_localizer.core.mat.random_mat import MatSettings
 
 
 @pytest.mark.parametrize('paper', PAPERS)

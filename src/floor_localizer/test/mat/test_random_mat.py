@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.constellation.acceptance import new_search
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import new_search
 from floor_localizer.core.constellation.view_dots import make_view
-from floor_localizer.core.mat.mat_settings import MatSettings
-from floor_localizer.core.mat.random_mat import Mat, generate_mat
+from floor_localizer.core.mat.random_mat import Mat, MatSettings, generate_mat
 
 SETTINGS = MatSettings(width=0.3, height=0.2)
 

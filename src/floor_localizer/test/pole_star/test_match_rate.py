@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from floor_localizer.core.pole_star.match_rate import build_address_matrix, match_rate
+from floor_localizer.core.pole_star.pole_star_matcher import build_address_matrix, match_rate
 
 BLOCK = 0.0028
 DENSITY = 5384.0

@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarPose
-from floor_localizer.core.pole_star.settings import PoleStarSettings
+from floor_localizer.core.pole_star.pole_star_matcher import (
+    NoPose,
+    PoleStarMatcher,
+    PoleStarPose,
+    PoleStarSettings,
+)
 from shirube_core.geometry import SE2
 
 NOISE = 0.000383  # 1 px of the paper's camera [m]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from floor_localizer.core.pole_star.rigid_fit import fit_pose
+from floor_localizer.core.pole_star.congruence import fit_pose
 from shirube_core.geometry import SE2
 
 RNG = np.random.default_rng(8)

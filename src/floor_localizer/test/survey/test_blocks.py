@@ -11,19 +11,22 @@ import pytest
 from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, small_floor, survey
 
 from floor_localizer.core.independent_tasks import InProcessRunner
+from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
+from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
+from floor_localizer.core.survey.adjustment.existing_dots import fix_dots, store_existing_dots
+from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
+from floor_localizer.core.survey.adjustment.observations import (
+    ObservationBlock,
+    ObservationBlocks,
+    collect_observations,
+    project_observations,
+    project_rays_to_map,
+)
 from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore
-from floor_localizer.core.survey.block_partition import BlockPartitioner
-from floor_localizer.core.survey.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
-from floor_localizer.core.survey.dot_estimation import project_rays_to_map
-from floor_localizer.core.survey.existing_dots import store_existing_dots
-from floor_localizer.core.survey.fixed_dots import fix_dots
-from floor_localizer.core.survey.observation_blocks import ObservationBlock, ObservationBlocks
-from floor_localizer.core.survey.observation_merging import merge_observations
-from floor_localizer.core.survey.projected_observations import collect_observations, project_observations
 from floor_localizer.core.survey.survey_image import SurveyImage
-from floor_localizer.survey_files import disk_array_store
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
-from floor_localizer.survey_files.packed_images import pack_images
+from floor_localizer.files import array_file
+from floor_localizer.files.array_file import DiskArrayStore
+from floor_localizer.survey_files.survey_images import pack_images
 from shirube_core.geometry import SE2
 
 PRIORS = SuspensionPriors(POSITION, 0.001, 0.001)
@@ -204,7 +207,7 @@ def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None
 
 
 def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    store, saved = DiskArrayStore(tmp_path / 'shelf'), disk_array_store.write_array
+    store, saved = DiskArrayStore(tmp_path / 'shelf'), array_file.write_array
     store.put('block', 3, np.arange(4), np.eye(2))
 
     def full(file: IO[bytes], array: np.ndarray) -> None:
@@ -212,7 +215,7 @@ def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.Mo
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         saved(file, array)
 
-    monkeypatch.setattr(disk_array_store, 'write_array', full)
+    monkeypatch.setattr(array_file, 'write_array', full)
     with pytest.raises(OSError, match='No space left'):
         store.put('block', 3, np.arange(5), np.eye(3))
     first, second = store.get('block', 3)

@@ -3,9 +3,8 @@ import pytest
 from floor_views import CAMERA, MOUNT
 
 from floor_localizer.core.pose_fit import MountedRays, project_to_map
-from floor_localizer.core.survey.bundle_adjustment import SuspensionPriors, bundle_adjust
-from floor_localizer.core.survey.dot_estimation import project_rays_to_map
-from floor_localizer.core.survey.observation_blocks import Observations
+from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust
+from floor_localizer.core.survey.adjustment.observations import Observations, project_rays_to_map
 from shirube_core.geometry import SE2
 
 POSITION = np.array(MOUNT.xyz)

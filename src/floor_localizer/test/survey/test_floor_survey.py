@@ -16,13 +16,13 @@ from simulated_survey import (
     survey,
 )
 
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.adjustment_rounds import estimate_priors
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.settings import SurveySettings
+from floor_localizer.core.survey.adjustment.adjustment_rounds import estimate_priors
 from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.floor_survey import survey_floor
 from floor_localizer.core.survey.map_comparison import compare
-from floor_localizer.core.survey.survey_settings import SurveySettings
 
 SIZE = (0.45, 0.33)
 

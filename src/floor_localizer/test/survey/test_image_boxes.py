@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
+from floor_localizer.core.survey.adjustment.block_partition import Tile, split_into_tiles, store_boxes
 from floor_localizer.core.survey.array_store import MemoryArrayStore
-from floor_localizer.core.survey.image_boxes import store_boxes
-from floor_localizer.core.survey.tiles import Tile, split_into_tiles
 
 
 @pytest.mark.parametrize('count', [1, 31, 32, 33, 500])

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from floor_views import random_floor
 
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.survey.map_comparison import compare
 from shirube_core.geometry import SE2
 

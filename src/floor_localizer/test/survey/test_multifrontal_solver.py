@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.independent_tasks import InProcessRunner
+from floor_localizer.core.survey.adjustment.multifrontal_solver import MultifrontalSolver
+from floor_localizer.core.survey.adjustment.normal_equations import NormalEquations, unknown_indices
 from floor_localizer.core.survey.array_store import MemoryArrayStore
-from floor_localizer.core.survey.multifrontal_solver import MultifrontalSolver
-from floor_localizer.core.survey.normal_equations import NormalEquations, unknown_indices
 
 
 def parts_of(count: int, images: int, rng: np.random.Generator) -> list[NormalEquations]:

@@ -1,6 +1,10 @@
 import numpy as np
 
-from floor_localizer.core.survey.pose_graph import PoseGraphEdge, component_labels, optimize_pose_graph
+from floor_localizer.core.survey.submap_graph.pose_graph import (
+    PoseGraphEdge,
+    component_labels,
+    optimize_pose_graph,
+)
 
 
 def ring(count: int = 12) -> tuple[np.ndarray, np.ndarray, list[PoseGraphEdge]]:

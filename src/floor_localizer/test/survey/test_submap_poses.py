@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
 
-from floor_localizer.core.survey import submap_poses
-from floor_localizer.core.survey.pose_graph import PoseGraphEdge, optimize_pose_graph
-from floor_localizer.core.survey.submap_poses import SubmapPoses
+from floor_localizer.core.survey.submap_graph import pose_graph
+from floor_localizer.core.survey.submap_graph.pose_graph import (
+    PoseGraphEdge,
+    SubmapPoses,
+    optimize_pose_graph,
+)
 
 LANE = 20
 DRIFT = 0.0005
@@ -60,7 +63,7 @@ def test_the_work_is_linear_in_the_number_of_submaps(monkeypatch: pytest.MonkeyP
         sizes.append(len(rotations))
         return optimize_pose_graph(rotations, *arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(submap_poses, 'optimize_pose_graph', counted)
+    monkeypatch.setattr(pose_graph, 'optimize_pose_graph', counted)
     work = []
     for count in (200, 800):
         sizes.clear()

@@ -18,15 +18,14 @@ from simulated_survey import (
     small_floor,
 )
 
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner, run_indexed
-from floor_localizer.core.survey import block_partition
-from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore
-from floor_localizer.core.survey.connected_images import ConnectedImages, connect_images
+from floor_localizer.core.survey.adjustment import block_partition
+from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore, NoCheckpoint
 from floor_localizer.core.survey.floor_survey import SurveyResult, adjust_survey
-from floor_localizer.core.survey.step_checkpoint import NoCheckpoint
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
+from floor_localizer.core.survey.submap_graph.connected_images import ConnectedImages, connect_images
+from floor_localizer.files.array_file import DiskArrayStore
 
 MOST_PICKLED = 3000
 """Largest size of a pickled task, whose data are in the array store [B]."""

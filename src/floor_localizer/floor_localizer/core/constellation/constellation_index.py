@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.constellation.baselines import MAX_QUADRUPLES, list_quadruples
 from floor_localizer.core.constellation.constellation_key import (
     INNER_DOTS,
     KEY_SIZE,
@@ -22,9 +23,13 @@ from floor_localizer.core.constellation.constellation_key import (
     swap_ends,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
-from floor_localizer.core.constellation.index_entry import pack_baseline, pack_entry, second_dot_of_entry
-from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
-from floor_localizer.core.constellation.lune import MAX_QUADRUPLES, list_quadruples
+from floor_localizer.core.constellation.index_format import (
+    IndexRules,
+    index_rules,
+    pack_baseline,
+    pack_entry,
+    second_dot_of_entry,
+)
 
 # Maximum number of dots in the lune of an indexed baseline.
 INDEX_LUNE_DOTS_MAX = 6

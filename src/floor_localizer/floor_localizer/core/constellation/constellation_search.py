@@ -9,8 +9,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.constellation.acceptance import SearchState, score_hypothesis
 from floor_localizer.core.constellation.alignment import verify_hypothesis
-from floor_localizer.core.constellation.baselines import ViewBaselines, list_baselines
+from floor_localizer.core.constellation.baselines import (
+    MAX_QUADRUPLES,
+    ViewBaselines,
+    distance,
+    dots_in_lune,
+    list_baselines,
+    list_quadruples,
+)
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.constellation_key import INNER_DOTS, baseline_coordinates
 from floor_localizer.core.constellation.constellation_lookups import (
@@ -23,15 +31,13 @@ from floor_localizer.core.constellation.constellation_lookups import (
     key_coordinates,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.index_entry import (
+from floor_localizer.core.constellation.index_format import (
     LENGTH_ROUNDING,
     first_dot_of_entry,
     length_of_entry,
     second_dot_of_entry,
     subcell_of_entry,
 )
-from floor_localizer.core.constellation.lune import MAX_QUADRUPLES, distance, dots_in_lune, list_quadruples
-from floor_localizer.core.constellation.search_state import SearchState, score_hypothesis
 from floor_localizer.core.constellation.view_dots import ViewDots
 
 # Maximum noise of a baseline as a fraction of its length; with more noise nearly every key would match.

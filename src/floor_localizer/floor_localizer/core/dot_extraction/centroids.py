@@ -17,10 +17,9 @@ from floor_localizer.core.dot_extraction.coverage import (
     contrast_direction,
     dot_level,
     floor_level,
+    noise_at,
 )
-from floor_localizer.core.dot_extraction.image_noise import noise_at
-from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
-from floor_localizer.core.dot_extraction.surroundings import SURROUNDINGS_WIDTH
+from floor_localizer.core.dot_extraction.labelling import SURROUNDINGS_WIDTH, Boxes, Labels
 
 # Pixels with less coverage are floor, with more are dot; pixels between are partly covered. This excludes noise and
 # texture of the floor and of the dot's inside, and keeps the edge, which defines the centroid.

@@ -6,18 +6,25 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction.background import smooth_background, upsample
-from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_threshold
-from floor_localizer.core.dot_extraction.centroid_sigmas import centroid_sigmas
+from floor_localizer.core.dot_extraction.binarisation import (
+    binarise,
+    contrast_threshold,
+    smooth_background,
+    upsample,
+)
 from floor_localizer.core.dot_extraction.centroids import Blobs, measure_blobs
-from floor_localizer.core.dot_extraction.dot_image_error import DotImageError
-from floor_localizer.core.dot_extraction.labelling import label_blobs
-from floor_localizer.core.dot_extraction.noise_removal import are_dots, blob_elongations, typical_diameter
+from floor_localizer.core.dot_extraction.labelling import grow_labels, label_blobs
+from floor_localizer.core.dot_extraction.noise_removal import (
+    are_dots,
+    blob_elongations,
+    centroid_sigmas,
+    typical_diameter,
+)
 from floor_localizer.core.dot_extraction.polarity import choose_polarity
-from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.dot_extraction.splitting import split_touching
-from floor_localizer.core.dot_extraction.surroundings import grow_labels
+from floor_localizer.core.dots import DetectedDots
+from floor_localizer.core.errors import DotImageError
+from floor_localizer.core.settings import DotDetectorSettings
 from shirube_core.settings import SettingsError, check_settings
 
 SMALLEST_SIDE = 32

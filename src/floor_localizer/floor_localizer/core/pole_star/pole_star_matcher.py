@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.pole_star.candidate_regions import candidate_regions, farthest_distances
-from floor_localizer.core.pole_star.congruence import agreement_matrix, mutual_distances, prune_to_congruent
-from floor_localizer.core.pole_star.match_rate import AddressMatrix, build_address_matrix, match_rate
-from floor_localizer.core.pole_star.rigid_fit import fit_pose
-from floor_localizer.core.pole_star.settings import PoleStarSettings
+from floor_localizer.core.pole_star.congruence import (
+    agreement_matrix,
+    fit_pose,
+    mutual_distances,
+    prune_to_congruent,
+)
 from floor_localizer.core.pole_star.signature import (
     SignatureTable,
     build_signature_table,
@@ -20,6 +22,84 @@ from floor_localizer.core.pole_star.signature import (
     vote,
 )
 from shirube_core.geometry import SE2
+from shirube_core.settings import setting
+
+
+@dataclass(frozen=True)
+class PoleStarSettings:
+    """Settings of the paper's matching; values that it does not give have defaults for its floor and 1 px of noise."""
+
+    radius: float = setting(0.09, 'pole-star radius', unit='m', minimum=0.001, maximum=10.0)
+    quantum: float = setting(0.0005, 'quantization step of distances', unit='m', minimum=1e-6, maximum=0.1)
+    vote_tolerance: float = setting(
+        0.00075,
+        'maximum difference between a distance and those it votes for',
+        unit='m',
+        minimum=1e-6,
+        maximum=0.1,
+    )
+    pairs_per_region: int = setting(
+        90, 'expected number of random candidates in a region, over all image dots', minimum=1, maximum=1000
+    )
+    grid_pitch: float = setting(
+        0.06, 'distance between the nodes where overlap is counted', unit='m', minimum=0.001, maximum=10.0
+    )
+    overlap_min: int = setting(5, 'minimum number of image dots of a region', minimum=2, maximum=1000)
+    congruence_tolerance: float = setting(
+        0.0016, 'maximum difference of two equal distances', unit='m', minimum=1e-6, maximum=0.1
+    )
+    congruent_min: int = setting(5, 'minimum number of congruent pairs of a pose', minimum=2, maximum=1000)
+    address_block: float = setting(
+        0.0028, 'side of a block of the address matrix', unit='m', minimum=1e-4, maximum=0.1
+    )
+    match_rate_min: float = setting(0.31, 'minimum match rate of a pose', minimum=0.0, maximum=1.0)
+
+
+@dataclass(frozen=True)
+class AddressMatrix:
+    """The floor divided into square blocks; a block is occupied if it contains a dot.
+
+    Attributes:
+        occupied: shape (rows, columns), row along y, column along x.
+        origin: shape (2,), lower left corner of block (0, 0) in the map frame [m].
+        block: side of a block [m].
+    """
+
+    occupied: NDArray[np.bool_]
+    origin: NDArray[np.float64]
+    block: float
+
+
+def build_address_matrix(map_points: NDArray[np.float64], block: float) -> AddressMatrix:
+    """Return the address matrix of a floor.
+
+    Args:
+        map_points: shape (N, 2), the floor's dots in the map frame [m], at least one.
+        block: side of a block [m]; the paper takes 2.8 mm for dots of 2 to 3 mm (3.3.5).
+    """
+    origin = map_points.min(axis=0)
+    columns, rows = ((map_points - origin) / block).astype(np.intp).T
+    occupied = np.zeros((rows.max() + 1, columns.max() + 1), dtype=np.bool_)
+    occupied[rows, columns] = True
+    return AddressMatrix(occupied, origin, block)
+
+
+def match_rate(address_matrix: AddressMatrix, points: NDArray[np.float64]) -> float:
+    """Return the fraction of dots that are in an occupied block.
+
+    Args:
+        address_matrix: the floor's blocks.
+        points: shape (n, 2), all dots of the image, transformed to the map frame [m].
+
+    Returns:
+        the match rate in [0, 1]; dots off the floor do not match, and the rate of no dots is 0.
+    """
+    if len(points) == 0:
+        return 0.0
+    columns, rows = np.floor((points - address_matrix.origin) / address_matrix.block).astype(np.intp).T
+    height, width = address_matrix.occupied.shape
+    inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    return float(address_matrix.occupied[rows[inside], columns[inside]].sum() / len(points))
 
 
 @dataclass(frozen=True)

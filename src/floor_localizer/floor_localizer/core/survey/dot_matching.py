@@ -12,18 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.constellation.constellation_search import search_constellations
-from floor_localizer.core.constellation.dot_grid import build_dot_grid, pair_density
-from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.constellation.near_search import search_near
-from floor_localizer.core.constellation.search_state import (
+from floor_localizer.core.constellation.acceptance import (
     AMBIGUITY_FRACTION,
     SearchState,
     is_accepted,
     new_search,
 )
+from floor_localizer.core.constellation.constellation_search import search_constellations
+from floor_localizer.core.constellation.dot_grid import build_dot_grid, pair_density
+from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
+from floor_localizer.core.constellation.pair_search import search_near
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from shirube_core.geometry import SE2
 
 _MIN_DOTS = 5

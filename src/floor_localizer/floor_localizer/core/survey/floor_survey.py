@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
-from floor_localizer.core.survey.adjustment_rounds import AdjustmentRounds
-from floor_localizer.core.survey.array_store import ArrayStore
-from floor_localizer.core.survey.block_partition import BlockPartitioner
-from floor_localizer.core.survey.connected_images import ConnectedImages, connect_images
-from floor_localizer.core.survey.existing_dots import store_existing_dots
-from floor_localizer.core.survey.observation_blocks import ObservationBlocks
-from floor_localizer.core.survey.step_checkpoint import NoCheckpoint, StepCheckpoint
+from floor_localizer.core.settings import SurveySettings
+from floor_localizer.core.survey.adjustment.adjustment_rounds import AdjustmentRounds
+from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
+from floor_localizer.core.survey.adjustment.existing_dots import store_existing_dots
+from floor_localizer.core.survey.adjustment.observations import ObservationBlocks
+from floor_localizer.core.survey.adjustment.surveyed_dots import Residuals, collect_dots
+from floor_localizer.core.survey.array_store import ArrayStore, NoCheckpoint, StepCheckpoint
 from floor_localizer.core.survey.submap import Submap
+from floor_localizer.core.survey.submap_graph.connected_images import ConnectedImages, connect_images
 from floor_localizer.core.survey.survey_image import ImageSelection, SurveyImage, ViewOutline
-from floor_localizer.core.survey.survey_settings import SurveySettings
-from floor_localizer.core.survey.surveyed_dots import Residuals, collect_dots
 
 
 @dataclass(frozen=True)
@@ -110,3 +110,57 @@ def adjust_survey(
         dots.dot_map, dots.counts, connected.images, states, blocks, Residuals(blocks), connected.loop_closures,
         dots.spurious_count, np.setdiff1d(np.arange(len(images)), connected.images), dots.existing_count,
     )  # fmt: skip
+
+
+# Search radius around the given position of a dot [m].
+_SEARCH_RADIUS = 0.01
+# Largest relative difference between the tape and the camera's calibration.
+_MAX_SCALE_CHANGE = 0.1
+
+
+@dataclass(frozen=True)
+class KnownLength:
+    """A measured distance.
+
+    Attributes:
+        first: position of a dot on the map before scaling, shape (2,) [m].
+        second: position of the other dot, shape (2,) [m].
+        length: measured distance between their centres [m].
+    """
+
+    first: NDArray[np.float64]
+    second: NDArray[np.float64]
+    length: float
+
+
+def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult, float]:
+    """Return the survey scaled to a known length, and the scale factor.
+
+    Raises:
+        FloorLocalizerError: no dot is at a given position, or the length is implausible.
+    """
+    ends = np.array([_dot_at(result.dot_map, position) for position in (known.first, known.second)])
+    mapped = float(np.hypot(*(ends[1] - ends[0])))
+    if mapped < 2.0 * _SEARCH_RADIUS or not abs(known.length / mapped - 1.0) < _MAX_SCALE_CHANGE:
+        raise FloorLocalizerError(
+            f'--known-length: is {known.length:g} m, but the dots are {mapped:.4f} m apart on the map; '
+            'check which dots were measured, and camera_xyz'
+        )
+    scale = known.length / mapped
+    states = result.states.copy()
+    states[:, :2] *= scale
+    states[:, 3] = scale * (1.0 + states[:, 3]) - 1.0
+    dot_map = DotMap(scale * result.dot_map.points, scale * result.dot_map.diameters)
+    residuals = replace(result.residuals, scale=scale * result.residuals.scale)
+    return replace(result, dot_map=dot_map, states=states, residuals=residuals), scale
+
+
+def _dot_at(dot_map: DotMap, position: NDArray[np.float64]) -> NDArray[np.float64]:
+    distances = np.hypot(*(dot_map.points - position).T)
+    nearest = int(np.argmin(distances))
+    if distances[nearest] > _SEARCH_RADIUS:
+        raise FloorLocalizerError(
+            f'--known-length: ({position[0]:g}, {position[1]:g}) m has no dot within {1e3 * _SEARCH_RADIUS:.0f} mm; '
+            'give the positions of two dots as they are in the map without --known-length'
+        )
+    return dot_map.points[nearest]

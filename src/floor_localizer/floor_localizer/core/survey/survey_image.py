@@ -9,8 +9,8 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.dots import DetectedDots
+from floor_localizer.core.errors import FloorLocalizerError
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 

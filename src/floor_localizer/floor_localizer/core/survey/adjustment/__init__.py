@@ -1,0 +1,1 @@
+"""Bundle adjustment of all images of a survey, block by block, out of core."""

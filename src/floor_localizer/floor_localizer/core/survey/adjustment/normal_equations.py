@@ -1,0 +1,96 @@
+"""Normal equations of some images of a survey."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky
+from scipy.linalg.lapack import dtrtri
+
+UNKNOWNS_PER_IMAGE = 6
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """Normal equations of some images, with six unknowns each.
+
+    Attributes:
+        images: indices of the images, ascending, shape (k,).
+        normal: symmetric normal matrix, shape (6 k, 6 k).
+        gradient: gradient, shape (6 k,).
+    """
+
+    images: NDArray[np.int64]
+    normal: NDArray[np.float64]
+    gradient: NDArray[np.float64]
+
+    def __add__(self, other: NormalEquations) -> NormalEquations:
+        """Return the sum of both, over the union of their images."""
+        images = np.union1d(self.images, other.images)
+        total = NormalEquations(
+            images,
+            np.zeros((UNKNOWNS_PER_IMAGE * len(images), UNKNOWNS_PER_IMAGE * len(images))),
+            np.zeros(UNKNOWNS_PER_IMAGE * len(images)),
+        )
+        for each in (self, other):
+            rows = unknown_indices(np.searchsorted(images, each.images))
+            total.normal[np.ix_(rows, rows)] += each.normal
+            total.gradient[rows] += each.gradient
+        return total
+
+
+def unknown_indices(images: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the indices of the unknowns of images, shape (6 k,)."""
+    return (UNKNOWNS_PER_IMAGE * images[:, None] + np.arange(UNKNOWNS_PER_IMAGE)).ravel()
+
+
+# OpenBLAS uses several threads from 64 rows of a factor and from 64 * 64 * 64 products on.
+_TILE = 60
+
+
+def eliminate_leading(normal: NDArray[np.float64], gradient: NDArray[np.float64], count: int) -> None:
+    """Eliminate the first unknowns, in place.
+
+    Args:
+        normal: symmetric normal matrix, shape (n, n); only the upper triangle is used and overwritten: the upper rows
+            with U, where U^T U = A_11 (its diagonal tiles inverted), and X = U^-T A_12; the lower rows with the Schur
+            complement A_22 - X^T X.
+        gradient: gradient, shape (n,); overwritten with y = U^-T g_1 and g_2 - X^T y.
+        count: number of unknowns to eliminate.
+    """
+    size = len(normal)
+    for begin in range(0, count, _TILE):
+        tile = slice(begin, min(begin + _TILE, count))
+        # With the inverse of the diagonal tile, all remaining steps are matrix products.
+        normal[tile, tile], _ = dtrtri(cholesky(normal[tile, tile], check_finite=False))
+        inverse = normal[tile, tile].T.copy()
+        gradient[tile] = inverse @ gradient[tile]
+        trailing = [slice(k, min(k + _TILE, size)) for k in range(tile.stop, size, _TILE)]
+        for column in trailing:
+            normal[tile, column] = inverse @ normal[tile, column]
+            gradient[column] -= gradient[tile] @ normal[tile, column]
+        for k, row in enumerate(trailing):
+            panel = normal[tile, row].T.copy()
+            for column in trailing[k:]:
+                normal[row, column] -= panel @ normal[tile, column]
+
+
+def back_substitute(
+    upper: NDArray[np.float64], y: NDArray[np.float64], known: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the eliminated unknowns, shape (count,).
+
+    Args:
+        upper: first rows of the matrix written by `eliminate_leading`, shape (count, n).
+        y: first rows of the gradient written by it, shape (count,).
+        known: the other unknowns, shape (n - count,).
+    """
+    count = len(y)
+    solution = y - np.einsum('ij,j->i', upper[:, count:], known)
+    for begin in range(_TILE * ((count - 1) // _TILE), -1, -_TILE):
+        tile = slice(begin, min(begin + _TILE, count))
+        solution[tile] = upper[tile, tile] @ solution[tile]
+        solution[:begin] -= np.einsum('ij,j->i', upper[:begin, tile], solution[tile])
+    return solution

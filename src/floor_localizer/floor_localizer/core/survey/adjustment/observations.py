@@ -1,0 +1,228 @@
+"""Observations in blocks: all observations of a dot are in one block, so blocks can be processed independently."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from floor_localizer.core.survey.array_store import ArrayStore
+from floor_localizer.core.survey.survey_image import SurveyImage
+
+BLOCKS_PER_TASK = 4
+"""Blocks processed in one task: enough to hide the overhead of scheduling."""
+
+
+@dataclass(frozen=True)
+class Observations:
+    """Observations of dots in images.
+
+    Attributes:
+        image: index of the image, shape (n,).
+        dot: index of the dot, shape (n,); -1 before observations are merged into dots.
+        directions: ray directions in the base frame of the level robot, shape (n, 3).
+        sigmas: standard deviation on the floor along each axis, shape (n,) [m].
+        diameters: observed diameters of the dots, shape (n,) [m].
+    """
+
+    image: NDArray[np.int64]
+    dot: NDArray[np.int64]
+    directions: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+    diameters: NDArray[np.float64]
+
+    @property
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """All attributes, in order."""
+        return self.image, self.dot, self.directions, self.sigmas, self.diameters
+
+    def where(self, kept: NDArray[np.bool_]) -> Observations:
+        """Return the observations selected by a mask, shape (n,); the dots keep their indices."""
+        return Observations(*(array[kept] for array in self.arrays))
+
+
+@dataclass(frozen=True)
+class ObservationBlock:
+    """All observations of some dots.
+
+    Attributes:
+        observations: the observations; their dot numbers count within the block.
+        fixed_dots: positions of fixed dots, shape (m, 2) [m]; NaN for dots to be estimated.
+    """
+
+    observations: Observations
+    fixed_dots: NDArray[np.float64]
+
+    @property
+    def is_fixed(self) -> NDArray[np.bool_]:
+        """Whether each dot is fixed, shape (m,)."""
+        return np.isfinite(self.fixed_dots[:, 0])
+
+
+@dataclass(frozen=True)
+class ObservationBlocks:
+    """Blocks in an array store; blocks with neighbouring numbers are neighbours on the floor.
+
+    Attributes:
+        store: array store of the blocks.
+        count: number of blocks; each must be written before it is read.
+    """
+
+    store: ArrayStore
+    count: int
+
+    def __len__(self) -> int:
+        """Return the number of blocks."""
+        return self.count
+
+    def __getitem__(self, number: int) -> ObservationBlock:
+        """Return a block."""
+        *observations, fixed_dots = self.store.get('block', number)
+        return ObservationBlock(Observations(*observations), fixed_dots)
+
+    def __iter__(self) -> Iterator[ObservationBlock]:
+        """Yield all blocks in order."""
+        return (self[number] for number in range(self.count))
+
+    def put(self, number: int, block: ObservationBlock) -> None:
+        """Write or overwrite a block."""
+        self.store.put('block', number, *block.observations.arrays, block.fixed_dots)
+        self.store.put('members', number, np.unique(block.observations.image), np.array(block.is_fixed.any()))
+
+    def observing_images(self, number: int) -> tuple[NDArray[np.int64], bool]:
+        """Return the images that observe dots of a block, ascending, and whether any of its dots is fixed."""
+        images, has_fixed = self.store.get('members', number)
+        return images, bool(has_fixed)
+
+
+def project_rays_to_map(
+    directions: NDArray[np.float64], position: NDArray[np.float64], states: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the intersections p(state, d) of rays with the floor in the map frame, shape (n, 2) [m].
+
+    Args:
+        directions: ray directions in the base frame of the level robot, shape (n, 3).
+        position: optical centre of the camera of the level robot, shape (3,) [m].
+        states: state of the image of each ray, shape (n, 6).
+    """
+    x, y, yaw, scale, roll, pitch = states.T
+    d = _tilt(directions.T, roll, pitch)
+    o = _tilt(np.broadcast_to(position[:, None], d.shape), roll, pitch)
+    ray_length = -(o[2] + position[2] * scale) / d[2]
+    px, py = o[0] + ray_length * d[0], o[1] + ray_length * d[1]
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.column_stack([x + cos * px - sin * py, y + sin * px + cos * py])
+
+
+def _tilt(
+    vectors: NDArray[np.float64], roll: NDArray[np.float64], pitch: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    x, y, z = vectors
+    y, z = np.cos(roll) * y - np.sin(roll) * z, np.sin(roll) * y + np.cos(roll) * z
+    return np.stack([np.cos(pitch) * x + np.sin(pitch) * z, y, np.cos(pitch) * z - np.sin(pitch) * x])
+
+
+@dataclass(frozen=True)
+class ProjectedObservations:
+    """Observations on the map, grouped by image.
+
+    Attributes:
+        observations: the observations, not yet assigned to dots.
+        points: projected positions in the map frame, shape (n, 2) [m].
+    """
+
+    observations: Observations
+    points: NDArray[np.float64]
+
+    def where(self, kept: NDArray[np.bool_]) -> ProjectedObservations:
+        """Return the observations selected by a mask, shape (n,)."""
+        return ProjectedObservations(self.observations.where(kept), self.points[kept])
+
+
+def collect_observations(
+    images: Sequence[SurveyImage], numbers: NDArray[np.int64], dot_sigma: float
+) -> Observations:
+    """Return the observations of images, not yet assigned to dots.
+
+    Args:
+        images: all images of the survey.
+        numbers: indices of the wanted images, shape (j,).
+        dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
+    """
+    wanted = [images[number] for number in numbers.tolist()]
+    image = np.repeat(numbers, np.array([len(each) for each in wanted], dtype=np.int64))
+    directions = np.concatenate([np.empty((0, 3)), *(each.directions for each in wanted)])
+    sigmas = np.hypot(np.concatenate([np.empty(0), *(each.sigmas for each in wanted)]), dot_sigma)
+    diameters = np.concatenate([np.empty(0), *(each.diameters for each in wanted)])
+    return Observations(image, np.full(len(image), -1), directions, sigmas, diameters)
+
+
+def project_observations(
+    observations: Observations, states: NDArray[np.float64], position: NDArray[np.float64]
+) -> ProjectedObservations:
+    """Project observations to the map.
+
+    Args:
+        observations: the observations.
+        states: states of all images, shape (k, 6).
+        position: optical centre in the base frame, shape (3,) [m].
+    """
+    return ProjectedObservations(
+        observations, project_rays_to_map(observations.directions, position, states[observations.image])
+    )
+
+
+_GROUP_SIZE = 32
+"""Number of consecutive images that are stored and read together."""
+_EMPTY = collect_observations((), np.empty(0, dtype=np.int64), 0.0)
+
+
+@dataclass(frozen=True)
+class StoredObservations:
+    """Observations in groups of consecutive images, not yet assigned to dots.
+
+    Attributes:
+        store: array store of the observations.
+        images: number of images.
+    """
+
+    store: ArrayStore
+    images: int
+
+    @property
+    def group_count(self) -> int:
+        """Number of groups of consecutive images."""
+        return -(-self.images // _GROUP_SIZE)
+
+    def read_group(self, number: int) -> tuple[NDArray[np.int64], Observations]:
+        """Return the images of a group, ascending, and their observations in that order."""
+        images = np.arange(number * _GROUP_SIZE, min((number + 1) * _GROUP_SIZE, self.images))
+        return images, Observations(*self.store.get('seen', number))
+
+    def read_images(self, wanted: NDArray[np.int64]) -> Observations:
+        """Return the observations of images, whose indices are ascending, shape (k,), in that order."""
+        found = [_EMPTY]
+        for number in np.unique(wanted // _GROUP_SIZE).tolist():
+            _, observations = self.read_group(number)
+            found.append(observations.where(np.isin(observations.image, wanted)))
+        return Observations(*map(np.concatenate, zip(*(each.arrays for each in found), strict=True)))
+
+
+def store_observations(
+    images: Sequence[SurveyImage], dot_sigma: float, store: ArrayStore
+) -> StoredObservations:
+    """Store the observations of images.
+
+    Args:
+        images: the images that are on the map.
+        dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
+        store: array store.
+    """
+    stored = StoredObservations(store, len(images))
+    for number in range(stored.group_count):
+        numbers = np.arange(number * _GROUP_SIZE, min((number + 1) * _GROUP_SIZE, len(images)))
+        store.put('seen', number, *collect_observations(images, numbers, dot_sigma).arrays)
+    return stored

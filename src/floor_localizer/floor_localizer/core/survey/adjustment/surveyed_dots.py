@@ -1,0 +1,149 @@
+"""Collect the dots of adjusted blocks, without spurious ones, and those of the extended map."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
+from floor_localizer.core.survey.adjustment.block_partition import ImageBoxes, Tile, store_boxes
+from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots
+from floor_localizer.core.survey.adjustment.existing_dots import ExistingDots
+from floor_localizer.core.survey.adjustment.observation_merging import count_expected_views
+from floor_localizer.core.survey.adjustment.observations import BLOCKS_PER_TASK, ObservationBlocks
+from floor_localizer.core.survey.survey_image import ViewOutline
+
+_MIN_EXPECTED_VIEWS = 2
+"""A dot observed once is spurious if at least this many images should have observed it."""
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Residuals of the adjustment, block by block.
+
+    Attributes:
+        blocks: the observations; the residuals are in their array store.
+        scale: scale factor applied to the map after the adjustment.
+    """
+
+    blocks: ObservationBlocks
+    scale: float = 1.0
+
+    def __iter__(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]:
+        """Yield for each block the images, shape (n,), and residuals, shape (n, 2) [m], of its observations."""
+        for number, block in enumerate(self.blocks):
+            (residuals,) = self.blocks.store.get('residuals', number)
+            yield block.observations.image, self.scale * residuals
+
+
+@dataclass(frozen=True)
+class SurveyedDots:
+    """The dots of a survey.
+
+    Attributes:
+        dot_map: dots of the extended map, unchanged, then the new ones.
+        counts: number of images that observed each dot, shape (n,).
+        spurious_count: number of spurious dots that were dropped.
+        existing_count: number of dots of the extended map.
+    """
+
+    dot_map: DotMap
+    counts: NDArray[np.int64]
+    spurious_count: int
+    existing_count: int
+
+
+def collect_dots(
+    blocks: ObservationBlocks,
+    states: NDArray[np.float64],
+    position: NDArray[np.float64],
+    outline: ViewOutline,
+    existing: DotMap,
+    existing_dots: ExistingDots,
+    runner: TaskRunner,
+) -> SurveyedDots:
+    """Collect dots, diameters and counts without spurious dots; store the residuals.
+
+    Args:
+        blocks: adjusted blocks.
+        states: states of all images, shape (k, 6).
+        position: optical centre in the base frame, shape (3,) [m].
+        outline: outline of a view.
+        existing: map to extend, may be empty.
+        existing_dots: its dots in the array store.
+        runner: runs the tasks; they must see the blocks' array store.
+    """
+    store, numbers = blocks.store, range(len(blocks))
+    store.put('states', 0, states)
+    run_indexed(runner, _EstimateTask(blocks, position), len(blocks), BLOCKS_PER_TASK)
+    # A dot closer to the image border than the median diameter may be cut off.
+    margin = float(np.median(np.concatenate([store.get('diameters', number)[0] for number in numbers])))
+    centres = outline.centres(states)
+    boxes = store_boxes(np.stack([centres - outline.radius, centres + outline.radius], axis=1), store)
+    filter_task = _FilterTask(blocks, boxes, existing_dots, outline, margin)
+    run_indexed(runner, filter_task, len(blocks), BLOCKS_PER_TASK)
+    existing_counts, spurious_count = np.zeros(len(existing), dtype=np.int64), 0
+    points, diameters, counts = [existing.points], [existing.diameters], list[NDArray[np.int64]]()
+    for number in numbers:
+        new_points, new_diameters, new_counts, which, again, dropped = store.get('dots', number)
+        points.append(new_points)
+        diameters.append(new_diameters)
+        counts.append(new_counts)
+        existing_counts[which] += again
+        spurious_count += int(dropped)
+    dot_map = DotMap(np.concatenate(points), np.concatenate(diameters))
+    return SurveyedDots(dot_map, np.concatenate([existing_counts, *counts]), spurious_count, len(existing))
+
+
+@dataclass(frozen=True)
+class _EstimateTask:
+    """Stores the residuals, dot positions and dot diameters of a block."""
+
+    blocks: ObservationBlocks
+    position: NDArray[np.float64]
+
+    def __call__(self, number: int) -> None:
+        store, block = self.blocks.store, self.blocks[number]
+        states, observations, count = store.memory_map('states'), block.observations, len(block.fixed_dots)
+        dots, residuals = estimate_dots(block, states, self.position)
+        total = np.bincount(
+            observations.dot, observations.diameters * (1.0 + states[observations.image, 3]), count
+        )
+        store.put('residuals', number, residuals)
+        store.put('places', number, dots)
+        store.put('diameters', number, total / np.maximum(np.bincount(observations.dot, minlength=count), 1))
+
+
+@dataclass(frozen=True)
+class _FilterTask:
+    """Stores the new dots of a block without spurious ones, and the counts of the existing dots."""
+
+    blocks: ObservationBlocks
+    boxes: ImageBoxes
+    existing_dots: ExistingDots
+    outline: ViewOutline
+    margin: float
+
+    def __call__(self, number: int) -> None:
+        store, block = self.blocks.store, self.blocks[number]
+        (dots,), (diameters,) = store.get('places', number), store.get('diameters', number)
+        counts, fixed = np.bincount(block.observations.dot, minlength=len(dots)), block.is_fixed
+        which, points = self.existing_dots.query(dots[fixed], 0.0)
+        _, same = cKDTree(points).query(dots[fixed])
+        once = np.flatnonzero(~fixed & (counts == 1))
+        is_spurious = self._expected_views(dots[once]) >= _MIN_EXPECTED_VIEWS
+        kept = ~fixed & (counts > 0)
+        kept[once] = ~is_spurious
+        new = dots[kept], diameters[kept], counts[kept]
+        store.put('dots', number, *new, which[same], counts[fixed], is_spurious.sum())
+
+    def _expected_views(self, dots: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the number of images that should have observed each dot, shape (m,)."""
+        place = Tile(dots.min(axis=0, initial=np.inf), dots.max(axis=0, initial=-np.inf))
+        near = self.blocks.store.memory_map('states')[self.boxes.overlapping_images(place)]
+        return count_expected_views(dots, near, self.outline, self.margin)
