@@ -35,8 +35,3 @@ def similarity(pose: SE2) -> tuple[complex, complex]:
 
 def new_search_for(view: ViewDots, indexed: IndexedMap) -> SearchState:
     return new_search(len(view.z), float(len(indexed.grid.points)), 1e-3, 0.25)
-
-
-def found_pose(found: NDArray[np.float64]) -> SE2:
-    """The pose of ``search.best`` or ``search.runner_up``."""
-    return SE2(found[3], found[4], cmath.phase(complex(found[1], found[2])))

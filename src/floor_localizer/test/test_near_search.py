@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from search_scenes import found_pose, new_search_for, scene
+from search_scenes import new_search_for, scene
 
 from floor_localizer.core.constellation.pair_search import search_near
 from shirube_core.geometry import SE2
@@ -29,7 +29,7 @@ def test_a_pose_within_reach_is_found(floor, indexed_floor, radius, turn):
         expected = SE2(pose.x + shift[0], pose.y + shift[1], pose.yaw + rng.uniform(-0.9, 0.9) * turn)
         found, search = near(indexed_floor, dots, expected, radius, turn)
         assert found
-        assert found_pose(search.best).distance_to(pose) < 0.001
+        assert search.best.pose.distance_to(pose) < 0.001
 
 
 def test_a_pose_far_off_is_not_found(floor, indexed_floor):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from search_scenes import found_pose, new_search_for, scene
+from search_scenes import new_search_for, scene
 
 from floor_localizer.core.constellation.acceptance import is_accepted
 from floor_localizer.core.constellation.pair_search import choose_pairs, search_pairs
@@ -16,7 +16,7 @@ def test_sparse_views_are_found(floor, indexed_floor, seed):
     search = new_search_for(dots, indexed_floor)
     assert search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 24)
     assert not is_accepted(search, search.runner_up)
-    assert found_pose(search.best).distance_to(pose) < 0.001
+    assert search.best.pose.distance_to(pose) < 0.001
 
 
 def test_a_view_of_nothing_is_not_found(floor, indexed_floor):

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.acceptance import (
     AMBIGUITY_FRACTION,
+    ScoredPose,
     SearchState,
     is_accepted,
     log_chance_alignments,
@@ -144,7 +145,7 @@ def inspect_place(
             and _match_fraction(mirror_search.best, view) >= AMBIGUITY_FRACTION
         ):
             kind, runner_up = PlaceKind.MIRROR_AMBIGUOUS, mirror_search.best
-    where = (float(runner_up[3]), float(runner_up[4])) if math.isfinite(runner_up[0]) else None
+    where = (runner_up.b.real, runner_up.b.imag) if math.isfinite(runner_up.log_chance) else None
     return Place(*centre, kind, len(dots), chance, _match_fraction(runner_up, view), where)
 
 
@@ -209,13 +210,13 @@ def _continue_search(floor: IndexedMap, view: ViewDots, found: SearchState) -> S
     return search
 
 
-def _best_other_pose(search: SearchState, centre: tuple[float, float], spacing: float) -> NDArray[np.float64]:
+def _best_other_pose(search: SearchState, centre: tuple[float, float], spacing: float) -> ScoredPose:
     """Return the better pose that is not the view's own; of two equal poses, either may be the best."""
     best = search.best
-    off = max(abs(best[3] - centre[0]), abs(best[4] - centre[1]))
-    is_own = off < spacing and abs(complex(best[1] - 1.0, best[2])) < 0.2
+    off = max(abs(best.b.real - centre[0]), abs(best.b.imag - centre[1]))
+    is_own = off < spacing and abs(best.a - 1.0) < 0.2
     return search.runner_up if is_own else best
 
 
-def _match_fraction(pose: NDArray[np.float64], view: ViewDots) -> float:
-    return float(pose[5]) / max(len(view.z), 1)
+def _match_fraction(pose: ScoredPose, view: ViewDots) -> float:
+    return pose.matched / max(len(view.z), 1)

@@ -16,7 +16,7 @@ of the k matches. The result is the smallest E over k. It has no parameter that 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.constellation.alignment import match_view, match_view_robustly
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.view_dots import ViewDots
+from shirube_core.geometry import SE2
 
 
 @njit(cache=True)
@@ -78,13 +79,39 @@ _SCALE_MARGIN = 1.3
 _MANY_MATCHES = 40
 
 
+_POSE = np.dtype(
+    [('log_chance', np.float64), ('a', np.complex128), ('b', np.complex128), ('matched', np.float64)]
+)
+# Places of the poses of a search.
+BEST, RUNNER_UP = 0, 1
+
+
+class ScoredPose(NamedTuple):
+    """A pose of a search, and how well the view matches the map there.
+
+    Attributes:
+        log_chance: logarithm of the expected chance alignments, infinite without a pose.
+        a: complex rotation and scale; a view dot z is at ``a * z + b`` on the map.
+        b: complex translation [m].
+        matched: number of matched dots.
+    """
+
+    log_chance: float
+    a: complex
+    b: complex
+    matched: float
+
+    @property
+    def pose(self) -> SE2:
+        """The pose of the base in the map frame, without the scale."""
+        return SE2(self.b.real, self.b.imag, math.atan2(self.a.imag, self.a.real))
+
+
 class SearchState(NamedTuple):
     """State of a search, shared by its steps.
 
     Attributes:
-        best: shape (6,), best pose: logarithm of the expected chance alignments, a.real, a.imag, b.real, b.imag,
-            number of matched dots.
-        runner_up: shape (6,), the same for the best pose at another place.
+        poses: shape (2,), records with the fields of `ScoredPose`: the best pose, and the best at another place.
         counts: shape (3,): index cells opened, hypotheses verified, hypotheses scored on the whole view.
         matches: shape (n,), buffer for the matches of a hypothesis.
         residuals: shape (n,), buffer for the residuals of a hypothesis [m].
@@ -93,14 +120,29 @@ class SearchState(NamedTuple):
         min_matches: minimum number of matched dots of an accepted pose.
     """
 
-    best: NDArray[np.float64]
-    runner_up: NDArray[np.float64]
+    poses: NDArray[Any]
     counts: NDArray[np.int64]
     matches: NDArray[np.int64]
     residuals: NDArray[np.float64]
     candidate_dots: float
     log_threshold: float
     min_matches: float
+
+    @property
+    def best(self) -> ScoredPose:
+        """The best pose so far."""
+        return ScoredPose(*self.poses[BEST].item())
+
+    @property
+    def runner_up(self) -> ScoredPose:
+        """The best pose at another place."""
+        return ScoredPose(*self.poses[RUNNER_UP].item())
+
+    def plausible_poses(self) -> list[ScoredPose]:
+        """Return the best pose, and the runner-up if it is about as good."""
+        best, other = self.best, self.runner_up
+        is_ambiguous = is_accepted(self, other) and other.matched >= AMBIGUITY_FRACTION * best.matched
+        return [best, other] if is_ambiguous else [best]
 
 
 def new_search(dots: int, candidate_dots: float, max_chance: float, match_rate_min: float) -> SearchState:
@@ -112,23 +154,17 @@ def new_search(dots: int, candidate_dots: float, max_chance: float, match_rate_m
         max_chance: maximum number of expected chance alignments of an accepted pose.
         match_rate_min: minimum match rate of an accepted pose, as a fraction of the dots in view.
     """
-    no_pose = np.array([math.inf, 1.0, 0.0, 0.0, 0.0, 0.0])
+    poses = np.array([(math.inf, 1.0, 0.0, 0.0)] * 2, dtype=_POSE)
+    counts, matches = np.zeros(3, dtype=np.int64), np.empty(dots, dtype=np.int64)
     return SearchState(
-        no_pose,
-        no_pose.copy(),
-        np.zeros(3, dtype=np.int64),
-        np.empty(dots, dtype=np.int64),
-        np.empty(dots),
-        candidate_dots,
-        math.log(max_chance),
-        match_rate_min * dots,
+        poses, counts, matches, np.empty(dots), candidate_dots, math.log(max_chance), match_rate_min * dots
     )
 
 
 @register_jitable
-def is_accepted(search: SearchState, pose: NDArray[np.float64]) -> bool:
-    """Return whether ``search.best`` or ``search.runner_up`` is significant."""
-    return pose[0] < search.log_threshold and pose[5] >= search.min_matches
+def is_accepted(search: SearchState, pose: ScoredPose) -> bool:
+    """Return whether a pose of the search is significant."""
+    return pose.log_chance < search.log_threshold and pose.matched >= search.min_matches
 
 
 @njit(cache=True)
@@ -139,33 +175,29 @@ def score_hypothesis(grid: DotGrid, view: ViewDots, search: SearchState, a: comp
     search.counts[2] += 1
     pose = _score_match(view, search, match_view(grid, view, a, b, search.matches, search.residuals))
     if not is_accepted(search, pose):
-        a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
         robust = _score_match(
-            view, search, match_view_robustly(grid, view, a, b, search.matches, search.residuals)
+            view, search, match_view_robustly(grid, view, pose.a, pose.b, search.matches, search.residuals)
         )
-        if robust[0] < pose[0]:
+        if robust.log_chance < pose.log_chance:
             pose = robust
-    log_chance = pose[0]
-    if log_chance < search.best[0]:
-        if not _is_same_pose(grid, view, pose, search.best):
-            _copy(search.best, search.runner_up)
-        _copy(pose, search.best)
-    elif log_chance < search.runner_up[0] and not _is_same_pose(grid, view, pose, search.best):
-        _copy(pose, search.runner_up)
-    return is_accepted(search, search.best)
+    best, runner_up = search.poses[BEST], search.poses[RUNNER_UP]
+    if pose.log_chance < best.log_chance:
+        if not _is_same_pose(grid, view, pose, best):
+            _store(best, runner_up)
+        _store(pose, best)
+    elif pose.log_chance < runner_up.log_chance and not _is_same_pose(grid, view, pose, best):
+        _store(pose, runner_up)
+    return is_accepted(search, best)
 
 
 @njit(cache=True)
-def _copy(pose: NDArray[np.float64], target: NDArray[np.float64]) -> None:
-    for k in range(len(pose)):
-        target[k] = pose[k]
+def _store(pose: ScoredPose, target: Any) -> None:
+    target.log_chance, target.a, target.b, target.matched = pose.log_chance, pose.a, pose.b, pose.matched
 
 
 @njit(cache=True)
-def _score_match(
-    view: ViewDots, search: SearchState, match: tuple[int, complex, complex]
-) -> NDArray[np.float64]:
-    """Return a match of the whole view, with the residuals in ``search``, in the form of ``search.best``."""
+def _score_match(view: ViewDots, search: SearchState, match: tuple[int, complex, complex]) -> ScoredPose:
+    """Return the pose of a match of the whole view, with the residuals in ``search``."""
     matched, a, b = match
     log_chance = math.inf
     if matched >= 3 and abs(abs(a) - 1.0) <= _SCALE_MARGIN * view.scale_tolerance:
@@ -177,16 +209,14 @@ def _score_match(
             view.density,
             view.scale_tolerance,
         )
-    return np.array([log_chance, a.real, a.imag, b.real, b.imag, float(matched)])
+    return ScoredPose(log_chance, a, b, float(matched))
 
 
 @njit(cache=True)
-def _is_same_pose(
-    grid: DotGrid, view: ViewDots, pose: NDArray[np.float64], other: NDArray[np.float64]
-) -> bool:
+def _is_same_pose(grid: DotGrid, view: ViewDots, pose: ScoredPose, other: ScoredPose) -> bool:
     """Return whether two poses put the view at the same position with the same yaw."""
-    turn = complex(pose[1] - other[1], pose[2] - other[2])
-    shift = turn * view.z[0] + complex(pose[3] - other[3], pose[4] - other[4])
+    turn = pose.a - other.a
+    shift = turn * view.z[0] + (pose.b - other.b)
     return abs(shift) < 0.5 * grid.cell and abs(turn) < 0.2
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation.acceptance import SearchState, is_accepted, score_hypothesis
+from floor_localizer.core.constellation.acceptance import BEST, SearchState, is_accepted, score_hypothesis
 from floor_localizer.core.constellation.alignment import GATE, verify_hypothesis
 from floor_localizer.core.constellation.baselines import distance
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
@@ -36,7 +36,7 @@ def search_pairs(
     for first, second in pairs[:max_pairs]:
         seeds[0], seeds[1] = first, second
         _match_pair_to_map(grid, occupancy, view, search, seeds)
-        if is_accepted(search, search.best):
+        if is_accepted(search, search.poses[BEST]):
             return True
     return False
 

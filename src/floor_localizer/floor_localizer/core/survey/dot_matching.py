@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.constellation.acceptance import (
-    AMBIGUITY_FRACTION,
     SearchState,
-    is_accepted,
     new_search,
 )
 from floor_localizer.core.constellation.constellation_search import search_constellations
@@ -140,21 +138,17 @@ class DotMatcher:
         )
         if not search_constellations(self._index.grid, self._index.index, view, search, _MAX_CELLS):
             return None
-        if (
-            is_accepted(search, search.runner_up)
-            and search.runner_up[5] >= AMBIGUITY_FRACTION * search.best[5]
-        ):
+        if len(search.plausible_poses()) > 1:
             return None
         return self._matched(view, search)
 
     def _matched(self, view: ViewDots, search: SearchState) -> DotMatch:
         """Return the best pose with its one-to-one matches."""
-        best = search.best
-        a, b = complex(best[1], best[2]), complex(best[3], best[4])
+        log_chance, a, b, _ = search.best
         points = a * view.z + b
         xy = np.column_stack([points.real, points.imag])
         source, target = nearest_pairs(self.points, xy, _MATCH_GATE * view.sigma)
-        return DotMatch(a, b, source, target, float(best[0]))
+        return DotMatch(a, b, source, target, log_chance)
 
 
 def _contiguous(points: NDArray[np.float64]) -> NDArray[np.float64]:
