@@ -14,7 +14,7 @@ import numpy as np
 from _surveyed_floor import CAMERA, MOUNT, VIEW, RenderedSurvey
 from scipy.spatial import cKDTree
 
-from floor_localizer.commands.task_runner import task_runner
+from floor_localizer.commands.options import task_runner
 from floor_localizer.core.dots import DetectedDots
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.submap import select_keyframes

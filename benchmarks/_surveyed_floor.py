@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.dots import DotMap
-from floor_localizer.survey_files.survey_source import Frame
+from floor_localizer.survey_files.survey_images import Frame
 from scene_simulator.dot_floor import DotFloor, FloorDesign, generate_dot_floor
 from scene_simulator.floor_camera import FloorCamera
 from scene_simulator.leg_drive import LegDrive

@@ -26,7 +26,7 @@ from _survey_growth import measure_growth
 from _survey_scores import PoseScores, locate_on, wrong_merges
 from _surveyed_floor import MOUNT, RenderedSurvey
 
-from floor_localizer.commands.task_runner import task_runner
+from floor_localizer.commands.options import task_runner
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.floor_survey import KnownLength, scale_survey
 from floor_localizer.core.survey.map_comparison import MapComparison, compare

@@ -23,9 +23,12 @@ from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.localization.debug_picture import debug_picture
-from floor_localizer.localization.localizer_from_map_file import STARTUP_NOTICE, localizer_from_map_file
+from floor_localizer.localization.localizer_from_map_file import (
+    STARTUP_NOTICE,
+    NodeSettings,
+    localizer_from_map_file,
+)
 from floor_localizer.localization.localizer_report import LocalizerReport
-from floor_localizer.localization.node_settings import NodeSettings
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera_info_conversion import camera_from_camera_info

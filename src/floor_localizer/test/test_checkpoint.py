@@ -10,7 +10,7 @@ from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.survey_files import checkpoint
 from floor_localizer.survey_files import checkpoint as checkpoint_module
 from floor_localizer.survey_files.checkpoint import Checkpoint
-from floor_localizer.survey_files.exclusive_lock import exclusive_lock
+from shirube_core.files import exclusive_lock
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -114,9 +114,7 @@ def test_a_view_of_two_places_finds_both(floor):
     pose, _, dots = scene(floor, twice, 3, missing=0.2, spurious=8)
     search = new_search_for(dots, twice)
     assert search_constellations(twice.grid, twice.index, dots, search, CELLS)
-    found = sorted(
-        (place.pose for place in (search.best, search.runner_up)), key=lambda place: place.x
-    )
+    found = sorted((place.pose for place in (search.best, search.runner_up)), key=lambda place: place.x)
     assert is_accepted(search, search.runner_up)
     assert found[0].distance_to(pose) < 0.001
     assert found[1].x - found[0].x == pytest.approx(shift[0], abs=0.001)

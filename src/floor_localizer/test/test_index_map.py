@@ -116,7 +116,7 @@ def test_bad_input_is_one_line_and_exit_code_1(
     part: str,
 ) -> None:
     monkeypatch.chdir(source.parent)
-    monkeypatch.setattr('floor_localizer.commands.task_runner._SCHEDULER_TIMEOUT', 0.3)
+    monkeypatch.setattr('floor_localizer.commands.options._SCHEDULER_TIMEOUT', 0.3)
     Path('empty.csv').touch()
     Path('few.csv').write_text('x,y,diameter\n0.1,0.2,\n')
     given = arguments.split()

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from floor_localizer.files.dot_map_file import load_dot_map
-from floor_localizer.localization.node_settings import NodeSettings
+from floor_localizer.localization.localizer_from_map_file import NodeSettings
 from shirube_bags.accuracy_report import exceeded_limits, report_to_dict
 from shirube_cli.floor_accuracy import measure_accuracy
 from shirube_cli.floor_picture import draw_floor_picture

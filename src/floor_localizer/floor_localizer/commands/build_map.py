@@ -10,8 +10,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from floor_localizer.commands.setting_options import add_settings, settings_from
-from floor_localizer.commands.task_runner import add_worker_options, task_runner
+from floor_localizer.commands.options import add_settings, add_worker_options, settings_from, task_runner
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.localizer import check_mount
 from floor_localizer.core.settings import SurveySettings
@@ -20,7 +19,6 @@ from floor_localizer.files.array_file import DISK_FULL_ERRORS
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map
 from floor_localizer.survey_files.checkpoint import Checkpoint
-from floor_localizer.survey_files.exclusive_lock import exclusive_lock
 from floor_localizer.survey_files.survey_report import (
     LengthHistogram,
     save_image_poses,
@@ -30,7 +28,7 @@ from floor_localizer.survey_files.survey_report import (
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey, survey_inputs
 from floor_localizer.survey_files.survey_source import BagSource, FolderSource
 from shirube_bags.errors import ShirubeBagsError
-from shirube_core.files import atomic_write, remove_temporary_files, write_text
+from shirube_core.files import atomic_write, exclusive_lock, remove_temporary_files, write_text
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError
 from shirube_ros.file_errors import CameraFileError
@@ -51,6 +49,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print('\nbuild_map: interrupted; give the same command again to resume', file=sys.stderr)
         return 130
+    except BlockingIOError:
+        folder = options.out / 'checkpoint'
+        print(
+            f'build_map: {folder}: another survey is running there; wait for its end or choose another --out',
+            file=sys.stderr,
+        )
+        return 1
     except OSError as fault:
         place = fault.filename or options.out
         remedy = 'choose a writable place'
@@ -74,7 +79,7 @@ def build_map(options: argparse.Namespace) -> None:
     source = open_source(options)
     key = survey_inputs(source, mount, settings, existing)
     folder = options.out / 'checkpoint'
-    with exclusive_lock(folder):
+    with exclusive_lock(folder, file='lock', wait=False):
         checkpoint = Checkpoint(folder, key)
         with task_runner(options.workers, options.scheduler) as runner:
             run = run_survey(source, mount, settings, checkpoint, runner, existing)

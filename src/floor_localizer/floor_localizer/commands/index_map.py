@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from floor_localizer.commands.task_runner import add_worker_options, task_runner
+from floor_localizer.commands.options import add_worker_options, task_runner
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.files.array_file import DISK_FULL_ERRORS
 from floor_localizer.files.map_building.index_build import IndexBuild

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from floor_localizer.commands.map_report import compute_map_statistics, map_report, places_report
-from floor_localizer.commands.setting_options import add_settings, settings_from
+from floor_localizer.commands.options import add_settings, settings_from
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings, inspect_places, list_places

@@ -18,8 +18,11 @@ from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.files.pose_table import LocatedImage, save_pose_table
-from floor_localizer.localization.localizer_from_map_file import STARTUP_NOTICE, localizer_from_map_file
-from floor_localizer.localization.node_settings import NodeSettings
+from floor_localizer.localization.localizer_from_map_file import (
+    STARTUP_NOTICE,
+    NodeSettings,
+    localizer_from_map_file,
+)
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ShirubeBagsError
 from shirube_bags.trajectory import planar_trajectory

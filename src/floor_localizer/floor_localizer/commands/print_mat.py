@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from floor_localizer.commands.map_report import places_report
-from floor_localizer.commands.setting_options import add_settings, settings_from
+from floor_localizer.commands.options import add_settings, settings_from
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.mat.page_layout import (
     PAPERS,

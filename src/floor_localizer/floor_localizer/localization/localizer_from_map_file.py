@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -10,9 +12,27 @@ from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.localizer import FloorLocalizer, check_mount
-from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.core.settings import DotDetectorSettings, LocalizerSettings, TrackerSettings
 from floor_localizer.files.dot_map_file import load_indexed_map
-from floor_localizer.localization.node_settings import NodeSettings
+from shirube_core.settings import setting
+from shirube_ros.camera_settings import CameraSettings
+
+DEMO_MAP = Path(__file__).parents[1] / 'maps' / 'demo_floor.csv'
+
+
+@dataclass(frozen=True)
+class NodeSettings(CameraSettings):
+    """Camera mount, frames and map; dot detection and tracking in groups."""
+
+    map_file: str = setting('', 'dot map of the floor, CSV or binary; empty for the demo floor')
+    dots: DotDetectorSettings = field(default_factory=DotDetectorSettings)
+    tracker: TrackerSettings = field(default_factory=TrackerSettings)
+
+    @property
+    def map_path(self) -> Path:
+        """The dot map to load."""
+        return Path(self.map_file).expanduser() if self.map_file else DEMO_MAP
+
 
 STARTUP_NOTICE = 'loading the map and the numba kernels (the very first start compiles them, about 1 min)'
 """Message at the start."""

@@ -12,10 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.constellation.acceptance import (
-    SearchState,
-    new_search,
-)
+from floor_localizer.core.constellation.acceptance import SearchState, new_search
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.dot_grid import build_dot_grid, pair_density
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from distributed import LocalCluster
 
-from floor_localizer.commands import task_runner as task_runner_module
-from floor_localizer.commands.task_runner import task_runner
+from floor_localizer.commands import options as task_runner_module
+from floor_localizer.commands.options import task_runner
 from floor_localizer.core.errors import FloorLocalizerError
 
 pytestmark = pytest.mark.newest_set_only
