@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from floor_localizer.core.arrays import Pixels
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
@@ -148,7 +148,7 @@ class FloorLocalizerNode(Node):
         on_initial_pose = self._guard.guard('initialpose', self._on_initial_pose)
         self.create_subscription(PoseWithCovarianceStamped, 'initialpose', on_initial_pose, pose_profile())
 
-    def _on_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
+    def _on_image(self, header: Header, pixels: Pixels, camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
         started = perf_counter()
         result = self._tracker.track(stamp, pixels, camera)
@@ -223,11 +223,7 @@ class FloorLocalizerNode(Node):
 def dot_markers(fix: Fix, camera: PinholeCamera, mount: CameraMount, header: Header) -> MarkerArray:
     """Return markers at the image's dots on the map: matched ones green, the others red.
 
-    Args:
-        fix: pose and dots of the image.
-        camera: the camera's intrinsics.
-        mount: nominal pose of the camera on the robot.
-        header: stamp of the image, map frame.
+    The mount is the nominal one; the header has the stamp of the image and the map frame.
     """
     points_base = mount.floor_points_from_rays(camera.rays_from_pixels(fix.dots.pixels))
     points_map = fix.T_map_base.transform(points_base)

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from test_noise_removal import round_blobs
 
 from floor_localizer.core.dot_extraction.centroids import Blobs
 from floor_localizer.core.dot_extraction.noise_removal import (

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from floor_views import CAMERA, MOUNT, pose_over, see
+from floor_views import CAMERA, pose_over, see
+from floor_views import MOUNT as VIEW_MOUNT
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
@@ -153,7 +154,7 @@ PRIORS = np.array([0.03, 0.02, 0.02])
 
 def refined(indexed_floor, view, start, sigma=8e-5):
     rays = CAMERA.rays_from_pixels(view.dots.pixels)
-    mounted = MountedRays(rays, MOUNT.rotation, np.array(MOUNT.xyz))
+    mounted = MountedRays(rays, VIEW_MOUNT.rotation, np.array(VIEW_MOUNT.xyz))
     return refine_pose(indexed_floor.grid, mounted, np.full(len(rays), sigma), np.array(start), PRIORS)
 
 
@@ -187,7 +188,7 @@ def test_tilt_far_beyond_the_noise_keeps_the_dots(floor, indexed_floor, noise, a
     pose, tilt = pose_over(rng), math.radians(2.0) * np.array([math.cos(axis), math.sin(axis)])
     view = see(floor, pose, rng, tilt=tilt, noise=noise, spurious=8)
     start = similarity_of(floor, view)
-    found = refined(indexed_floor, view, start, sigma=noise * MOUNT.xyz[2] / CAMERA.fx)
+    found = refined(indexed_floor, view, start, sigma=noise * VIEW_MOUNT.xyz[2] / CAMERA.fx)
     real = view.sources >= 0
     assert np.mean(found.matches[real] >= 0) > 0.95
     error = found.state - [pose.x, pose.y, pose.yaw, 0.0, *tilt]
@@ -199,7 +200,7 @@ def test_sigmas_that_are_half_the_noise_keep_most_dots(floor, indexed_floor):
     for seed in range(20):
         rng = np.random.default_rng(seed)
         view = see(floor, pose_over(rng), rng, noise=0.2)
-        sigma = 0.1 * MOUNT.xyz[2] / CAMERA.fx
+        sigma = 0.1 * VIEW_MOUNT.xyz[2] / CAMERA.fx
         kept.append(np.mean(refined(indexed_floor, view, similarity_of(floor, view), sigma).matches >= 0))
     assert np.mean(kept) > 0.85
 
@@ -214,7 +215,7 @@ def test_a_false_dot_does_not_bend_a_view_of_few(floor, indexed_floor, seed):
     start = [pose.x, pose.y, pose.yaw, 0.0, 0.0, 0.0]
     pixels = view.dots.pixels[few]
     pixels[-1] += 1.5
-    rays = MountedRays(CAMERA.rays_from_pixels(pixels), MOUNT.rotation, np.array(MOUNT.xyz))
+    rays = MountedRays(CAMERA.rays_from_pixels(pixels), VIEW_MOUNT.rotation, np.array(VIEW_MOUNT.xyz))
     found = refine_pose(indexed_floor.grid, rays, np.full(len(few), 5e-5), np.array(start), PRIORS)
     error = (found.state - start)[:3]
     assert error @ np.linalg.solve(found.covariance[:3, :3], error) < chi2.ppf(0.9999, 3)
@@ -223,11 +224,11 @@ def test_a_false_dot_does_not_bend_a_view_of_few(floor, indexed_floor, seed):
 def similarity_of(floor, view):
     """The best state without tilt for a view's own dots: the result of a search for similarities."""
     real = view.sources >= 0
-    base = MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(view.dots.pixels[real]))
+    base = VIEW_MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(view.dots.pixels[real]))
     z, m = base @ (1.0, 1j), floor.points[view.sources[real]] @ (1.0, 1j)
     turn, shift = np.linalg.lstsq(np.column_stack([z, np.ones(len(z))]), m, rcond=None)[0]
     scale = abs(turn) - 1.0
-    base_place = shift + scale * turn / abs(turn) * complex(*MOUNT.xyz[:2])
+    base_place = shift + scale * turn / abs(turn) * complex(*VIEW_MOUNT.xyz[:2])
     return [base_place.real, base_place.imag, np.angle(turn), scale, 0.0, 0.0]
 
 

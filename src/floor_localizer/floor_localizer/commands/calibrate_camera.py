@@ -23,12 +23,7 @@ from shirube_ros.image_files import load_image
 
 
 def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
-    """Write ``camera_xyz`` and ``camera_rpy`` as a parameter file of the node, atomically.
-
-    Args:
-        path: the file.
-        mount: pose of the camera in the base frame.
-        notes: comment lines at the top of the file.
+    """Write ``camera_xyz`` and ``camera_rpy`` as a parameter file of the node, atomically, below comment lines.
 
     Raises:
         OSError: the file cannot be written.

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 from floor_localizer.commands.map_report import compute_map_statistics, map_report, places_report
 from floor_localizer.commands.options import add_settings, settings_from
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings, inspect_places, list_places
@@ -31,15 +31,8 @@ _MARKS = {
 }
 
 
-def draw_map(file: BinaryIO, points: NDArray[np.float64], places: Sequence[Place], title: str) -> None:
-    """Write a PNG.
-
-    Args:
-        file: open for writing.
-        points: shape (N, 2), the dots [m].
-        places: inspected places.
-        title: title of the plot.
-    """
+def draw_map(file: BinaryIO, points: Floats, places: Sequence[Place], title: str) -> None:
+    """Write a PNG of the dots, shape (N, 2) [m], and the inspected places."""
     from matplotlib.figure import Figure  # noqa: PLC0415 - takes half a second, only the plot needs it
 
     size = np.maximum(np.ptp(points, axis=0), 1e-3)
@@ -58,7 +51,7 @@ def draw_map(file: BinaryIO, points: NDArray[np.float64], places: Sequence[Place
     figure.savefig(file, format='png', dpi=100)
 
 
-def _draw_density(figure: Any, axes: Any, points: NDArray[np.float64], size: NDArray[np.float64]) -> None:
+def _draw_density(figure: Any, axes: Any, points: Floats, size: Floats) -> None:
     cell = float(np.sqrt(np.prod(size) * _DOTS_PER_CELL / len(points)))
     counts = np.maximum((size / cell).astype(int), 1)
     dots, x_edges, y_edges = np.histogram2d(points[:, 0], points[:, 1], bins=[int(count) for count in counts])

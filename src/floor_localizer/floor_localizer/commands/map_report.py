@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.constellation.dot_grid import typical_spacing
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.dots import DotMap
@@ -32,23 +32,18 @@ class MapStatistics:
     """
 
     dots: int
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
+    lower: Floats
+    upper: Floats
     area: float
     density: float
-    diameters: NDArray[np.float64] | None
+    diameters: Floats | None
     known_diameter_fraction: float
     constellations: int
     bytes_per_dot: float
 
 
 def compute_map_statistics(dot_map: DotMap, floor: IndexedMap) -> MapStatistics:
-    """Return the statistics of a map.
-
-    Args:
-        dot_map: the dots.
-        floor: the same map with its index.
-    """
+    """Return the statistics of a map, given with its index."""
     density = 1.0 / typical_spacing(dot_map.points) ** 2
     known = dot_map.diameters[np.isfinite(dot_map.diameters)]
     arrays = (

@@ -29,13 +29,7 @@ _SCALE_BAR = 0.1
 
 
 def draw_mat(file: BinaryIO, mat: Mat, layout: Layout) -> None:
-    """Write the PDF; the output is deterministic.
-
-    Args:
-        file: open for writing.
-        mat: the dots.
-        layout: the pages.
-    """
+    """Write the PDF; the output is deterministic."""
     with PdfPages(file, metadata={'CreationDate': None, 'Title': _title(mat)}) as pdf:
         for page in layout.pages:
             pdf.savefig(_draw_page(mat, layout, page))

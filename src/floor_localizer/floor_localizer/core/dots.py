@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.arrays import Floats
 from shirube_core.geometry import SE2
 
 
@@ -22,9 +22,9 @@ class DetectedDots:
         sigmas: shape (n,), standard deviations of the centroids along each axis [px].
     """
 
-    pixels: NDArray[np.float64]
-    diameters: NDArray[np.float64]
-    sigmas: NDArray[np.float64]
+    pixels: Floats
+    diameters: Floats
+    sigmas: Floats
 
     def __len__(self) -> int:
         """Return the number of dots."""
@@ -44,17 +44,14 @@ class FloorPoints:
         sigmas: shape (n,), standard deviations along each axis [m].
     """
 
-    points: NDArray[np.float64]
-    sigmas: NDArray[np.float64]
+    points: Floats
+    sigmas: Floats
 
 
 def transform_points(points: FloorPoints, T_new_old: SE2, odometry_error: float) -> FloorPoints:
-    """Transform points to the base frame at a later time.
+    """Transform points to the base frame at a later time, in which the old one is ``T_new_old`` by odometry.
 
-    Args:
-        points: points in the old base frame.
-        T_new_old: the old base frame in the new one, from odometry.
-        odometry_error: error of the odometry as a fraction of the distance driven.
+    ``odometry_error`` is a fraction of the distance driven.
     """
     distance = math.hypot(T_new_old.x, T_new_old.y)
     return FloorPoints(
@@ -83,8 +80,8 @@ class DotMap:
         diameters: shape (N,), diameters of the discs of equal area [m], NaN where unknown.
     """
 
-    points: NDArray[np.float64]
-    diameters: NDArray[np.float64]
+    points: Floats
+    diameters: Floats
 
     def __len__(self) -> int:
         """Return the number of dots."""

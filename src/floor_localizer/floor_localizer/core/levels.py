@@ -45,9 +45,7 @@ def arrange_levels(
 ) -> tuple[Level, ...]:
     """Arrange levels side by side in rows that form about a square.
 
-    Args:
-        names: names of the levels.
-        corners: bounding box (x min, y min, x max, y max) of the dots of each level in its own frame [m].
+    ``corners`` are the bounding box (x min, y min, x max, y max) of the dots of each level in its own frame [m].
 
     Raises:
         FloorLocalizerError: the levels together are larger than single precision allows.

@@ -9,8 +9,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Pixels
 from floor_localizer.core.constellation.acceptance import ScoredPose, SearchState, is_accepted, new_search
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.indexed_map import IndexedMap
@@ -59,9 +59,7 @@ class FloorLocalizer:
         self._floor, self._mount = floor, mount
         self._settings, self._detector = settings or LocalizerSettings(), detector or DotDetector()
 
-    def locate(
-        self, image: NDArray[np.uint8], camera: PinholeCamera, prior: PosePrior | None = None
-    ) -> Fix | NoFix:
+    def locate(self, image: Pixels, camera: PinholeCamera, prior: PosePrior | None = None) -> Fix | NoFix:
         """Find the pose from an image, on a map of several levels in the frame of its level.
 
         Args:
@@ -79,7 +77,7 @@ class FloorLocalizer:
         # 10. Express the pose in the frame of the robot's level.
         return self.to_level(result)
 
-    def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
+    def detect(self, image: Pixels) -> DetectedDots:
         """Detect the dots of an image; argument and errors as for `locate`."""
         return self._detector.detect(image)
 
@@ -263,7 +261,7 @@ class FloorLocalizer:
         return levels[level].to_map(pose)
 
 
-def _upright_state(pose: ScoredPose, mount: CameraMount) -> NDArray[np.float64]:
+def _upright_state(pose: ScoredPose, mount: CameraMount) -> Floats:
     """Return the state without tilt, shape (6,), that is equivalent to a pose of the search."""
     a, scale = pose.a, abs(pose.a) - 1.0
     # A higher camera scales the view about the point below the camera, but the similarity scales it about the base.

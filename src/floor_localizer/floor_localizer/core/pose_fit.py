@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Floats, Ints
 from floor_localizer.core.constellation.alignment import GATE
 from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 
@@ -36,13 +36,13 @@ class MountedRays(NamedTuple):
         position: shape (3,), optical centre in the base frame as mounted [m].
     """
 
-    rays: NDArray[np.float64]
-    rotation: NDArray[np.float64]
-    position: NDArray[np.float64]
+    rays: Floats
+    rotation: Floats
+    position: Floats
 
 
 @njit(cache=True)
-def project_to_map(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> tuple[float, float]:
+def project_to_map(mounted: MountedRays, k: int, state: Floats) -> tuple[float, float]:
     """Return the intersection of dot ``k``'s ray with the floor, in the map frame [m].
 
     Args:
@@ -65,7 +65,7 @@ def project_to_map(mounted: MountedRays, k: int, state: NDArray[np.float64]) -> 
 
 
 @njit(cache=True)
-def _tilt(x: float, y: float, z: float, state: NDArray[np.float64]) -> tuple[float, float, float]:
+def _tilt(x: float, y: float, z: float, state: Floats) -> tuple[float, float, float]:
     """Rotate a vector of the untilted base frame by the state's roll, then its pitch."""
     cos, sin = math.cos(state[4]), math.sin(state[4])
     y, z = cos * y - sin * z, sin * y + cos * z
@@ -76,12 +76,12 @@ def _tilt(x: float, y: float, z: float, state: NDArray[np.float64]) -> tuple[flo
 @njit(cache=True)
 def fit_pose(
     mounted: MountedRays,
-    targets: NDArray[np.float64],
-    sigmas: NDArray[np.float64],
-    matched: NDArray[np.bool_],
-    prior_sigmas: NDArray[np.float64],
-    state: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    targets: Floats,
+    sigmas: Floats,
+    matched: Booleans,
+    prior_sigmas: Floats,
+    state: Floats,
+) -> Floats:
     """Fit the state to matched dots by Gauss-Newton, in place, and return its covariance, shape (6, 6).
 
     Args:
@@ -114,11 +114,11 @@ def fit_pose(
 def _add_dot(
     mounted: MountedRays,
     k: int,
-    target: NDArray[np.float64],
+    target: Floats,
     sigma: float,
-    state: NDArray[np.float64],
-    normal: NDArray[np.float64],
-    gradient: NDArray[np.float64],
+    state: Floats,
+    normal: Floats,
+    gradient: Floats,
 ) -> None:
     """Add one dot's residual to the normal equations."""
     jacobian = np.empty((2, STATE_SIZE))
@@ -161,18 +161,14 @@ class Refinement(NamedTuple):
         matches: shape (n,), index of each dot's map dot in the grid, -1 without a match.
     """
 
-    state: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    matches: NDArray[np.int64]
+    state: Floats
+    covariance: Floats
+    matches: Ints
 
 
 @njit(cache=True)
 def refine_pose(
-    grid: DotGrid,
-    mounted: MountedRays,
-    sigmas: NDArray[np.float64],
-    start: NDArray[np.float64],
-    prior_sigmas: NDArray[np.float64],
+    grid: DotGrid, mounted: MountedRays, sigmas: Floats, start: Floats, prior_sigmas: Floats
 ) -> Refinement:
     """Fit the full model to all dots that match the map under it.
 
@@ -208,7 +204,7 @@ def refine_pose(
 
 
 @njit(cache=True)
-def _is_unchanged(matches: NDArray[np.int64], previous: NDArray[np.int64]) -> bool:
+def _is_unchanged(matches: Ints, previous: Ints) -> bool:
     """Return whether all matches equal the previous ones, and copy them to the previous ones."""
     same = True
     for k in range(len(matches)):
@@ -219,12 +215,8 @@ def _is_unchanged(matches: NDArray[np.int64], previous: NDArray[np.int64]) -> bo
 
 @njit(cache=True)
 def _radii_with_tilt(
-    grid: DotGrid,
-    mounted: MountedRays,
-    sigmas: NDArray[np.float64],
-    state: NDArray[np.float64],
-    prior_sigmas: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    grid: DotGrid, mounted: MountedRays, sigmas: Floats, state: Floats, prior_sigmas: Floats
+) -> Floats:
     """Return the search radius of each dot for an unknown tilt, shape (n,) [m]."""
     n = len(sigmas)
     places = np.empty((n, 2))
@@ -240,12 +232,7 @@ def _radii_with_tilt(
 
 @njit(cache=True)
 def _match_dots(
-    grid: DotGrid,
-    mounted: MountedRays,
-    state: NDArray[np.float64],
-    radii: NDArray[np.float64],
-    matches: NDArray[np.int64],
-    targets: NDArray[np.float64],
+    grid: DotGrid, mounted: MountedRays, state: Floats, radii: Floats, matches: Ints, targets: Floats
 ) -> int:
     """Write each dot's map dot within its radius, or -1, and its position; return the number of matches."""
     matched = 0
@@ -261,11 +248,7 @@ def _match_dots(
 
 @njit(cache=True)
 def _residual_scale(
-    mounted: MountedRays,
-    state: NDArray[np.float64],
-    matches: NDArray[np.int64],
-    targets: NDArray[np.float64],
-    sigmas: NDArray[np.float64],
+    mounted: MountedRays, state: Floats, matches: Ints, targets: Floats, sigmas: Floats
 ) -> float:
     """Return a lower confidence bound of the residuals over the dots' standard deviations, from the median, which is
     robust to outliers.

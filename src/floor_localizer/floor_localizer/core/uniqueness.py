@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.constellation.acceptance import (
     AMBIGUITY_FRACTION,
     ScoredPose,
@@ -86,7 +86,7 @@ class Place:
     runner_up: tuple[float, float] | None
 
 
-def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
+def list_places(grid: DotGrid, settings: ViewSettings) -> Floats:
     """Return the places to inspect, shape (n, 2) [m]: a square lattice over the occupied floor, or some of the dots
     if no lattice point has dots in view.
 
@@ -108,7 +108,7 @@ def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
 
 
 def inspect_places(
-    floor: IndexedMap, places: NDArray[np.float64], view_settings: ViewSettings, settings: LocalizerSettings
+    floor: IndexedMap, places: Floats, view_settings: ViewSettings, settings: LocalizerSettings
 ) -> Iterator[Place]:
     """Yield the uniqueness of each place, shape (n, 2) [m]."""
     for x, y in places:
@@ -118,14 +118,7 @@ def inspect_places(
 def inspect_place(
     floor: IndexedMap, centre: tuple[float, float], view_settings: ViewSettings, settings: LocalizerSettings
 ) -> Place:
-    """Return how unique the view around a place is.
-
-    Args:
-        floor: the map.
-        centre: x and y of the view's centre [m].
-        view_settings: size of the view and accuracy of its dots.
-        settings: settings of the matching.
-    """
+    """Return how unique the view around a place, its centre x and y [m], is."""
     dots = _dots_in_view(floor.grid, *centre, view_settings.view_size)
     view = _make_view(dots - centre, floor.density, view_settings, settings)
     log_chance = _log_chance(floor, view)
@@ -149,7 +142,7 @@ def inspect_place(
     return Place(*centre, kind, len(dots), chance, _match_fraction(runner_up, view), where)
 
 
-def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> NDArray[np.float64]:
+def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> Floats:
     """Return the dots in a square around a place, shape (n, 2) [m]."""
     half = 0.5 * side
     columns = np.clip(
@@ -166,7 +159,7 @@ def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> NDArray[np.
 
 
 def _make_view(
-    points: NDArray[np.float64], density: float, view_settings: ViewSettings, settings: LocalizerSettings
+    points: Floats, density: float, view_settings: ViewSettings, settings: LocalizerSettings
 ) -> ViewDots:
     return make_view(
         points,

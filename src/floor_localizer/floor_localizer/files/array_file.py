@@ -23,10 +23,6 @@ def write_array(file: IO[bytes], array: NDArray[Any]) -> None:
 
     Numpy bypasses the file object and reports a full disk with a misleading error, or not at all.
 
-    Args:
-        file: open for writing.
-        array: array of any shape.
-
     Raises:
         OSError: the file cannot be written; with one of `DISK_FULL_ERRORS` if the disk is full.
     """

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Float32s, Pixels
 from floor_localizer.core.constellation import constellation_key, index_format
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import DotGrid
@@ -71,7 +72,7 @@ class BinaryMap:
     """
 
     floor: IndexedMap
-    diameters: NDArray[np.float32]
+    diameters: Float32s
 
 
 def save_binary(path: Path, binary_map: BinaryMap) -> None:
@@ -175,7 +176,7 @@ def load_binary(path: Path) -> BinaryMap:
     return binary_map
 
 
-def memory_map(path: Path) -> NDArray[np.uint8]:
+def memory_map(path: Path) -> Pixels:
     """Return the memory-mapped bytes of a file; the array keeps the mapping alive.
 
     A search reads single pages all over the file: read-ahead, up to megabytes per page, would load the whole file.
@@ -214,7 +215,7 @@ def _assemble(values: dict[str, Any]) -> BinaryMap:
     return BinaryMap(IndexedMap(**parts, density=values['density'], levels=levels), values['diameters'])
 
 
-def _read_header(path: Path, content: NDArray[np.uint8]) -> dict[str, Any]:
+def _read_header(path: Path, content: Pixels) -> dict[str, Any]:
     """Return the header of a complete file of this version."""
     magic, version, length, checksum = _PREFIX.unpack(content[: _PREFIX.size].tobytes())
     if magic != MAGIC:
@@ -241,7 +242,7 @@ def _array_location(header: dict[str, Any], name: str) -> ArrayLocation:
     return location
 
 
-def view_array(content: NDArray[np.uint8], location: ArrayLocation) -> NDArray[Any]:
+def view_array(content: Pixels, location: ArrayLocation) -> NDArray[Any]:
     """Return a view of one array in the content of a file."""
     part = content[location.offset : location.offset + location.bytes]
     return part.view(location.dtype).reshape(location.shape)

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Floats
 from floor_localizer.core.constellation.dot_grid import typical_spacing
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import DotMapError
@@ -26,12 +26,7 @@ _SPACING_IN_MILLIMETRES, _DIAMETER_IN_MILLIMETRES = 4.0, 0.8
 
 
 def check_dot_map(dot_map: DotMap, source: str, locate: Callable[[int], str]) -> None:
-    """Check that a map is a valid map of dots in metres.
-
-    Args:
-        dot_map: the map; NaN diameters are unknown.
-        source: name of the file, for the message.
-        locate: returns the location of a dot in the file, such as ``line 7``.
+    """Check that a map is a valid map of dots in metres; arguments as for `check_dots`.
 
     Raises:
         DotMapError: numbers that are not finite, diameters that are not positive, too few dots, duplicates, or a unit
@@ -57,16 +52,10 @@ def check_dot_count(dots: int, source: str) -> None:
         )
 
 
-def check_dots(
-    points: NDArray[np.float64], diameters: NDArray[np.float64], source: str, locate: Callable[[int], str]
-) -> None:
-    """Check each dot on its own: coordinates and diameter.
+def check_dots(points: Floats, diameters: Floats, source: str, locate: Callable[[int], str]) -> None:
+    """Check each dot on its own: its coordinates and its diameter, NaN if unknown [m].
 
-    Args:
-        points: shape (n, 2), dots [m].
-        diameters: shape (n,), diameters [m], NaN if unknown.
-        source: name of the file, for the message.
-        locate: returns the location of a dot in the file, such as ``line 7``.
+    ``locate`` returns the location of a dot in the file, such as ``line 7``.
 
     Raises:
         DotMapError: numbers that are not finite, diameters that are not positive.
@@ -84,7 +73,7 @@ def check_dots(
         )
 
 
-def _first(mask: NDArray[np.bool_]) -> int:
+def _first(mask: Booleans) -> int:
     return int(np.flatnonzero(mask)[0])
 
 
@@ -102,12 +91,9 @@ def check_units(diameter: float, spacing: float, source: str) -> None:
     )
 
 
-def find_duplicates(points: NDArray[np.float64], lower: NDArray[np.float64]) -> tuple[int, int] | None:
-    """Return two dots at the same position, the earlier one first, or None.
-
-    Args:
-        points: shape (n, 2), dots [m].
-        lower: shape (2,), origin of the quantization [m].
+def find_duplicates(points: Floats, lower: Floats) -> tuple[int, int] | None:
+    """Return two dots at the same position, the earlier one first, or None; ``lower`` is the origin of the
+    quantization.
     """
     steps = np.round((points - lower) / _SAME_PLACE).astype(np.int64)
     order = np.lexsort(steps.T)
@@ -186,16 +172,10 @@ def _check_columns(path: Path, head: str) -> None:
         )
 
 
-def parse_rows(path: Path, rows: list[str], numbers: list[int]) -> NDArray[np.float64]:
-    """Parse rows all at once, and one by one only to find the malformed one.
+def parse_rows(path: Path, rows: list[str], numbers: list[int]) -> Floats:
+    """Parse rows all at once, and one by one only to find the malformed one: x, y and diameter, shape (n, 3) [m].
 
-    Args:
-        path: path of the file, for the message.
-        rows: nonempty rows.
-        numbers: line number of each row in the file.
-
-    Returns:
-        x, y and diameter, shape (n, 3) [m], NaN for an empty diameter.
+    An empty diameter is NaN. ``numbers`` are the line numbers of the rows, which are not empty.
 
     Raises:
         DotMapError: a row is malformed.

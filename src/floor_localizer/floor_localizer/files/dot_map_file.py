@@ -46,12 +46,7 @@ def load_dots_and_index(path: Path) -> tuple[DotMap, IndexedMap]:
 
 
 def write_indexed_map(path: Path, dot_map: DotMap, floor: IndexedMap) -> None:
-    """Write a map in the binary format, atomically.
-
-    Args:
-        path: the file.
-        dot_map: the dots.
-        floor: the same map with its index, from `index_map`.
+    """Write a map, with its index from `index_map`, in the binary format, atomically.
 
     Raises:
         DotMapError: the file cannot be written.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Pixels
 from floor_localizer.core.dots import DetectedDots
 from floor_localizer.core.fix import Fix, NoFix
 
@@ -18,15 +18,9 @@ _SMALL_WIDTH = 235  # image width for the text scale _SMALL_TEXT [px]
 _SMALL_TEXT = 0.33
 
 
-def debug_picture(pixels: NDArray[np.uint8], result: Fix | NoFix) -> NDArray[np.uint8]:
-    """Draw matched dots green, unmatched ones red, and the pose or the reason for no pose.
-
-    Args:
-        pixels: shape (h, w) gray or shape (h, w, 3) blue, green, red; not modified.
-        result: result of the localizer for this image.
-
-    Returns:
-        shape (h, w, 3), blue, green, red.
+def debug_picture(pixels: Pixels, result: Fix | NoFix) -> Pixels:
+    """Return the image in blue, green, red with matched dots green, unmatched ones red, and the pose or why
+    there is none.
     """
     picture = np.array(
         cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if pixels.ndim == 2 else pixels, dtype=np.uint8
@@ -42,7 +36,7 @@ def debug_picture(pixels: NDArray[np.uint8], result: Fix | NoFix) -> NDArray[np.
     return picture
 
 
-def _draw_rings(picture: NDArray[np.uint8], dots: DetectedDots, matched: NDArray[np.bool_]) -> None:
+def _draw_rings(picture: Pixels, dots: DetectedDots, matched: Booleans) -> None:
     unit = 1 << _SUBPIXEL_BITS
     for (u, v), diameter, is_matched in zip(dots.pixels, dots.diameters, matched, strict=True):
         centre = (round(u * unit), round(v * unit))
@@ -51,7 +45,7 @@ def _draw_rings(picture: NDArray[np.uint8], dots: DetectedDots, matched: NDArray
         cv2.circle(picture, centre, radius, colour, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
 
 
-def _write(picture: NDArray[np.uint8], text: str) -> None:
+def _write(picture: Pixels, text: str) -> None:
     scale = _SMALL_TEXT * max(1.0, picture.shape[1] / _SMALL_WIDTH)
     (width, height), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, scale, 1)
     cv2.rectangle(picture, (0, 0), (width + 4, height + below + 4), _BACKGROUND, cv2.FILLED)

@@ -41,12 +41,7 @@ STARTUP_NOTICE = 'loading the map and the numba kernels (the very first start co
 def localizer_from_map_file(
     node_settings: NodeSettings, settings: LocalizerSettings, report: Callable[[str], object]
 ) -> FloorLocalizer:
-    """Return a localizer for the map of the settings, with compiled kernels.
-
-    Args:
-        node_settings: map, camera and dot detection.
-        settings: settings of the matching.
-        report: called with one line about the size of the map.
+    """Return a localizer for the map of the settings, with compiled kernels; report the size of the map in one line.
 
     Raises:
         FloorLocalizerError: a map that is missing, malformed or not in metres, or a camera that does not look at

@@ -16,12 +16,7 @@ class LocalizerReport:
     """Stores the latest result and counts all results."""
 
     def __init__(self, map_name: str, now: Callable[[], float] = monotonic) -> None:
-        """Start without results.
-
-        Args:
-            map_name: name of the map.
-            now: a monotonic clock [s].
-        """
+        """Start without results; ``now`` is a monotonic clock [s]."""
         self._map_name = map_name
         self._now = now
         self._latest: Fix | NoFix | None = None

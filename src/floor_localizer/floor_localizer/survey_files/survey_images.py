@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Protocol, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Ints, Pixels
 from floor_localizer.core.survey.survey_image import SurveyImage
 from shirube_bags.bag_reader import BagReader
 from shirube_core.files import atomic_write
@@ -18,8 +18,6 @@ from shirube_ros.file_errors import ImageFileError
 from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
 from shirube_ros.image_files import load_image
 from shirube_ros.message_error import MessageError
-
-Pixels = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -132,7 +130,7 @@ class PackedImages(Sequence[SurveyImage]):
 
     path: Path
     frames: list[Frame]
-    ends: NDArray[np.int64]
+    ends: Ints
 
     def __len__(self) -> int:
         """Return the number of images."""

@@ -8,8 +8,8 @@ import math
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.survey.floor_survey import SurveyResult
 from floor_localizer.survey_files.survey_run import SurveyRun
 from shirube_core.files import atomic_write, write_text
@@ -36,7 +36,7 @@ class LengthHistogram:
         """Root mean square of the lengths [m]."""
         return math.sqrt(self._squares / max(self.count, 1))
 
-    def add(self, lengths: NDArray[np.float64]) -> None:
+    def add(self, lengths: Floats) -> None:
         """Add lengths, shape (n,) [m]."""
         counts = np.bincount((lengths / _BIN_WIDTH).astype(np.int64), minlength=len(self._counts))
         counts[: len(self._counts)] += self._counts
@@ -53,12 +53,7 @@ _MAX_LISTED = 10
 
 
 def survey_report(run: SurveyRun, scale: float | None) -> str:
-    """Return the statistics of a survey as text.
-
-    Args:
-        run: the survey.
-        scale: scale factor from the known length, None without one.
-    """
+    """Return the statistics of a survey as text, with the scale factor from the known length, if there is one."""
     result = run.result
     lengths = LengthHistogram()
     for _, residuals in result.residuals:

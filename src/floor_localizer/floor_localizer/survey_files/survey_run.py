@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
+from floor_localizer.core.arrays import Floats, Pixels
 from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
@@ -30,14 +30,7 @@ _MIN_DOTS = 8
 
 
 def detect_dots(checkpoint: Checkpoint, chunk: int, batch: ImageBatch, names: Sequence[str]) -> None:
-    """Detect the dots of a chunk of images.
-
-    Args:
-        checkpoint: checkpoint of the survey.
-        chunk: number of the chunk.
-        batch: images of the chunk.
-        names: names of the images, for messages.
-    """
+    """Detect the dots of a chunk of images; their names are for messages."""
     detector = DotDetector()
     found: dict[int, Detection] = {}
     for (index, pixels), name in zip(batch, names, strict=True):
@@ -45,7 +38,7 @@ def detect_dots(checkpoint: Checkpoint, chunk: int, batch: ImageBatch, names: Se
     checkpoint.save_dots(chunk, found)
 
 
-def _detect_image(detector: DotDetector, pixels: NDArray[np.uint8], name: str) -> Detection:
+def _detect_image(detector: DotDetector, pixels: Pixels, name: str) -> Detection:
     """Return the dots of an image, or a message that they are too few to match another image."""
     dots = detector.detect(pixels)
     if len(dots) < _MIN_DOTS:
@@ -58,18 +51,13 @@ def build_span_submaps(
     span: int,
     packed: PackedImages,
     first: int,
-    position: NDArray[np.float64],
+    position: Floats,
     settings: SurveySettings,
 ) -> None:
     """Build the submaps of a span of images: one, or several where consecutive images do not match.
 
-    Args:
-        checkpoint: checkpoint of the survey.
-        span: number of the span; consecutive spans share an image.
-        packed: images of the span.
-        first: index in the survey of the first image.
-        position: optical centre in the base frame, shape (3,) [m].
-        settings: survey settings.
+    Consecutive spans share an image; ``first`` is the index in the survey of the first image, ``position`` the optical
+    centre in the base frame, shape (3,) [m].
     """
     images, submaps = list(packed), list[Submap]()
     begin, last, is_continuation = 0, len(images) - 1, span > 0

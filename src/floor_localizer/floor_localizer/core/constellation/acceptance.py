@@ -23,6 +23,7 @@ from numba import njit
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.alignment import match_view, match_view_robustly
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.view_dots import ViewDots
@@ -31,7 +32,7 @@ from shirube_core.geometry import SE2
 
 @njit(cache=True)
 def log_chance_alignments(
-    residuals: NDArray[np.float64],
+    residuals: Floats,
     smallest_residual: float,
     distance: float,
     dots_in_map: float,
@@ -121,9 +122,9 @@ class SearchState(NamedTuple):
     """
 
     poses: NDArray[Any]
-    counts: NDArray[np.int64]
-    matches: NDArray[np.int64]
-    residuals: NDArray[np.float64]
+    counts: Ints
+    matches: Ints
+    residuals: Floats
     candidate_dots: float
     log_threshold: float
     min_matches: float
@@ -221,7 +222,7 @@ def _is_same_pose(grid: DotGrid, view: ViewDots, pose: ScoredPose, other: Scored
 
 
 @njit(cache=True)
-def _match_extent(view: ViewDots, matches: NDArray[np.int64]) -> float:
+def _match_extent(view: ViewDots, matches: Ints) -> float:
     """Return the largest distance between matched dots [m]; for many dots, the diagonal of their bounding box."""
     matched = view.points[matches >= 0]
     if len(matched) > _MANY_MATCHES:

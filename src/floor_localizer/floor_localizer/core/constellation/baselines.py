@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.constellation_key import INNER_DOTS
 from floor_localizer.core.constellation.view_dots import ViewDots
 
@@ -16,7 +16,7 @@ MAX_QUADRUPLES = 1024
 
 
 @njit(cache=True)
-def distance(points: NDArray[np.float64], i: int, j: int) -> float:
+def distance(points: Floats, i: int, j: int) -> float:
     """Return the distance between two dots [m]."""
     dx = np.float64(points[i, 0]) - np.float64(points[j, 0])
     dy = np.float64(points[i, 1]) - np.float64(points[j, 1])
@@ -25,12 +25,7 @@ def distance(points: NDArray[np.float64], i: int, j: int) -> float:
 
 @njit(cache=True)
 def dots_in_lune(
-    points: NDArray[np.float64],
-    first: int,
-    second: int,
-    neighbours: NDArray[np.int64],
-    longest: float,
-    lune: NDArray[np.int64],
+    points: Floats, first: int, second: int, neighbours: Ints, longest: float, lune: Ints
 ) -> int:
     """Write the dots within ``longest`` of both ends of a baseline, and return their number.
 
@@ -57,16 +52,10 @@ def dots_in_lune(
 
 
 @njit(cache=True)
-def list_quadruples(
-    points: NDArray[np.float64], lune: NDArray[np.int64], longest: float, quadruples: NDArray[np.int64]
-) -> int:
-    """Write all quadruples of dots of a lune with mutual distances up to ``longest``, and return their number.
+def list_quadruples(points: Floats, lune: Ints, longest: float, quadruples: Ints) -> int:
+    """Write all quadruples of dots of a lune with mutual distances up to ``longest`` [m], and return their number.
 
-    Args:
-        points: shape (n, 2), dots [m].
-        lune: shape (m,), dots in the lune.
-        longest: maximum distance between two dots [m].
-        quadruples: shape (MAX_QUADRUPLES, 4), output; quadruples beyond its size are left out.
+    Those beyond the size of ``quadruples``, shape (MAX_QUADRUPLES, 4), are left out.
     """
     adjacency = _close_pairs(points, lune, longest)
     count = 0
@@ -88,7 +77,7 @@ def list_quadruples(
 
 
 @njit(cache=True)
-def _close_pairs(points: NDArray[np.float64], lune: NDArray[np.int64], longest: float) -> NDArray[np.int64]:
+def _close_pairs(points: Floats, lune: Ints, longest: float) -> Ints:
     """Return a bit mask for each dot of a lune: the dots before it that are within ``longest`` [m]."""
     adjacency = np.zeros(len(lune), dtype=np.int64)
     for i in range(len(lune)):
@@ -113,9 +102,9 @@ class ViewBaselines(NamedTuple):
         lune_counts: shape (p,), numbers of dots in the lunes.
     """
 
-    ends: NDArray[np.int64]
-    lengths: NDArray[np.float64]
-    lune_counts: NDArray[np.int64]
+    ends: Ints
+    lengths: Floats
+    lune_counts: Ints
 
 
 @njit(cache=True)
@@ -147,9 +136,7 @@ def list_baselines(view: ViewDots, min_length: float, max_length: float) -> View
 
 
 @njit(cache=True)
-def _sort_order(
-    lune_counts: NDArray[np.int64], lengths: NDArray[np.float64], max_length: float
-) -> NDArray[np.int64]:
+def _sort_order(lune_counts: Ints, lengths: Floats, max_length: float) -> Ints:
     """Return the order by lune count, then from long to short in classes of length (a counting sort)."""
     starts = np.zeros((VIEW_LUNE_DOTS_MAX + 1) * _LENGTH_CLASSES + 1, dtype=np.int64)
     classes = np.empty(len(lune_counts), dtype=np.int64)

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.baselines import MAX_QUADRUPLES, list_quadruples
 from floor_localizer.core.constellation.constellation_key import (
     INNER_DOTS,
@@ -67,12 +68,12 @@ class Neighbourhood(NamedTuple):
         candidates: shape (64,), buffer for the unsorted neighbours.
     """
 
-    dots: NDArray[np.int64]
-    points: NDArray[np.float64]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    squared: NDArray[np.float64]
-    candidates: NDArray[np.int64]
+    dots: Ints
+    points: Floats
+    x: Floats
+    y: Floats
+    squared: Floats
+    candidates: Ints
 
 
 class _KeyBuffers(NamedTuple):
@@ -84,9 +85,9 @@ class _KeyBuffers(NamedTuple):
         recoverable: shape (2,), whether the other end can be recovered from each end's entry.
     """
 
-    xy: NDArray[np.float64]
-    steps: NDArray[np.int64]
-    recoverable: NDArray[np.int64]
+    xy: Floats
+    steps: Ints
+    recoverable: Ints
 
 
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
@@ -162,7 +163,7 @@ def _add_entries(
     grid: DotGrid,
     neighbourhood: Neighbourhood,
     second: int,
-    quadruples: NDArray[np.int64],
+    quadruples: Ints,
     index_offset: int,
     rules: IndexRules,
     buffers: _KeyBuffers,
@@ -249,7 +250,7 @@ def _find_neighbours(grid: DotGrid, first: int, radius: float, neighbourhood: Ne
 
 
 @njit(cache=True)
-def _dots_in_lune(neighbourhood: Neighbourhood, second: int, lune: NDArray[np.int64]) -> int:
+def _dots_in_lune(neighbourhood: Neighbourhood, second: int, lune: Ints) -> int:
     """Write the dots in the lune of the baseline from the centre dot to ``second`` and return their number.
 
     Returns 0 if the baseline is not indexed. As the dots are sorted by distance, only those before ``second`` are
@@ -272,26 +273,10 @@ def _dots_in_lune(neighbourhood: Neighbourhood, second: int, lune: NDArray[np.in
 
 
 @njit(cache=True)
-def _quantize_key(
-    points: NDArray[np.float64],
-    second: int,
-    inner_dots: NDArray[np.int64],
-    step: float,
-    xy: NDArray[np.float64],
-    steps: NDArray[np.int64],
-) -> int:
-    """Write the canonical key of one constellation: the inner dots are on average closer to its first end.
+def _quantize_key(points: Floats, second: int, inner_dots: Ints, step: float, xy: Floats, steps: Ints) -> int:
+    """Write the canonical key of one constellation to ``steps``; return 1 if the ends were swapped, else 0.
 
-    Args:
-        points: shape (n, 2), dots [m]; the first is one end of the baseline.
-        second: index of the other end.
-        inner_dots: shape (4,), indices of the inner dots.
-        step: quantization step [baseline lengths].
-        xy: shape (4, 2), buffer.
-        steps: shape (8,), output: the key.
-
-    Returns:
-        1 if the ends were swapped, else 0.
+    In a canonical key the inner dots are on average closer to its first end, which is dot 0.
     """
     baseline_coordinates(points, np.int64(0), second, inner_dots, xy)
     swapped = 1 if mean_x_offset(xy) > 0.0 else 0

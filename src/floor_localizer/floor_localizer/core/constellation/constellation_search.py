@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.constellation.acceptance import SearchState, score_hypothesis
 from floor_localizer.core.constellation.alignment import verify_hypothesis
 from floor_localizer.core.constellation.baselines import (
@@ -99,7 +99,7 @@ def search_constellations(
 
 
 @njit(cache=True)
-def rounds_for_index(keys: int) -> NDArray[np.float64]:
+def rounds_for_index(keys: int) -> Floats:
     """Return the rounds for an index with a number of keys, shape (r, 4): probability and misfit ranges."""
     return _LARGE_INDEX_ROUNDS if keys > _LARGE_INDEX_KEYS else _ROUNDS
 
@@ -110,7 +110,7 @@ def run_search_rounds(
     index: ConstellationIndex,
     view: ViewDots,
     search: SearchState,
-    rounds: NDArray[np.float64],
+    rounds: Floats,
     max_cells: int,
 ) -> bool:
     """Look up the view's constellations in the rounds of `rounds_for_index`; else as `search_constellations`."""
@@ -257,7 +257,7 @@ def _is_key_match(
     view: ViewDots,
     lookups: Lookups,
     owner: int,
-    key: NDArray[np.float64],
+    key: Floats,
     index: ConstellationIndex,
     entry: np.uint64,
     current_round: SearchRound,
@@ -273,7 +273,7 @@ def _is_key_match(
 
 
 @njit(cache=True)
-def _misfit(key: NDArray[np.float64], xy: NDArray[np.float64]) -> float:
+def _misfit(key: Floats, xy: Floats) -> float:
     """Return the sum of squared residuals of the least-squares similarity from a view's six dots to a key's.
 
     Args:

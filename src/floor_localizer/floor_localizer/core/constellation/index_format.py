@@ -39,12 +39,9 @@ _SEARCH_RADIUS = 1.1 * math.hypot(LENGTH_ROUNDING, math.pi / _DIRECTIONS)
 
 @njit(cache=True)
 def pack_baseline(dx: float, dy: float, longest: float) -> np.uint64:
-    """Return the bits of an entry for the length and direction of a baseline.
+    """Return the bits of an entry for a baseline, from the dot at (0, 0) to that at (1, 0) by (dx, dy) [m].
 
-    Args:
-        dx: offset of the dot at (1, 0) from the dot at (0, 0) along x [m].
-        dy: the same along y [m].
-        longest: maximum length of the index's baselines [m].
+    ``longest`` is the maximum length of the index's baselines [m].
     """
     angle = math.atan2(dy, dx) / (2.0 * math.pi)
     direction = math.floor(angle * _DIRECTIONS + 0.5) % _DIRECTIONS
@@ -55,13 +52,7 @@ def pack_baseline(dx: float, dy: float, longest: float) -> np.uint64:
 
 @njit(cache=True)
 def pack_entry(subcell: np.uint64, packed_baseline: np.uint64, first: int) -> np.uint64:
-    """Return the entry of a constellation.
-
-    Args:
-        subcell: subcell of the key, from `pack_subcell`.
-        packed_baseline: length and direction, from `pack_baseline`.
-        first: index of the dot at (0, 0), less than `DOTS_MAX`.
-    """
+    """Return the entry of a constellation, from `pack_subcell`, `pack_baseline` and the index of the dot at (0, 0)."""
     return subcell << _SUBCELL_SHIFT | packed_baseline | np.uint64(first)
 
 
@@ -87,11 +78,7 @@ def length_of_entry(entry: np.uint64, longest: float) -> float:
 def second_dot_of_entry(grid: DotGrid, entry: np.uint64, first: int, longest: float) -> int:
     """Return the index of the dot at (1, 0), or -1 if there is none.
 
-    Args:
-        grid: the map, or the part of it around the baseline.
-        entry: the packed constellation.
-        first: index of the dot at (0, 0) in that grid.
-        longest: maximum length of the index's baselines [m].
+    ``first`` is the dot at (0, 0) in the grid: the map, or the part of it around the baseline.
     """
     length = length_of_entry(entry, longest)
     direction = np.float64((entry >> _DIRECTION_SHIFT) & _DIRECTION_MASK)
@@ -145,11 +132,7 @@ class IndexRules(NamedTuple):
 
 
 def index_rules(dots: int, cell: float) -> IndexRules:
-    """Return how a map is indexed, from the number of its dots only: its parts can be indexed separately.
-
-    Args:
-        dots: number of dots.
-        cell: side of the grid's cells [m].
+    """Return how a map is indexed, from the number of its dots and the side of its cells [m]; parts are indexed alike.
 
     Raises:
         FloorLocalizerError: there are more dots than an entry can address.

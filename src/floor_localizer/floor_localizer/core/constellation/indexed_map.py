@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Pixels
 from floor_localizer.core.constellation.constellation_index import (
     ConstellationIndex,
     build_constellation_index,
@@ -33,7 +33,7 @@ class OccupancyBitmap(NamedTuple):
         block: side of a block [m].
     """
 
-    bits: NDArray[np.uint8]
+    bits: Pixels
     x0: float
     y0: float
     block: float

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Complexes, Floats, Ints
 from floor_localizer.core.constellation.acceptance import BEST, SearchState, is_accepted, score_hypothesis
 from floor_localizer.core.constellation.alignment import GATE, verify_hypothesis
 from floor_localizer.core.constellation.baselines import distance
@@ -42,7 +42,7 @@ def search_pairs(
 
 
 @njit(cache=True)
-def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.int64]:
+def choose_pairs(view: ViewDots, shortest: float, longest: float) -> Ints:
     """List the pairs of dots with a length in a range [m], shape (p, 2), pairs of unused dots first."""
     n, m = view.neighbours.shape
     pairs = np.empty((n * m, 2), dtype=np.int64)
@@ -64,7 +64,7 @@ def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.
 
 @njit(cache=True)
 def _match_pair_to_map(
-    grid: DotGrid, occupancy: OccupancyBitmap, view: ViewDots, search: SearchState, seeds: NDArray[np.int64]
+    grid: DotGrid, occupancy: OccupancyBitmap, view: ViewDots, search: SearchState, seeds: Ints
 ) -> None:
     """Match one pair of the view to all map pairs of its length, without stopping early, to detect ambiguity."""
     length = distance(view.points, seeds[0], seeds[1])
@@ -98,7 +98,7 @@ def _match_pair_to_map(
 
 
 @njit(cache=True)
-def _neighbour_offsets(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.complex128]:
+def _neighbour_offsets(view: ViewDots, seeds: Ints) -> Complexes:
     """Return the positions of the neighbours of a pair in the pair's frame: first dot at 0, second at 1."""
     zi, zj = view.z[seeds[0]], view.z[seeds[1]]
     distances = np.abs(view.z - 0.5 * (zi + zj))
@@ -109,12 +109,7 @@ def _neighbour_offsets(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.c
 
 @njit(cache=True)
 def _has_neighbours_on_map(
-    occupancy: OccupancyBitmap,
-    neighbour_offsets: NDArray[np.complex128],
-    x: float,
-    y: float,
-    dx: float,
-    dy: float,
+    occupancy: OccupancyBitmap, neighbour_offsets: Complexes, x: float, y: float, dx: float, dy: float
 ) -> bool:
     """Return whether enough neighbours of a pair are on the map when the pair is at (x, y) and (x+dx, y+dy)."""
     misses = 0
@@ -137,7 +132,7 @@ def search_near(
     grid: DotGrid,
     view: ViewDots,
     search: SearchState,
-    expected: NDArray[np.float64],
+    expected: Floats,
     radius: float,
     yaw_tolerance: float,
     max_pairs: int,

@@ -7,14 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from floor_localizer.core.arrays import Complexes, Floats, Ints
 
 # Expected number of dots in the first search circle, as a multiple of the wanted number; fewer near the border.
 _OVERSAMPLING = 1.5
 
 
 @njit(cache=True)
-def sort_neighbours(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
+def sort_neighbours(points: Floats, limit: int) -> Ints:
     """Return the indices of up to ``limit`` neighbours of each dot, shape (n, 2), nearest first, shape (n, m)."""
     n = len(points)
     m = max(min(n - 1, limit), 0)
@@ -38,21 +39,14 @@ def sort_neighbours(points: NDArray[np.float64], limit: int) -> NDArray[np.int64
 
 
 @njit(cache=True)
-def _area(points: NDArray[np.float64]) -> float:
+def _area(points: Floats) -> float:
     """Return the area of the bounding box of points, shape (n, 2)."""
     x, y = points[:, 0], points[:, 1]
     return float((np.max(x) - np.min(x)) * (np.max(y) - np.min(y)))
 
 
 @njit(cache=True)
-def _sort_within(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    i: int,
-    limit: float,
-    squared: NDArray[np.float64],
-    near: NDArray[np.int64],
-) -> int:
+def _sort_within(x: Floats, y: Floats, i: int, limit: float, squared: Floats, near: Ints) -> int:
     """Write the indices of the dots up to a squared distance from dot i to ``near``, sorted; return their number.
 
     The dots are sorted by x; ``squared`` is a buffer for their squared distances.
@@ -88,9 +82,9 @@ class ViewDots(NamedTuple):
         density: density of the map's dots on the occupied floor [1/m^2].
     """
 
-    points: NDArray[np.float64]
-    z: NDArray[np.complex128]
-    neighbours: NDArray[np.int64]
+    points: Floats
+    z: Complexes
+    neighbours: Ints
     sigma: float
     tilt_distortion: float
     scale_tolerance: float
@@ -98,7 +92,7 @@ class ViewDots(NamedTuple):
 
 
 def make_view(
-    points: NDArray[np.float64], sigma: float, tilt_distortion: float, scale_tolerance: float, density: float
+    points: Floats, sigma: float, tilt_distortion: float, scale_tolerance: float, density: float
 ) -> ViewDots:
     """Return the view of dots on the floor at ``points``, shape (n, 2) [m]; other arguments as in `ViewDots`."""
     z = points[:, 0] + 1j * points[:, 1]

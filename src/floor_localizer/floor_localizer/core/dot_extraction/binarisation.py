@@ -5,8 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Float32s, Pixels
 from floor_localizer.core.settings import DotDetectorSettings
 
 # The background varies slowly, so it is computed in a coarser image, in which the largest dot has this diameter [px].
@@ -18,10 +18,9 @@ _SMOOTHING = 0.3
 _EDGE = 0.02
 
 
-def smooth_background(
-    image: NDArray[np.uint8], polarity: str, largest_diameter: float
-) -> NDArray[np.float32]:
-    """Return the floor's luminance under and around the dots.
+def smooth_background(image: Pixels, polarity: str, largest_diameter: float) -> Float32s:
+    """Return the floor's luminance under and around the dots, at least 1, shape (rows, columns, channels), at low
+    resolution.
 
     Dots are replaced by their surroundings: morphological closing removes dark dots, opening light ones, a median both.
     All three preserve the edges of shadows, which a low-pass filter would blur.
@@ -30,9 +29,6 @@ def smooth_background(
         image: shape (h, w, channels), slightly smoothed grey levels.
         polarity: ``dark``, ``light`` or ``any``.
         largest_diameter: diameter of the largest dot [px].
-
-    Returns:
-        shape (rows, columns, channels), grey levels in reduced resolution, at least 1.
     """
     height, width, channels = image.shape
     factor = max(1, int(largest_diameter / _COARSE_DIAMETERS[polarity]))
@@ -49,19 +45,19 @@ def smooth_background(
     return np.maximum(floor, np.float32(1.0)).reshape(coarse.shape)
 
 
-def _smooth_plateaus(floor: NDArray[np.float32], window: int) -> NDArray[np.float32]:
+def _smooth_plateaus(floor: Float32s, window: int) -> Float32s:
     # Two box filters approximate a Gaussian in constant time.
     smooth = cv2.blur(cv2.blur(floor, (window, window)), (window, window)).reshape(floor.shape)
     return np.asarray(np.where(np.abs(smooth - floor) <= _EDGE * floor, smooth, floor), dtype=np.float32)
 
 
-def upsample(background: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
+def upsample(background: Float32s, width: int, height: int) -> Float32s:
     """Return the background in full resolution, shape (height, width, channels)."""
     fine = cv2.resize(background, (width, height), interpolation=cv2.INTER_LINEAR)
     return fine.reshape(height, width, background.shape[2])
 
 
-def _remove_dots(image: NDArray[np.uint8], polarity: str, window: int) -> NDArray[np.uint8]:
+def _remove_dots(image: Pixels, polarity: str, window: int) -> Pixels:
     if polarity == 'any':
         # Twice the dots' size, so that dots are a minority in the window.
         filtered = cv2.medianBlur(image, 2 * window + 1)
@@ -94,18 +90,12 @@ _SMALLEST_CONTRAST = 0.02
 
 
 def contrast_threshold(
-    image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str, settings: DotDetectorSettings
-) -> NDArray[np.float32]:
-    """Return the minimum contrast of a dot's pixels, for tiles of the image, shape (rows, columns).
+    image: Pixels, background: Float32s, polarity: str, settings: DotDetectorSettings
+) -> Float32s:
+    """Return the minimum contrast of a dot's pixels, for tiles of a slightly smoothed image, shape (rows, columns).
 
     It is above the noise and texture of the local floor, and a fraction of the typical contrast of dots, so that the
-    outline of a dot does not depend on the illumination.
-
-    Args:
-        image: shape (h, w, channels), slightly smoothed grey levels.
-        background: shape (rows, columns, channels), grey levels of the floor, from :func:`smooth_background`.
-        polarity: ``dark``, ``light``, or ``any``.
-        settings: settings of dot extraction.
+    outline of a dot does not depend on the illumination. ``background`` is that of `smooth_background`.
     """
     height, width = image.shape[:2]
     tile = _TILE * settings.largest_diameter(width, height)
@@ -126,25 +116,18 @@ def contrast_threshold(
     return np.asarray(np.maximum(floor, settings.minimum_relative_contrast * typical), dtype=np.float32)
 
 
-def _typical_contrast(contrasts_of_dots: NDArray[np.float32]) -> float:
+def _typical_contrast(contrasts_of_dots: Float32s) -> float:
     # Weighted median (weights: squares), robust to wet spots and shadows, which are large but have little contrast.
     contrasts_of_dots = np.sort(contrasts_of_dots)
     covered = np.cumsum(np.square(contrasts_of_dots))
     return float(contrasts_of_dots[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
-def binarise(
-    image: NDArray[np.uint8], background: NDArray[np.float32], polarity: str, threshold: NDArray[np.float32]
-) -> NDArray[np.uint8]:
+def binarise(image: Pixels, background: Float32s, polarity: str, threshold: Float32s) -> Pixels:
     """Return the binary image, shape (h, w): not 0 where the contrast is above the threshold, else 0.
 
-    For dark or light dots the thresholds are rounded to integer grey levels.
-
-    Args:
-        image: shape (h, w, channels), slightly smoothed grey levels.
-        background: shape (rows, columns, channels), grey levels of the floor, from :func:`smooth_background`.
-        polarity: ``dark``, ``light``, or ``any``.
-        threshold: shape (rows, columns), minimum contrast of a dot, from :func:`contrast_threshold`.
+    Image and background are those of `contrast_threshold`, which gives the threshold. For dark or light dots the
+    thresholds are rounded to integer grey levels.
     """
     height, width = image.shape[:2]
     sign = SIGNS[polarity]
@@ -164,8 +147,8 @@ def binarise(
 
 @njit(cache=True, error_model='numpy')
 def _floor_thresholds(
-    contrast: NDArray[np.float32], rounding: NDArray[np.float32], rows: int, columns: int, sigmas: float
-) -> NDArray[np.float32]:
+    contrast: Float32s, rounding: Float32s, rows: int, columns: int, sigmas: float
+) -> Float32s:
     # The bare floor's contrast plus a number of standard deviations, for each of rows x columns tiles.
     height, width = contrast.shape
     thresholds = np.empty((rows, columns), np.float32)
@@ -186,15 +169,11 @@ def _floor_thresholds(
 
 
 @njit(cache=True, error_model='numpy')
-def relative_contrast(
-    image: NDArray[np.uint8], background: NDArray[np.float32], sign: float
-) -> NDArray[np.float32]:
+def relative_contrast(image: Pixels, background: Float32s, sign: float) -> Float32s:
     """Return the contrast of each pixel to the floor as a fraction of the floor's luminance, shape (h, w).
 
-    Args:
-        image: shape (h, w, channels), grey levels.
-        background: shape (h, w, channels), grey levels of the floor.
-        sign: 1 for light dots, -1 for dark ones, 0 for the root mean square over the channels.
+    Image and background have the same shape, (h, w, channels). The sign is 1 for light dots, -1 for dark ones, and 0
+    for the root mean square over the channels.
     """
     height, width, channels = image.shape
     result = np.empty((height, width), np.float32)

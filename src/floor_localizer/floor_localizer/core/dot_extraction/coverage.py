@@ -6,10 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Image = NDArray[np.uint8]
-Field = NDArray[np.float32]
-Vector = NDArray[np.float64]
-PixelIndices = NDArray[np.int64]
+from floor_localizer.core.arrays import Float32s, Floats, Ints, Pixels
 
 # Level of the floor: mean of the ring's inliers, within this number of standard deviations of the median. Median and
 # deviation are from a sample; the deviation is the distance of the nearer sextile, as outliers are on one side.
@@ -21,13 +18,9 @@ _UPPER_FRACTION = 0.25
 
 
 @njit(cache=True, error_model='numpy')
-def contrast_direction(image: Image, background: Field, indices: PixelIndices) -> Vector:
-    """Return the unit vector of the mean contrast of some pixels to the floor, over the channels.
-
-    Args:
-        image: shape (h, w, channels), grey levels.
-        background: shape (h, w, channels), grey levels of the floor.
-        indices: shape (n, 2), rows and columns of the pixels.
+def contrast_direction(image: Pixels, background: Float32s, indices: Ints) -> Floats:
+    """Return the unit vector of the mean contrast to the floor of the pixels (row, column) of ``indices``, over the
+    channels.
     """
     direction = np.zeros(image.shape[2])
     for k in range(len(indices)):
@@ -38,7 +31,7 @@ def contrast_direction(image: Image, background: Field, indices: PixelIndices) -
 
 
 @njit(cache=True, error_model='numpy')
-def contrast_along(image: Image, background: Field, indices: PixelIndices, direction: Vector) -> Vector:
+def contrast_along(image: Pixels, background: Float32s, indices: Ints, direction: Floats) -> Floats:
     """Return the contrasts of pixels to the floor along a direction, as fractions of the floor, shape (n,)."""
     result = np.zeros(len(indices))
     for k in range(len(indices)):
@@ -49,7 +42,7 @@ def contrast_along(image: Image, background: Field, indices: PixelIndices, direc
 
 
 @njit(cache=True, error_model='numpy')
-def floor_level(ring: Vector) -> float:
+def floor_level(ring: Floats) -> float:
     """Return the mean of a ring's contrasts, shape (n,), without outliers; 0 without a ring."""
     if len(ring) == 0:
         return 0.0
@@ -66,7 +59,7 @@ def floor_level(ring: Vector) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _sorted_sample(values: Vector) -> Vector:
+def _sorted_sample(values: Floats) -> Floats:
     step = -(-len(values) // _SAMPLE_SIZE)
     sample = values[::step].copy()
     for k in range(1, len(sample)):
@@ -79,7 +72,7 @@ def _sorted_sample(values: Vector) -> Vector:
 
 
 @njit(cache=True, error_model='numpy')
-def dot_level(inside: Vector) -> float:
+def dot_level(inside: Floats) -> float:
     """Return the mean of the upper quarter of the contrasts of a blob's pixels, shape (n,)."""
     top = np.max(inside)
     if top <= 0.0:
@@ -112,18 +105,11 @@ _QUANTILE = 0.4
 _QUANTILE_OF_NORMAL = 0.5244
 
 
-def noise_at(image: NDArray[np.uint8], pixels: NDArray[np.integer]) -> NDArray[np.float64]:
-    """Return the standard deviation of the image noise around each of some pixels.
+def noise_at(image: Pixels, pixels: NDArray[np.integer]) -> Floats:
+    """Return the standard deviation of the image noise around pixels (u, v), shape (n,), at least that of rounding.
 
     It is estimated from second differences of pixels two columns apart: they are zero for an illumination gradient and
     include correlated noise (demosaicing, compression, floor texture).
-
-    Args:
-        image: shape (h, w, channels), grey levels, not smoothed.
-        pixels: shape (n, 2), u and v [px].
-
-    Returns:
-        shape (n,) [grey levels]; at least the quantization noise of integer levels.
     """
     size = max(_SMALLEST_TILE, max(image.shape[:2]) // _TILES_PER_SIDE)
     tiles = _noise_tiles(image, size)
@@ -131,7 +117,7 @@ def noise_at(image: NDArray[np.uint8], pixels: NDArray[np.integer]) -> NDArray[n
 
 
 @njit(cache=True)
-def _noise_tiles(image: NDArray[np.uint8], size: int) -> NDArray[np.float64]:
+def _noise_tiles(image: Pixels, size: int) -> Floats:
     height, width, channels = image.shape
     rows, columns = (height + size - 1) // size, (width + size - 1) // size
     noise = np.empty((rows, columns))
@@ -152,7 +138,7 @@ def _noise_tiles(image: NDArray[np.uint8], size: int) -> NDArray[np.float64]:
 
 
 @njit(cache=True)
-def _noise_sigma(counts: NDArray[np.int64]) -> float:
+def _noise_sigma(counts: Ints) -> float:
     # Differences are integers: bin k represents the interval k - 1/2 to k + 1/2.
     wanted = _QUANTILE * np.sum(counts)
     below = 0.0

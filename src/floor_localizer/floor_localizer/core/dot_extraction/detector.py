@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Pixels
 from floor_localizer.core.dot_extraction.binarisation import (
     binarise,
     contrast_threshold,
@@ -58,7 +58,7 @@ class DotDetector:
                 f'minimum_diameter ({smallest:g} px), or 0'
             )
 
-    def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
+    def detect(self, image: Pixels) -> DetectedDots:
         """Detect the dots of one image.
 
         Args:
@@ -94,7 +94,7 @@ class DotDetector:
         sigmas = centroid_sigmas(blobs, elongations[kept], split[kept])
         return DetectedDots(blobs.pixels, blobs.diameters, sigmas)
 
-    def _select_channels(self, image: NDArray[np.uint8], largest: float) -> tuple[NDArray[np.uint8], str]:
+    def _select_channels(self, image: Pixels, largest: float) -> tuple[Pixels, str]:
         # The image as (h, w, 1) if brightness distinguishes the dots, else as (h, w, 3); and the polarity.
         polarity = self.settings.polarity
         planes = np.ascontiguousarray(image).reshape(*image.shape[:2], -1)
@@ -105,7 +105,7 @@ class DotDetector:
         return planes, polarity
 
 
-def check_image(image: NDArray[np.uint8]) -> None:
+def check_image(image: Pixels) -> None:
     """Check type, shape and size of an image.
 
     Raises:

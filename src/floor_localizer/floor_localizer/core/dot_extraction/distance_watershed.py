@@ -6,10 +6,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Ints, Pixels
+
 
 @njit(cache=True, error_model='numpy')
 def distance_watershed(
-    raster: NDArray[np.uint8], thin: float, largest_waist: float, smallest_radius: float
+    raster: Pixels, thin: float, largest_waist: float, smallest_radius: float
 ) -> tuple[NDArray[np.int32], int]:
     """Split a binary shape at its waists, after removing thin parts.
 
@@ -35,7 +37,7 @@ def distance_watershed(
 
 
 @njit(cache=True, error_model='numpy')
-def _squared_distances(raster: NDArray[np.uint8]) -> NDArray[np.int32]:
+def _squared_distances(raster: Pixels) -> NDArray[np.int32]:
     # Squared Euclidean distance of each pixel inside to the nearest one outside: an integer.
     height, width = raster.shape
     far = height + width
@@ -95,7 +97,7 @@ def _flood(
 
 
 @njit(cache=True, error_model='numpy')
-def _pixels_by_distance(values: NDArray[np.int32]) -> NDArray[np.int64]:
+def _pixels_by_distance(values: NDArray[np.int32]) -> Ints:
     # Indices of the positive values, largest first (a counting sort).
     starts = np.zeros(np.max(values) + 2, np.int64)
     for value in values:
@@ -112,16 +114,14 @@ def _pixels_by_distance(values: NDArray[np.int32]) -> NDArray[np.int64]:
 
 
 @njit(cache=True, error_model='numpy')
-def _find_root(parents: NDArray[np.int64], node: int) -> int:
+def _find_root(parents: Ints, node: int) -> int:
     while parents[node] != node:
         node = parents[node]
     return node
 
 
 @njit(cache=True, error_model='numpy')
-def _number_basins(
-    owner: NDArray[np.int64], parents: NDArray[np.int64], height: int, width: int
-) -> tuple[NDArray[np.int32], int]:
+def _number_basins(owner: Ints, parents: Ints, height: int, width: int) -> tuple[NDArray[np.int32], int]:
     numbers = np.zeros(owner.size, np.int32)
     basins = np.zeros(owner.size, np.int32)
     count = 0

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Ints, Pixels
+
 Labels = NDArray[np.int32]
 """Label image, shape (h, w): 0 is the floor, blobs are numbered from 1."""
 
@@ -21,14 +23,11 @@ Row i belongs to label i + 1.
 _PIXELS_PER_CHUNK = 8
 
 
-def label_blobs(mask: NDArray[np.uint8], smallest_area: float = 0.0) -> tuple[Labels, Boxes]:
-    """Label the connected blobs of a binary image.
+def label_blobs(mask: Pixels, smallest_area: float = 0.0) -> tuple[Labels, Boxes]:
+    """Label the connected blobs of a binary image, shape (h, w), by 4-connectivity: chips that touch at a corner are
+    two.
 
-    Uses 4-connectivity, so that chips that touch only at a corner are separate.
-
-    Args:
-        mask: shape (h, w), not zero in dots.
-        smallest_area: minimum area of a blob; smaller ones are labelled as floor [px].
+    Blobs of less than the smallest area [px] are labelled as floor.
     """
     height, width = mask.shape
     # Most of an image is floor, which is skipped in chunks of 8 pixels; each padded row ends with a zero.
@@ -40,7 +39,7 @@ def label_blobs(mask: NDArray[np.uint8], smallest_area: float = 0.0) -> tuple[La
 
 
 @njit(cache=True)
-def _runs(pixels: NDArray[np.uint8], chunks: NDArray[np.uint64], stride: int) -> NDArray[np.int32]:
+def _runs(pixels: Pixels, chunks: NDArray[np.uint64], stride: int) -> NDArray[np.int32]:
     # Runs of nonzero pixels: row, first and last (exclusive) column.
     runs = np.empty((1024, 3), np.int32)
     count, inside = 0, False
@@ -182,7 +181,7 @@ def _grow(labels: Labels, boxes: Boxes) -> None:
 
 
 @njit(cache=True)
-def _outline(labels: Labels, boxes: Boxes) -> NDArray[np.int64]:
+def _outline(labels: Labels, boxes: Boxes) -> Ints:
     height, width = labels.shape
     outline = np.empty(np.sum(boxes[:, 4]), np.int64)
     count = 0

@@ -11,9 +11,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.mat.mount_fit import KnownHeight, MountFit, fit_mount
@@ -32,10 +32,9 @@ _STOP_FRACTION = 0.8
 
 def match_mat(
     dots: DetectedDots, camera: PinholeCamera, mat: DotMap, initial_mount: CameraMount
-) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
-    """Return the indices of the matched dots in the image and in the mat.
-
-    None if they match at no tilt within 15 degrees of the initial mount.
+) -> tuple[Ints, Ints] | None:
+    """Return the indices of the matched dots in the image and in the mat; None if they match at no tilt within
+    15 degrees of the initial mount.
     """
     matcher = DotMatcher(mat.points)
     height = (
@@ -150,7 +149,7 @@ def _calibration(fit: MountFit, initial_mount: CameraMount, T_mat_base: SE2 | No
     )
 
 
-def _sigmas(covariance: NDArray[np.float64], height: float) -> tuple[float, float, float, float]:
+def _sigmas(covariance: Floats, height: float) -> tuple[float, float, float, float]:
     """Return the standard deviations of tilt [rad], height [m], and relative ones of pixel size and focal length."""
     if not np.isfinite(covariance).all():
         # The normal matrix is singular: some unknown is unobservable, and its correlations are unknown.
@@ -166,7 +165,7 @@ def _sigmas(covariance: NDArray[np.float64], height: float) -> tuple[float, floa
     return tilt, height_sigma, pixel, focal
 
 
-def _heading(rotation: NDArray[np.float64]) -> float:
+def _heading(rotation: Floats) -> float:
     """Return the direction of the image's v axis on the floor [rad]."""
     return math.atan2(float(rotation[1, 1]), float(rotation[0, 1]))
 

@@ -15,10 +15,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.dots import DetectedDots, DotMap
 from shirube_core.geometry import PinholeCamera
 
@@ -42,11 +42,11 @@ class MountFit:
     """
 
     camera: PinholeCamera
-    rotation: NDArray[np.float64]
-    position: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    rotation: Floats
+    position: Floats
+    covariance: Floats
     residual: float
-    inliers: NDArray[np.int64]
+    inliers: Ints
 
     @property
     def dots(self) -> int:
@@ -65,21 +65,15 @@ class KnownHeight:
 def fit_mount(
     dots: DetectedDots,
     mat: DotMap,
-    matches: tuple[NDArray[np.int64], NDArray[np.int64]],
+    matches: tuple[Ints, Ints],
     camera: PinholeCamera,
     *,
     fit_focal_length: bool,
     known_height: KnownHeight | None = None,
 ) -> MountFit:
-    """Fit the camera's pose to matched dots and reject outliers.
+    """Fit the camera's pose to matched dots (indices in the image and in the mat) and reject outliers.
 
-    Args:
-        dots: detected dots of the image.
-        mat: dot map of the mat.
-        matches: indices of matched dots in the image and in the mat.
-        camera: intrinsics, with an initial focal length if it is fitted.
-        fit_focal_length: whether the focal length is fitted.
-        known_height: measured height of the optical centre, None if unknown.
+    The focal length of the camera is an initial one if it is fitted.
     """
     image_indices, mat_indices = matches
     state = _initial_guess(camera, dots.pixels[image_indices], mat.points[mat_indices])
@@ -110,9 +104,7 @@ def fit_mount(
     return MountFit(fitted, rotation, position, covariance, residual, image_indices)
 
 
-def _covariance(
-    jacobian: NDArray[np.float64], residuals: NDArray[np.float64], fit_focal_length: bool
-) -> NDArray[np.float64]:
+def _covariance(jacobian: Floats, residuals: Floats, fit_focal_length: bool) -> Floats:
     """Return the inverse normal matrix, scaled by the reduced chi-square if that is above 1."""
     unknowns = 7 if fit_focal_length else 6
     normal = jacobian[:, :unknowns].T @ jacobian[:, :unknowns]
@@ -126,9 +118,7 @@ def _covariance(
     return covariance
 
 
-def _initial_guess(
-    camera: PinholeCamera, pixels: NDArray[np.float64], points: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+def _initial_guess(camera: PinholeCamera, pixels: Floats, points: Floats) -> tuple[Floats, Floats, float]:
     """Return initial rotation and position from the homography of the dots, and 0 as the log focal length change."""
     rays = camera.rays_from_pixels(pixels)
     centroid = points.mean(axis=0)
@@ -149,28 +139,28 @@ def _initial_guess(
 @dataclass(frozen=True)
 class _ReprojectionProblem:
     camera: PinholeCamera
-    pixels: NDArray[np.float64]
-    sigmas: NDArray[np.float64]
-    points: NDArray[np.float64]
+    pixels: Floats
+    sigmas: Floats
+    points: Floats
     fit_focal_length: bool
     known_height: KnownHeight | None
-    R_start: NDArray[np.float64]
+    R_start: Floats
 
     @property
-    def scales(self) -> NDArray[np.float64]:
+    def scales(self) -> Floats:
         return np.array([0.01, 0.01, 0.01, 0.001, 0.001, 0.001, 0.01])
 
-    def state(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    def state(self, x: Floats) -> tuple[Floats, Floats, float]:
         return Rotation.from_rotvec(x[:3]).as_matrix() @ self.R_start, x[3:6], float(x[6])
 
-    def pixel_errors(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def pixel_errors(self, x: Floats) -> Floats:
         rotation, position, log_focal = self.state(x)
         points = (np.column_stack([self.points, np.zeros(len(self.points))]) - position) @ rotation
         scale = math.exp(log_focal) if self.fit_focal_length else 1.0
         camera = replace(self.camera, fx=scale * self.camera.fx, fy=scale * self.camera.fy)
         return camera.pixels_from_points(points) - self.pixels
 
-    def residuals(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def residuals(self, x: Floats) -> Floats:
         parts = [(self.pixel_errors(x) / self.sigmas[:, None]).ravel()]
         if self.known_height is not None:
             parts.append(np.array([(x[5] - self.known_height.height) / self.known_height.sigma]))

@@ -90,12 +90,7 @@ def mat_size_of_page(paper: str, settings: PageSettings) -> tuple[float, float]:
 
 
 def divide_into_pages(mat: MatSettings, paper: str, settings: PageSettings) -> Layout:
-    """Divide a mat into pages, in portrait or landscape, whichever needs fewer.
-
-    Args:
-        mat: mat settings, of which width and height are used.
-        paper: one of `PAPERS`, or `ROLL`.
-        settings: margin, overlap and the width of a roll.
+    """Divide a mat into pages, in portrait or landscape, whichever needs fewer; paper is one of `PAPERS`, or `ROLL`.
 
     Raises:
         FloorLocalizerError: the mat is too wide or long for the roll, or needs too many pages.

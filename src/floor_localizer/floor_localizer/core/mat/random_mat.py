@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
@@ -53,7 +53,7 @@ class Mat:
 
     settings: MatSettings
     seed: int
-    points: NDArray[np.float64]
+    points: Floats
 
     @property
     def dot_map(self) -> DotMap:
@@ -62,12 +62,9 @@ class Mat:
 
 
 def generate_mat(settings: MatSettings, seed: int, trial: int = 0) -> Mat:
-    """Generate the random dots of a mat.
+    """Generate the random dots of a mat; width and height of the settings are above 0.
 
-    Args:
-        settings: settings of the mat, width and height above 0.
-        seed: seed; different seeds or settings give entirely different dots.
-        trial: number of the attempt, which also changes the dots; for a mat that was not unique.
+    Different seeds, settings or trials (after a mat that was not unique) give entirely different dots.
 
     Raises:
         FloorLocalizerError: the seed is out of range, dots would overlap, or the density is too high or too low.
@@ -116,12 +113,7 @@ _TRIALS = 5
 
 
 def generate_unique_mat(settings: MatSettings, seed: int, view: ViewSettings) -> tuple[Mat, list[Place]]:
-    """Generate a mat whose views are all unique; return it with the inspected places.
-
-    Args:
-        settings: settings of the mat.
-        seed: seed; the same seed gives the same mat.
-        view: size and quality of the camera's view.
+    """Generate a mat whose views are all unique; return it with the inspected places. The same seed gives the same mat.
 
     Raises:
         FloorLocalizerError: no such mat was found; the message names the option to change.

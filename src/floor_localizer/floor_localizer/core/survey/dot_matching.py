@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.acceptance import SearchState, new_search
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.dot_grid import build_dot_grid, pair_density
@@ -61,8 +61,8 @@ class DotMatch:
 
     rotation: complex
     translation: complex
-    source: NDArray[np.int64]
-    target: NDArray[np.int64]
+    source: Ints
+    target: Ints
     log_chance_alignments: float
 
     @property
@@ -76,7 +76,7 @@ class DotMatch:
 class DotMatcher:
     """Matches sets of dots against a target set."""
 
-    def __init__(self, points: NDArray[np.float64]) -> None:
+    def __init__(self, points: Floats) -> None:
         """Build the grid of the target dots, shape (n, 2) [m], n >= 1."""
         self.points = points
         self.grid, _ = build_dot_grid(points)
@@ -84,12 +84,7 @@ class DotMatcher:
         self._index: IndexedMap | None = None
 
     def match_near(
-        self,
-        points: NDArray[np.float64],
-        expected: SE2,
-        radius: float,
-        yaw_tolerance: float,
-        tolerances: Tolerances,
+        self, points: Floats, expected: SE2, radius: float, yaw_tolerance: float, tolerances: Tolerances
     ) -> DotMatch | None:
         """Match dots near an expected pose; return None if there is no match.
 
@@ -121,7 +116,7 @@ class DotMatcher:
         found = search_near(self.grid, view, search, pose, radius, yaw_tolerance, _MAX_NEAR_PAIRS)
         return self._matched(view, search) if found else None
 
-    def match_anywhere(self, points: NDArray[np.float64], tolerances: Tolerances) -> DotMatch | None:
+    def match_anywhere(self, points: Floats, tolerances: Tolerances) -> DotMatch | None:
         """Match dots, shape (m, 2) [m], at any pose; return None if there is no match or it is ambiguous."""
         if len(points) < _MIN_DOTS or len(self.points) < _MIN_DOTS:
             return None
@@ -148,20 +143,13 @@ class DotMatcher:
         return DotMatch(a, b, source, target, log_chance)
 
 
-def _contiguous(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _contiguous(points: Floats) -> Floats:
     """Return the points in C order, as the compiled kernels expect."""
     return np.ascontiguousarray(points, dtype=np.float64)
 
 
-def nearest_pairs(
-    dots: NDArray[np.float64], points: NDArray[np.float64], max_distance: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return one-to-one pairs of points and their nearest dots within a distance.
-
-    Args:
-        dots: positions of the dots, shape (n, 2) [m].
-        points: points to match, shape (m, 2) [m].
-        max_distance: largest distance of a pair [m].
+def nearest_pairs(dots: Floats, points: Floats, max_distance: float) -> tuple[Ints, Ints]:
+    """Return one-to-one pairs of points, shape (m, 2), and their nearest dots, shape (n, 2), within a distance [m].
 
     Returns:
         indices of the matched points, ascending, and of their dots.

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
@@ -41,14 +41,14 @@ class SurveyResult:
     """
 
     dot_map: DotMap
-    counts: NDArray[np.int64]
-    images: NDArray[np.int64]
-    states: NDArray[np.float64]
+    counts: Ints
+    images: Ints
+    states: Floats
     blocks: ObservationBlocks
     residuals: Residuals
     loop_closures: int
     spurious_count: int
-    unconnected: NDArray[np.int64]
+    unconnected: Ints
     existing_count: int
 
 
@@ -56,7 +56,7 @@ def survey_floor(
     images: Sequence[SurveyImage],
     submaps: Iterable[Submap],
     outline: ViewOutline,
-    position: NDArray[np.float64],
+    position: Floats,
     settings: SurveySettings,
     store: ArrayStore,
     existing: DotMap | None = None,
@@ -77,7 +77,7 @@ def adjust_survey(
     images: Sequence[SurveyImage],
     connected: ConnectedImages,
     outline: ViewOutline,
-    position: NDArray[np.float64],
+    position: Floats,
     settings: SurveySettings,
     store: ArrayStore,
     existing: DotMap | None,
@@ -128,8 +128,8 @@ class KnownLength:
         length: measured distance between their centres [m].
     """
 
-    first: NDArray[np.float64]
-    second: NDArray[np.float64]
+    first: Floats
+    second: Floats
     length: float
 
 
@@ -155,7 +155,7 @@ def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult
     return replace(result, dot_map=dot_map, states=states, residuals=residuals), scale
 
 
-def _dot_at(dot_map: DotMap, position: NDArray[np.float64]) -> NDArray[np.float64]:
+def _dot_at(dot_map: DotMap, position: Floats) -> Floats:
     distances = np.hypot(*(dot_map.points - position).T)
     nearest = int(np.argmin(distances))
     if distances[nearest] > _SEARCH_RADIUS:

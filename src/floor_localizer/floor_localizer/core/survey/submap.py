@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust
 from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
@@ -23,12 +23,8 @@ _YAW_PER_VIEW = 1.2
 
 
 def select_keyframes(poses: Sequence[SE2], view_width: float, settings: SurveySettings) -> list[int]:
-    """Return the indices of the keyframes: images that show enough new floor, according to odometry.
-
-    Args:
-        poses: ``T_odom_base`` of all images.
-        view_width: width of the view on the floor [m].
-        settings: survey settings.
+    """Return the indices of the keyframes: images that show enough new floor, according to their
+    ``T_odom_base``, in views of a width [m].
     """
     chosen: list[int] = []
     for index, pose in enumerate(poses):
@@ -74,26 +70,21 @@ class Submap:
         is_continuation: whether the first image is also the last one of the previous submap.
     """
 
-    images: NDArray[np.int64]
-    states: NDArray[np.float64]
-    dots: NDArray[np.float64]
-    counts: NDArray[np.int64]
+    images: Ints
+    states: Floats
+    dots: Floats
+    counts: Ints
     is_continuation: bool
 
 
 def build_submap(
-    images: Sequence[SurveyImage], first: int, last: int, position: NDArray[np.float64], settings: SurveySettings,
+    images: Sequence[SurveyImage], first: int, last: int, position: Floats, settings: SurveySettings,
     *, is_continuation: bool,
 ) -> Submap:  # fmt: skip
-    """Build a submap from consecutive images as long as they overlap.
+    """Build a submap from consecutive images, ``first`` to ``last`` or as far as each matches one before it.
 
-    Args:
-        images: all images of the survey.
-        first: index of the first image.
-        last: index of the last image; the submap ends earlier where an image matches none before it.
-        position: optical centre in the base frame, shape (3,) [m].
-        settings: survey settings.
-        is_continuation: whether the first image is also the last one of the previous submap.
+    ``position`` is the optical centre in the base frame, shape (3,) [m]; a continuation begins with the last image of
+    the previous submap.
     """
     poses = [SE2(0.0, 0.0, 0.0)]
     for index in range(first + 1, last + 1):
@@ -144,14 +135,9 @@ def _register_image(
 def match_images(
     target: SurveyImage, source: SurveyImage, expected: SE2, height: float, settings: SurveySettings
 ) -> SE2 | None:
-    """Register one image to another near the pose expected from odometry; None if they do not match.
+    """Register one image to another near the pose of its base expected from odometry; None if they do not match.
 
-    Args:
-        target: target image.
-        source: source image.
-        expected: expected pose of the source base in the target base.
-        height: camera height [m].
-        settings: survey settings.
+    ``height`` is that of the camera [m].
     """
     distance = float(np.hypot(expected.x, expected.y))
     radius = settings.odometry_position_tolerance + settings.odometry_error * distance
@@ -178,7 +164,7 @@ def match_images(
     return fit_rigid_pose(source_points[found.source], target.points[found.target])
 
 
-def fit_rigid_pose(source: NDArray[np.float64], target: NDArray[np.float64]) -> SE2:
+def fit_rigid_pose(source: Floats, target: Floats) -> SE2:
     """Return the least-squares rigid motion from source dots, shape (k, 2), to their target dots."""
     z, m = source @ (1.0, 1j), target @ (1.0, 1j)
     rotation = np.vdot(z - z.mean(), m - m.mean())
@@ -187,9 +173,7 @@ def fit_rigid_pose(source: NDArray[np.float64], target: NDArray[np.float64]) -> 
     return SE2(float(translation.real), float(translation.imag), float(np.angle(rotation)))
 
 
-def points_near(
-    points: NDArray[np.float64], others: NDArray[np.float64], expected: SE2, max_distance: float
-) -> NDArray[np.float64]:
+def points_near(points: Floats, others: Floats, expected: SE2, max_distance: float) -> Floats:
     """Return the points, shape (n, 2), within ``max_distance`` [m] of one of the others at the expected pose."""
     if len(points) == 0 or len(others) == 0:
         return points[:0]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Float32s, Floats, Ints
 from floor_localizer.core.constellation.constellation_index import list_constellations, sort_into_buckets
 from floor_localizer.core.constellation.dot_grid import (
     BLOCK_ROWS,
@@ -92,16 +93,7 @@ def plan_build(
     with_diameters: bool,
     stripe_dots: int,
 ) -> BuildPlan:
-    """Return the plan for a map.
-
-    Args:
-        folder: folder of the parts.
-        chunks: number of chunks of the CSV.
-        offsets: offsets of the levels, see `BuildPlan`.
-        frame: grid of cells of the floor.
-        dots: number of dots.
-        with_diameters: whether any diameter is known.
-        stripe_dots: approximate number of dots in a stripe.
+    """Return the plan for a map, with about ``stripe_dots`` dots in a stripe; other arguments as in `BuildPlan`.
 
     Raises:
         FloorLocalizerError: there are too many dots for one map.
@@ -141,7 +133,7 @@ def read_dots(folder: Path, number: int, chunk: CsvChunk) -> None:
     )
 
 
-def points_on_map(table: NDArray[np.float64], offset: tuple[float, float]) -> NDArray[np.float32]:
+def points_on_map(table: Floats, offset: tuple[float, float]) -> Float32s:
     """Return the dots of a level, shape (n, >= 2) [m], in the map frame in single precision, shape (n, 2)."""
     return (table[:, :2] + offset).astype(np.float32)
 
@@ -158,14 +150,11 @@ def split_into_stripes(plan: BuildPlan, number: int, level: int) -> None:
     parts.finish('cut', number, np.bincount(stripes, minlength=plan.stripes).tolist())
 
 
-def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: NDArray[np.int64]) -> None:
+def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: Ints) -> None:
     """Write the dots of a stripe to the map and list its constellations; report the pairs, and entries by range.
 
-    Args:
-        plan: parameters of the build.
-        places: positions of the arrays in the map file.
-        stripe: number of the stripe.
-        ends: first dot of each stripe in each chunk, then the number of dots, shape (chunks, stripes + 1).
+    ``places`` are those of the arrays in the map file; ``ends``, shape (chunks, stripes + 1), are the first dot of each
+    stripe in each chunk, then the number of dots.
     """
     parts, frame = PartsFolder(plan.folder), plan.frame
     rows = plan.rows_of(stripe)
@@ -200,9 +189,7 @@ def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: NDArray[np.
     )
 
 
-def _dots_around(
-    plan: BuildPlan, parts: PartsFolder, stripe: int, ends: NDArray[np.int64]
-) -> tuple[NDArray[np.float32], int]:
+def _dots_around(plan: BuildPlan, parts: PartsFolder, stripe: int, ends: Ints) -> tuple[Float32s, int]:
     """Return the dots of a stripe and its halo, shape (n, 3), and the number of dots before the stripe."""
     first, last = max(stripe - 1, 0), min(stripe + 1, plan.stripes - 1)
     low, high = plan.rows_of(stripe)
@@ -214,24 +201,18 @@ def _dots_around(
     return np.concatenate(tables), int(np.sum(ends[:, stripe] - ends[:, 0]))
 
 
-def _reject_duplicates(points: NDArray[np.float64], x0: float, y0: float) -> None:
+def _reject_duplicates(points: Floats, x0: float, y0: float) -> None:
     duplicates = find_duplicates(points, np.array([x0, y0])) if len(points) else None
     if duplicates is not None:
         x, y = points[duplicates[0]]
         raise DotMapError(f'the dot at ({x:.6f}, {y:.6f}) m is in the map twice; remove one of them')
 
 
-def sort_range(
-    plan: BuildPlan, places: Places, number: int, slices: NDArray[np.int64], entries_before: int
-) -> None:
+def sort_range(plan: BuildPlan, places: Places, number: int, slices: Ints, entries_before: int) -> None:
     """Write the entries of a range of buckets and the first entry of each bucket to the map.
 
-    Args:
-        plan: parameters of the build.
-        places: positions of the arrays in the map file.
-        number: number of the range.
-        slices: first entry and one past the last of the range in each stripe, shape (stripes, 2).
-        entries_before: number of entries of the previous ranges.
+    ``slices``, shape (stripes, 2), are the first entry and one past the last of the range in each stripe;
+    ``entries_before`` is the number of entries of the previous ranges.
     """
     parts = PartsFolder(plan.folder)
     begin, end = plan.buckets_of(number)

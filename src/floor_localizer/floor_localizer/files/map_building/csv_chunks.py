@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.errors import DotMapError
 from floor_localizer.files.csv_format import check_dots, check_header, parse_rows
 
@@ -73,7 +73,7 @@ def split_csv(path: Path, level: int, chunk_bytes: int) -> list[CsvChunk]:
     return chunks
 
 
-def read_chunk(chunk: CsvChunk) -> NDArray[np.float64]:
+def read_chunk(chunk: CsvChunk) -> Floats:
     """Return the dots of a chunk, shape (n, 3): x, y and diameter [m], NaN if unknown.
 
     Raises:
@@ -97,7 +97,7 @@ def read_chunk(chunk: CsvChunk) -> NDArray[np.float64]:
     return table
 
 
-def _parse_fast(content: bytes) -> NDArray[np.float64] | None:
+def _parse_fast(content: bytes) -> Floats | None:
     """Return the table of a chunk with the fast parser, None if it must be parsed line by line."""
     if b'n' in content or b'N' in content or b'\r' in content:
         return None

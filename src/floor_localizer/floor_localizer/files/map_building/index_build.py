@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import (
     DotGrid,
@@ -168,7 +168,7 @@ class IndexBuild:
     ) -> dict[str, Any]:
         """Return the bounding box of the map and the spacing of its dots."""
 
-        def all_points() -> Iterable[NDArray[np.float64]]:
+        def all_points() -> Iterable[Floats]:
             for number, chunk in enumerate(results):
                 table = self._parts.load('dots', number)
                 yield points_on_map(table, offsets[chunk['sheet']]).astype(np.float64)
@@ -188,7 +188,7 @@ class IndexBuild:
             'spacing': spacing_from_counts(lower, upper, dots, occupied),
         }
 
-    def _write_map(self, plan: BuildPlan, counts: NDArray[np.int64], levels: Sequence[Level]) -> None:
+    def _write_map(self, plan: BuildPlan, counts: Ints, levels: Sequence[Level]) -> None:
         """Write dots, index and header to the file in the folder of the parts."""
         ends = np.hstack([np.zeros((len(counts), 1), dtype=np.int64), np.cumsum(counts, axis=1)])
         shapes = _shapes_of(plan)
@@ -262,9 +262,7 @@ def _shapes_of(plan: BuildPlan) -> dict[str, tuple[int, ...]]:
     }
 
 
-def _count_occupied(
-    parts: Iterable[NDArray[np.int64]], lower: NDArray[np.float64], upper: NDArray[np.float64], side: float
-) -> int:
+def _count_occupied(parts: Iterable[Ints], lower: Floats, upper: Floats, side: float) -> int:
     """Return the number of distinct squares in all parts."""
     squares = math.prod(int(length // side) + 1 for length in np.maximum(upper - lower, 1e-3))
     if squares <= _SQUARES_MAX:

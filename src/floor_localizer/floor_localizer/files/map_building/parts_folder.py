@@ -29,10 +29,7 @@ class PartsFolder:
         return self._folder / 'map'
 
     def begin(self, job: dict[str, Any]) -> None:
-        """Create the folder, or resume in it.
-
-        Args:
-            job: everything that the result depends on.
+        """Create the folder, or resume in it; ``job`` is everything that the result depends on.
 
         Raises:
             DotMapError: the folder holds another build.

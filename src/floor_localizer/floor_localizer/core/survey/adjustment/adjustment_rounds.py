@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.independent_tasks import TaskRunner
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
@@ -41,18 +41,14 @@ class AdjustmentRounds:
 
     partitioner: BlockPartitioner
     existing_dots: ExistingDots
-    position: NDArray[np.float64]
+    position: Floats
     settings: SurveySettings
     runner: TaskRunner
     checkpoint: StepCheckpoint
     progress: Callable[[int], None]
 
-    def run(self, states: NDArray[np.float64]) -> tuple[ObservationBlocks, NDArray[np.float64]]:
-        """Return the observations of each dot, without outliers, and the adjusted states.
-
-        Args:
-            states: initial states, shape (k, 6).
-        """
+    def run(self, states: Floats) -> tuple[ObservationBlocks, Floats]:
+        """Return the observations of each dot, without outliers, and the adjusted states, from initial states."""
         priors = SuspensionPriors(self.position, self.settings.scale_sigma, self.settings.tilt_sigma)
         for number, merge_distance in enumerate(_MERGE_FACTORS):
             adjusted = self._load_step(2 * number + 1)
@@ -65,15 +61,15 @@ class AdjustmentRounds:
             priors = estimate_priors(states, self.position, self.settings)
         return blocks, states
 
-    def _partition(self, states: NDArray[np.float64], merge_distance: float) -> ObservationBlocks:
+    def _partition(self, states: Floats, merge_distance: float) -> ObservationBlocks:
         blocks = self.partitioner.partition(states, merge_distance)
         if self.existing_dots.count:
             fix_dots(blocks, states, self.position, self.existing_dots, merge_distance, self.runner)
         return blocks
 
     def _adjust(
-        self, step: int, blocks: ObservationBlocks, states: NDArray[np.float64], priors: SuspensionPriors
-    ) -> NDArray[np.float64]:
+        self, step: int, blocks: ObservationBlocks, states: Floats, priors: SuspensionPriors
+    ) -> Floats:
         adjusted = self._load_step(step)
         if adjusted is None:
             adjusted = bundle_adjust_blocks(blocks, states, priors, self.runner)
@@ -81,23 +77,16 @@ class AdjustmentRounds:
         self.progress(step + 1)
         return adjusted
 
-    def _load_step(self, step: int) -> NDArray[np.float64] | None:
+    def _load_step(self, step: int) -> Floats | None:
         saved = self.checkpoint.load_step(f'adjusted_{step}')
         return None if saved is None else saved['states']
 
 
-def estimate_priors(
-    states: NDArray[np.float64], position: NDArray[np.float64], settings: SurveySettings
-) -> SuspensionPriors:
+def estimate_priors(states: Floats, position: Floats, settings: SurveySettings) -> SuspensionPriors:
     """Return priors with the standard deviations found in the adjusted states, limited by the settings.
 
     Priors that are too wide for a stiff robot would let the map bend: a hundred consecutive images can share a tilt
     that is not significant in any single one of them.
-
-    Args:
-        states: states of all images, shape (k, 6).
-        position: optical centre in the base frame, shape (3,) [m].
-        settings: survey settings.
     """
     scale, roll, pitch = np.sqrt(np.mean(states[:, 3:] ** 2, axis=0))
     tilt = np.hypot(roll, pitch) / np.sqrt(2.0)

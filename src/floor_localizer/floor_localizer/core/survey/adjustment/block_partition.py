@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Floats, Ints
 from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
 from floor_localizer.core.survey.adjustment.observation_merging import (
     cluster_observations,
@@ -35,10 +35,10 @@ class Tile:
         upper: upper right corner, exclusive, shape (2,) [m].
     """
 
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
+    lower: Floats
+    upper: Floats
 
-    def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def contains(self, points: Floats) -> Booleans:
         """Return whether each point, shape (n, 2), is in the tile."""
         return np.asarray(((points >= self.lower) & (points < self.upper)).all(axis=1))
 
@@ -47,7 +47,7 @@ class Tile:
         return Tile(self.lower - margin, self.upper + margin)
 
 
-def split_into_tiles(centres: NDArray[np.float64], capacity: int) -> list[Tile]:
+def split_into_tiles(centres: Floats, capacity: int) -> list[Tile]:
     """Bisect the plane (k-d tree) until no tile contains more than ``capacity`` centres, shape (n, 2) [m].
 
     The tiles cover the plane without gaps, in the order of the tree's leaves, so consecutive tiles are neighbours.
@@ -58,7 +58,7 @@ def split_into_tiles(centres: NDArray[np.float64], capacity: int) -> list[Tile]:
     return _bisect(centres, Tile(np.full(2, -np.inf), np.full(2, np.inf)), halvings)
 
 
-def _bisect(centres: NDArray[np.float64], tile: Tile, halvings: int) -> list[Tile]:
+def _bisect(centres: Floats, tile: Tile, halvings: int) -> list[Tile]:
     if halvings == 0 or len(centres) == 0:
         return [tile]
     axis = int(np.argmax(np.ptp(centres, axis=0)))
@@ -86,7 +86,7 @@ class ImageBoxes:
 
     store: ArrayStore
 
-    def overlapping_images(self, tile: Tile) -> NDArray[np.int64]:
+    def overlapping_images(self, tile: Tile) -> Ints:
         """Return the images whose boxes overlap a tile, ascending, shape (k,)."""
         groups = np.flatnonzero(_overlaps(self.store.memory_map('group_boxes'), tile))
         boxes = self.store.memory_map('boxes')
@@ -95,12 +95,9 @@ class ImageBoxes:
         return images[_overlaps(boxes[images], tile)]
 
 
-def store_boxes(boxes: NDArray[np.float64], store: ArrayStore) -> ImageBoxes:
-    """Store boxes; they replace the previous ones.
-
-    Args:
-        boxes: lower left and upper right corner of the box of each image, shape (k, 2, 2) [m].
-        store: array store.
+def store_boxes(boxes: Floats, store: ArrayStore) -> ImageBoxes:
+    """Store the lower left and upper right corners of the box of each image, shape (k, 2, 2) [m], instead of
+    the previous ones.
     """
     first = np.arange(0, len(boxes), _GROUP_SIZE)
     group_boxes = [np.minimum.reduceat(boxes[:, 0], first), np.maximum.reduceat(boxes[:, 1], first)]
@@ -109,7 +106,7 @@ def store_boxes(boxes: NDArray[np.float64], store: ArrayStore) -> ImageBoxes:
     return ImageBoxes(store)
 
 
-def _overlaps(boxes: NDArray[np.float64], tile: Tile) -> NDArray[np.bool_]:
+def _overlaps(boxes: Floats, tile: Tile) -> Booleans:
     return np.asarray(((boxes[:, 1] >= tile.lower) & (boxes[:, 0] < tile.upper)).all(axis=1))
 
 
@@ -123,29 +120,24 @@ class BlockPartitioner:
     """Partitions the observations of a survey into blocks."""
 
     def __init__(
-        self, images: Sequence[SurveyImage], position: NDArray[np.float64], dot_sigma: float, store: ArrayStore,
+        self, images: Sequence[SurveyImage], position: Floats, dot_sigma: float, store: ArrayStore,
         runner: TaskRunner, images_per_tile: int = _IMAGES_PER_TILE,
     ) -> None:  # fmt: skip
-        """Write the observations to the array store.
+        """Write the observations of the images that are on the map to the array store.
 
         Args:
             images: the images that are on the map.
-            position: optical centre in the base frame, shape (3,) [m].
+            position: optical centre in the base frame.
             dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
             store: array store of the blocks.
-            runner: runs the tasks; they must see the array store.
+            runner: runs the tasks.
             images_per_tile: maximum number of images per tile.
         """
         self._stored = store_observations(images, dot_sigma, store)
         self._position, self._runner, self._images_per_tile = position, runner, images_per_tile
 
-    def partition(self, states: NDArray[np.float64], merge_distance: float) -> ObservationBlocks:
-        """Return all observations in blocks, merged into dots by `merge_observations`.
-
-        Args:
-            states: states of all images, shape (k, 6).
-            merge_distance: merge distance of observations of one dot [m].
-        """
+    def partition(self, states: Floats, merge_distance: float) -> ObservationBlocks:
+        """Return all observations in blocks, merged into dots by `merge_observations` at a merge distance [m]."""
         store, group_count = self._stored.store, self._stored.group_count
         store.put('states', 0, states)
         run_indexed(self._runner, _ExtentsTask(self._stored, self._position), group_count, _GROUPS_PER_TASK)
@@ -165,7 +157,7 @@ class _ExtentsTask:
     """Stores the bounding box of the dots of each image, shape (k, 2, 2) [m]; zeros for an image without dots."""
 
     stored: StoredObservations
-    position: NDArray[np.float64]
+    position: Floats
 
     def __call__(self, number: int) -> None:
         images, observations = self.stored.read_group(number)
@@ -187,7 +179,7 @@ class _BlockTask:
     stored: StoredObservations
     boxes: ImageBoxes
     blocks: ObservationBlocks
-    position: NDArray[np.float64]
+    position: Floats
     merge_distance: float
 
     def __call__(self, number: int) -> None:

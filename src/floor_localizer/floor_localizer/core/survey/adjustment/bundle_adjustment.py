@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
 from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots, huber_weights, weighted_means
 from floor_localizer.core.survey.adjustment.multifrontal_solver import MultifrontalSolver
@@ -30,16 +30,8 @@ from floor_localizer.core.survey.array_store import MemoryArrayStore
 _STEP = 1e-6
 
 
-def block_equations(
-    block: ObservationBlock, states: NDArray[np.float64], position: NDArray[np.float64]
-) -> NormalEquations:
-    """Return the normal equations of a block, without its dots.
-
-    Args:
-        block: the observations.
-        states: states of all images, shape (k, 6).
-        position: optical centre in the base frame, shape (3,) [m].
-    """
+def block_equations(block: ObservationBlock, states: Floats, position: Floats) -> NormalEquations:
+    """Return the normal equations of a block, without its dots."""
     observations, number = block.observations, len(block.fixed_dots)
     images, image = np.unique(observations.image, return_inverse=True)
     image_states = states[observations.image]
@@ -65,12 +57,7 @@ def block_equations(
     return NormalEquations(images, normal.toarray(), np.asarray(WJ.T @ residuals.ravel()))
 
 
-def _jacobian(
-    directions: NDArray[np.float64],
-    position: NDArray[np.float64],
-    points: NDArray[np.float64],
-    image_states: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def _jacobian(directions: Floats, position: Floats, points: Floats, image_states: Floats) -> Floats:
     """Return the derivatives of the points by the state of their image, shape (n, 2, 6), by finite differences."""
     jacobian = np.empty((len(points), 2, UNKNOWNS_PER_IMAGE))
     for unknown in range(UNKNOWNS_PER_IMAGE):
@@ -96,9 +83,9 @@ class AdjustmentResult:
         residuals: residuals of the observations, shape (n, 2) [m].
     """
 
-    states: NDArray[np.float64]
-    dots: NDArray[np.float64]
-    residuals: NDArray[np.float64]
+    states: Floats
+    dots: Floats
+    residuals: Floats
 
 
 @dataclass(frozen=True)
@@ -111,15 +98,15 @@ class SuspensionPriors:
         tilt: standard deviation of roll and pitch [rad].
     """
 
-    position: NDArray[np.float64]
+    position: Floats
     scale: float
     tilt: float
 
 
 def bundle_adjust(
     observations: Observations,
-    states: NDArray[np.float64],
-    fixed_dots: NDArray[np.float64],
+    states: Floats,
+    fixed_dots: Floats,
     priors: SuspensionPriors,
     iterations: int = _ITERATIONS,
 ) -> AdjustmentResult:
@@ -132,22 +119,19 @@ def bundle_adjust(
 
 def bundle_adjust_blocks(
     blocks: ObservationBlocks,
-    states: NDArray[np.float64],
+    states: Floats,
     priors: SuspensionPriors,
     runner: TaskRunner,
     iterations: int = _ITERATIONS,
-) -> NDArray[np.float64]:
-    """Adjust all images and dots.
+) -> Floats:
+    """Return the states after adjusting all images and dots; `estimate_dots` computes the dots from them.
 
     Args:
         blocks: the observations; every image observes at least one dot.
-        states: initial states, shape (k, 6); without fixed dots the first image keeps its pose.
+        states: initial states; without fixed dots the first image keeps its pose.
         priors: priors of the robot body.
-        runner: runs the tasks; they must see the blocks' array store. It does not change the result.
+        runner: runs the tasks; it does not change the result.
         iterations: maximum number of iterations.
-
-    Returns:
-        the adjusted states, shape (k, 6); `estimate_dots` computes the dots from them.
     """
     solver = MultifrontalSolver(len(states), len(blocks), blocks.store, runner)
     spans, is_gauge_fixed = _spans(blocks, len(states))
@@ -162,7 +146,7 @@ def bundle_adjust_blocks(
     return states
 
 
-def _spans(blocks: ObservationBlocks, images: int) -> tuple[NDArray[np.int64], bool]:
+def _spans(blocks: ObservationBlocks, images: int) -> tuple[Ints, bool]:
     """Return the first and the last block that each image is in, shape (k, 2), and whether any dot is fixed."""
     spans, is_gauge_fixed = np.column_stack([np.full(images, len(blocks)), np.full(images, -1)]), False
     for number in range(len(blocks)):
@@ -192,9 +176,7 @@ class _PosteriorEquations:
         part.gradient[rows] += prior_gradient
         return part
 
-    def _prior_terms(
-        self, images: NDArray[np.int64], states: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _prior_terms(self, images: Ints, states: Floats) -> tuple[Floats, Floats]:
         weights = np.zeros((len(images), UNKNOWNS_PER_IMAGE))
         weights[:, :3] = _MIN_WEIGHT
         weights[:, 3] = self.priors.scale**-2

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
 from floor_localizer.core.survey.adjustment.observations import (
     BLOCKS_PER_TASK,
@@ -22,18 +22,14 @@ from floor_localizer.core.survey.adjustment.observations import (
 _HUBER = 2.5
 
 
-def estimate_dots(
-    block: ObservationBlock, states: NDArray[np.float64], position: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def estimate_dots(block: ObservationBlock, states: Floats, position: Floats) -> tuple[Floats, Floats]:
     """Return the dots of a block, shape (m, 2), and the residuals of its observations, shape (n, 2) [m]."""
     points = project_rays_to_map(block.observations.directions, position, states[block.observations.image])
     dots = weighted_means(block, points, huber_weights(block, points))
     return dots, points - dots[block.observations.dot]
 
 
-def weighted_means(
-    block: ObservationBlock, points: NDArray[np.float64], weights: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def weighted_means(block: ObservationBlock, points: Floats, weights: Floats) -> Floats:
     """Return the weighted means of the observations of each dot; fixed dots keep their position."""
     dot, number = block.observations.dot, len(block.fixed_dots)
     total = np.maximum(np.bincount(dot, weights, number), 1e-30)
@@ -41,7 +37,7 @@ def weighted_means(
     return np.where(block.is_fixed[:, None], block.fixed_dots, means)
 
 
-def huber_weights(block: ObservationBlock, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def huber_weights(block: ObservationBlock, points: Floats) -> Floats:
     """Return the Huber weights divided by the variances, shape (n,)."""
     observations = block.observations
     dots = weighted_means(block, points, 1.0 / observations.sigmas**2)
@@ -53,17 +49,8 @@ _GATE = 8.0
 """Standard deviations."""
 
 
-def drop_outliers(
-    blocks: ObservationBlocks, states: NDArray[np.float64], position: NDArray[np.float64], runner: TaskRunner
-) -> None:
-    """Drop observations whose residual exceeds the gate.
-
-    Args:
-        blocks: the observations; overwritten.
-        states: states of all images, shape (k, 6).
-        position: optical centre in the base frame, shape (3,) [m].
-        runner: runs the tasks; they must see the blocks' array store.
-    """
+def drop_outliers(blocks: ObservationBlocks, states: Floats, position: Floats, runner: TaskRunner) -> None:
+    """Drop observations whose residual exceeds the gate; the blocks are overwritten."""
     blocks.store.put('states', 0, states)
     run_indexed(runner, _DropTask(blocks, position), len(blocks), BLOCKS_PER_TASK)
 
@@ -71,7 +58,7 @@ def drop_outliers(
 @dataclass(frozen=True)
 class _DropTask:
     blocks: ObservationBlocks
-    position: NDArray[np.float64]
+    position: Floats
 
     def __call__(self, number: int) -> None:
         block = self.blocks[number]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
 from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots
 from floor_localizer.core.survey.adjustment.observations import (
@@ -30,14 +30,8 @@ class ExistingDots:
     store: ArrayStore
     count: int
 
-    def query(
-        self, places: NDArray[np.float64], max_distance: float
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return all dots within a distance of the bounding box of some points.
-
-        Args:
-            places: points, shape (m, 2) [m].
-            max_distance: distance [m].
+    def query(self, places: Floats, max_distance: float) -> tuple[Ints, Floats]:
+        """Return all dots within a distance of the bounding box of some points, shape (m, 2) [m].
 
         Returns:
             the indices, ascending, shape (k,), and the dots, shape (k, 2) [m].
@@ -54,7 +48,7 @@ class ExistingDots:
         return np.array(indices[begin + rows]), strip[rows]
 
 
-def store_existing_dots(points: NDArray[np.float64], store: ArrayStore) -> ExistingDots:
+def store_existing_dots(points: Floats, store: ArrayStore) -> ExistingDots:
     """Store the dots of the existing map, shape (n, 2) [m]."""
     order = np.argsort(points[:, 0], kind='stable')
     store.put('existing', 0, points[order])
@@ -64,21 +58,14 @@ def store_existing_dots(points: NDArray[np.float64], store: ArrayStore) -> Exist
 
 def fix_dots(
     blocks: ObservationBlocks,
-    states: NDArray[np.float64],
-    position: NDArray[np.float64],
+    states: Floats,
+    position: Floats,
     existing_dots: ExistingDots,
     max_distance: float,
     runner: TaskRunner,
 ) -> None:
-    """Fix the dots that match dots of the existing map, one to one; the nearest dot wins.
-
-    Args:
-        blocks: blocks without fixed dots; overwritten.
-        states: states of all images, shape (k, 6).
-        position: optical centre in the base frame, shape (3,) [m].
-        existing_dots: dots of the existing map.
-        max_distance: largest distance of a match [m].
-        runner: runs the tasks; they must see the blocks' array store.
+    """Fix the dots of blocks without fixed dots that match dots of the existing map within a distance [m], one
+    to one; the nearest dot wins. The blocks are overwritten.
     """
     store = blocks.store
     store.put('states', 0, states)
@@ -102,7 +89,7 @@ class _PairTask:
     """Stores the pairs of dots of a block and of the existing map: index in the map, and distance."""
 
     blocks: ObservationBlocks
-    position: NDArray[np.float64]
+    position: Floats
     existing_dots: ExistingDots
     max_distance: float
 

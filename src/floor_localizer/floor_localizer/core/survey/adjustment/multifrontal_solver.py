@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
 from floor_localizer.core.survey.adjustment.normal_equations import (
     UNKNOWNS_PER_IMAGE,
@@ -29,8 +29,8 @@ class PartialSolution:
         values: solved unknowns, shape (k, 6).
     """
 
-    images: NDArray[np.int64]
-    values: NDArray[np.float64]
+    images: Ints
+    values: Floats
 
     def merge(self, other: PartialSolution) -> PartialSolution:
         """Return the union with the solution of other images."""
@@ -38,7 +38,7 @@ class PartialSolution:
         order = np.argsort(images)
         return PartialSolution(images[order], np.concatenate([self.values, other.values])[order])
 
-    def unknowns_of_images(self, images: NDArray[np.int64]) -> NDArray[np.float64]:
+    def unknowns_of_images(self, images: Ints) -> Floats:
         """Return the solved unknowns of some images, shape (6 j,)."""
         return self.values[np.searchsorted(self.images, images)].ravel()
 
@@ -93,12 +93,8 @@ class EliminationTree:
         return NormalEquations(*self.store.get(f'complement{level}', index))
 
     def solve(self, level: int, index: int, known: PartialSolution) -> PartialSolution:
-        """Return the unknowns of the images eliminated at a node, by back substitution.
-
-        Args:
-            level: level of the node.
-            index: index of the node in its level.
-            known: solution of all images eliminated above the node.
+        """Return the unknowns of the images eliminated at a node, by back substitution, given those of all
+        images eliminated above it.
         """
         if level and len(self.children(level, index)) == 1:
             return EMPTY_SOLUTION
@@ -152,15 +148,14 @@ class MultifrontalSolver:
     store: ArrayStore
     runner: TaskRunner
 
-    def set_spans(self, spans: NDArray[np.int64]) -> None:
+    def set_spans(self, spans: Ints) -> None:
         """Store the first and the last part that contain each image, shape (n, 2)."""
         self.store.put('spans', 0, spans)
 
-    def solve(self, part: Callable[[int], NormalEquations]) -> NDArray[np.float64]:
+    def solve(self, part: Callable[[int], NormalEquations]) -> Floats:
         """Return the solution, shape (n, 6); 0 for an image that is in no part.
 
-        Args:
-            part: returns the equations of a part, also in another process; their sum is positive definite.
+        ``part`` returns the equations of a part, also in another process; their sum is positive definite.
         """
         tree, root_level = EliminationTree(self.parts, self.store), _SUBTREE_LEVELS
         subtrees = tree.node_count(_SUBTREE_LEVELS)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cholesky
 from scipy.linalg.lapack import dtrtri
+
+from floor_localizer.core.arrays import Floats, Ints
 
 UNKNOWNS_PER_IMAGE = 6
 
@@ -22,9 +23,9 @@ class NormalEquations:
         gradient: gradient, shape (6 k,).
     """
 
-    images: NDArray[np.int64]
-    normal: NDArray[np.float64]
-    gradient: NDArray[np.float64]
+    images: Ints
+    normal: Floats
+    gradient: Floats
 
     def __add__(self, other: NormalEquations) -> NormalEquations:
         """Return the sum of both, over the union of their images."""
@@ -41,7 +42,7 @@ class NormalEquations:
         return total
 
 
-def unknown_indices(images: NDArray[np.int64]) -> NDArray[np.int64]:
+def unknown_indices(images: Ints) -> Ints:
     """Return the indices of the unknowns of images, shape (6 k,)."""
     return (UNKNOWNS_PER_IMAGE * images[:, None] + np.arange(UNKNOWNS_PER_IMAGE)).ravel()
 
@@ -50,7 +51,7 @@ def unknown_indices(images: NDArray[np.int64]) -> NDArray[np.int64]:
 _TILE = 60
 
 
-def eliminate_leading(normal: NDArray[np.float64], gradient: NDArray[np.float64], count: int) -> None:
+def eliminate_leading(normal: Floats, gradient: Floats, count: int) -> None:
     """Eliminate the first unknowns, in place.
 
     Args:
@@ -77,15 +78,10 @@ def eliminate_leading(normal: NDArray[np.float64], gradient: NDArray[np.float64]
                 normal[row, column] -= panel @ normal[tile, column]
 
 
-def back_substitute(
-    upper: NDArray[np.float64], y: NDArray[np.float64], known: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the eliminated unknowns, shape (count,).
+def back_substitute(upper: Floats, y: Floats, known: Floats) -> Floats:
+    """Return the eliminated unknowns, shape (count,), given the others, shape (n - count,).
 
-    Args:
-        upper: first rows of the matrix written by `eliminate_leading`, shape (count, n).
-        y: first rows of the gradient written by it, shape (count,).
-        known: the other unknowns, shape (n - count,).
+    ``upper``, shape (count, n), and ``y``, shape (count,), are the first rows of what `eliminate_leading` writes.
     """
     count = len(y)
     solution = y - np.einsum('ij,j->i', upper[:, count:], known)

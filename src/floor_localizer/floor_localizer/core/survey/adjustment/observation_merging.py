@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.arrays import Booleans, Floats, Ints
 from floor_localizer.core.survey.survey_image import ViewOutline
 from shirube_core.geometry import SE2
 
 _MAX_SPLITS = 4
 
 
-def merge_observations(
-    points: NDArray[np.float64], image: NDArray[np.int64], merge_distance: float
-) -> NDArray[np.int64]:
+def merge_observations(points: Floats, image: Ints, merge_distance: float) -> Ints:
     """Merge observations into dots: single-linkage clusters of observations from different images.
 
     A cluster with two observations of one image, which are two dots, is split with half the merge distance.
@@ -44,9 +42,7 @@ def merge_observations(
     return np.unique(labels, return_inverse=True)[1].astype(np.int64)
 
 
-def cluster_observations(
-    points: NDArray[np.float64], image: NDArray[np.int64], merge_distance: float
-) -> NDArray[np.int64]:
+def cluster_observations(points: Floats, image: Ints, merge_distance: float) -> Ints:
     """Return the cluster number of each observation; arguments as for `merge_observations`."""
     if len(points) == 0:
         return np.empty(0, dtype=np.int64)
@@ -56,7 +52,7 @@ def cluster_observations(
     return connected_components(links, directed=False)[1].astype(np.int64)
 
 
-def _has_duplicates(clusters: NDArray[np.int64], image: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _has_duplicates(clusters: Ints, image: Ints) -> Booleans:
     """Return for each observation whether its cluster contains two observations of one image."""
     order = np.lexsort((image, clusters))
     same = (np.diff(clusters[order]) == 0) & (np.diff(image[order]) == 0)
@@ -65,16 +61,11 @@ def _has_duplicates(clusters: NDArray[np.int64], image: NDArray[np.int64]) -> ND
     return bad[clusters]
 
 
-def count_expected_views(
-    dots: NDArray[np.float64], states: NDArray[np.float64], outline: ViewOutline, margin: float
-) -> NDArray[np.int64]:
+def count_expected_views(dots: Floats, states: Floats, outline: ViewOutline, margin: float) -> Ints:
     """Return the number of images that should have observed each dot, shape (m,).
 
-    Args:
-        dots: positions of the dots, shape (m, 2) [m].
-        states: states of all images that may have observed any of them, shape (k, 6).
-        outline: outline of a view.
-        margin: width of the border in which a dot may be cut off [m].
+    ``states`` are those of all images that may have observed any of them; in a border of the view as wide as ``margin``
+    [m] a dot may be cut off.
     """
     counts = np.zeros(len(dots), dtype=np.int64)
     if len(dots) == 0:

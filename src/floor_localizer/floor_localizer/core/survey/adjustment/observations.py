@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Floats, Ints
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.survey_image import SurveyImage
 
@@ -28,18 +29,18 @@ class Observations:
         diameters: observed diameters of the dots, shape (n,) [m].
     """
 
-    image: NDArray[np.int64]
-    dot: NDArray[np.int64]
-    directions: NDArray[np.float64]
-    sigmas: NDArray[np.float64]
-    diameters: NDArray[np.float64]
+    image: Ints
+    dot: Ints
+    directions: Floats
+    sigmas: Floats
+    diameters: Floats
 
     @property
     def arrays(self) -> tuple[NDArray[Any], ...]:
         """All attributes, in order."""
         return self.image, self.dot, self.directions, self.sigmas, self.diameters
 
-    def where(self, kept: NDArray[np.bool_]) -> Observations:
+    def where(self, kept: Booleans) -> Observations:
         """Return the observations selected by a mask, shape (n,); the dots keep their indices."""
         return Observations(*(array[kept] for array in self.arrays))
 
@@ -54,10 +55,10 @@ class ObservationBlock:
     """
 
     observations: Observations
-    fixed_dots: NDArray[np.float64]
+    fixed_dots: Floats
 
     @property
-    def is_fixed(self) -> NDArray[np.bool_]:
+    def is_fixed(self) -> Booleans:
         """Whether each dot is fixed, shape (m,)."""
         return np.isfinite(self.fixed_dots[:, 0])
 
@@ -92,21 +93,17 @@ class ObservationBlocks:
         self.store.put('block', number, *block.observations.arrays, block.fixed_dots)
         self.store.put('members', number, np.unique(block.observations.image), np.array(block.is_fixed.any()))
 
-    def observing_images(self, number: int) -> tuple[NDArray[np.int64], bool]:
+    def observing_images(self, number: int) -> tuple[Ints, bool]:
         """Return the images that observe dots of a block, ascending, and whether any of its dots is fixed."""
         images, has_fixed = self.store.get('members', number)
         return images, bool(has_fixed)
 
 
-def project_rays_to_map(
-    directions: NDArray[np.float64], position: NDArray[np.float64], states: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def project_rays_to_map(directions: Floats, position: Floats, states: Floats) -> Floats:
     """Return the intersections p(state, d) of rays with the floor in the map frame, shape (n, 2) [m].
 
-    Args:
-        directions: ray directions in the base frame of the level robot, shape (n, 3).
-        position: optical centre of the camera of the level robot, shape (3,) [m].
-        states: state of the image of each ray, shape (n, 6).
+    ``directions``, shape (n, 3), are in the base frame of the level robot, ``states``, shape (n, 6), of the image of
+    each.
     """
     x, y, yaw, scale, roll, pitch = states.T
     d = _tilt(directions.T, roll, pitch)
@@ -117,9 +114,7 @@ def project_rays_to_map(
     return np.column_stack([x + cos * px - sin * py, y + sin * px + cos * py])
 
 
-def _tilt(
-    vectors: NDArray[np.float64], roll: NDArray[np.float64], pitch: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _tilt(vectors: Floats, roll: Floats, pitch: Floats) -> Floats:
     x, y, z = vectors
     y, z = np.cos(roll) * y - np.sin(roll) * z, np.sin(roll) * y + np.cos(roll) * z
     return np.stack([np.cos(pitch) * x + np.sin(pitch) * z, y, np.cos(pitch) * z - np.sin(pitch) * x])
@@ -135,22 +130,17 @@ class ProjectedObservations:
     """
 
     observations: Observations
-    points: NDArray[np.float64]
+    points: Floats
 
-    def where(self, kept: NDArray[np.bool_]) -> ProjectedObservations:
+    def where(self, kept: Booleans) -> ProjectedObservations:
         """Return the observations selected by a mask, shape (n,)."""
         return ProjectedObservations(self.observations.where(kept), self.points[kept])
 
 
-def collect_observations(
-    images: Sequence[SurveyImage], numbers: NDArray[np.int64], dot_sigma: float
-) -> Observations:
-    """Return the observations of images, not yet assigned to dots.
+def collect_observations(images: Sequence[SurveyImage], numbers: Ints, dot_sigma: float) -> Observations:
+    """Return the observations of the images with some numbers, shape (j,), not yet assigned to dots.
 
-    Args:
-        images: all images of the survey.
-        numbers: indices of the wanted images, shape (j,).
-        dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
+    ``dot_sigma`` is the standard deviation of a dot on the floor, in addition to image noise [m].
     """
     wanted = [images[number] for number in numbers.tolist()]
     image = np.repeat(numbers, np.array([len(each) for each in wanted], dtype=np.int64))
@@ -161,15 +151,9 @@ def collect_observations(
 
 
 def project_observations(
-    observations: Observations, states: NDArray[np.float64], position: NDArray[np.float64]
+    observations: Observations, states: Floats, position: Floats
 ) -> ProjectedObservations:
-    """Project observations to the map.
-
-    Args:
-        observations: the observations.
-        states: states of all images, shape (k, 6).
-        position: optical centre in the base frame, shape (3,) [m].
-    """
+    """Project observations to the map by the states of their images."""
     return ProjectedObservations(
         observations, project_rays_to_map(observations.directions, position, states[observations.image])
     )
@@ -197,12 +181,12 @@ class StoredObservations:
         """Number of groups of consecutive images."""
         return -(-self.images // _GROUP_SIZE)
 
-    def read_group(self, number: int) -> tuple[NDArray[np.int64], Observations]:
+    def read_group(self, number: int) -> tuple[Ints, Observations]:
         """Return the images of a group, ascending, and their observations in that order."""
         images = np.arange(number * _GROUP_SIZE, min((number + 1) * _GROUP_SIZE, self.images))
         return images, Observations(*self.store.get('seen', number))
 
-    def read_images(self, wanted: NDArray[np.int64]) -> Observations:
+    def read_images(self, wanted: Ints) -> Observations:
         """Return the observations of images, whose indices are ascending, shape (k,), in that order."""
         found = [_EMPTY]
         for number in np.unique(wanted // _GROUP_SIZE).tolist():
@@ -214,13 +198,7 @@ class StoredObservations:
 def store_observations(
     images: Sequence[SurveyImage], dot_sigma: float, store: ArrayStore
 ) -> StoredObservations:
-    """Store the observations of images.
-
-    Args:
-        images: the images that are on the map.
-        dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
-        store: array store.
-    """
+    """Store the observations of the images that are on the map; ``dot_sigma`` as for `collect_observations`."""
     stored = StoredObservations(store, len(images))
     for number in range(stored.group_count):
         numbers = np.arange(number * _GROUP_SIZE, min((number + 1) * _GROUP_SIZE, len(images)))

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
 from floor_localizer.core.survey.adjustment.block_partition import ImageBoxes, Tile, store_boxes
@@ -34,7 +34,7 @@ class Residuals:
     blocks: ObservationBlocks
     scale: float = 1.0
 
-    def __iter__(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.float64]]]:
+    def __iter__(self) -> Iterator[tuple[Ints, Floats]]:
         """Yield for each block the images, shape (n,), and residuals, shape (n, 2) [m], of its observations."""
         for number, block in enumerate(self.blocks):
             (residuals,) = self.blocks.store.get('residuals', number)
@@ -53,15 +53,15 @@ class SurveyedDots:
     """
 
     dot_map: DotMap
-    counts: NDArray[np.int64]
+    counts: Ints
     spurious_count: int
     existing_count: int
 
 
 def collect_dots(
     blocks: ObservationBlocks,
-    states: NDArray[np.float64],
-    position: NDArray[np.float64],
+    states: Floats,
+    position: Floats,
     outline: ViewOutline,
     existing: DotMap,
     existing_dots: ExistingDots,
@@ -69,14 +69,7 @@ def collect_dots(
 ) -> SurveyedDots:
     """Collect dots, diameters and counts without spurious dots; store the residuals.
 
-    Args:
-        blocks: adjusted blocks.
-        states: states of all images, shape (k, 6).
-        position: optical centre in the base frame, shape (3,) [m].
-        outline: outline of a view.
-        existing: map to extend, may be empty.
-        existing_dots: its dots in the array store.
-        runner: runs the tasks; they must see the blocks' array store.
+    ``blocks`` are adjusted, ``existing`` is the map to extend, which may be empty, ``existing_dots`` its stored dots.
     """
     store, numbers = blocks.store, range(len(blocks))
     store.put('states', 0, states)
@@ -88,7 +81,7 @@ def collect_dots(
     filter_task = _FilterTask(blocks, boxes, existing_dots, outline, margin)
     run_indexed(runner, filter_task, len(blocks), BLOCKS_PER_TASK)
     existing_counts, spurious_count = np.zeros(len(existing), dtype=np.int64), 0
-    points, diameters, counts = [existing.points], [existing.diameters], list[NDArray[np.int64]]()
+    points, diameters, counts = [existing.points], [existing.diameters], list[Ints]()
     for number in numbers:
         new_points, new_diameters, new_counts, which, again, dropped = store.get('dots', number)
         points.append(new_points)
@@ -105,7 +98,7 @@ class _EstimateTask:
     """Stores the residuals, dot positions and dot diameters of a block."""
 
     blocks: ObservationBlocks
-    position: NDArray[np.float64]
+    position: Floats
 
     def __call__(self, number: int) -> None:
         store, block = self.blocks.store, self.blocks[number]
@@ -142,7 +135,7 @@ class _FilterTask:
         new = dots[kept], diameters[kept], counts[kept]
         store.put('dots', number, *new, which[same], counts[fixed], is_spurious.sum())
 
-    def _expected_views(self, dots: NDArray[np.float64]) -> NDArray[np.int64]:
+    def _expected_views(self, dots: Floats) -> Ints:
         """Return the number of images that should have observed each dot, shape (m,)."""
         place = Tile(dots.min(axis=0, initial=np.inf), dots.max(axis=0, initial=-np.inf))
         near = self.blocks.store.memory_map('states')[self.boxes.overlapping_images(place)]

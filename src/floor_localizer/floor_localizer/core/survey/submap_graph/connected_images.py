@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Complexes, Floats, Ints
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.settings import SurveySettings
@@ -31,8 +31,8 @@ class ConnectedImages:
         loop_closures: number of loop closures.
     """
 
-    images: NDArray[np.int64]
-    states: NDArray[np.float64]
+    images: Ints
+    states: Floats
     loop_closures: int
 
 
@@ -74,9 +74,7 @@ def connect_images(
     return ConnectedImages(used, states, loop_closures)
 
 
-def _main_component(
-    builder: PoseGraphBuilder, first: int, images: Sequence[SurveyImage]
-) -> NDArray[np.int64]:
+def _main_component(builder: PoseGraphBuilder, first: int, images: Sequence[SurveyImage]) -> Ints:
     """Return the submaps that are connected to the existing map, or those of the largest component."""
     submaps = builder.submaps
     labels = component_labels(len(submaps), builder.poses.edges)
@@ -99,10 +97,10 @@ def _main_component(
 
 
 def _global_states(
-    submaps: Sequence[Submap], rotations: NDArray[np.complex128], translations: NDArray[np.complex128]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    submaps: Sequence[Submap], rotations: Complexes, translations: Complexes
+) -> tuple[Ints, Floats]:
     """Return the images of submaps, each once, and their states on the map."""
-    used: dict[int, NDArray[np.float64]] = {}
+    used: dict[int, Floats] = {}
     for submap, a, b in zip(submaps, rotations, translations, strict=True):
         poses = a * (submap.states[:, :2] @ (1.0, 1j)) + b
         for index, place, state in zip(submap.images.tolist(), poses, submap.states, strict=True):

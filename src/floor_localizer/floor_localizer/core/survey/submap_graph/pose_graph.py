@@ -14,10 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU, splu
+
+from floor_localizer.core.arrays import Booleans, Complexes, Ints
 
 _ITERATIONS = 4
 _MAX_DOTS = 30
@@ -39,8 +40,8 @@ class PoseGraphEdge:
 
     first: int
     second: int
-    points_first: NDArray[np.complex128]
-    points_second: NDArray[np.complex128]
+    points_first: Complexes
+    points_second: Complexes
     is_loop_closure: bool
 
     def subsample(self) -> PoseGraphEdge:
@@ -54,13 +55,13 @@ class PoseGraphEdge:
 
 
 def optimize_pose_graph(
-    rotations: NDArray[np.complex128],
-    translations: NDArray[np.complex128],
-    submaps: NDArray[np.int64],
+    rotations: Complexes,
+    translations: Complexes,
+    submaps: Ints,
     edges: Sequence[PoseGraphEdge],
-    free: NDArray[np.bool_],
+    free: Booleans,
     sigma: float,
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+) -> tuple[Complexes, Complexes]:
     """Return the optimised similarities of submaps.
 
     Args:
@@ -85,7 +86,7 @@ def optimize_pose_graph(
     return state[0::2].copy(), state[1::2].copy()
 
 
-def _residual_matrix(submaps: NDArray[np.int64], edges: Sequence[PoseGraphEdge]) -> sparse.csr_matrix:
+def _residual_matrix(submaps: Ints, edges: Sequence[PoseGraphEdge]) -> sparse.csr_matrix:
     """Return the Jacobian of the differences between shared dots by all a, b."""
     subsampled = [edge.subsample() for edge in edges]
     counts = [len(edge.points_first) for edge in subsampled]
@@ -104,7 +105,7 @@ def _residual_matrix(submaps: NDArray[np.int64], edges: Sequence[PoseGraphEdge])
     return sparse.csr_matrix((values, (rows, columns)), shape=(len(z), 2 * len(submaps)))
 
 
-def component_labels(count: int, edges: Sequence[PoseGraphEdge]) -> NDArray[np.int64]:
+def component_labels(count: int, edges: Sequence[PoseGraphEdge]) -> Ints:
     """Return the label of the connected component of each submap, shape (count,)."""
     submap_indices = np.array([(edge.first, edge.second) for edge in edges], dtype=np.int64).reshape(-1, 2)
     matrix = sparse.coo_matrix((np.ones(len(submap_indices)), submap_indices.T), shape=(count, count))
@@ -184,7 +185,7 @@ class SubmapPoses:
         self._added_since_optimized = 0
         self._optimize_from(1)
 
-    def arrays(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    def arrays(self) -> tuple[Complexes, Complexes]:
         """Return the similarities, shape (n,) each."""
         return np.array(self.rotations), np.array(self.translations)
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Complexes, Floats, Ints
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, Tolerances, nearest_pairs
@@ -50,7 +50,7 @@ class PoseGraphBuilder:
         self,
         images: Sequence[SurveyImage],
         settings: SurveySettings,
-        existing: NDArray[np.float64] | None,
+        existing: Floats | None,
         store: ArrayStore,
     ) -> None:
         """Begin with an empty graph, or with the existing map as submap 0.
@@ -66,7 +66,7 @@ class PoseGraphBuilder:
         self.poses = SubmapPoses()
         self._matchers = SubmapMatchers(store)
         self._drift: list[float] = []
-        self._all_dots: tuple[int, DotMatcher, NDArray[np.int64]] | None = None
+        self._all_dots: tuple[int, DotMatcher, Ints] | None = None
         if existing is not None:
             old = Submap(
                 np.empty(0, dtype=np.int64), np.empty((0, 6)), existing, np.empty(0, dtype=np.int64), False
@@ -177,7 +177,7 @@ class PoseGraphBuilder:
         )
 
     def _shared_dots(
-        self, index: int, other: int, found: DotMatch | None, centroid: NDArray[np.float64]
+        self, index: int, other: int, found: DotMatch | None, centroid: Floats
     ) -> DotMatch | None:
         """Return all dots that two submaps share, given a match of some; None if they are too few."""
         if found is None:
@@ -226,7 +226,7 @@ class PoseGraphBuilder:
                 edges.append(self._make_edge(index, int(other), source, is_loop_closure=True))
         return edges
 
-    def _earlier_dots(self, index: int) -> tuple[DotMatcher, NDArray[np.int64]] | None:
+    def _earlier_dots(self, index: int) -> tuple[DotMatcher, Ints] | None:
         """Return the dots of earlier submaps and the submap of each; cached and rebuilt as the map grows."""
         until = index - 3 if len(self.submaps[0].images) else index
         if until < 1:
@@ -245,10 +245,10 @@ class PoseGraphBuilder:
         return self._all_dots[1], self._all_dots[2]
 
 
-def _relative_to_origin(found: DotMatch, centroid: NDArray[np.float64]) -> DotMatch:
+def _relative_to_origin(found: DotMatch, centroid: Floats) -> DotMatch:
     """Return a match of dots relative to their centroid, shape (2,) [m], as one relative to the origin."""
     return replace(found, translation=found.translation - found.rotation * complex(*centroid))
 
 
-def _complex(points: NDArray[np.float64]) -> NDArray[np.complex128]:
+def _complex(points: Floats) -> Complexes:
     return points[:, 0] + 1j * points[:, 1]

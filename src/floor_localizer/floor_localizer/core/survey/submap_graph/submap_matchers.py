@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import OrderedDict
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Complexes, Floats, Ints
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.dot_matching import DotMatcher
 from shirube_core.geometry import SE2
@@ -25,7 +25,7 @@ class SubmapMatchers:
         self._corners = np.empty((_CACHE_SIZE, 2, 2))
         self._count = 0
 
-    def append(self, dots: NDArray[np.float64]) -> None:
+    def append(self, dots: Floats) -> None:
         """Add the dots of the next submap, shape (n, 2) [m], n >= 1."""
         if self._count == len(self._corners):
             self._corners = np.concatenate([self._corners, np.empty_like(self._corners)])
@@ -33,7 +33,7 @@ class SubmapMatchers:
         self._corners[self._count] = dots.min(axis=0), dots.max(axis=0)
         self._count += 1
 
-    def dots(self, index: int) -> NDArray[np.float64]:
+    def dots(self, index: int) -> Floats:
         """Return the dots of a submap, shape (n, 2) [m]."""
         (dots,) = self._store.get('submap', index)
         return dots
@@ -48,13 +48,8 @@ class SubmapMatchers:
         return self._cache[index]
 
     def may_overlap(self, index: int, other: int, pose: SE2, radius: float) -> bool:
-        """Return whether the bounding boxes of two submaps may overlap.
-
-        Args:
-            index: index of the submap.
-            other: index of the other submap.
-            pose: pose of the submap in the frame of the other one.
-            radius: uncertainty of its position [m].
+        """Return whether the bounding boxes of two submaps may overlap, given the pose of the first in the
+        frame of the other and the uncertainty of its position [m].
         """
         transformed, (lower, upper) = pose.transform(self[index].points), self._corners[other]
         return bool(
@@ -63,19 +58,11 @@ class SubmapMatchers:
         )
 
     def overlap_candidates(
-        self,
-        index: int,
-        rotations: NDArray[np.complex128],
-        translations: NDArray[np.complex128],
-        radius: float,
-    ) -> NDArray[np.int64]:
+        self, index: int, rotations: Complexes, translations: Complexes, radius: float
+    ) -> Ints:
         """Return a superset of the submaps for which `may_overlap` is true, by bounding circles.
 
-        Args:
-            index: index of a submap.
-            rotations: complex rotations of the submaps, of magnitude 1, shape (n,).
-            translations: complex translations of the submaps, shape (n,) [m].
-            radius: uncertainty of the submap's position [m].
+        ``rotations``, shape (n,), are complex and of magnitude 1, ``translations`` are complex, shape (n,) [m].
         """
         lower, upper = (self._corners[: self._count] @ (1.0, 1j)).T
         centres, sizes = rotations * (0.5 * (lower + upper)) + translations, 0.5 * np.abs(upper - lower)
