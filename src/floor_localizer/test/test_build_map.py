@@ -63,7 +63,7 @@ def test_a_known_length_sets_the_scale_without_repeating_the_adjustment(
     known = ['--known-length', *places, length]
     with monkeypatch.context() as nothing:
         nothing.setattr('floor_localizer.core.survey.submap_graph.connected_images.PoseGraphBuilder', None)
-        nothing.setattr('floor_localizer.core.survey.adjustment.adjustment_rounds.bundle_adjust_blocks', None)
+        nothing.setattr('floor_localizer.core.survey.floor_survey.bundle_adjust_blocks', None)
         assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
     after = compare(truth, load_csv(tmp_path / 'a' / 'map.csv'))
     assert abs(after.scale - 1.0) < 0.0008

@@ -16,7 +16,7 @@ from survey_scene import FLAGS, SMALL_SIZE, fault_of, folder_options, record_dri
 
 from floor_localizer.commands import build_map
 from floor_localizer.commands.build_map import main
-from floor_localizer.core.survey.adjustment import adjustment_rounds
+from floor_localizer.core.survey import floor_survey
 from floor_localizer.core.survey.submap_graph import connected_images
 from floor_localizer.files import array_file
 from floor_localizer.survey_files import checkpoint
@@ -84,14 +84,14 @@ def test_a_survey_killed_while_adjusting_goes_on_with_that_round_and_ends_the_sa
     )
     assert child.returncode == -signal.SIGKILL
     assert list((tmp_path / 'checkpoint' / 'adjustment').glob('*/found_00000.npy'))
-    adjusted, bundle_adjust_blocks = [], adjustment_rounds.bundle_adjust_blocks
+    adjusted, bundle_adjust_blocks = [], floor_survey.bundle_adjust_blocks
     monkeypatch.setattr(connected_images, 'PoseGraphBuilder', None)
     monkeypatch.setattr(
-        adjustment_rounds, 'bundle_adjust_blocks', lambda *a: adjusted.append(a) or bundle_adjust_blocks(*a)
+        floor_survey, 'bundle_adjust_blocks', lambda *a: adjusted.append(a) or bundle_adjust_blocks(*a)
     )
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err
-    assert len(adjusted) == adjustment_rounds.ADJUSTMENTS - 2
+    assert len(adjusted) == floor_survey.ADJUSTMENTS - 2
     for name in TABLES:
         assert (tmp_path / name).read_bytes() == (whole / name).read_bytes()
 

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.errors import FloorLocalizerError
-from floor_localizer.survey_files import checkpoint
 from floor_localizer.survey_files import checkpoint as checkpoint_module
 from floor_localizer.survey_files.checkpoint import Checkpoint
-from shirube_core.files import exclusive_lock
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -64,7 +62,7 @@ def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path: Path) ->
 def test_what_other_code_has_begun_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Checkpoint(tmp_path, SURVEY)
     Checkpoint(tmp_path, SURVEY)
-    monkeypatch.setattr(checkpoint_module, 'checkpoint', lambda: 'sources 0123, numpy 9')
+    monkeypatch.setattr(checkpoint_module, 'code_version', lambda: 'sources 0123, numpy 9')
     with pytest.raises(FloorLocalizerError, match='by its version of the software; remove it'):
         Checkpoint(tmp_path, SURVEY)
 
@@ -76,23 +74,15 @@ def test_the_version_changes_with_a_source_its_name_and_a_library(
     source.parent.mkdir()
     package = SimpleNamespace(__name__='steps', __path__=[str(tmp_path)])
     library = SimpleNamespace(__name__='numpy', __version__='1.26.4')
-    monkeypatch.setattr(checkpoint, '_PACKAGES', (package,))
-    monkeypatch.setattr(checkpoint, '_LIBRARIES', (library,))
+    monkeypatch.setattr(checkpoint_module, '_PACKAGES', (package,))
+    monkeypatch.setattr(checkpoint_module, '_LIBRARIES', (library,))
     source.write_text('_ITERATIONS = 8')
-    versions = [checkpoint.code_version(), checkpoint.code_version()]
+    versions = [checkpoint_module.code_version(), checkpoint_module.code_version()]
     assert versions.pop() == versions[0]
     source.write_text('_ITERATIONS = 9')
-    versions.append(checkpoint.code_version())
+    versions.append(checkpoint_module.code_version())
     source.rename(source.with_name('rounds.py'))
-    versions.append(checkpoint.code_version())
+    versions.append(checkpoint_module.code_version())
     library.__version__ = '2.4.6'
-    versions.append(checkpoint.code_version())
+    versions.append(checkpoint_module.code_version())
     assert len(set(versions)) == len(versions)
-
-
-def test_only_one_survey_is_at_work_in_a_folder(tmp_path: Path) -> None:
-    for _ in range(2):
-        with exclusive_lock(tmp_path / 'checkpoint'):
-            second = exclusive_lock(tmp_path / 'checkpoint')
-            with pytest.raises(FloorLocalizerError, match='another survey is running there'):
-                second.__enter__()

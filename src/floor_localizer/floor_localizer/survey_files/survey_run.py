@@ -16,8 +16,7 @@ from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import Task, TaskRunner
 from floor_localizer.core.settings import SurveySettings
-from floor_localizer.core.survey.adjustment.adjustment_rounds import ADJUSTMENTS
-from floor_localizer.core.survey.floor_survey import SurveyResult, adjust_survey
+from floor_localizer.core.survey.floor_survey import ADJUSTMENTS, SurveyResult, adjust_survey
 from floor_localizer.core.survey.submap import Submap, build_submap, select_keyframes, split_into_submaps
 from floor_localizer.core.survey.submap_graph.connected_images import connect_images
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline

@@ -51,7 +51,15 @@ def partition(
     store: ArrayStore | None = None,
 ) -> ObservationBlocks:
     store = store or MemoryArrayStore()
-    partitioner = BlockPartitioner(drive.images, POSITION, SETTINGS.dot_sigma, store, InProcessRunner(), most)
+    partitioner = BlockPartitioner(
+        drive.images,
+        np.arange(len(drive.images)),
+        POSITION,
+        SETTINGS.dot_sigma,
+        store,
+        InProcessRunner(),
+        most,
+    )
     return partitioner.partition(states, merge_distance)
 
 
@@ -176,7 +184,7 @@ def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
 def test_a_cluster_over_many_tiles_is_one_dot() -> None:
     points = np.column_stack([0.0005 * np.arange(60), np.zeros(60)])
     partitioner = BlockPartitioner(
-        views_of_a_dot_each(points), POSITION, 0.0, MemoryArrayStore(), InProcessRunner(), 2
+        views_of_a_dot_each(points), np.arange(60), POSITION, 0.0, MemoryArrayStore(), InProcessRunner(), 2
     )
     blocks = partitioner.partition(np.zeros((60, 6)), MERGE_DISTANCE)
     assert len(blocks) == 32
@@ -187,7 +195,9 @@ def test_of_dots_in_several_blocks_the_nearest_is_fixed() -> None:
     points = np.array([[0.0, 0.0003], [0.0, -0.0001], [0.0, 0.0002]])
     blocks = ObservationBlocks(MemoryArrayStore(), 3)
     for number in range(3):
-        observations = collect_observations(views_of_a_dot_each(points), np.array([number]), 0.0)
+        observations = collect_observations(
+            views_of_a_dot_each(points)[number : number + 1], np.array([number]), 0.0
+        )
         block = ObservationBlock(
             replace(observations, dot=np.zeros(1, dtype=np.int64)), np.full((1, 2), np.nan)
         )

@@ -19,9 +19,8 @@ from simulated_survey import (
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.settings import SurveySettings
-from floor_localizer.core.survey.adjustment.adjustment_rounds import estimate_priors
 from floor_localizer.core.survey.array_store import MemoryArrayStore
-from floor_localizer.core.survey.floor_survey import survey_floor
+from floor_localizer.core.survey.floor_survey import estimate_priors, survey_floor
 from floor_localizer.core.survey.map_comparison import compare
 
 SIZE = (0.45, 0.33)

@@ -12,15 +12,27 @@ from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
 from floor_localizer.core.settings import SurveySettings
-from floor_localizer.core.survey.adjustment.adjustment_rounds import AdjustmentRounds
 from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
-from floor_localizer.core.survey.adjustment.existing_dots import store_existing_dots
+from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
+from floor_localizer.core.survey.adjustment.dot_estimation import drop_outliers
+from floor_localizer.core.survey.adjustment.existing_dots import fix_dots, store_existing_dots
 from floor_localizer.core.survey.adjustment.observations import ObservationBlocks
 from floor_localizer.core.survey.adjustment.surveyed_dots import Residuals, collect_dots
 from floor_localizer.core.survey.array_store import ArrayStore, NoCheckpoint, StepCheckpoint
 from floor_localizer.core.survey.submap import Submap
 from floor_localizer.core.survey.submap_graph.connected_images import ConnectedImages, connect_images
-from floor_localizer.core.survey.survey_image import ImageSelection, SurveyImage, ViewOutline
+from floor_localizer.core.survey.survey_image import SurveyImage, ViewOutline
+
+# Search radius around the given position of a dot [m].
+_SEARCH_RADIUS = 0.01
+# Largest relative difference between the tape and the camera's calibration.
+_MAX_SCALE_CHANGE = 0.1
+# Merge distance of each round, in units of the setting; submaps are less accurate than adjusted images.
+_MERGE_FACTORS = (1.6, 1.0, 0.8)
+ADJUSTMENTS = 2 * len(_MERGE_FACTORS)
+"""Two for each merge distance: with outliers, then without."""
+# Lower bound of the prior standard deviations: relative height, and tilt [rad].
+_MIN_SIGMA = 3e-5
 
 
 @dataclass(frozen=True)
@@ -97,25 +109,73 @@ def adjust_survey(
         existing: map to extend, None for a new one; its dots keep their position.
         runner: runs the tasks; they must see the array store. It does not change the map.
         checkpoint: checkpoint of the adjustments; those found in it are not repeated.
-        progress: callback with the number of finished `adjustment_rounds.ADJUSTMENTS`.
+        progress: callback with the number of finished `ADJUSTMENTS`.
     """
-    existing_map = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
-    chosen = ImageSelection(images, connected.images)
-    partitioner = BlockPartitioner(chosen, position, settings.dot_sigma, store, runner)
-    existing_dots = store_existing_dots(existing_map.points, store)
-    rounds = AdjustmentRounds(partitioner, existing_dots, position, settings, runner, checkpoint, progress)
-    blocks, states = rounds.run(connected.states)
-    dots = collect_dots(blocks, states, position, outline, existing_map, existing_dots, runner)
+    # 1. Store the observations of the connected images, and the dots of the map to extend.
+    old = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
+    partitioner = BlockPartitioner(images, connected.images, position, settings.dot_sigma, store, runner)
+    existing_dots = store_existing_dots(old.points, store)
+    states, priors = connected.states, SuspensionPriors(position, settings.scale_sigma, settings.tilt_sigma)
+    adjust = _CheckpointedAdjustment(runner, checkpoint, progress)
+    for number, merge_factor in enumerate(_MERGE_FACTORS):
+        adjusted = adjust.load(2 * number + 1)
+        if adjusted is None or number == len(_MERGE_FACTORS) - 1:
+            # 2. Merge the observations into dots, more strictly in each round; known dots are fixed.
+            merge_distance = merge_factor * settings.merge_distance
+            blocks = partitioner.partition(states, merge_distance)
+            if existing_dots.count:
+                fix_dots(blocks, states, position, existing_dots, merge_distance, runner)
+            # 3. Adjust all images and dots, with outliers and without.
+            with_outliers = adjust(2 * number, blocks, states, priors)
+            drop_outliers(blocks, with_outliers, position, runner)
+            adjusted = adjust(2 * number + 1, blocks, with_outliers, priors)
+        # 4. Estimate the motion of the suspension for the next round.
+        states, priors = adjusted, estimate_priors(adjusted, position, settings)
+    # 5. Collect the dots, without spurious ones.
+    dot_map, counts, spurious = collect_dots(blocks, states, position, outline, old, existing_dots, runner)
+    unconnected = np.setdiff1d(np.arange(len(images)), connected.images)
     return SurveyResult(
-        dots.dot_map, dots.counts, connected.images, states, blocks, Residuals(blocks), connected.loop_closures,
-        dots.spurious_count, np.setdiff1d(np.arange(len(images)), connected.images), dots.existing_count,
+        dot_map, counts, connected.images, states, blocks, Residuals(blocks), connected.loop_closures, spurious,
+        unconnected, len(old),
     )  # fmt: skip
 
 
-# Search radius around the given position of a dot [m].
-_SEARCH_RADIUS = 0.01
-# Largest relative difference between the tape and the camera's calibration.
-_MAX_SCALE_CHANGE = 0.1
+@dataclass(frozen=True)
+class _CheckpointedAdjustment:
+    """Adjusts the blocks of a step, unless the checkpoint has its states."""
+
+    runner: TaskRunner
+    checkpoint: StepCheckpoint
+    progress: Callable[[int], None]
+
+    def __call__(
+        self, step: int, blocks: ObservationBlocks, states: Floats, priors: SuspensionPriors
+    ) -> Floats:
+        adjusted = self.load(step)
+        if adjusted is None:
+            adjusted = bundle_adjust_blocks(blocks, states, priors, self.runner)
+            self.checkpoint.save_step(f'adjusted_{step}', states=adjusted)
+        self.progress(step + 1)
+        return adjusted
+
+    def load(self, step: int) -> Floats | None:
+        saved = self.checkpoint.load_step(f'adjusted_{step}')
+        return None if saved is None else saved['states']
+
+
+def estimate_priors(states: Floats, position: Floats, settings: SurveySettings) -> SuspensionPriors:
+    """Return priors with the standard deviations found in the adjusted states, limited by the settings.
+
+    Priors that are too wide for a stiff robot would let the map bend: a hundred consecutive images can share a tilt
+    that is not significant in any single one of them.
+    """
+    scale, roll, pitch = np.sqrt(np.mean(states[:, 3:] ** 2, axis=0))
+    tilt = np.hypot(roll, pitch) / np.sqrt(2.0)
+    return SuspensionPriors(
+        position,
+        float(np.clip(scale, _MIN_SIGMA, settings.scale_sigma)),
+        float(np.clip(tilt, _MIN_SIGMA, settings.tilt_sigma)),
+    )
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import overload
 
 import numpy as np
 
-from floor_localizer.core.arrays import Booleans, Floats, Ints
+from floor_localizer.core.arrays import Booleans, Floats
 from floor_localizer.core.dots import DetectedDots
 from floor_localizer.core.errors import FloorLocalizerError
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
@@ -37,28 +35,6 @@ class SurveyImage:
     def __len__(self) -> int:
         """Return the number of dots."""
         return len(self.points)
-
-
-class ImageSelection(Sequence[SurveyImage]):
-    """Selected images of a sequence."""
-
-    def __init__(self, images: Sequence[SurveyImage], chosen: Ints) -> None:
-        """Select images by their indices, shape (k,)."""
-        self._images, self._chosen = images, chosen
-
-    def __len__(self) -> int:
-        """Return the number of selected images."""
-        return len(self._chosen)
-
-    @overload
-    def __getitem__(self, index: int) -> SurveyImage: ...
-    @overload
-    def __getitem__(self, index: slice) -> ImageSelection: ...
-    def __getitem__(self, index: int | slice) -> SurveyImage | ImageSelection:
-        """Return a selected image, or a selection from the selection."""
-        if isinstance(index, slice):
-            return ImageSelection(self._images, self._chosen[index])
-        return self._images[int(self._chosen[index])]
 
 
 def survey_image(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from floor_localizer.core.survey.adjustment.observation_merging import (
     merge_observations,
 )
 from floor_localizer.core.survey.adjustment.observations import (
-    BLOCKS_PER_TASK,
     ObservationBlock,
     ObservationBlocks,
     ProjectedObservations,
@@ -120,81 +120,71 @@ class BlockPartitioner:
     """Partitions the observations of a survey into blocks."""
 
     def __init__(
-        self, images: Sequence[SurveyImage], position: Floats, dot_sigma: float, store: ArrayStore,
-        runner: TaskRunner, images_per_tile: int = _IMAGES_PER_TILE,
-    ) -> None:  # fmt: skip
-        """Write the observations of the images that are on the map to the array store.
+        self,
+        images: Sequence[SurveyImage],
+        chosen: Ints,
+        position: Floats,
+        dot_sigma: float,
+        store: ArrayStore,
+        runner: TaskRunner,
+        images_per_tile: int = _IMAGES_PER_TILE,
+    ) -> None:
+        """Write the observations of the chosen images, those on the map, to the array store of the blocks.
 
-        Args:
-            images: the images that are on the map.
-            position: optical centre in the base frame.
-            dot_sigma: standard deviation of a dot on the floor, in addition to image noise [m].
-            store: array store of the blocks.
-            runner: runs the tasks.
-            images_per_tile: maximum number of images per tile.
+        ``dot_sigma`` is the standard deviation of a dot on the floor, in addition to image noise [m].
         """
-        self._stored = store_observations(images, dot_sigma, store)
+        self._stored = store_observations(images, chosen, dot_sigma, store)
         self._position, self._runner, self._images_per_tile = position, runner, images_per_tile
 
     def partition(self, states: Floats, merge_distance: float) -> ObservationBlocks:
         """Return all observations in blocks, merged into dots by `merge_observations` at a merge distance [m]."""
         store, group_count = self._stored.store, self._stored.group_count
         store.put('states', 0, states)
-        run_indexed(self._runner, _ExtentsTask(self._stored, self._position), group_count, _GROUPS_PER_TASK)
+        run_indexed(
+            self._runner, partial(_store_extents, self._stored, self._position), group_count, _GROUPS_PER_TASK
+        )
         extents = np.concatenate([store.get('extents', number)[0] for number in range(group_count)])
         tiles = split_into_tiles(0.5 * (extents[:, 0] + extents[:, 1]), self._images_per_tile)
         blocks = ObservationBlocks(store, len(tiles))
         store.put('tiles', 0, np.array([(tile.lower, tile.upper) for tile in tiles]))
-        block_task = _BlockTask(
-            self._stored, store_boxes(extents, store), blocks, self._position, merge_distance
-        )
-        run_indexed(self._runner, block_task, len(tiles), BLOCKS_PER_TASK)
+        boxes = store_boxes(extents, store)
+        blocks.for_each(self._runner, _store_block, self._stored, boxes, self._position, merge_distance)
         return blocks
 
 
-@dataclass(frozen=True)
-class _ExtentsTask:
-    """Stores the bounding box of the dots of each image, shape (k, 2, 2) [m]; zeros for an image without dots."""
-
-    stored: StoredObservations
-    position: Floats
-
-    def __call__(self, number: int) -> None:
-        images, observations = self.stored.read_group(number)
-        points = project_observations(
-            observations, self.stored.store.memory_map('states'), self.position
-        ).points
-        extents = np.zeros((len(images), 2, 2))
-        images_with_dots, begins = np.unique(observations.image, return_index=True)
-        if len(images_with_dots):
-            extents[images_with_dots - images[0], 0] = np.minimum.reduceat(points, begins)
-            extents[images_with_dots - images[0], 1] = np.maximum.reduceat(points, begins)
-        self.stored.store.put('extents', number, extents)
+def _store_extents(stored: StoredObservations, position: Floats, number: int) -> None:
+    """Store the bounding box of the dots of each image, shape (k, 2, 2) [m]; zeros for an image without dots."""
+    images, observations = stored.images_of_group(number), stored.read_group(number)
+    points = project_observations(observations, stored.store.memory_map('states'), position).points
+    extents = np.zeros((len(images), 2, 2))
+    images_with_dots, begins = np.unique(observations.image, return_index=True)
+    if len(images_with_dots):
+        extents[images_with_dots - images[0], 0] = np.minimum.reduceat(points, begins)
+        extents[images_with_dots - images[0], 1] = np.maximum.reduceat(points, begins)
+    stored.store.put('extents', number, extents)
 
 
-@dataclass(frozen=True)
-class _BlockTask:
-    """Stores the block of a tile: the dots whose first observation is in the tile."""
-
-    stored: StoredObservations
-    boxes: ImageBoxes
-    blocks: ObservationBlocks
-    position: Floats
-    merge_distance: float
-
-    def __call__(self, number: int) -> None:
-        store, halo = self.stored.store, _HALO * self.merge_distance
-        tile = Tile(*store.memory_map('tiles')[number])
-        states = store.memory_map('states')
-        while True:
-            expanded_tile = tile.expanded(halo)
-            observations = self.stored.read_images(self.boxes.overlapping_images(expanded_tile))
-            projected = project_observations(observations, states, self.position)
-            projected = projected.where(expanded_tile.contains(projected.points))
-            if _is_complete(projected, tile, tile.expanded(halo - self.merge_distance), self.merge_distance):
-                self.blocks.put(number, _block_of_tile(projected, tile, self.merge_distance))
-                return
-            halo *= 2.0
+def _store_block(
+    blocks: ObservationBlocks,
+    stored: StoredObservations,
+    boxes: ImageBoxes,
+    position: Floats,
+    merge_distance: float,
+    number: int,
+) -> None:
+    """Store the block of a tile: the dots whose first observation is in the tile."""
+    store, halo = stored.store, _HALO * merge_distance
+    tile = Tile(*store.memory_map('tiles')[number])
+    states = store.memory_map('states')
+    while True:
+        expanded_tile = tile.expanded(halo)
+        observations = stored.read_images(boxes.overlapping_images(expanded_tile))
+        projected = project_observations(observations, states, position)
+        projected = projected.where(expanded_tile.contains(projected.points))
+        if _is_complete(projected, tile, tile.expanded(halo - merge_distance), merge_distance):
+            blocks.put(number, _block_of_tile(projected, tile, merge_distance))
+            return
+        halo *= 2.0
 
 
 def _is_complete(projected: ProjectedObservations, tile: Tile, safe: Tile, merge_distance: float) -> bool:

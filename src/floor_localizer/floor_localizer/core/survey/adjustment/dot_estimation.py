@@ -6,20 +6,18 @@ mean of its observations, robust against outliers (Huber), or its fixed position
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from floor_localizer.core.arrays import Floats
-from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
+from floor_localizer.core.independent_tasks import TaskRunner
 from floor_localizer.core.survey.adjustment.observations import (
-    BLOCKS_PER_TASK,
     ObservationBlock,
     ObservationBlocks,
     project_rays_to_map,
 )
 
 _HUBER = 2.5
+_OUTLIER_GATE = 8.0  # [standard deviations]
 
 
 def estimate_dots(block: ObservationBlock, states: Floats, position: Floats) -> tuple[Floats, Floats]:
@@ -45,23 +43,14 @@ def huber_weights(block: ObservationBlock, points: Floats) -> Floats:
     return np.minimum(1.0, _HUBER / np.maximum(length, 1e-12)) / observations.sigmas**2
 
 
-_GATE = 8.0
-"""Standard deviations."""
-
-
 def drop_outliers(blocks: ObservationBlocks, states: Floats, position: Floats, runner: TaskRunner) -> None:
     """Drop observations whose residual exceeds the gate; the blocks are overwritten."""
     blocks.store.put('states', 0, states)
-    run_indexed(runner, _DropTask(blocks, position), len(blocks), BLOCKS_PER_TASK)
+    blocks.for_each(runner, _drop_of_block, position)
 
 
-@dataclass(frozen=True)
-class _DropTask:
-    blocks: ObservationBlocks
-    position: Floats
-
-    def __call__(self, number: int) -> None:
-        block = self.blocks[number]
-        _, residuals = estimate_dots(block, self.blocks.store.memory_map('states'), self.position)
-        kept = np.hypot(*residuals.T) <= _GATE * block.observations.sigmas
-        self.blocks.put(number, ObservationBlock(block.observations.where(kept), block.fixed_dots))
+def _drop_of_block(blocks: ObservationBlocks, position: Floats, number: int) -> None:
+    block = blocks[number]
+    _, residuals = estimate_dots(block, blocks.store.memory_map('states'), position)
+    kept = np.hypot(*residuals.T) <= _OUTLIER_GATE * block.observations.sigmas
+    blocks.put(number, ObservationBlock(block.observations.where(kept), block.fixed_dots))

@@ -7,13 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from floor_localizer.core.arrays import Floats, Ints
-from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
+from floor_localizer.core.independent_tasks import TaskRunner
 from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots
-from floor_localizer.core.survey.adjustment.observations import (
-    BLOCKS_PER_TASK,
-    ObservationBlock,
-    ObservationBlocks,
-)
+from floor_localizer.core.survey.adjustment.observations import ObservationBlock, ObservationBlocks
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.dot_matching import nearest_pairs
 
@@ -69,9 +65,7 @@ def fix_dots(
     """
     store = blocks.store
     store.put('states', 0, states)
-    run_indexed(
-        runner, _PairTask(blocks, position, existing_dots, max_distance), len(blocks), BLOCKS_PER_TASK
-    )
+    blocks.for_each(runner, _pair_dots_of_block, position, existing_dots, max_distance)
     pairs = [store.get('pairs', number) for number in range(len(blocks))]
     block = np.repeat(np.arange(len(blocks)), [len(existing_indices) for existing_indices, _ in pairs])
     existing_indices, distance = (np.concatenate(column) for column in zip(*pairs, strict=True))
@@ -81,36 +75,25 @@ def fix_dots(
     is_nearest[order[first]] = True
     for number in range(len(blocks)):
         store.put('nearest', number, is_nearest[block == number])
-    run_indexed(runner, _FixTask(blocks), len(blocks), BLOCKS_PER_TASK)
+    blocks.for_each(runner, _fix_dots_of_block)
 
 
-@dataclass(frozen=True)
-class _PairTask:
-    """Stores the pairs of dots of a block and of the existing map: index in the map, and distance."""
-
-    blocks: ObservationBlocks
-    position: Floats
-    existing_dots: ExistingDots
-    max_distance: float
-
-    def __call__(self, number: int) -> None:
-        store = self.blocks.store
-        dots, _ = estimate_dots(self.blocks[number], store.memory_map('states'), self.position)
-        existing_indices, points = self.existing_dots.query(dots, self.max_distance)
-        dot_indices, near = nearest_pairs(points, dots, self.max_distance)
-        store.put('pairs', number, existing_indices[near], np.hypot(*(dots[dot_indices] - points[near]).T))
-        store.put('paired', number, dot_indices, points[near])
+def _pair_dots_of_block(
+    blocks: ObservationBlocks, position: Floats, existing_dots: ExistingDots, max_distance: float, number: int
+) -> None:
+    """Store the pairs of dots of a block and of the existing map: index in the map, and distance."""
+    store = blocks.store
+    dots, _ = estimate_dots(blocks[number], store.memory_map('states'), position)
+    existing_indices, points = existing_dots.query(dots, max_distance)
+    dot_indices, near = nearest_pairs(points, dots, max_distance)
+    store.put('pairs', number, existing_indices[near], np.hypot(*(dots[dot_indices] - points[near]).T))
+    store.put('paired', number, dot_indices, points[near])
 
 
-@dataclass(frozen=True)
-class _FixTask:
-    """Fixes the dots of a block that are the nearest to their dot of the existing map among all blocks."""
-
-    blocks: ObservationBlocks
-
-    def __call__(self, number: int) -> None:
-        store, block = self.blocks.store, self.blocks[number]
-        (is_nearest,), (dot_indices, points) = store.get('nearest', number), store.get('paired', number)
-        fixed = block.fixed_dots.copy()
-        fixed[dot_indices[is_nearest]] = points[is_nearest]
-        self.blocks.put(number, ObservationBlock(block.observations, fixed))
+def _fix_dots_of_block(blocks: ObservationBlocks, number: int) -> None:
+    """Fix the dots of a block that are the nearest to their dot of the existing map among all blocks."""
+    store, block = blocks.store, blocks[number]
+    (is_nearest,), (dot_indices, points) = store.get('nearest', number), store.get('paired', number)
+    fixed = block.fixed_dots.copy()
+    fixed[dot_indices[is_nearest]] = points[is_nearest]
+    blocks.put(number, ObservationBlock(block.observations, fixed))

@@ -159,10 +159,10 @@ class MultifrontalSolver:
         """
         tree, root_level = EliminationTree(self.parts, self.store), _SUBTREE_LEVELS
         subtrees = tree.node_count(_SUBTREE_LEVELS)
-        run_indexed(self.runner, _SubtreeTask(tree, part), subtrees)
+        run_indexed(self.runner, partial(_eliminate_subtree, tree, part), subtrees)
         while tree.node_count(root_level) > 1:
             root_level += 1
-            run_indexed(self.runner, _MergeTask(tree, root_level), tree.node_count(root_level))
+            run_indexed(self.runner, partial(_merge_nodes, tree, root_level), tree.node_count(root_level))
         solution = np.zeros((self.images, UNKNOWNS_PER_IMAGE))
         pending = [(root_level, 0, EMPTY_SOLUTION)]
         while pending:
@@ -174,43 +174,25 @@ class MultifrontalSolver:
             solution[found.images] = found.values
             known = known.merge(found)
             pending += [(level - 1, child, known) for child in tree.children(level, index)]
-        run_indexed(self.runner, _BackSubstitutionTask(tree), subtrees)
+        run_indexed(self.runner, partial(_solve_subtree, tree), subtrees)
         for index in range(subtrees):
             images, values = self.store.get('found', index)
             solution[images] = values
         return solution
 
 
-@dataclass(frozen=True)
-class _SubtreeTask:
-    tree: EliminationTree
-    part: Callable[[int], NormalEquations]
-
-    def __call__(self, index: int) -> None:
-        self.tree.store_complement(
-            _SUBTREE_LEVELS, index, self.tree.eliminate_subtree(_SUBTREE_LEVELS, index, self.part)
-        )
+def _eliminate_subtree(tree: EliminationTree, part: Callable[[int], NormalEquations], index: int) -> None:
+    tree.store_complement(_SUBTREE_LEVELS, index, tree.eliminate_subtree(_SUBTREE_LEVELS, index, part))
 
 
-@dataclass(frozen=True)
-class _MergeTask:
-    tree: EliminationTree
-    level: int
-
-    def __call__(self, index: int) -> None:
-        complement = self.tree.merge_children(
-            self.level, index, partial(self.tree.load_complement, self.level - 1)
-        )
-        self.tree.store_complement(self.level, index, complement)
+def _merge_nodes(tree: EliminationTree, level: int, index: int) -> None:
+    complement = tree.merge_children(level, index, partial(tree.load_complement, level - 1))
+    tree.store_complement(level, index, complement)
 
 
-@dataclass(frozen=True)
-class _BackSubstitutionTask:
-    tree: EliminationTree
-
-    def __call__(self, index: int) -> None:
-        known = PartialSolution(*self.tree.store.get('known', index))
-        found = EMPTY_SOLUTION
-        for each in self.tree.solve_subtree(_SUBTREE_LEVELS, index, known):
-            found = found.merge(each)
-        self.tree.store.put('found', index, found.images, found.values)
+def _solve_subtree(tree: EliminationTree, index: int) -> None:
+    known = PartialSolution(*tree.store.get('known', index))
+    found = EMPTY_SOLUTION
+    for each in tree.solve_subtree(_SUBTREE_LEVELS, index, known):
+        found = found.merge(each)
+    tree.store.put('found', index, found.images, found.values)

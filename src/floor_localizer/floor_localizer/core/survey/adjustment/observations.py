@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.arrays import Booleans, Floats, Ints
+from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.survey_image import SurveyImage
 
-BLOCKS_PER_TASK = 4
+_BLOCKS_PER_TASK = 4
 """Blocks processed in one task: enough to hide the overhead of scheduling."""
 
 
@@ -93,6 +95,10 @@ class ObservationBlocks:
         self.store.put('block', number, *block.observations.arrays, block.fixed_dots)
         self.store.put('members', number, np.unique(block.observations.image), np.array(block.is_fixed.any()))
 
+    def for_each(self, runner: TaskRunner, task: Callable[..., None], *arguments: Any) -> None:
+        """Call a task with the blocks, the arguments and the number of each block."""
+        run_indexed(runner, partial(task, self, *arguments), self.count, _BLOCKS_PER_TASK)
+
     def observing_images(self, number: int) -> tuple[Ints, bool]:
         """Return the images that observe dots of a block, ascending, and whether any of its dots is fixed."""
         images, has_fixed = self.store.get('members', number)
@@ -138,15 +144,14 @@ class ProjectedObservations:
 
 
 def collect_observations(images: Sequence[SurveyImage], numbers: Ints, dot_sigma: float) -> Observations:
-    """Return the observations of the images with some numbers, shape (j,), not yet assigned to dots.
+    """Return the observations of images with some numbers, shape (j,), not yet assigned to dots.
 
     ``dot_sigma`` is the standard deviation of a dot on the floor, in addition to image noise [m].
     """
-    wanted = [images[number] for number in numbers.tolist()]
-    image = np.repeat(numbers, np.array([len(each) for each in wanted], dtype=np.int64))
-    directions = np.concatenate([np.empty((0, 3)), *(each.directions for each in wanted)])
-    sigmas = np.hypot(np.concatenate([np.empty(0), *(each.sigmas for each in wanted)]), dot_sigma)
-    diameters = np.concatenate([np.empty(0), *(each.diameters for each in wanted)])
+    image = np.repeat(numbers, np.array([len(each) for each in images], dtype=np.int64))
+    directions = np.concatenate([np.empty((0, 3)), *(each.directions for each in images)])
+    sigmas = np.hypot(np.concatenate([np.empty(0), *(each.sigmas for each in images)]), dot_sigma)
+    diameters = np.concatenate([np.empty(0), *(each.diameters for each in images)])
     return Observations(image, np.full(len(image), -1), directions, sigmas, diameters)
 
 
@@ -181,26 +186,30 @@ class StoredObservations:
         """Number of groups of consecutive images."""
         return -(-self.images // _GROUP_SIZE)
 
-    def read_group(self, number: int) -> tuple[Ints, Observations]:
-        """Return the images of a group, ascending, and their observations in that order."""
-        images = np.arange(number * _GROUP_SIZE, min((number + 1) * _GROUP_SIZE, self.images))
-        return images, Observations(*self.store.get('seen', number))
+    def images_of_group(self, number: int) -> Ints:
+        """Return the images of a group, ascending."""
+        return np.arange(number * _GROUP_SIZE, min((number + 1) * _GROUP_SIZE, self.images))
+
+    def read_group(self, number: int) -> Observations:
+        """Return the observations of the images of a group, in their order."""
+        return Observations(*self.store.get('seen', number))
 
     def read_images(self, wanted: Ints) -> Observations:
         """Return the observations of images, whose indices are ascending, shape (k,), in that order."""
         found = [_EMPTY]
         for number in np.unique(wanted // _GROUP_SIZE).tolist():
-            _, observations = self.read_group(number)
+            observations = self.read_group(number)
             found.append(observations.where(np.isin(observations.image, wanted)))
         return Observations(*map(np.concatenate, zip(*(each.arrays for each in found), strict=True)))
 
 
 def store_observations(
-    images: Sequence[SurveyImage], dot_sigma: float, store: ArrayStore
+    images: Sequence[SurveyImage], chosen: Ints, dot_sigma: float, store: ArrayStore
 ) -> StoredObservations:
-    """Store the observations of the images that are on the map; ``dot_sigma`` as for `collect_observations`."""
-    stored = StoredObservations(store, len(images))
+    """Store the observations of the chosen images, those on the map; ``dot_sigma`` as for `collect_observations`."""
+    stored = StoredObservations(store, len(chosen))
     for number in range(stored.group_count):
-        numbers = np.arange(number * _GROUP_SIZE, min((number + 1) * _GROUP_SIZE, len(images)))
-        store.put('seen', number, *collect_observations(images, numbers, dot_sigma).arrays)
+        numbers = stored.images_of_group(number)
+        group = [images[index] for index in chosen[numbers].tolist()]
+        store.put('seen', number, *collect_observations(group, numbers, dot_sigma).arrays)
     return stored

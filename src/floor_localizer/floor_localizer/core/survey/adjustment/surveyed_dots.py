@@ -10,12 +10,12 @@ from scipy.spatial import cKDTree
 
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.dots import DotMap
-from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
+from floor_localizer.core.independent_tasks import TaskRunner
 from floor_localizer.core.survey.adjustment.block_partition import ImageBoxes, Tile, store_boxes
 from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots
 from floor_localizer.core.survey.adjustment.existing_dots import ExistingDots
 from floor_localizer.core.survey.adjustment.observation_merging import count_expected_views
-from floor_localizer.core.survey.adjustment.observations import BLOCKS_PER_TASK, ObservationBlocks
+from floor_localizer.core.survey.adjustment.observations import ObservationBlocks
 from floor_localizer.core.survey.survey_image import ViewOutline
 
 _MIN_EXPECTED_VIEWS = 2
@@ -41,23 +41,6 @@ class Residuals:
             yield block.observations.image, self.scale * residuals
 
 
-@dataclass(frozen=True)
-class SurveyedDots:
-    """The dots of a survey.
-
-    Attributes:
-        dot_map: dots of the extended map, unchanged, then the new ones.
-        counts: number of images that observed each dot, shape (n,).
-        spurious_count: number of spurious dots that were dropped.
-        existing_count: number of dots of the extended map.
-    """
-
-    dot_map: DotMap
-    counts: Ints
-    spurious_count: int
-    existing_count: int
-
-
 def collect_dots(
     blocks: ObservationBlocks,
     states: Floats,
@@ -66,20 +49,23 @@ def collect_dots(
     existing: DotMap,
     existing_dots: ExistingDots,
     runner: TaskRunner,
-) -> SurveyedDots:
-    """Collect dots, diameters and counts without spurious dots; store the residuals.
+) -> tuple[DotMap, Ints, int]:
+    """Collect the dots of adjusted blocks without spurious ones; store the residuals.
 
-    ``blocks`` are adjusted, ``existing`` is the map to extend, which may be empty, ``existing_dots`` its stored dots.
+    ``existing`` is the map to extend, which may be empty, ``existing_dots`` its stored dots.
+
+    Returns:
+        the dots of the extended map, unchanged, then the new ones; the number of images that observed each dot, shape
+        (n,); and the number of spurious dots that were dropped.
     """
     store, numbers = blocks.store, range(len(blocks))
     store.put('states', 0, states)
-    run_indexed(runner, _EstimateTask(blocks, position), len(blocks), BLOCKS_PER_TASK)
+    blocks.for_each(runner, _estimate_dots_of_block, position)
     # A dot closer to the image border than the median diameter may be cut off.
     margin = float(np.median(np.concatenate([store.get('diameters', number)[0] for number in numbers])))
     centres = outline.centres(states)
     boxes = store_boxes(np.stack([centres - outline.radius, centres + outline.radius], axis=1), store)
-    filter_task = _FilterTask(blocks, boxes, existing_dots, outline, margin)
-    run_indexed(runner, filter_task, len(blocks), BLOCKS_PER_TASK)
+    blocks.for_each(runner, _filter_dots_of_block, boxes, existing_dots, outline, margin)
     existing_counts, spurious_count = np.zeros(len(existing), dtype=np.int64), 0
     points, diameters, counts = [existing.points], [existing.diameters], list[Ints]()
     for number in numbers:
@@ -90,53 +76,41 @@ def collect_dots(
         existing_counts[which] += again
         spurious_count += int(dropped)
     dot_map = DotMap(np.concatenate(points), np.concatenate(diameters))
-    return SurveyedDots(dot_map, np.concatenate([existing_counts, *counts]), spurious_count, len(existing))
+    return dot_map, np.concatenate([existing_counts, *counts]), spurious_count
 
 
-@dataclass(frozen=True)
-class _EstimateTask:
-    """Stores the residuals, dot positions and dot diameters of a block."""
-
-    blocks: ObservationBlocks
-    position: Floats
-
-    def __call__(self, number: int) -> None:
-        store, block = self.blocks.store, self.blocks[number]
-        states, observations, count = store.memory_map('states'), block.observations, len(block.fixed_dots)
-        dots, residuals = estimate_dots(block, states, self.position)
-        total = np.bincount(
-            observations.dot, observations.diameters * (1.0 + states[observations.image, 3]), count
-        )
-        store.put('residuals', number, residuals)
-        store.put('places', number, dots)
-        store.put('diameters', number, total / np.maximum(np.bincount(observations.dot, minlength=count), 1))
+def _estimate_dots_of_block(blocks: ObservationBlocks, position: Floats, number: int) -> None:
+    """Store the residuals, dot positions and dot diameters of a block."""
+    store, block = blocks.store, blocks[number]
+    states, observations, count = store.memory_map('states'), block.observations, len(block.fixed_dots)
+    dots, residuals = estimate_dots(block, states, position)
+    total = np.bincount(
+        observations.dot, observations.diameters * (1.0 + states[observations.image, 3]), count
+    )
+    store.put('residuals', number, residuals)
+    store.put('places', number, dots)
+    store.put('diameters', number, total / np.maximum(np.bincount(observations.dot, minlength=count), 1))
 
 
-@dataclass(frozen=True)
-class _FilterTask:
-    """Stores the new dots of a block without spurious ones, and the counts of the existing dots."""
-
-    blocks: ObservationBlocks
-    boxes: ImageBoxes
-    existing_dots: ExistingDots
-    outline: ViewOutline
-    margin: float
-
-    def __call__(self, number: int) -> None:
-        store, block = self.blocks.store, self.blocks[number]
-        (dots,), (diameters,) = store.get('places', number), store.get('diameters', number)
-        counts, fixed = np.bincount(block.observations.dot, minlength=len(dots)), block.is_fixed
-        which, points = self.existing_dots.query(dots[fixed], 0.0)
-        _, same = cKDTree(points).query(dots[fixed])
-        once = np.flatnonzero(~fixed & (counts == 1))
-        is_spurious = self._expected_views(dots[once]) >= _MIN_EXPECTED_VIEWS
-        kept = ~fixed & (counts > 0)
-        kept[once] = ~is_spurious
-        new = dots[kept], diameters[kept], counts[kept]
-        store.put('dots', number, *new, which[same], counts[fixed], is_spurious.sum())
-
-    def _expected_views(self, dots: Floats) -> Ints:
-        """Return the number of images that should have observed each dot, shape (m,)."""
-        place = Tile(dots.min(axis=0, initial=np.inf), dots.max(axis=0, initial=-np.inf))
-        near = self.blocks.store.memory_map('states')[self.boxes.overlapping_images(place)]
-        return count_expected_views(dots, near, self.outline, self.margin)
+def _filter_dots_of_block(
+    blocks: ObservationBlocks,
+    boxes: ImageBoxes,
+    existing_dots: ExistingDots,
+    outline: ViewOutline,
+    margin: float,
+    number: int,
+) -> None:
+    """Store the new dots of a block without spurious ones, and the counts of the existing dots."""
+    store, block = blocks.store, blocks[number]
+    (dots,), (diameters,) = store.get('places', number), store.get('diameters', number)
+    counts, fixed = np.bincount(block.observations.dot, minlength=len(dots)), block.is_fixed
+    which, points = existing_dots.query(dots[fixed], 0.0)
+    _, same = cKDTree(points).query(dots[fixed])
+    once = np.flatnonzero(~fixed & (counts == 1))
+    place = Tile(dots[once].min(axis=0, initial=np.inf), dots[once].max(axis=0, initial=-np.inf))
+    near = store.memory_map('states')[boxes.overlapping_images(place)]
+    is_spurious = count_expected_views(dots[once], near, outline, margin) >= _MIN_EXPECTED_VIEWS
+    kept = ~fixed & (counts > 0)
+    kept[once] = ~is_spurious
+    new = dots[kept], diameters[kept], counts[kept]
+    store.put('dots', number, *new, which[same], counts[fixed], is_spurious.sum())
