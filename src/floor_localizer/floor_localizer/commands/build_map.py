@@ -10,7 +10,13 @@ from typing import BinaryIO
 
 import numpy as np
 
-from floor_localizer.commands.options import add_settings, add_worker_options, settings_from, task_runner
+from floor_localizer.commands.options import (
+    add_mount_options,
+    add_settings,
+    add_worker_options,
+    settings_from,
+    task_runner,
+)
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.localizer import check_mount
 from floor_localizer.core.settings import SurveySettings
@@ -35,7 +41,6 @@ from shirube_ros.file_errors import CameraFileError
 
 RESULTS = ('sightings.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
 """Files that are written; the map is the last."""
-_DEFAULT = CameraMount()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -228,10 +233,11 @@ def make_parser() -> argparse.ArgumentParser:
     add('--known-length', type=float, nargs=5, metavar=('X1', 'Y1', 'X2', 'Y2', 'LENGTH'),
         help='positions of two dots in the map without this option, and their true distance [m]')  # fmt: skip
     add('--out', type=Path, default=Path('out/survey'), metavar='FOLDER', help='default: %(default)s')
-    add('--camera-xyz', type=float, nargs=3, default=_DEFAULT.xyz, metavar=('X', 'Y', 'Z'),
-        help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_DEFAULT.rpy, metavar=('R', 'P', 'Y'),
-        help='fixed-axis roll, pitch, yaw of the optical frame [rad] (default: looking down)')  # fmt: skip
+    add_mount_options(
+        parser,
+        'position of the optical frame in the base frame [m] (default: %(default)s)',
+        'fixed-axis roll, pitch, yaw of the optical frame [rad] (default: looking down)',
+    )
     add_worker_options(parser)
     add_settings(parser, SurveySettings)
     return parser

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import yaml
 
+from floor_localizer.commands.options import add_mount_options, run_command
 from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.mat.camera_calibration import CameraCalibration, calibrate
@@ -18,7 +19,6 @@ from floor_localizer.files.dot_map_file import load_dot_map
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_ros.calibration_file import load_calibration
-from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import load_image
 
 
@@ -54,7 +54,6 @@ def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
     write_text(path, yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
 
 
-_DEFAULT = CameraMount()
 # Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].
 _RULER_SIGMA = 0.002
 # Initial focal length for a field of view of 53 degrees, relative to the image size.
@@ -64,23 +63,18 @@ _INITIAL_FOCAL_LENGTH = 1.0
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when a file is invalid or the image is insufficient."""
     options = make_parser().parse_args(arguments)
-    try:
-        found = calibrate_camera(options)
-        lines = report(found, options)
-        save_mount(options.out, found.mount, lines)
-        if options.calibration is None:
-            save_intrinsics(intrinsics_path(options.out), found.fit.camera)
-            lines.append(f'{intrinsics_path(options.out)}: the focal length for this height')
-    except (FloorLocalizerError, CameraFileError) as fault:
-        print(f'calibrate_camera: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(
-            f'calibrate_camera: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr
-        )
-        return 1
+    return run_command('calibrate_camera', lambda: calibrate_and_save(options))
+
+
+def calibrate_and_save(options: argparse.Namespace) -> None:
+    """Calibrate, write the files and print the report."""
+    found = calibrate_camera(options)
+    lines = report(found, options)
+    save_mount(options.out, found.mount, lines)
+    if options.calibration is None:
+        save_intrinsics(intrinsics_path(options.out), found.fit.camera)
+        lines.append(f'{intrinsics_path(options.out)}: the focal length for this height')
     print('\n'.join([*lines, f'{options.out}: camera_xyz and camera_rpy, for --params-file']))
-    return 0
 
 
 def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
@@ -156,10 +150,11 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add('--robot-at', type=float, nargs=3, metavar=('X', 'Y', 'YAW'),
         help="the robot's pose on the mat [m, m, rad], to find x, y and yaw of the camera")  # fmt: skip
-    add('--camera-xyz', type=float, nargs=3, default=_DEFAULT.xyz, metavar=('X', 'Y', 'Z'),
-        help='initial position of the camera; x and y are kept without --robot-at [m]')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_DEFAULT.rpy, metavar=('R', 'P', 'Y'),
-        help='initial roll, pitch, yaw of the camera [rad] (default: looking down)')  # fmt: skip
+    add_mount_options(
+        parser,
+        'initial position of the camera; x and y are kept without --robot-at [m]',
+        'initial roll, pitch, yaw of the camera [rad] (default: looking down)',
+    )
     add('--out', type=Path, default=Path('belly_camera.yaml'), metavar='YAML', help='default: %(default)s')
     return parser
 

@@ -11,8 +11,8 @@ from typing import BinaryIO
 
 import numpy as np
 
+from floor_localizer.commands.options import run_command
 from floor_localizer.core.dots import DotMap
-from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
 from floor_localizer.files.dot_map_file import load_dot_map
 from shirube_core.files import atomic_write
@@ -58,15 +58,7 @@ def draw_comparison(file: BinaryIO, first: DotMap, second: DotMap, found: MapCom
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when a file is invalid or the maps do not overlap."""
     options = make_parser().parse_args(arguments)
-    try:
-        compare_maps(options)
-    except FloorLocalizerError as fault:
-        print(f'compare_maps: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'compare_maps: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
-        return 1
-    return 0
+    return run_command('compare_maps', lambda: compare_maps(options))
 
 
 def compare_maps(options: argparse.Namespace) -> None:

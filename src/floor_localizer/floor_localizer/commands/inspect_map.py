@@ -11,15 +11,13 @@ from typing import Any, BinaryIO
 import numpy as np
 from tqdm import tqdm
 
-from floor_localizer.commands.map_report import compute_map_statistics, map_report, places_report
-from floor_localizer.commands.options import add_settings, settings_from
+from floor_localizer.commands.map_report import map_report, places_report
+from floor_localizer.commands.options import add_settings, run_command, settings_from
 from floor_localizer.core.arrays import Floats
-from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings, inspect_places, list_places
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
 from shirube_core.files import atomic_write
-from shirube_core.settings import SettingsError
 
 _LONG_SIDE, _MIN_SHORT_SIDE = 10.0, 3.0  # size of the plot [inch]
 _MARGIN = np.array([1.5, 1.0])  # margin for scales and legend [inch]
@@ -61,17 +59,9 @@ def _draw_density(figure: Any, axes: Any, points: Floats, size: Floats) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return 0, or 1 for an invalid file or option."""
+    """Run the command; return 0, or 1 when a file or option is invalid."""
     options = make_parser().parse_args(arguments)
-    try:
-        inspect(options)
-    except (FloorLocalizerError, SettingsError) as fault:
-        print(f'inspect_map: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'inspect_map: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
-        return 1
-    return 0
+    return run_command('inspect_map', lambda: inspect(options))
 
 
 def inspect(options: argparse.Namespace) -> None:
@@ -79,7 +69,7 @@ def inspect(options: argparse.Namespace) -> None:
     view = settings_from(options, ViewSettings)
     dot_map, floor = load_dots_and_index(options.map)
     print(f'{"map":<16}{options.map}')
-    print(map_report(compute_map_statistics(dot_map, floor)))
+    print(map_report(dot_map, floor))
     if options.write is not None:
         write_indexed_map(options.write, dot_map, floor)
     points = list_places(floor.grid, view)

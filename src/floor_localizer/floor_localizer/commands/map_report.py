@@ -1,92 +1,40 @@
-"""Statistics of a dot map: number, density and size of the dots, and size of the index."""
+"""The report of `inspect_map`: statistics of a map and the uniqueness of its places."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from floor_localizer.core.arrays import Floats
 from floor_localizer.core.constellation.dot_grid import typical_spacing
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings
 
-
-@dataclass(frozen=True)
-class MapStatistics:
-    """Statistics of a map.
-
-    Attributes:
-        dots: number of dots.
-        lower: shape (2,), lower left corner of the dots' bounding box [m].
-        upper: shape (2,), upper right corner [m].
-        area: area of the occupied floor, without gaps between rooms [m^2].
-        density: density of dots in that area [1/m^2].
-        diameters: shape (3,), smallest, median and largest known diameter [m]; None if none is known.
-        known_diameter_fraction: fraction of the dots with a known diameter.
-        constellations: number of constellations in the index.
-        bytes_per_dot: size of dots and index, in memory and in the binary format, per dot [bytes].
-    """
-
-    dots: int
-    lower: Floats
-    upper: Floats
-    area: float
-    density: float
-    diameters: Floats | None
-    known_diameter_fraction: float
-    constellations: int
-    bytes_per_dot: float
-
-
-def compute_map_statistics(dot_map: DotMap, floor: IndexedMap) -> MapStatistics:
-    """Return the statistics of a map, given with its index."""
-    density = 1.0 / typical_spacing(dot_map.points) ** 2
-    known = dot_map.diameters[np.isfinite(dot_map.diameters)]
-    arrays = (
-        *(floor.grid.points, floor.grid.starts, floor.addresses.bits),
-        *(floor.index.entries, floor.index.starts),
-    )
-    return MapStatistics(
-        dots=len(dot_map),
-        lower=dot_map.points.min(axis=0),
-        upper=dot_map.points.max(axis=0),
-        area=len(dot_map) / density,
-        density=density,
-        diameters=np.percentile(known, [0.0, 50.0, 100.0]) if len(known) else None,
-        known_diameter_fraction=len(known) / len(dot_map),
-        constellations=len(floor.index.entries),
-        bytes_per_dot=sum(array.nbytes for array in arrays) / len(dot_map),
-    )
-
-
 _MAX_LISTED = 10
 
 
-def map_report(statistics: MapStatistics) -> str:
-    """Return the statistics of a map as lines of text."""
-    width, height = statistics.upper - statistics.lower
-    diameters = 'unknown'
-    if statistics.diameters is not None:
-        smallest, median, largest = 1e3 * statistics.diameters
+def map_report(dot_map: DotMap, floor: IndexedMap) -> str:
+    """Return the statistics of a map, given with its index, as lines of text."""
+    dots, (x0, y0), (x1, y1) = len(dot_map), dot_map.points.min(axis=0), dot_map.points.max(axis=0)
+    # Density of the occupied floor, without gaps between rooms.
+    density = 1.0 / typical_spacing(dot_map.points) ** 2
+    known, diameters = dot_map.diameters[np.isfinite(dot_map.diameters)], 'unknown'
+    if len(known):
+        smallest, median, largest = 1e3 * np.percentile(known, [0.0, 50.0, 100.0])
         diameters = f'{smallest:.2f} to {largest:.2f} mm, median {median:.2f} mm'
-        diameters += f', known for {statistics.known_diameter_fraction:.0%} of the dots'
-    x0, y0 = statistics.lower
-    x1, y1 = statistics.upper
+        diameters += f', known for {len(known) / dots:.0%} of the dots'
+    keys = floor.index.entries
+    arrays = floor.grid.points, floor.grid.starts, floor.addresses.bits, keys, floor.index.starts
     rows = (
-        ('dots', f'{statistics.dots}'),
-        ('extent', f'{width:.3f} x {height:.3f} m: x {x0:.3f} to {x1:.3f}, y {y0:.3f} to {y1:.3f}'),
-        ('area with dots', f'{statistics.area:.3f} m²'),
-        ('density', f'{statistics.density:.0f} dots/m², {1e3 * statistics.density**-0.5:.1f} mm apart'),
+        ('dots', f'{dots}'),
+        ('extent', f'{x1 - x0:.3f} x {y1 - y0:.3f} m: x {x0:.3f} to {x1:.3f}, y {y0:.3f} to {y1:.3f}'),
+        ('area with dots', f'{dots / density:.3f} m²'),
+        ('density', f'{density:.0f} dots/m², {1e3 * density**-0.5:.1f} mm apart'),
         ('diameters', diameters),
-        (
-            'constellations',
-            f'{statistics.constellations}, {statistics.constellations / statistics.dots:.1f} per dot',
-        ),
-        ('size', f'{statistics.bytes_per_dot:.0f} bytes per dot'),
+        ('constellations', f'{len(keys)}, {len(keys) / dots:.1f} per dot'),
+        ('size', f'{sum(array.nbytes for array in arrays) / dots:.0f} bytes per dot'),
     )
     return '\n'.join(f'{name:<16}{value}' for name, value in rows)
 

@@ -6,18 +6,48 @@ import argparse
 import logging
 import os
 import signal
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from dataclasses import fields
 from multiprocessing import resource_tracker
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner
-from shirube_core.settings import check_settings, describe_settings, reject_former_option
+from shirube_core.geometry import CameraMount
+from shirube_core.settings import SettingsError, check_settings, describe_settings, reject_former_option
+from shirube_ros.file_errors import CameraFileError
 
 Settings = TypeVar('Settings')
+
+
+def run_command(name: str, job: Callable[[], object], out: Path | None = None) -> int:
+    """Run a command; return 0, or 1 after one line about what is wrong with a file or an option.
+
+    ``out`` is named for errors of the system without a file.
+    """
+    try:
+        job()
+    except (FloorLocalizerError, CameraFileError, SettingsError) as fault:
+        print(f'{name}: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'{name}: {fault.filename or out}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    return 0
+
+
+def add_mount_options(parser: argparse.ArgumentParser, xyz_help: str, rpy_help: str) -> None:
+    """Add ``--camera-xyz`` and ``--camera-rpy``, the mount of the camera."""
+    mount = CameraMount()
+    for name, default, letters, text in (
+        ('--camera-xyz', mount.xyz, ('X', 'Y', 'Z'), xyz_help),
+        ('--camera-rpy', mount.rpy, ('R', 'P', 'Y'), rpy_help),
+    ):
+        parser.add_argument(name, type=float, nargs=3, default=default, metavar=letters, help=text)
 
 
 def add_settings(parser: argparse.ArgumentParser, cls: type) -> None:

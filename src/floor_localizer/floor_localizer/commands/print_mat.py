@@ -10,8 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from floor_localizer.commands.map_report import places_report
-from floor_localizer.commands.options import add_settings, settings_from
-from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.commands.options import add_settings, run_command, settings_from
 from floor_localizer.core.mat.page_layout import (
     PAPERS,
     ROLL,
@@ -23,7 +22,6 @@ from floor_localizer.core.mat.random_mat import MatSettings, generate_unique_mat
 from floor_localizer.core.uniqueness import ViewSettings
 from floor_localizer.files.csv_format import save_csv
 from shirube_core.files import atomic_write
-from shirube_core.settings import SettingsError
 
 _SEEDS = 10**6
 
@@ -31,18 +29,7 @@ _SEEDS = 10**6
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when an option is invalid or a file cannot be written."""
     options = make_parser().parse_args(arguments)
-    try:
-        print_mat(options)
-    except (FloorLocalizerError, SettingsError) as fault:
-        print(f'print_mat: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(
-            f'print_mat: {fault.filename or options.out}: {fault.strerror}; choose a writable place',
-            file=sys.stderr,
-        )
-        return 1
-    return 0
+    return run_command('print_mat', lambda: print_mat(options), options.out)
 
 
 def print_mat(options: argparse.Namespace) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, overload
+from typing import Any, overload
 
 import numpy as np
 
@@ -31,14 +31,6 @@ class Frame:
 
     name: str
     T_odom_base: SE2
-
-
-class ImageBatch(Protocol):
-    """Images in order."""
-
-    def __iter__(self) -> Iterator[tuple[int, Pixels | str]]:
-        """Yield index and pixels of each image, or a one-line error message instead of the pixels."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -102,6 +94,9 @@ class BagImageBatch:
             return _check_size(read(message, self.topic), self.camera, self.topic)
         except MessageError as fault:
             return str(fault)
+
+
+ImageBatch = FileImageBatch | BagImageBatch
 
 
 def _check_size(pixels: Pixels, camera: PinholeCamera, name: str) -> Pixels | str:

@@ -22,7 +22,7 @@ from floor_localizer.core.survey.submap_graph.connected_images import connect_im
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.survey_files.checkpoint import Checkpoint, Detection
 from floor_localizer.survey_files.survey_images import ImageBatch, PackedImages, pack_images
-from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
+from floor_localizer.survey_files.survey_source import SurveySource
 from shirube_core.geometry import CameraMount
 
 _MIN_DOTS = 8
@@ -88,7 +88,7 @@ class SurveyRun:
 
 
 def survey_inputs(
-    source: FolderSource | BagSource, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
+    source: SurveySource, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
 ) -> dict[str, object]:
     """Return everything besides the code that the results depend on, by human-readable names."""
     poses = [

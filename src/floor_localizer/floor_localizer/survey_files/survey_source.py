@@ -8,14 +8,13 @@ from bisect import bisect_left
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
 from floor_localizer.bag_localization import choose_topics
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.survey.odometry_buffer import OdometryBuffer
-from floor_localizer.survey_files.survey_images import BagImageBatch, FileImageBatch, Frame, ImageBatch
+from floor_localizer.survey_files.survey_images import BagImageBatch, FileImageBatch, Frame
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.tum_file import load_tum
 from shirube_core.geometry import SE2, PinholeCamera, yaw_from_quaternion
@@ -104,22 +103,6 @@ def _from_csv(path: Path) -> dict[str, SE2]:
 
 
 _NANOSECONDS = 1_000_000_000
-
-
-class SurveySource(Protocol):
-    """Images in order.
-
-    Attributes:
-        frames: all images.
-        camera: camera that took them.
-    """
-
-    frames: list[Frame]
-    camera: PinholeCamera
-
-    def batch(self, wanted: Sequence[int]) -> ImageBatch:
-        """Return the images of ascending indices as a batch that any process can read."""
-        ...
 
 
 class FolderSource:
@@ -215,3 +198,6 @@ def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera
     if camera is None:
         raise FloorLocalizerError(f'{image}: has no valid calibration; record camera_info as well')
     return camera, taken, received
+
+
+SurveySource = FolderSource | BagSource

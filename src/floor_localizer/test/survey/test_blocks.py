@@ -13,7 +13,7 @@ from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, 
 from floor_localizer.core.independent_tasks import InProcessRunner
 from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
 from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
-from floor_localizer.core.survey.adjustment.existing_dots import fix_dots, store_existing_dots
+from floor_localizer.core.survey.adjustment.dot_estimation import fix_dots, store_existing_dots
 from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
 from floor_localizer.core.survey.adjustment.observations import (
     ObservationBlock,

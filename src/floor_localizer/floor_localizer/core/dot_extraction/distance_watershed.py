@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.arrays import Ints, Pixels
+from floor_localizer.core.dot_extraction.labelling import find_root
 
 
 @njit(cache=True, error_model='numpy')
@@ -79,12 +80,12 @@ def _flood(
         for step in (-1, 1, -width, width, -width - 1, -width + 1, width - 1, width + 1):
             if owner[pixel + step] < 0:
                 continue
-            other = _find_root(parents, owner[pixel + step])
+            other = find_root(parents, owner[pixel + step])
             if root >= 0 and root != other:
                 high, low = (root, other) if peaks[root] >= peaks[other] else (other, root)
                 if flat[pixel] > largest_waist * peaks[low] or peaks[low] < smallest_radius:
                     parents[low] = high
-                    root, other = _find_root(parents, root), high
+                    root, other = find_root(parents, root), high
             # A pixel joins the basin of its highest neighbour, so that no basin spreads along the flank of another.
             if flat[pixel + step] > highest:
                 root, highest = other, flat[pixel + step]
@@ -114,20 +115,13 @@ def _pixels_by_distance(values: NDArray[np.int32]) -> Ints:
 
 
 @njit(cache=True, error_model='numpy')
-def _find_root(parents: Ints, node: int) -> int:
-    while parents[node] != node:
-        node = parents[node]
-    return node
-
-
-@njit(cache=True, error_model='numpy')
 def _number_basins(owner: Ints, parents: Ints, height: int, width: int) -> tuple[NDArray[np.int32], int]:
     numbers = np.zeros(owner.size, np.int32)
     basins = np.zeros(owner.size, np.int32)
     count = 0
     for pixel in range(owner.size):
         if owner[pixel] >= 0:
-            root = _find_root(parents, owner[pixel])
+            root = find_root(parents, owner[pixel])
             if numbers[root] == 0:
                 count += 1
                 numbers[root] = count

@@ -98,14 +98,15 @@ def _connect_to_row_above(runs: NDArray[np.int32]) -> NDArray[np.int32]:
             above += 1
         other = above
         while runs[other, 0] == row - 1 and runs[other, 1] < right:
-            one, two = _find_root(parents, k), _find_root(parents, other)
+            one, two = find_root(parents, k), find_root(parents, other)
             parents[max(one, two)] = min(one, two)
             other += 1
     return parents
 
 
 @njit(cache=True)
-def _find_root(parents: NDArray[np.int32], node: int) -> int:
+def find_root(parents: NDArray[np.signedinteger], node: int) -> int:
+    """Return the root of a node of a union-find forest, and halve the path to it."""
     while parents[node] != node:
         parents[node] = parents[parents[node]]
         node = parents[node]

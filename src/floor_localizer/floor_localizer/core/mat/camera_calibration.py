@@ -17,7 +17,7 @@ from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.mat.mount_fit import KnownHeight, MountFit, fit_mount
-from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, Tolerances
+from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, MatchTolerances
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy, wrap_angle
 
 # Tilts to try about both axes [rad]; the error from tilts in between is smaller than the dot spacing.
@@ -41,7 +41,7 @@ def match_mat(
         float(np.median(mat.diameters)) * math.sqrt(camera.fx * camera.fy) / float(np.median(dots.diameters))
     )
     rays = camera.rays_from_pixels(dots.pixels)
-    tolerances = Tolerances(_SIGMA, _SCALE_TOLERANCE, math.radians(2.5) / height, _CHANCE_ALIGNMENTS_MAX)
+    tolerances = MatchTolerances(_SIGMA, _SCALE_TOLERANCE, math.radians(2.5) / height, _CHANCE_ALIGNMENTS_MAX)
     best: DotMatch | None = None
     for roll, pitch in sorted(itertools.product(_TILTS, _TILTS), key=lambda tilt: math.hypot(*tilt)):
         rotation = matrix_from_rpy((roll, pitch, 0.0)) @ initial_mount.rotation

@@ -6,7 +6,7 @@ The searches and the acceptance test are those of the localizer (see `acceptance
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -31,7 +31,7 @@ _MATCH_GATE = 4.0
 
 
 @dataclass(frozen=True)
-class Tolerances:
+class MatchTolerances:
     """How far two sets of the same dots may differ.
 
     Attributes:
@@ -84,7 +84,7 @@ class DotMatcher:
         self._index: IndexedMap | None = None
 
     def match_near(
-        self, points: Floats, expected: SE2, radius: float, yaw_tolerance: float, tolerances: Tolerances
+        self, points: Floats, expected: SE2, radius: float, yaw_tolerance: float, tolerances: MatchTolerances
     ) -> DotMatch | None:
         """Match dots near an expected pose; return None if there is no match.
 
@@ -97,42 +97,32 @@ class DotMatcher:
         """
         if len(points) < _MIN_DOTS or len(self.points) < _MIN_DOTS:
             return None
-        view = make_view(
-            _contiguous(points), tolerances.sigma, tolerances.tilt_distortion, tolerances.scale, self.density
-        )
-        expected_dots = (
-            self.density
-            * math.pi
-            * (radius + 2.0 * self.grid.cell) ** 2
-            * min(yaw_tolerance / math.pi + 0.1, 1.0)
-        )
-        search = new_search(
-            len(points),
-            max(min(expected_dots, float(len(self.points))), 1.0),
-            tolerances.chance_alignments_max,
-            _MIN_MATCH_FRACTION,
-        )
+        area = math.pi * (radius + 2.0 * self.grid.cell) ** 2
+        expected_dots = self.density * area * min(yaw_tolerance / math.pi + 0.1, 1.0)
+        view, search = self._begin_search(points, expected_dots, tolerances)
         pose = np.array([expected.x, expected.y, expected.yaw])
         found = search_near(self.grid, view, search, pose, radius, yaw_tolerance, _MAX_NEAR_PAIRS)
         return self._matched(view, search) if found else None
 
-    def match_anywhere(self, points: Floats, tolerances: Tolerances) -> DotMatch | None:
+    def match_anywhere(self, points: Floats, tolerances: MatchTolerances) -> DotMatch | None:
         """Match dots, shape (m, 2) [m], at any pose; return None if there is no match or it is ambiguous."""
         if len(points) < _MIN_DOTS or len(self.points) < _MIN_DOTS:
             return None
         if self._index is None:
             self._index = index_map(DotMap(self.points, np.full(len(self.points), np.nan)))
-        view = make_view(
-            _contiguous(points), tolerances.sigma, tolerances.tilt_distortion, tolerances.scale, self.density
-        )
-        search = new_search(
-            len(points), float(len(self.points)), tolerances.chance_alignments_max, _MIN_MATCH_FRACTION
-        )
+        view, search = self._begin_search(points, math.inf, tolerances)
         if not search_constellations(self._index.grid, self._index.index, view, search, _MAX_CELLS):
             return None
-        if len(search.plausible_poses()) > 1:
-            return None
-        return self._matched(view, search)
+        return self._matched(view, search) if len(search.plausible_poses()) == 1 else None
+
+    def _begin_search(
+        self, points: Floats, expected_dots: float, tolerances: MatchTolerances
+    ) -> tuple[ViewDots, SearchState]:
+        points = np.ascontiguousarray(points, dtype=np.float64)  # as the compiled kernels expect
+        sigma, scale, tilt_distortion, chance = astuple(tolerances)
+        candidates = max(min(expected_dots, float(len(self.points))), 1.0)
+        search = new_search(len(points), candidates, chance, _MIN_MATCH_FRACTION)
+        return make_view(points, sigma, tilt_distortion, scale, self.density), search
 
     def _matched(self, view: ViewDots, search: SearchState) -> DotMatch:
         """Return the best pose with its one-to-one matches."""
@@ -141,11 +131,6 @@ class DotMatcher:
         xy = np.column_stack([points.real, points.imag])
         source, target = nearest_pairs(self.points, xy, _MATCH_GATE * view.sigma)
         return DotMatch(a, b, source, target, log_chance)
-
-
-def _contiguous(points: Floats) -> Floats:
-    """Return the points in C order, as the compiled kernels expect."""
-    return np.ascontiguousarray(points, dtype=np.float64)
 
 
 def nearest_pairs(dots: Floats, points: Floats, max_distance: float) -> tuple[Ints, Ints]:

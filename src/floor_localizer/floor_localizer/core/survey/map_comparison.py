@@ -16,7 +16,7 @@ from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.dot_grid import typical_spacing
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
-from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, Tolerances, nearest_pairs
+from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, MatchTolerances, nearest_pairs
 from floor_localizer.core.survey.submap import fit_rigid_pose
 from shirube_core.geometry import SE2
 
@@ -107,7 +107,7 @@ def _scale(source: Floats, target: Floats) -> float:
 def _initial_motion(matcher: DotMatcher, points: Floats) -> SE2 | None:
     """Return the motion of the patch with the most matched dots."""
     tree, best = cKDTree(points), None
-    tolerances = Tolerances(_SIGMA, _SCALE, 0.0, _CHANCE_ALIGNMENTS_MAX)
+    tolerances = MatchTolerances(_SIGMA, _SCALE, 0.0, _CHANCE_ALIGNMENTS_MAX)
     seeds = np.linspace(0, len(points) - 1, min(_PATCHES, len(points))).astype(int)
     for seed in seeds:
         patch = points[tree.query(points[seed], k=min(_PATCH_DOTS, len(points)))[1]]

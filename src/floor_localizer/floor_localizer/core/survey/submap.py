@@ -14,7 +14,7 @@ from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust
 from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
 from floor_localizer.core.survey.adjustment.observations import collect_observations, project_observations
-from floor_localizer.core.survey.dot_matching import DotMatcher, Tolerances
+from floor_localizer.core.survey.dot_matching import DotMatcher, MatchTolerances
 from floor_localizer.core.survey.survey_image import SurveyImage
 from shirube_core.geometry import SE2
 
@@ -150,7 +150,7 @@ def match_images(
     )
     source_points = points_near(source.points, target.points, expected, spacing + radius)
     sigma = float(np.hypot(np.median(source.sigmas), settings.dot_sigma)) * 2.0 if len(source) else 1e-4
-    tolerances = Tolerances(
+    tolerances = MatchTolerances(
         max(sigma, 0.0001),
         _SCALE_SIGMAS * settings.scale_sigma,
         _TILT_SIGMAS * settings.tilt_sigma / height,

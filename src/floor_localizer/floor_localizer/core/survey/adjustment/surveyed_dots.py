@@ -12,8 +12,7 @@ from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.independent_tasks import TaskRunner
 from floor_localizer.core.survey.adjustment.block_partition import ImageBoxes, Tile, store_boxes
-from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots
-from floor_localizer.core.survey.adjustment.existing_dots import ExistingDots
+from floor_localizer.core.survey.adjustment.dot_estimation import ExistingDots, estimate_dots
 from floor_localizer.core.survey.adjustment.observation_merging import count_expected_views
 from floor_localizer.core.survey.adjustment.observations import ObservationBlocks
 from floor_localizer.core.survey.survey_image import ViewOutline

@@ -15,7 +15,7 @@ import numpy as np
 from floor_localizer.core.arrays import Complexes, Floats, Ints
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.array_store import ArrayStore
-from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, Tolerances, nearest_pairs
+from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, MatchTolerances, nearest_pairs
 from floor_localizer.core.survey.submap import Submap, points_near
 from floor_localizer.core.survey.submap_graph.pose_graph import DOT_SIGMA, PoseGraphEdge, SubmapPoses
 from floor_localizer.core.survey.submap_graph.submap_matchers import SubmapMatchers
@@ -168,7 +168,7 @@ class PoseGraphBuilder:
         centroid = points.mean(axis=0)
         x, y = (float(value) for value in expected.transform([centroid])[0])
         expected_centroid = SE2(x, y, expected.yaw)
-        tolerances = Tolerances(DOT_SIGMA, _SCALE_TOLERANCE, 0.0, self._settings.chance_alignments_max)
+        tolerances = MatchTolerances(DOT_SIGMA, _SCALE_TOLERANCE, 0.0, self._settings.chance_alignments_max)
         return self._shared_dots(
             index,
             other,
@@ -207,7 +207,7 @@ class PoseGraphBuilder:
             return []
         matcher, owners = others
         points = self._matchers[index].points
-        tolerances = Tolerances(
+        tolerances = MatchTolerances(
             DOT_SIGMA, _SCALE_TOLERANCE, 0.0, _GLOBAL_CHANCE_FACTOR * self._settings.chance_alignments_max
         )
         centroid = points.mean(axis=0)
