@@ -41,6 +41,9 @@ from shirube_ros.file_errors import CameraFileError
 
 RESULTS = ('sightings.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
 """Files that are written; the map is the last."""
+_LONG_SIDE, _MIN_SHORT_SIDE = 9.0, 3.5  # size of the floor in the plot [inch]
+_MAX_COUNT = 8
+_CELLS = 24
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -123,11 +126,6 @@ def write_results(options: argparse.Namespace, run: SurveyRun) -> None:
     save_csv(out / 'map.csv', run.result.dot_map)
     print(report)
     print(f'{out / "map.csv"}: the map; plots and tables are in the same folder')
-
-
-_LONG_SIDE, _MIN_SHORT_SIDE = 9.0, 3.5  # size of the floor in the plot [inch]
-_MAX_COUNT = 8
-_CELLS = 24
 
 
 def draw_survey(file: BinaryIO, result: SurveyResult) -> None:

@@ -21,6 +21,11 @@ from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_ros.calibration_file import load_calibration
 from shirube_ros.image_files import load_image
 
+# Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].
+_RULER_SIGMA = 0.002
+# Initial focal length for a field of view of 53 degrees, relative to the image size.
+_INITIAL_FOCAL_LENGTH = 1.0
+
 
 def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
     """Write ``camera_xyz`` and ``camera_rpy`` as a parameter file of the node, atomically, below comment lines.
@@ -52,12 +57,6 @@ def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
         'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': list(camera.distortion)},
     }
     write_text(path, yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
-
-
-# Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].
-_RULER_SIGMA = 0.002
-# Initial focal length for a field of view of 53 degrees, relative to the image size.
-_INITIAL_FOCAL_LENGTH = 1.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -22,6 +22,14 @@ from shirube_core.settings import SettingsError, check_settings, describe_settin
 from shirube_ros.file_errors import CameraFileError
 
 Settings = TypeVar('Settings')
+_SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
+_ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
+_WORKER_CONFIG = {
+    # Dask's workers return memory immediately, which makes arrays 50 % slower.
+    f'{_ENVIRONMENT}.MALLOC_TRIM_THRESHOLD_': None,
+    # Errors are raised here and reported in one line.
+    f'{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED': 'critical',
+}
 
 
 def run_command(name: str, job: Callable[[], object], out: Path | None = None) -> int:
@@ -99,15 +107,6 @@ def _positive(text: str) -> int:
 
 if TYPE_CHECKING:
     from distributed import Client
-
-_SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
-_ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
-_WORKER_CONFIG = {
-    # Dask's workers return memory immediately, which makes arrays 50 % slower.
-    f'{_ENVIRONMENT}.MALLOC_TRIM_THRESHOLD_': None,
-    # Errors are raised here and reported in one line.
-    f'{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED': 'critical',
-}
 
 
 class DaskRunner:

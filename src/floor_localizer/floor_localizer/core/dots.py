@@ -1,4 +1,4 @@
-"""The dots of one image: output of dot extraction, input of matching."""
+"""Dots of one image, projected to the floor, and of the map (the paper's floor dot database, 2.1)."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ from scipy.spatial import cKDTree
 
 from floor_localizer.core.arrays import Floats
 from shirube_core.geometry import SE2
+
+# Maximum distance between two observations of the same dot [standard deviations].
+_SAME_DOT_SIGMAS = 4.0
 
 
 @dataclass(frozen=True)
@@ -29,10 +32,6 @@ class DetectedDots:
     def __len__(self) -> int:
         """Return the number of dots."""
         return len(self.pixels)
-
-
-# Maximum distance between two observations of the same dot [standard deviations].
-_SAME_DOT_SIGMAS = 4.0
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The root of this package's exceptions."""
+"""The errors of this package; each message is one line that names file, field and remedy."""
 
 from __future__ import annotations
 

@@ -9,6 +9,11 @@ The robot is a rigid body on a soft suspension: it rises by a fraction of the ca
 The six unknowns (x, y, yaw, scale, roll, pitch) minimise the squared residuals over the dots' variances plus the
 squared scale and tilts over their prior variances, which model suspension and load. The covariance is the inverse of
 the normal matrix, the Cramer-Rao bound of this model.
+
+A similarity is refined to this model: match and fit alternately until the matches converge. A tilted camera shifts a
+dot at distance r from the centre of the view by up to tilt r^2 / height, which a similarity does not model; it may be
+many times the dots' noise. If too many dots are unmatched within the noise gate, the first search radius includes
+this shift; later radii follow from the residuals of the previous fit.
 """
 
 from __future__ import annotations
@@ -25,6 +30,19 @@ from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 
 STATE_SIZE = 6
 _JACOBIAN_STEP = 1e-6
+_MAX_FITS = 8
+# Search radius of the first fit [gates].
+_FIRST_GATES = 2.5
+# The tilt is included in the search radius only if the radius without it misses more than this fraction of the matches:
+# a few missing ones are outliers, and with few dots a false tilt would fit them.
+_UNMATCHED_FRACTION = 0.3
+# Maximum search radius for the tilt [mean dot spacings]; beyond it, matches are random.
+_MAX_TILT_RADIUS = 0.25
+_MAX_RADIUS = 0.45
+# Median length of a normally distributed 2D vector with unit standard deviation along each axis.
+_MEDIAN_LENGTH = math.sqrt(2.0 * math.log(2.0))
+# Confidence margin of a median [standard deviations of the median].
+_CONFIDENCE_SIGMAS = 2.0
 
 
 class MountedRays(NamedTuple):
@@ -135,21 +153,6 @@ def _add_dot(
         gradient[u] += weight * (jacobian[0, u] * (x - target[0]) + jacobian[1, u] * (y - target[1]))
         for w in range(STATE_SIZE):
             normal[u, w] += weight * (jacobian[0, u] * jacobian[0, w] + jacobian[1, u] * jacobian[1, w])
-
-
-_MAX_FITS = 8
-# Search radius of the first fit [gates].
-_FIRST_GATES = 2.5
-# The tilt is included in the search radius only if the radius without it misses more than this fraction of the matches:
-# a few missing ones are outliers, and with few dots a false tilt would fit them.
-_UNMATCHED_FRACTION = 0.3
-# Maximum search radius for the tilt [mean dot spacings]; beyond it, matches are random.
-_MAX_TILT_RADIUS = 0.25
-_MAX_RADIUS = 0.45
-# Median length of a normally distributed 2D vector with unit standard deviation along each axis.
-_MEDIAN_LENGTH = math.sqrt(2.0 * math.log(2.0))
-# Confidence margin of a median [standard deviations of the median].
-_CONFIDENCE_SIGMAS = 2.0
 
 
 class Refinement(NamedTuple):

@@ -1,4 +1,4 @@
-"""The localizer's settings: one set for all floors, because everything that depends on the floor is computed."""
+"""The settings of dot extraction, matching, tracking and survey; all that depends on the floor is computed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays in numpy's npy format, written so that a full disk is reported as such."""
+"""Arrays in files: numpy's npy format, written so that a full disk is reported as such, and a store of such files."""
 
 from __future__ import annotations
 

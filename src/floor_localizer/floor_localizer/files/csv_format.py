@@ -1,4 +1,4 @@
-"""The dot map as CSV: the header ``x,y,diameter``, then one dot per line, in metres; diameter may be empty."""
+"""The dot map as CSV: header ``x,y,diameter``, one dot per line, in metres, diameter may be empty; and its checks."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ _WIDEST_SPACING = 0.2
 _LARGEST_DIAMETER = 0.1
 # Maps in millimetres have values above these, maps in centimetres below.
 _SPACING_IN_MILLIMETRES, _DIAMETER_IN_MILLIMETRES = 4.0, 0.8
+HEADER = 'x,y,diameter'
+_COLUMNS = HEADER.split(',')
 
 
 def check_dot_map(dot_map: DotMap, source: str, locate: Callable[[int], str]) -> None:
@@ -102,10 +104,6 @@ def find_duplicates(points: Floats, lower: Floats) -> tuple[int, int] | None:
         return None
     earlier = _first(duplicates)
     return int(order[earlier]), int(order[earlier + 1])
-
-
-HEADER = 'x,y,diameter'
-_COLUMNS = HEADER.split(',')
 
 
 def load_csv(path: Path) -> DotMap:

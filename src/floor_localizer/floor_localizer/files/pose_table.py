@@ -1,4 +1,4 @@
-"""The poses of located images as a CSV, with the reason for each image without a pose."""
+"""Results of images that were located without a running node, and their table as CSV."""
 
 from __future__ import annotations
 
@@ -13,6 +13,11 @@ import numpy as np
 from floor_localizer.core.fix import Fix, NoFix
 from shirube_bags.stamps import text_from_stamp
 from shirube_core.files import atomic_write
+
+COLUMNS = (
+    *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),
+    *('dots', 'matched', 'scale', 'roll', 'pitch', 'expected_chance_alignments', 'reason', 'detail', 'level'),
+)
 
 
 @dataclass(frozen=True)
@@ -35,12 +40,6 @@ class LocatedImage:
         if isinstance(self.result, Fix):
             return ''
         return self.result if isinstance(self.result, str) else self.result.reason.value
-
-
-COLUMNS = (
-    *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),
-    *('dots', 'matched', 'scale', 'roll', 'pitch', 'expected_chance_alignments', 'reason', 'detail', 'level'),
-)
 
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:

@@ -1,4 +1,4 @@
-"""Creates a localizer from the settings and the map file."""
+"""The node's parameters, and a localizer created from them and the map file."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from shirube_core.settings import setting
 from shirube_ros.camera_settings import CameraSettings
 
 DEMO_MAP = Path(__file__).parents[1] / 'maps' / 'demo_floor.csv'
+STARTUP_NOTICE = 'loading the map and the numba kernels (the very first start compiles them, about 1 min)'
+"""Message at the start."""
 
 
 @dataclass(frozen=True)
@@ -32,10 +34,6 @@ class NodeSettings(CameraSettings):
     def map_path(self) -> Path:
         """The dot map to load."""
         return Path(self.map_file).expanduser() if self.map_file else DEMO_MAP
-
-
-STARTUP_NOTICE = 'loading the map and the numba kernels (the very first start compiles them, about 1 min)'
-"""Message at the start."""
 
 
 def localizer_from_map_file(

@@ -28,6 +28,8 @@ from shirube_core.files import atomic_write, remove_temporary_files, write_text
 
 _PACKAGES = (floor_localizer.core, floor_localizer.survey_files, shirube_core.geometry)
 _LIBRARIES = (cv2, numba, np, scipy)
+# Raised by numpy and zipfile for files that are empty, truncated or corrupted.
+_CORRUPTED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
 
 
 def code_version() -> str:
@@ -47,8 +49,6 @@ def code_version() -> str:
 
 Detection = DetectedDots | str
 """The dots of an image, or why it cannot be used."""
-# Raised by numpy and zipfile for files that are empty, truncated or corrupted.
-_CORRUPTED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
 
 
 class Checkpoint:

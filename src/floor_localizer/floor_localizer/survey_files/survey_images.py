@@ -1,4 +1,4 @@
-"""Batches of a survey's images: small references that any process with access to the files can read."""
+"""Images of a survey that any process with access to the files can read: batches of pixels, and dots in one file."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ from shirube_ros.file_errors import ImageFileError
 from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
 from shirube_ros.image_files import load_image
 from shirube_ros.message_error import MessageError
+
+_COLUMNS = 7
+_ROW = _COLUMNS * np.dtype(np.float64).itemsize
 
 
 @dataclass(frozen=True)
@@ -107,10 +110,6 @@ def _check_size(pixels: Pixels, camera: PinholeCamera, name: str) -> Pixels | st
         f'{name}: is {width} x {height} px, the calibration is for {camera.width} x {camera.height} px; '
         'survey with images of one size'
     )
-
-
-_COLUMNS = 7
-_ROW = _COLUMNS * np.dtype(np.float64).itemsize
 
 
 @dataclass(frozen=True)

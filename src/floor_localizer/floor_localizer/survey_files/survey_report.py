@@ -16,6 +16,7 @@ from shirube_core.files import atomic_write, write_text
 
 _BIN_WIDTH = 1e-8
 """Finer than the reported digits of a residual [m]."""
+_MAX_LISTED = 10
 
 
 class LengthHistogram:
@@ -47,9 +48,6 @@ class LengthHistogram:
     def quantile(self, fraction: float) -> float:
         """Return a quantile of the lengths [m]."""
         return _BIN_WIDTH * float(np.searchsorted(np.cumsum(self._counts), fraction * self.count))
-
-
-_MAX_LISTED = 10
 
 
 def survey_report(run: SurveyRun, scale: float | None) -> str:

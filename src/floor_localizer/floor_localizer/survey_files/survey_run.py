@@ -1,4 +1,4 @@
-"""A survey from images to map, with checkpoints and progress bars."""
+"""A survey from images to map: tasks that write to the checkpoint, and progress bars."""
 
 from __future__ import annotations
 
@@ -26,6 +26,9 @@ from floor_localizer.survey_files.survey_source import SurveySource
 from shirube_core.geometry import CameraMount
 
 _MIN_DOTS = 8
+IMAGES_PER_CHUNK = 40
+_MIN_USABLE_FRACTION = 0.5
+"""Smallest fraction of the images that must be usable."""
 
 
 def detect_dots(checkpoint: Checkpoint, chunk: int, batch: ImageBatch, names: Sequence[str]) -> None:
@@ -65,11 +68,6 @@ def build_span_submaps(
         begin, is_continuation = int(submap.images[-1]) + 1, False
         submaps.append(replace(submap, images=submap.images + first))
     checkpoint.save_submaps(span, submaps)
-
-
-IMAGES_PER_CHUNK = 40
-_MIN_USABLE_FRACTION = 0.5
-"""Smallest fraction of the images that must be usable."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Images of a survey with their odometry: a folder with a pose file, or a bag."""
+"""Images of a survey with their odometry: a folder with a pose file (CSV or TUM), or a bag."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from shirube_ros.recording import RecordedOdometry, Recording
 from shirube_ros.recording_topics import RecordingTopics
 
 COLUMNS = ('image', 'x', 'y', 'yaw')
+_NANOSECONDS = 1_000_000_000
 
 
 def load_odometry(path: Path, images: Sequence[Path]) -> list[SE2]:
@@ -100,9 +101,6 @@ def _from_csv(path: Path) -> dict[str, SE2]:
             raise FloorLocalizerError(f'{path}, line {number}: {name} is a duplicate; keep one')
         known[name.strip()] = SE2(x, y, yaw)
     return known
-
-
-_NANOSECONDS = 1_000_000_000
 
 
 class FolderSource:

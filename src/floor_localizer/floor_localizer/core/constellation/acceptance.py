@@ -1,7 +1,7 @@
-"""Significance of a match: the expected number of chance alignments, from the map's density and size.
+"""Score a hypothesis on the whole view: significance of its match, best pose and runner-up.
 
-This is the number of false alarms (NFA) of an a-contrario test (Moisan & Stival, "A probabilistic criterion to
-detect rigid point matches between two images", 2004), here for a view of a floor. Two view dots match every pair of
+The significance is the number of false alarms (NFA) of an a-contrario test (Moisan & Stival, "A probabilistic criterion
+to detect rigid point matches between two images", 2004), here for a view of a floor. Two view dots match every pair of
 map dots of the same length, up to the scale tolerance; each such pair is one pose. Under a pose, another view dot has
 a map dot within r by chance with p = density * pi * r^2. Any two of k matched dots may be the pair, and k may be any
 of 3..n, so
@@ -28,6 +28,18 @@ from floor_localizer.core.constellation.alignment import match_view, match_view_
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.view_dots import ViewDots
 from shirube_core.geometry import SE2
+
+AMBIGUITY_FRACTION = 0.8
+"""A runner-up with at least this fraction of the best pose's matches makes the pose ambiguous."""
+# Margin on the scale tolerance for the error of the fitted scale.
+_SCALE_MARGIN = 1.3
+# Above this number of matches, their extent is approximated by the bounding box.
+_MANY_MATCHES = 40
+_POSE = np.dtype(
+    [('log_chance', np.float64), ('a', np.complex128), ('b', np.complex128), ('matched', np.float64)]
+)
+# Places of the poses of a search.
+BEST, RUNNER_UP = 0, 1
 
 
 @njit(cache=True)
@@ -69,22 +81,6 @@ def log_chance_alignments(
     if n < 3 or not math.isfinite(ordered[2]):
         return math.inf
     return best
-
-
-AMBIGUITY_FRACTION = 0.8
-"""A runner-up with at least this fraction of the best pose's matches makes the pose ambiguous."""
-
-# Margin on the scale tolerance for the error of the fitted scale.
-_SCALE_MARGIN = 1.3
-# Above this number of matches, their extent is approximated by the bounding box.
-_MANY_MATCHES = 40
-
-
-_POSE = np.dtype(
-    [('log_chance', np.float64), ('a', np.complex128), ('b', np.complex128), ('matched', np.float64)]
-)
-# Places of the poses of a search.
-BEST, RUNNER_UP = 0, 1
 
 
 class ScoredPose(NamedTuple):

@@ -1,4 +1,9 @@
-"""The baselines of a view, in the order in which their constellations are looked up."""
+"""Baselines of a view, and the constellations of a baseline.
+
+A constellation is four dots in the lune of a baseline, no two of them farther apart than the baseline's ends.
+The lune is the intersection of the discs around both ends through the other end. Map and view are enumerated by the
+same rule, so that the index contains what a view looks up.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +18,10 @@ from floor_localizer.core.constellation.constellation_key import INNER_DOTS
 from floor_localizer.core.constellation.view_dots import ViewDots
 
 MAX_QUADRUPLES = 1024
+# Baselines with more dots in their lune are skipped: hardly any of their constellations would be complete and indexed.
+VIEW_LUNE_DOTS_MAX = 12
+# Number of length classes for baselines with equally many dots in their lunes.
+_LENGTH_CLASSES = 8
 
 
 @njit(cache=True)
@@ -85,12 +94,6 @@ def _close_pairs(points: Floats, lune: Ints, longest: float) -> Ints:
             if distance(points, lune[i], lune[j]) <= longest:
                 adjacency[i] |= 1 << j
     return adjacency
-
-
-# Baselines with more dots in their lune are skipped: hardly any of their constellations would be complete and indexed.
-VIEW_LUNE_DOTS_MAX = 12
-# Number of length classes for baselines with equally many dots in their lunes.
-_LENGTH_CLASSES = 8
 
 
 class ViewBaselines(NamedTuple):

@@ -1,4 +1,4 @@
-"""A constellation of the index, packed into 64 bits.
+"""How a map is indexed, and a constellation of the index, packed into 64 bits.
 
     24 bits: subcell of the key | 5: length of the baseline | 7: its direction | 28: its dot at (0, 0)
 
@@ -35,6 +35,10 @@ LENGTH_ROUNDING = 0.5 * _LOG_LENGTH_STEP
 """Maximum relative rounding error of a length."""
 # Search radius for the other end [baseline lengths]: the maximum rounding error and a margin.
 _SEARCH_RADIUS = 1.1 * math.hypot(LENGTH_ROUNDING, math.pi / _DIRECTIONS)
+LARGE_MAP = 5_000_000
+"""Maps with more dots are indexed more sparsely, and are not searched by pairs of dots."""
+# Maximum length of a baseline [mean dot spacings].
+_MAX_BASELINE = 3.0
 
 
 @njit(cache=True)
@@ -86,12 +90,6 @@ def second_dot_of_entry(grid: DotGrid, entry: np.uint64, first: int, longest: fl
     x = np.float64(grid.points[first, 0]) + length * math.cos(angle)
     y = np.float64(grid.points[first, 1]) + length * math.sin(angle)
     return nearest_dot(grid, x, y, _SEARCH_RADIUS * length)[0]
-
-
-LARGE_MAP = 5_000_000
-"""Maps with more dots are indexed more sparsely, and are not searched by pairs of dots."""
-# Maximum length of a baseline [mean dot spacings].
-_MAX_BASELINE = 3.0
 
 
 class _MemoryBudget(NamedTuple):

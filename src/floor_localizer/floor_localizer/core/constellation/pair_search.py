@@ -1,4 +1,4 @@
-"""Match pairs of view dots to all pairs of map dots of the same length: slower than the index, but two dots suffice.
+"""Match pairs of view dots to pairs of map dots: slower than the index, but two dots suffice.
 
 Fallback for views with so many missing dots that no constellation is complete.
 """
@@ -22,6 +22,10 @@ from floor_localizer.core.constellation.view_dots import ViewDots
 _SHORTEST, _LONGEST = 1.0, 2.0
 # Number of neighbours of a pair that are looked up, and number of misses that reject a hypothesis.
 _CHECKED_NEIGHBOURS, _MAX_MISSES = 6, 4
+_SHORTEST_NEAR, _LONGEST_NEAR = 1.2, 5.0
+_MAX_CANDIDATES = 20000
+# Above this yaw tolerance [rad] the second dot of a pair is searched in all directions.
+_ANY_YAW = 0.5
 
 
 @njit(cache=True)
@@ -119,12 +123,6 @@ def _has_neighbours_on_map(
             if misses >= _MAX_MISSES:
                 return False
     return True
-
-
-_SHORTEST_NEAR, _LONGEST_NEAR = 1.2, 5.0
-_MAX_CANDIDATES = 20000
-# Above this yaw tolerance [rad] the second dot of a pair is searched in all directions.
-_ANY_YAW = 0.5
 
 
 @njit(cache=True)

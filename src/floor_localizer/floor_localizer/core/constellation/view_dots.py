@@ -12,6 +12,8 @@ from floor_localizer.core.arrays import Complexes, Floats, Ints
 
 # Expected number of dots in the first search circle, as a multiple of the wanted number; fewer near the border.
 _OVERSAMPLING = 1.5
+# Number of neighbours per dot: enough for the longest baseline of a constellation and for the pair search.
+_MAX_NEIGHBOURS = 32
 
 
 @njit(cache=True)
@@ -63,10 +65,6 @@ def _sort_within(x: Floats, y: Floats, i: int, limit: float, squared: Floats, ne
             near[k] = j
             count += 1
     return count
-
-
-# Number of neighbours per dot: enough for the longest baseline of a constellation and for the pair search.
-_MAX_NEIGHBOURS = 32
 
 
 class ViewDots(NamedTuple):

@@ -1,4 +1,4 @@
-"""Binarisation (paper 3.1): contrast to the floor and a local threshold from the floor's noise."""
+"""Smoothing and binarisation (paper 3.1): the floor's luminance, contrast to it, and a threshold from its noise."""
 
 from __future__ import annotations
 
@@ -16,6 +16,21 @@ _COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
 # filter of this fraction of the window restores the gradient, except at edges, where it changes the floor by more.
 _SMOOTHING = 0.3
 _EDGE = 0.02
+SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
+"""Sign of a dot's difference from the floor, 0 for any difference."""
+# Side of the tiles in which the noise of the floor is estimated [diameters of the largest dot].
+_TILE = 1.6
+# Enough samples that neighbouring samples of a row are on the same area of floor, even between many chips.
+_SAMPLES_PER_ROW = 20
+_ROWS_PER_TILE = 10
+# Fraction of the differences, the lower ones, that belong to the floor and not to dots; and the mean square of that
+# fraction for normally distributed differences of variance 1.
+_FLOOR_FRACTION = 0.8
+_MEAN_SQUARE_OF_FLOOR_FRACTION = 0.438
+# Maximum contrast of the bare floor, which is about 0 but may be raised by noise or colour [standard deviations].
+_LARGEST_LEVEL = 2.5
+# Minimum contrast of a dot: a difference of 2 % from the floor is texture or dust, independent of the camera's noise.
+_SMALLEST_CONTRAST = 0.02
 
 
 def smooth_background(image: Pixels, polarity: str, largest_diameter: float) -> Float32s:
@@ -69,24 +84,6 @@ def _remove_dots(image: Pixels, polarity: str, window: int) -> Pixels:
         filtered = cv2.morphologyEx(bordered, operation, np.ones((window, window), np.uint8))
         filtered = filtered[window:-window, window:-window]
     return np.asarray(filtered, dtype=np.uint8).reshape(image.shape)
-
-
-SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
-"""Sign of a dot's difference from the floor, 0 for any difference."""
-
-# Side of the tiles in which the noise of the floor is estimated [diameters of the largest dot].
-_TILE = 1.6
-# Enough samples that neighbouring samples of a row are on the same area of floor, even between many chips.
-_SAMPLES_PER_ROW = 20
-_ROWS_PER_TILE = 10
-# Fraction of the differences, the lower ones, that belong to the floor and not to dots; and the mean square of that
-# fraction for normally distributed differences of variance 1.
-_FLOOR_FRACTION = 0.8
-_MEAN_SQUARE_OF_FLOOR_FRACTION = 0.438
-# Maximum contrast of the bare floor, which is about 0 but may be raised by noise or colour [standard deviations].
-_LARGEST_LEVEL = 2.5
-# Minimum contrast of a dot: a difference of 2 % from the floor is texture or dust, independent of the camera's noise.
-_SMALLEST_CONTRAST = 0.02
 
 
 def contrast_threshold(

@@ -1,4 +1,4 @@
-"""Coverage of the pixels around a blob by the dot: contrast of the pixel over contrast of the dot."""
+"""Coverage of the pixels around a blob by the dot, contrast of pixel over that of dot; and the noise of the image."""
 
 from __future__ import annotations
 
@@ -15,6 +15,15 @@ _INLIER_DEVIATIONS = 3.0
 # Level of the dot: mean of its upper quarter, because a small dot has few fully covered pixels.
 _BINS = 64
 _UPPER_FRACTION = 0.25
+# Tiles are a twelfth of the image, with a minimum width [px]; about 500 differences per tile suffice.
+_SMALLEST_TILE = 48
+_TILES_PER_SIDE = 12
+_ROWS_PER_TILE = 12
+_COLUMNS_PER_TILE = 48
+_LAG = 2
+# The lower 40 % of the differences are floor; dots, edges and texture are among the upper ones.
+_QUANTILE = 0.4
+_QUANTILE_OF_NORMAL = 0.5244
 
 
 @njit(cache=True, error_model='numpy')
@@ -92,17 +101,6 @@ def dot_level(inside: Floats) -> float:
         if count >= wanted:
             break
     return total / count
-
-
-# Tiles are a twelfth of the image, with a minimum width [px]; about 500 differences per tile suffice.
-_SMALLEST_TILE = 48
-_TILES_PER_SIDE = 12
-_ROWS_PER_TILE = 12
-_COLUMNS_PER_TILE = 48
-_LAG = 2
-# The lower 40 % of the differences are floor; dots, edges and texture are among the upper ones.
-_QUANTILE = 0.4
-_QUANTILE_OF_NORMAL = 0.5244
 
 
 def noise_at(image: Pixels, pixels: NDArray[np.integer]) -> Floats:

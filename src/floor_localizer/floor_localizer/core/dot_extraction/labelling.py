@@ -1,4 +1,4 @@
-"""Labelling (paper 3.1): connected components of the binary image."""
+"""Labelling (paper 3.1): connected components of the binary image, and their surroundings."""
 
 from __future__ import annotations
 
@@ -21,6 +21,10 @@ Row i belongs to label i + 1.
 """
 
 _PIXELS_PER_CHUNK = 8
+_MARGIN = 2
+_RING = 2
+SURROUNDINGS_WIDTH = _MARGIN + _RING
+"""Width of the surroundings outside the bounding box of a blob [px]."""
 
 
 def label_blobs(mask: Pixels, smallest_area: float = 0.0) -> tuple[Labels, Boxes]:
@@ -137,12 +141,6 @@ def bounding_boxes(labels: Labels, count: int) -> Boxes:
                 box[2], box[3] = max(box[2], u + 1), max(box[3], v + 1)
                 box[4] += 1
     return boxes
-
-
-_MARGIN = 2
-_RING = 2
-SURROUNDINGS_WIDTH = _MARGIN + _RING
-"""Width of the surroundings outside the bounding box of a blob [px]."""
 
 
 def grow_labels(labels: Labels, boxes: Boxes) -> None:

@@ -1,4 +1,4 @@
-"""Noise removal (paper 3.1): rejects hairs, scratches, specks and reflections."""
+"""Noise removal (paper 3.1): rejects hairs, specks and reflections; and how accurate the centroids of dots are."""
 
 from __future__ import annotations
 
@@ -18,6 +18,21 @@ _RAGGED_EDGE_ASYMMETRY = 0.04
 _EDGE_ASYMMETRY_SIGMAS = 3.0
 # Minimum number of blobs for statistics over them.
 _FEWEST_BLOBS = 8
+# Error without noise: ragged edges and unevenly coloured chips, for an edge as wide as the dot [px].
+_SHAPE_SIGMA = 0.006
+_LARGEST_SOFTNESS = 0.9
+# Floor texture and compression noise are correlated between neighbours: over a wide soft edge they add up.
+_SOFT_NOISE = 1.3
+# Error of two touching dots: the pixels between them cannot be assigned [diameters].
+_SPLIT_SIGMA = 0.02
+# Error of the background under a luminance step: of second order while the step is small.
+_STEP_SIGMA = 0.1
+_STEP_GROWTH = 0.3
+# Elongated blobs above Tukey's fence of the log area (upper quartile plus this number of interquartile ranges) may be
+# two merged dots: then the centroid is between their centres.
+_MERGED_FENCE = 0.5
+_MERGED_ELONGATION = 1.2
+_MERGED_SIGMA = 0.17
 
 
 def typical_diameter(
@@ -77,23 +92,6 @@ def _reflections(clipped: Floats, candidates: Booleans) -> Booleans:
     if not candidates.any() or np.median(clipped[candidates]) > _MAX_CLIPPED_FRACTION:
         return np.zeros(len(clipped), dtype=np.bool_)
     return clipped > _MAX_CLIPPED_FRACTION
-
-
-# Error without noise: ragged edges and unevenly coloured chips, for an edge as wide as the dot [px].
-_SHAPE_SIGMA = 0.006
-_LARGEST_SOFTNESS = 0.9
-# Floor texture and compression noise are correlated between neighbours: over a wide soft edge they add up.
-_SOFT_NOISE = 1.3
-# Error of two touching dots: the pixels between them cannot be assigned [diameters].
-_SPLIT_SIGMA = 0.02
-# Error of the background under a luminance step: of second order while the step is small.
-_STEP_SIGMA = 0.1
-_STEP_GROWTH = 0.3
-# Elongated blobs above Tukey's fence of the log area (upper quartile plus this number of interquartile ranges) may be
-# two merged dots: then the centroid is between their centres.
-_MERGED_FENCE = 0.5
-_MERGED_ELONGATION = 1.2
-_MERGED_SIGMA = 0.17
 
 
 def centroid_sigmas(blobs: Blobs, elongations: Floats, split: Booleans) -> Floats:

@@ -1,7 +1,8 @@
-"""Match the dots of an image to those of a mat when neither height nor tilt of the camera is known.
+"""Height, tilt and pixel scale of the belly camera from one image of a mat.
 
-The scale is the printed diameter of the dots over their diameter in the image. The image is rectified for a grid of
-tilts around the initial one; for the right tilt its dots match the mat by a similarity.
+Its dots are matched without knowing height and tilt. The scale is the printed diameter of the dots over their diameter
+in the image. The image is rectified for a grid of tilts around the initial one; for the right tilt its dots match the
+mat by a similarity.
 """
 
 from __future__ import annotations
@@ -28,6 +29,11 @@ _SIGMA = 0.0004
 _CHANCE_ALIGNMENTS_MAX = 1e-6
 _STOP_FRACTION = 0.8
 """Fraction of matched dots at which the search over tilts stops."""
+_MIN_DOTS = 12
+_MIN_COVERAGE = 0.4
+"""Smallest fraction of the image's width and height covered by the matched dots."""
+_RESIDUAL_MAX = 1.5
+_SIGMA_TILT_MAX, _SIGMA_HEIGHT_MAX, _SIGMA_FOCAL_MAX = math.radians(0.3), 0.02, 0.03
 
 
 def match_mat(
@@ -55,13 +61,6 @@ def match_mat(
             if len(found.source) > _STOP_FRACTION * len(dots):
                 break
     return None if best is None else (best.source, best.target)
-
-
-_MIN_DOTS = 12
-_MIN_COVERAGE = 0.4
-"""Smallest fraction of the image's width and height covered by the matched dots."""
-_RESIDUAL_MAX = 1.5
-_SIGMA_TILT_MAX, _SIGMA_HEIGHT_MAX, _SIGMA_FOCAL_MAX = math.radians(0.3), 0.02, 0.03
 
 
 @dataclass(frozen=True)

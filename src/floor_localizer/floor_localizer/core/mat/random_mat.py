@@ -1,4 +1,4 @@
-"""Generate the random dots of a mat with a minimum spacing, reproducible by a seed."""
+"""Generate the random dots of a mat, reproducible by a seed, so that every view is unique to the localizer."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ _MAX_FILL_FRACTION = 0.4
 _RESOLUTION = 1e6
 SEED_MAX = 2**32 - 1
 """A seed is an integer from 0 to this."""
+_TRIALS = 5
 
 
 @dataclass(frozen=True)
@@ -107,9 +108,6 @@ def _check_settings(settings: MatSettings, seed: int) -> None:
             f'--density: a mat of {settings.width:g} x {settings.height:g} m has fewer than 20 dots; '
             'print a larger or denser one'
         )
-
-
-_TRIALS = 5
 
 
 def generate_unique_mat(settings: MatSettings, seed: int, view: ViewSettings) -> tuple[Mat, list[Place]]:

@@ -1,4 +1,4 @@
-"""Store of arrays that may not fit into memory, and an in-memory implementation for small surveys."""
+"""Where a survey keeps what does not fit into memory, and its finished steps."""
 
 from __future__ import annotations
 

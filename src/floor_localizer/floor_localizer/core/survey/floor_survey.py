@@ -1,4 +1,4 @@
-"""From submaps to one map: optimise the pose graph, adjust all images and dots, drop spurious dots."""
+"""From submaps to one map: optimise the pose graph, adjust all images and dots, drop spurious dots; scale it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A submap of consecutive images: registered one after the other, then adjusted together."""
+"""Keyframes of a drive, and submaps of consecutive ones: registered one after the other, then adjusted together."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ from shirube_core.geometry import SE2
 
 # A rotation by this angle counts as much as a translation by one view width [rad].
 _YAW_PER_VIEW = 1.2
+_SCALE_SIGMAS, _TILT_SIGMAS = 4.0, 2.0
+_FIRST_MERGE_FACTOR = 2.0
+_MAX_LOOKBACK = 3
 
 
 def select_keyframes(poses: Sequence[SE2], view_width: float, settings: SurveySettings) -> list[int]:
@@ -51,11 +54,6 @@ def split_into_submaps(
 def _view_motion(before: SE2, after: SE2, view_width: float) -> float:
     """Return the motion of the view, in view widths."""
     return before.distance_to(after) / view_width + abs(before.yaw_to(after)) / _YAW_PER_VIEW
-
-
-_SCALE_SIGMAS, _TILT_SIGMAS = 4.0, 2.0
-_FIRST_MERGE_FACTOR = 2.0
-_MAX_LOOKBACK = 3
 
 
 @dataclass(frozen=True)

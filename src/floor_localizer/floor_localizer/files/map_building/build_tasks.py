@@ -1,4 +1,4 @@
-"""Partition of a map for its build: stripes of rows of cells, and ranges of buckets."""
+"""Plan of a build (stripes of rows of cells, ranges of buckets) and its tasks, which read and write files only."""
 
 from __future__ import annotations
 

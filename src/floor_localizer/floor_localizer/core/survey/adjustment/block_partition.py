@@ -1,4 +1,4 @@
-"""Tiles of the plane with about the same number of images in each."""
+"""Partition the observations of all images into blocks, tile by tile; only a tile and its halo are in memory."""
 
 from __future__ import annotations
 
@@ -24,6 +24,13 @@ from floor_localizer.core.survey.adjustment.observations import (
 )
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.survey_image import SurveyImage
+
+_GROUP_SIZE = 32
+"""Number of consecutive images with a common bounding box, which is tested first."""
+_IMAGES_PER_TILE = 64
+# First width of the halo around a tile, in merge distances.
+_HALO = 8.0
+_GROUPS_PER_TASK = 8
 
 
 @dataclass(frozen=True)
@@ -72,10 +79,6 @@ def _bisect(centres: Floats, tile: Tile, halvings: int) -> list[Tile]:
     ]
 
 
-_GROUP_SIZE = 32
-"""Number of consecutive images with a common bounding box, which is tested first."""
-
-
 @dataclass(frozen=True)
 class ImageBoxes:
     """Bounding boxes of all images.
@@ -108,12 +111,6 @@ def store_boxes(boxes: Floats, store: ArrayStore) -> ImageBoxes:
 
 def _overlaps(boxes: Floats, tile: Tile) -> Booleans:
     return np.asarray(((boxes[:, 1] >= tile.lower) & (boxes[:, 0] < tile.upper)).all(axis=1))
-
-
-_IMAGES_PER_TILE = 64
-# First width of the halo around a tile, in merge distances.
-_HALO = 8.0
-_GROUPS_PER_TASK = 8
 
 
 class BlockPartitioner:

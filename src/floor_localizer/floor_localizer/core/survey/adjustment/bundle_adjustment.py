@@ -1,6 +1,13 @@
-"""The normal equations of the images of a block; its dots are eliminated (Schur complement).
+"""Bundle adjustment of all image poses and dots on a plane: sparse least squares, block by block.
 
-The Jacobian of a residual by its dot is the identity, so each dot is the weighted mean of its observations.
+Each image k has the six unknowns of `pose_fit`, each dot j its position m_j. With the rays d_i of the observations i,
+
+    residual_i = p(state_k(i), d_i) - m_j(i),
+
+the sum of the squared residuals over their variances (Huber loss), plus scale and tilts over theirs, is minimised.
+The Jacobian by m_j is the identity, so the Schur complement replaces each dot by the weighted mean of its
+observations and six unknowns per image remain. All observations of a dot are in one block, so any process that can
+read the array store can build the equations of a block; `multifrontal_solver` solves their sum.
 """
 
 from __future__ import annotations
@@ -28,6 +35,10 @@ from floor_localizer.core.survey.adjustment.observations import (
 from floor_localizer.core.survey.array_store import MemoryArrayStore
 
 _STEP = 1e-6
+_ITERATIONS = 8
+_CONVERGENCE_TOLERANCE = 1e-6
+# Fixes the gauge where no dot is fixed, and keeps the matrix from being singular.
+_GAUGE_SIGMA, _MIN_WEIGHT = 1e-7, 1e-3
 
 
 def block_equations(block: ObservationBlock, states: Floats, position: Floats) -> NormalEquations:
@@ -65,12 +76,6 @@ def _jacobian(directions: Floats, position: Floats, points: Floats, image_states
         stepped[:, unknown] += _STEP
         jacobian[:, :, unknown] = (project_rays_to_map(directions, position, stepped) - points) / _STEP
     return jacobian
-
-
-_ITERATIONS = 8
-_CONVERGENCE_TOLERANCE = 1e-6
-# Fixes the gauge where no dot is fixed, and keeps the matrix from being singular.
-_GAUGE_SIGMA, _MIN_WEIGHT = 1e-7, 1e-3
 
 
 @dataclass(frozen=True)

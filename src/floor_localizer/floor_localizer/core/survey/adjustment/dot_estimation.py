@@ -1,4 +1,4 @@
-"""Project observations to the map and estimate the dots from them.
+"""Estimate the dots from projected observations; drop outliers; fix dots that are in the map to extend.
 
 A ray d of an image with the state x, y, yaw, scale, roll, pitch meets the floor at p(state, d). A dot is the weighted
 mean of its observations, robust against outliers (Huber), or its fixed position.

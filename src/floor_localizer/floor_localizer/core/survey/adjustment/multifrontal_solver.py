@@ -1,4 +1,14 @@
-"""Binary elimination tree: a node of level k merges 2^k neighbouring parts of the normal equations."""
+"""Out-of-core multifrontal solver of the normal equations (nested dissection).
+
+The equations come in parts, one for each block of dots, over the images that observe its dots. Neighbouring parts are
+merged in pairs up a binary tree, whose node of level k merges 2^k parts, and an image that is in no other part is
+eliminated at once:
+
+    U^T U = A_11,   X = U^-T A_12,   y = U^-T g_1,   A_22 - X^T X,   g_2 - X^T y
+
+The factors U, X, y are kept in the array store until back substitution, x_1 = U^-1 (y - X x_2). Memory holds only the
+front, the images along the boundary of the merged parts. Different branches of the tree are independent tasks.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +28,9 @@ from floor_localizer.core.survey.adjustment.normal_equations import (
     unknown_indices,
 )
 from floor_localizer.core.survey.array_store import ArrayStore
+
+_SUBTREE_LEVELS = 3
+"""Levels of the tree in one task, so eight parts: large enough to hide the overhead of scheduling."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +139,6 @@ class EliminationTree:
         del normal
         complement += np.triu(complement, 1).T
         return NormalEquations(others, complement, gradient[count:])
-
-
-_SUBTREE_LEVELS = 3
-"""Levels of the tree in one task, so eight parts: large enough to hide the overhead of scheduling."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Observations in blocks: all observations of a dot are in one block, so blocks can be processed independently."""
+"""Observations of dots in images, projected to the map, in groups of images and in blocks of dots in an array store."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from floor_localizer.core.survey.survey_image import SurveyImage
 
 _BLOCKS_PER_TASK = 4
 """Blocks processed in one task: enough to hide the overhead of scheduling."""
+_GROUP_SIZE = 32
+"""Number of consecutive images that are stored and read together."""
 
 
 @dataclass(frozen=True)
@@ -164,8 +166,6 @@ def project_observations(
     )
 
 
-_GROUP_SIZE = 32
-"""Number of consecutive images that are stored and read together."""
 _EMPTY = collect_observations((), np.empty(0, dtype=np.int64), 0.0)
 
 

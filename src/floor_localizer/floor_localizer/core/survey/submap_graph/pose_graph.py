@@ -6,6 +6,11 @@ An edge between two submaps is a set of shared dots, z in one and w in the other
 
 which is linear in the complex a and b. A prior w |a - a/|a||^2, relinearised each iteration, keeps |a|, the scale of a
 submap, near 1. One submap, or the map to extend, is fixed.
+
+It is optimised while submaps are added. A new submap is aligned to its edges. If a small residual is left, a sliding
+window of the last submaps is optimised. The whole graph is optimised if that is not enough, if the residual of a loop
+closure is large, and whenever the number of submaps has grown by a fraction, so that the total work is linear in their
+number.
 """
 
 from __future__ import annotations
@@ -24,6 +29,13 @@ _ITERATIONS = 4
 _MAX_DOTS = 30
 # Standard deviation of the scale of a submap, the average over its images.
 _SCALE_SIGMA = 0.005
+DOT_SIGMA = 0.0002
+"""Standard deviation of a dot in a submap, which may be slightly bent [m]."""
+_SMALL_RESIDUAL, _LARGE_RESIDUAL = 0.001, 0.005
+"""Residual of an edge above which the window, and above which the whole graph is optimised [m]."""
+_OPTIMIZE_EVERY, _OPTIMIZE_FRACTION = 8, 0.1
+_WINDOW = 64
+"""Number of submaps in the sliding window."""
 
 
 @dataclass(frozen=True)
@@ -115,15 +127,6 @@ def component_labels(count: int, edges: Sequence[PoseGraphEdge]) -> Ints:
 def _factorise(normal: sparse.csc_matrix) -> SuperLU:
     """Factorise a sparse matrix that is Hermitian and positive definite."""
     return splu(normal, permc_spec='MMD_AT_PLUS_A', diag_pivot_thresh=0.0, options={'SymmetricMode': True})
-
-
-DOT_SIGMA = 0.0002
-"""Standard deviation of a dot in a submap, which may be slightly bent [m]."""
-_SMALL_RESIDUAL, _LARGE_RESIDUAL = 0.001, 0.005
-"""Residual of an edge above which the window, and above which the whole graph is optimised [m]."""
-_OPTIMIZE_EVERY, _OPTIMIZE_FRACTION = 8, 0.1
-_WINDOW = 64
-"""Number of submaps in the sliding window."""
 
 
 class SubmapPoses:
