@@ -71,15 +71,10 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
     return code, captured.out, captured.err
 
 
-def folder_options(scene: Path) -> list[object]:
-    return [
-        '--images',
-        scene / 'images',
-        '--calibration',
-        scene / 'camera.yaml',
-        '--odometry',
-        scene / 'odom.csv',
-    ]
+def folder_options(scene: Path, **other: Path) -> list[object]:
+    names = {'images': 'images', 'calibration': 'camera.yaml', 'odometry': 'odom.csv'}
+    paths = {option: scene / name for option, name in names.items()} | other
+    return [each for option, path in paths.items() for each in (f'--{option}', path)]
 
 
 def fault_of(err: str) -> str:

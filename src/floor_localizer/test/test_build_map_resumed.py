@@ -65,13 +65,7 @@ def no_detector() -> SimpleNamespace:
     return SimpleNamespace(detect=detect)
 
 
-def test_a_survey_killed_while_adjusting_goes_on_with_that_round_and_ends_the_same(
-    scene: Path,
-    whole: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_survey_killed_while_adjusting_resumes_with_that_round(scene, whole, tmp_path, capsys, monkeypatch):
     shutil.copytree(whole / 'checkpoint', tmp_path / 'checkpoint')
     for done in (*(tmp_path / 'checkpoint').glob('adjusted_*'), tmp_path / 'checkpoint' / 'linked.npz'):
         done.unlink()
@@ -96,9 +90,7 @@ def test_a_survey_killed_while_adjusting_goes_on_with_that_round_and_ends_the_sa
         assert (tmp_path / name).read_bytes() == (whole / name).read_bytes()
 
 
-def test_a_damaged_step_is_done_again(
-    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_step_is_done_again(scene, whole, tmp_path, capsys):
     shutil.copytree(whole / 'checkpoint', tmp_path / 'checkpoint')
     for name in ('linked.npz', 'adjusted_3.npz', 'adjusted_5.npz'):
         os.truncate(tmp_path / 'checkpoint' / name, 100)
@@ -109,7 +101,7 @@ def test_a_damaged_step_is_done_again(
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(['checkpoint', *build_map.RESULTS])
 
 
-def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> None:
+def test_what_was_half_written_is_removed_and_nothing_else(tmp_path):
     Checkpoint(tmp_path, {'survey': 1}).save_step('linked')
     for name in (
         '.images.bin.x1y2x1y2',
@@ -126,9 +118,7 @@ def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> No
     ]
 
 
-def test_a_full_disk_is_reported_and_the_survey_resumes(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_is_reported_and_the_survey_resumes(scene, tmp_path, capsys, monkeypatch):
     saved = np.savez
     calls = []
 
@@ -148,13 +138,7 @@ def test_a_full_disk_is_reported_and_the_survey_resumes(
     assert code == 0, err  # the dots were kept: no image was looked at again
 
 
-def test_a_disk_that_fills_up_while_adjusting_is_reported_and_the_map_is_the_same(
-    scene: Path,
-    whole: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_disk_that_fills_up_while_adjusting_is_reported(scene, whole, tmp_path, capsys, monkeypatch):
     with monkeypatch.context() as full:
         full.setattr(array_file, 'write_array', without_room)
         code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
@@ -185,9 +169,7 @@ def begun(scene: Path, folder: Path, workers: int) -> subprocess.Popen[str]:
     return child
 
 
-def test_a_survey_killed_while_finding_dots_goes_on_and_ends_the_same(
-    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_survey_killed_while_finding_dots_goes_on_and_ends_the_same(scene, whole, tmp_path, capsys):
     with begun(scene, tmp_path / 'killed', 1) as child:
         os.killpg(child.pid, signal.SIGKILL)
     assert not (tmp_path / 'killed' / 'map.csv').exists()
@@ -196,9 +178,7 @@ def test_a_survey_killed_while_finding_dots_goes_on_and_ends_the_same(
     assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
 
 
-def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line_and_it_goes_on_and_ends_the_same(
-    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line(scene, whole, tmp_path, capsys):
     with begun(scene, tmp_path, 2) as child:
         os.killpg(child.pid, signal.SIGINT)  # as a terminal does it: to all processes
         _, err = child.communicate(timeout=60.0)

@@ -78,9 +78,7 @@ def angle_between(first: CameraMount, second: CameraMount) -> float:
         CameraMount((0.0, 0.01, 0.16), (math.pi - 0.2, 0.1, -math.pi / 2)),
     ],
 )
-def test_the_whole_mount_is_found(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], mount: CameraMount
-) -> None:
+def test_the_whole_mount_is_found(folder, tmp_path, capsys, mount):
     image = photograph(tmp_path / 'image.png', mount)
     where = ('--robot-at', ROBOT.x, ROBOT.y, ROBOT.yaw)
     files = ('--mat', folder / 'mat1.csv', '--image', image, '--calibration', folder / 'camera.yaml')
@@ -92,9 +90,7 @@ def test_the_whole_mount_is_found(
     assert 'tilt' in out
 
 
-def test_without_the_robots_pose_height_and_tilt_are_found_and_the_rest_is_kept(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_the_robots_pose_height_and_tilt_are_found_and_the_rest_is_kept(folder, tmp_path, capsys):
     truth = CameraMount((0.04, 0.01, 0.12), (math.pi + 0.04, 0.02, -math.pi / 2))
     image = photograph(tmp_path / 'image.png', truth)
     files = ('--mat', folder / 'mat1.csv', '--image', image, '--calibration', folder / 'camera.yaml')
@@ -106,9 +102,7 @@ def test_without_the_robots_pose_height_and_tilt_are_found_and_the_rest_is_kept(
     assert 'not observable in one image' in out
 
 
-def test_the_focal_length_is_found_from_the_height(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_focal_length_is_found_from_the_height(folder, tmp_path, capsys):
     image = photograph(tmp_path / 'image.png', CameraMount(), PLAIN)
     files = ('--mat', folder / 'mat1.csv', '--image', image)
     code, out, err = run(capsys, *files, '--height', 0.13, '--out', tmp_path / 'found.yaml')
@@ -119,9 +113,7 @@ def test_the_focal_length_is_found_from_the_height(
     assert f'{130.0 / 330.0:.2f}' in next(line for line in out.splitlines() if line.startswith('pixel'))
 
 
-def test_the_covariance_is_consistent(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_covariance_is_consistent(folder, tmp_path, capsys):
     """The rotation matrix of the fit and the one of the simulator are one and the same."""
     mount = CameraMount((0.0, 0.0, 0.13), (math.pi + 0.02, -0.03, -math.pi / 2))
     np.testing.assert_allclose(matrix_from_rpy(mount.rpy), mount.rotation)
@@ -151,9 +143,7 @@ def test_the_covariance_is_consistent(
 )
 @pytest.mark.newest_set_only
 @pytest.mark.filterwarnings('error::RuntimeWarning')
-def test_bad_input_is_one_line_and_exit_code_1(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: str, part: str
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_1(folder, tmp_path, capsys, arguments, part):
     image = cv2.imread(str(photograph(tmp_path / 'image.png', CameraMount())), cv2.IMREAD_GRAYSCALE)
     photograph(tmp_path / 'plain.png', CameraMount(), PLAIN)
     cv2.imwrite(str(tmp_path / 'blank.png'), np.full_like(image, 200))

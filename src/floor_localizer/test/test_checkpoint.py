@@ -1,6 +1,5 @@
 """A checkpoint is read back complete or not at all."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +14,7 @@ pytestmark = pytest.mark.newest_set_only
 SURVEY: dict[str, object] = {'camera': {'fx': 300.0}, 'settings': {'chance_alignments_max': 1e-6}}
 
 
-def test_a_saved_step_is_loaded(tmp_path: Path) -> None:
+def test_a_saved_step_is_loaded(tmp_path):
     Checkpoint(tmp_path, SURVEY).save_step('linked', images=np.arange(3), loops=np.array(2))
     found = Checkpoint(tmp_path, SURVEY).load_step('linked')
     assert found is not None
@@ -25,7 +24,7 @@ def test_a_saved_step_is_loaded(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize('kept', [0, 1, 100, 400])
-def test_a_file_that_was_cut_off_counts_as_none(tmp_path: Path, kept: int) -> None:
+def test_a_file_that_was_cut_off_counts_as_none(tmp_path, kept):
     """After a power failure, files may be truncated to any length, often to zero."""
     checkpoint = Checkpoint(tmp_path, SURVEY)
     checkpoint.save_step('linked', images=np.arange(3), loops=np.array(2))
@@ -34,7 +33,7 @@ def test_a_file_that_was_cut_off_counts_as_none(tmp_path: Path, kept: int) -> No
     assert checkpoint.load_step('linked') is None
 
 
-def test_no_damaged_byte_is_an_error(tmp_path: Path) -> None:
+def test_no_damaged_byte_is_an_error(tmp_path):
     checkpoint = Checkpoint(tmp_path, SURVEY)
     checkpoint.save_step('adjusted_0', states=np.arange(6.0))
     whole = (tmp_path / 'adjusted_0.npz').read_bytes()
@@ -47,7 +46,7 @@ def test_no_damaged_byte_is_an_error(tmp_path: Path) -> None:
             assert found is None or found['states'].tolist() == list(range(6))
 
 
-def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path: Path) -> None:
+def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path):
     Checkpoint(tmp_path, SURVEY)
     other = {'camera': {'fx': 301.0}, 'settings': {'chance_alignments_max': 1e-5}}
     with pytest.raises(
@@ -59,7 +58,7 @@ def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path: Path) ->
         Checkpoint(tmp_path, SURVEY)
 
 
-def test_what_other_code_has_begun_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_other_code_has_begun_is_refused(tmp_path, monkeypatch):
     Checkpoint(tmp_path, SURVEY)
     Checkpoint(tmp_path, SURVEY)
     monkeypatch.setattr(checkpoint_module, 'code_version', lambda: 'sources 0123, numpy 9')
@@ -67,9 +66,7 @@ def test_what_other_code_has_begun_is_refused(tmp_path: Path, monkeypatch: pytes
         Checkpoint(tmp_path, SURVEY)
 
 
-def test_the_version_changes_with_a_source_its_name_and_a_library(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_version_changes_with_a_source_its_name_and_a_library(tmp_path, monkeypatch):
     source = tmp_path / 'steps' / 'adjustment.py'
     source.parent.mkdir()
     package = SimpleNamespace(__name__='steps', __path__=[str(tmp_path)])

@@ -24,7 +24,7 @@ import os, resource, sys
 if 'MOST_BYTES' in os.environ:
     resource.setrlimit(resource.RLIMIT_FSIZE, 2 * (int(os.environ['MOST_BYTES']),))
 from floor_localizer.commands import index_map
-from floor_localizer.map_building import index_build
+from floor_localizer.files.map_building import index_build
 index_build.DEFAULT_SIZES = index_build.PartSizes(9000, 300)
 sys.exit(index_map.main(sys.argv[1:]))
 """
@@ -66,9 +66,7 @@ def fault_of(error: str) -> str:
 
 
 @pytest.mark.newest_set_only
-def test_a_build_that_was_killed_goes_on(
-    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_build_that_was_killed_goes_on(source, tmp_path, monkeypatch):
     out = tmp_path / 'floor.dotmap'
     process = start(source, '--out', out)
     parts = tmp_path / 'floor.dotmap.parts'
@@ -84,9 +82,7 @@ def test_a_build_that_was_killed_goes_on(
 
 
 @pytest.mark.newest_set_only
-def test_a_full_disk_is_one_line_and_nothing_is_lost(
-    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_is_one_line_and_nothing_is_lost(source, tmp_path, monkeypatch):
     out = tmp_path / 'floor.dotmap'
     _, error = start(source, '--out', out, MOST_BYTES='90000').communicate()
     assert 'disk full' in fault_of(error)
@@ -108,13 +104,7 @@ def test_a_full_disk_is_one_line_and_nothing_is_lost(
     ],
 )
 @pytest.mark.newest_set_only
-def test_bad_input_is_one_line_and_exit_code_1(
-    source: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: str,
-    part: str,
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_1(source, capsys, monkeypatch, arguments, part):
     monkeypatch.chdir(source.parent)
     monkeypatch.setattr('floor_localizer.commands.options._SCHEDULER_TIMEOUT', 0.3)
     Path('empty.csv').touch()
@@ -124,6 +114,6 @@ def test_bad_input_is_one_line_and_exit_code_1(
     assert part in fault_of(capsys.readouterr().err)
 
 
-def test_the_default_sizes_hold_a_task_in_little_memory() -> None:
+def test_the_default_sizes_hold_a_task_in_little_memory():
     assert PartSizes() == index_build.DEFAULT_SIZES
     assert PartSizes().stripe_dots <= 2_000_000

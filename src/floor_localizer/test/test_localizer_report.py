@@ -16,13 +16,13 @@ class Clock:
         return self.time
 
 
-def test_before_the_first_image_there_is_a_warning_with_a_remedy() -> None:
+def test_before_the_first_image_there_is_a_warning_with_a_remedy():
     status = LocalizerReport('hall.csv').status()
     assert (status.level, status.values['map']) == (Level.WARN, 'hall.csv')
     assert 'image_raw' in status.message
 
 
-def test_a_fix_is_fine_and_shows_its_quality() -> None:
+def test_a_fix_is_fine_and_shows_its_quality():
     report = LocalizerReport('hall.csv')
     report.add(a_fix(), 0.0123)
     status = report.status()
@@ -33,7 +33,7 @@ def test_a_fix_is_fine_and_shows_its_quality() -> None:
     assert status.values['time for the latest image [ms]'] == '12.3'
 
 
-def test_no_fix_says_why_and_is_counted() -> None:
+def test_no_fix_says_why_and_is_counted():
     report = LocalizerReport('hall.csv')
     for result in (no_fix(), a_fix(), no_fix()):
         report.add(result, 0.0)
@@ -44,7 +44,7 @@ def test_no_fix_says_why_and_is_counted() -> None:
     assert status.values[f'images without: {REASON.value}'] == '2'
 
 
-def test_a_fix_does_not_outlive_the_images() -> None:
+def test_a_fix_does_not_outlive_the_images():
     clock = Clock()
     report = LocalizerReport('hall.csv', clock)
     report.add(a_fix(), 0.0)

@@ -16,7 +16,7 @@ def number(text: str, place: int = 0) -> float:
     return float(text.replace('%', '').split()[place])
 
 
-def test_statistics_are_those_of_the_generated_floor() -> None:
+def test_statistics_are_those_of_the_generated_floor():
     dot_map = random_map(1)
     found = report(dot_map)
     assert found['dots'] == str(len(dot_map))
@@ -26,13 +26,13 @@ def test_statistics_are_those_of_the_generated_floor() -> None:
     assert [number(found['diameters'], k) for k in (0, 2, 5)] == pytest.approx([2.0, 3.0, 2.5], abs=0.1)
 
 
-def test_a_gap_between_two_rooms_is_no_area() -> None:
+def test_a_gap_between_two_rooms_is_no_area():
     room = random_map(2)
     both = DotMap(np.vstack([room.points, room.points + np.array([5.0, 3.0])]), np.tile(room.diameters, 2))
     assert number(report(both)['area with dots']) == pytest.approx(0.24, rel=0.2)
 
 
-def test_unknown_diameters_are_left_out_and_counted() -> None:
+def test_unknown_diameters_are_left_out_and_counted():
     dot_map = random_map(3)
     dot_map.diameters[::4] = np.nan
     assert report(dot_map)['diameters'].endswith('known for 75% of the dots')

@@ -3,7 +3,6 @@
 import os
 import signal
 import time
-from pathlib import Path
 
 import pytest
 from distributed import LocalCluster
@@ -15,9 +14,7 @@ from floor_localizer.core.errors import FloorLocalizerError
 pytestmark = pytest.mark.newest_set_only
 
 
-def test_errors_of_workers_are_raised_and_logged_only_here(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_errors_of_workers_are_raised_and_logged_only_here(tmp_path, capfd):
     with task_runner(2) as runner:
         with pytest.raises(FileNotFoundError) as fault:
             list(runner.run(os.mkdir, [(str(tmp_path / 'a'),), (str(tmp_path / 'none' / 'b'),)]))
@@ -30,7 +27,7 @@ def test_errors_of_workers_are_raised_and_logged_only_here(
     assert capfd.readouterr() == ('', '')
 
 
-def test_a_scheduler_without_workers_or_that_stops_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scheduler_without_workers_or_that_stops_is_an_error(monkeypatch):
     monkeypatch.setattr(task_runner_module, '_SCHEDULER_TIMEOUT', 2.0)
     with LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster:
         address = cluster.scheduler_address

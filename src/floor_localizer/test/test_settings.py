@@ -34,10 +34,10 @@ def test_what_is_out_of_range_is_refused_by_name(kind):
                 check_settings(replace(kind(), **{described.name: value}))
 
 
-def test_the_demo_floor_is_taken_only_without_a_map() -> None:
+def test_the_demo_floor_is_taken_only_without_a_map():
     assert NodeSettings().map_path == DEMO_MAP
     assert NodeSettings(map_file='/data/hall.csv').map_path == Path('/data/hall.csv')
 
 
-def test_a_tilde_is_the_home_directory() -> None:
+def test_a_tilde_is_the_home_directory():
     assert NodeSettings(map_file='~/hall.csv').map_path == Path.home() / 'hall.csv'

@@ -67,12 +67,7 @@ class FloorTracker:
         self._last_thorough = -math.inf
 
     def track(self, stamp: float, image: Pixels, camera: PinholeCamera) -> Fix | NoFix:
-        """Find the pose from the next image, on a map of several levels in the frame of its level.
-
-        Args:
-            stamp: time of the image [s].
-            image: shape (h, w) grey or (h, w, 3) blue, green, red.
-            camera: the camera's intrinsics.
+        """Find the pose from the next image at a time [s], on a map of several levels in the frame of its level.
 
         Raises:
             DotImageError: the image is of another type or shape.

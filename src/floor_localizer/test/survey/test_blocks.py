@@ -3,7 +3,6 @@
 import errno
 import os
 from dataclasses import replace
-from pathlib import Path
 from typing import IO
 
 import numpy as np
@@ -76,9 +75,7 @@ def observations_by_dot(blocks: ObservationBlocks) -> set[frozenset[tuple[float,
 
 
 @pytest.mark.parametrize('merge_distance', [MERGE_DISTANCE, 0.0035])
-def test_dots_are_those_of_all_observations_at_once(
-    drive: Drive, states: np.ndarray, merge_distance: float
-) -> None:
+def test_dots_are_those_of_all_observations_at_once(drive, states, merge_distance):
     # With the larger merge distance, clusters span several tiles before they are split.
     observations = collect_observations(drive.images, np.arange(len(states)), SETTINGS.dot_sigma)
     dot = merge_observations(
@@ -94,7 +91,7 @@ def test_dots_are_those_of_all_observations_at_once(
     assert observations_by_dot(blocks) == {frozenset(row) for row in rows}
 
 
-def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_path: Path) -> None:
+def test_many_blocks_are_adjusted_as_one(drive, states, tmp_path):
     many, one = (
         bundle_adjust_blocks(partition(drive, states, most, store=store), states, PRIORS, InProcessRunner())
         for most, store in ((9, DiskArrayStore(tmp_path / 'shelf')), (10_000, MemoryArrayStore()))
@@ -103,7 +100,7 @@ def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_p
     np.testing.assert_allclose(many, one, rtol=0.0, atol=1e-10)
 
 
-def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: np.ndarray) -> None:
+def test_a_step_is_that_of_dense_equations_with_all_dots(drive, states):
     """Few images and no residual beyond the Huber threshold, so that the weights follow from the sigmas."""
     few = Drive(drive.floor, drive.images[:14], drive.truth[:14])
     blocks, start = partition(few, states[:14], 4), states[:14]
@@ -149,7 +146,7 @@ def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: n
     np.testing.assert_allclose(found.ravel(), step[: 6 * 14], atol=2e-4 * np.abs(found).max())
 
 
-def test_a_dot_of_the_existing_map_is_matched_once(drive: Drive, states: np.ndarray) -> None:
+def test_a_dot_of_the_existing_map_is_matched_once(drive, states):
     many, one = partition(drive, states, 9), partition(drive, states, 10_000)
     old = some_dots(states, one) + 0.0001
     for blocks in (many, one):
@@ -181,7 +178,7 @@ def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
     ]
 
 
-def test_a_cluster_over_many_tiles_is_one_dot() -> None:
+def test_a_cluster_over_many_tiles_is_one_dot():
     points = np.column_stack([0.0005 * np.arange(60), np.zeros(60)])
     partitioner = BlockPartitioner(
         views_of_a_dot_each(points), np.arange(60), POSITION, 0.0, MemoryArrayStore(), InProcessRunner(), 2
@@ -191,7 +188,7 @@ def test_a_cluster_over_many_tiles_is_one_dot() -> None:
     assert [len(block.observations.image) for block in blocks if len(block.fixed_dots)] == [60]
 
 
-def test_of_dots_in_several_blocks_the_nearest_is_fixed() -> None:
+def test_of_dots_in_several_blocks_the_nearest_is_fixed():
     points = np.array([[0.0, 0.0003], [0.0, -0.0001], [0.0, 0.0002]])
     blocks = ObservationBlocks(MemoryArrayStore(), 3)
     for number in range(3):
@@ -207,7 +204,7 @@ def test_of_dots_in_several_blocks_the_nearest_is_fixed() -> None:
     assert [bool(block.is_fixed[0]) for block in blocks] == [False, True, False]
 
 
-def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None:
+def test_packed_images_are_the_same_images(drive, tmp_path):
     packed = pack_images(tmp_path / 'images.bin', drive.images)
     for k in (0, 7, -1):
         for name in ('directions', 'points', 'sigmas', 'diameters', 'T_odom_base', 'name'):
@@ -216,7 +213,7 @@ def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None
     assert len(packed) == len(list(packed)) == len(drive.images)
 
 
-def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_leaves_no_half_block(tmp_path, monkeypatch):
     store, saved = DiskArrayStore(tmp_path / 'shelf'), array_file.write_array
     store.put('block', 3, np.arange(4), np.eye(2))
 

@@ -2,7 +2,6 @@
 
 import pickle
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -56,9 +55,7 @@ def adjusted(
     )
 
 
-def test_a_survey_is_the_same_from_other_processes_in_any_order(
-    drive: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_survey_is_the_same_from_other_processes_in_any_order(drive, tmp_path, monkeypatch):
     monkeypatch.setattr(
         block_partition.BlockPartitioner.__init__, '__defaults__', (1,)
     )  # many tiles of few images
@@ -82,13 +79,13 @@ def test_a_survey_is_the_same_from_other_processes_in_any_order(
 
 
 @pytest.mark.parametrize(('count', 'batch'), [(0, 3), (1, 3), (7, 3), (9, 3), (4, 1)])
-def test_each_number_is_given_once(count: int, batch: int) -> None:
+def test_each_number_is_given_once(count, batch):
     seen: list[int] = []
     run_indexed(InProcessRunner(), seen.append, count, batch)
     assert seen == list(range(count))
 
 
-def test_a_missing_array_of_another_process_is_an_error(tmp_path: Path) -> None:
+def test_a_missing_array_of_another_process_is_an_error(tmp_path):
     for read in (lambda store: store.get('block', 3), lambda store: store.memory_map('states')):
         with pytest.raises(FloorLocalizerError, match='use workers that see the same files'):
             read(DiskArrayStore(tmp_path))

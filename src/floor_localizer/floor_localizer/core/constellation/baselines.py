@@ -36,15 +36,10 @@ def distance(points: Floats, i: int, j: int) -> float:
 def dots_in_lune(
     points: Floats, first: int, second: int, neighbours: Ints, longest: float, lune: Ints
 ) -> int:
-    """Write the dots within ``longest`` of both ends of a baseline, and return their number.
+    """Write the dots within ``longest`` [m] of both ends of a baseline to ``lune``, and return their number.
 
-    Args:
-        points: shape (n, 2), dots [m].
-        first: index of one end of the baseline.
-        second: index of the other end.
-        neighbours: candidate dots, sorted by distance from the first end.
-        longest: maximum distance between two dots of a constellation [m].
-        lune: shape (m,), output; dots beyond its size are left out.
+    The candidates, ``neighbours``, are sorted by distance from the first end; dots beyond the size of ``lune`` are left
+    out.
     """
     found = 0
     max_squared = longest * longest

@@ -88,16 +88,11 @@ def sort_by_x(xy: Floats) -> None:
 
 
 def cell_step(keys: int, keys_per_cell: float) -> float:
-    """Return the quantization step, an eighth of a cell's side, for an index of a given size [baseline lengths].
+    """Return the quantization step, an eighth of a cell's side, for a number of keys [baseline lengths].
 
-    Fuller cells need fewer reads; emptier cells are so small that noise moves keys out of them.
-
-    The side of an eight-dimensional cell shrinks with the eighth root of the number of keys, so that cells are equally
-    full in large and small indices.
-
-    Args:
-        keys: number of keys.
-        keys_per_cell: mean number of keys per cell.
+    Fuller cells (``keys_per_cell``) need fewer reads; emptier cells are so small that noise moves keys out of them. The
+    side of an eight-dimensional cell shrinks with the eighth root of the number of keys, so that cells are equally full
+    in large and small indices.
     """
     side = min(max((keys_per_cell / max(keys, 1)) ** (1.0 / KEY_SIZE), _CELL_SIDE_MIN), _CELL_SIDE_MAX)
     return side / STEPS_PER_CELL

@@ -276,9 +276,7 @@ def _is_key_match(
 def _misfit(key: Floats, xy: Floats) -> float:
     """Return the sum of squared residuals of the least-squares similarity from a view's six dots to a key's.
 
-    Args:
-        key: shape (4, 2), coordinates of the key's inner dots; the baseline's ends are (0, 0) and (1, 0) in both.
-        xy: shape (4, 2), coordinates of the view's inner dots.
+    ``key`` and ``xy`` are the inner dots, shape (4, 2); the baseline's ends are (0, 0) and (1, 0) in both.
     """
     z, t = complex(1.0, 0.0), complex(1.0, 0.0)
     zz, tt, zt = 1.0, 1.0, complex(1.0, 0.0)

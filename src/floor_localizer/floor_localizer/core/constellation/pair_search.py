@@ -137,14 +137,8 @@ def search_near(
 ) -> bool:
     """Match pairs of the view to the map dots around their predicted positions, until a pose is accepted.
 
-    Args:
-        grid: the map.
-        view: the view.
-        search: the state of the search.
-        expected: shape (3,), x, y [m] and yaw [rad] of the base frame in the map.
-        radius: maximum distance of the base from the expected position [m].
-        yaw_tolerance: maximum difference from the expected yaw [rad].
-        max_pairs: maximum number of pairs to test.
+    Up to ``max_pairs`` pairs are tested. The base is expected at x, y [m] and yaw [rad] in the map, shape (3,), within
+    a radius [m] and a tolerance of its yaw [rad].
     """
     a = complex(math.cos(expected[2]), math.sin(expected[2]))
     b = complex(expected[0], expected[1])

@@ -146,10 +146,7 @@ def bounding_boxes(labels: Labels, count: int) -> Boxes:
 def grow_labels(labels: Labels, boxes: Boxes) -> None:
     """Grow all blobs into the floor simultaneously, in place; the border between two blobs is halfway.
 
-    Args:
-        labels: the blobs; afterwards, floor pixels in a soft edge have the label of their blob, those in a ring its
-            negative.
-        boxes: bounding boxes of the blobs, not modified.
+    Floor pixels in a soft edge get the label of their blob, those in a ring its negative; the boxes are not modified.
     """
     _grow(labels, boxes)
 

@@ -46,16 +46,9 @@ def split_touching(
 ) -> tuple[Boxes, Booleans]:
     """Split blobs that consist of several dots, in place: each part gets its own label.
 
-    The outline is computed from the unsmoothed image, because smoothing fills the gaps between dots.
-
-    Args:
-        labels: the blobs; of a split blob, pixels adjacent to the parts become floor and hairs ``DISCARDED``.
-        boxes: their bounding boxes.
-        image: shape (h, w, channels), grey levels, not smoothed.
-        background: shape (h, w, channels), grey levels of the floor.
-        polarity: ``dark``, ``light``, or ``any``.
-        smallest_diameter: minimum diameter of a part [px].
-        largest_diameter: diameter of the largest dot [px].
+    The outline is computed from the unsmoothed image, because smoothing fills the gaps between dots. Of a split blob,
+    pixels adjacent to the parts become floor and hairs ``DISCARDED``. Diameters are the minimum of a part and the
+    maximum of a dot [px].
 
     Returns:
         the bounding boxes of the blobs, followed by those of the new parts; and which of these are parts of a blob.

@@ -47,17 +47,10 @@ def nodes_in_squares(centres: Floats, radii: Floats, pitch: float) -> tuple[NDAr
 def candidate_regions(
     image_dots: NDArray[np.intp], candidate_points: Floats, radii: Floats, pitch: float, overlap_min: int
 ) -> list[NDArray[np.intp]]:
-    """Return the regions where the squares of enough image dots overlap (figs 12 and 13).
+    """Return the regions where the squares of enough different image dots overlap (figs 12 and 13): indices of pairs.
 
-    Args:
-        image_dots: shape (m,), the image dot of each pair (image dot, candidate).
-        candidate_points: shape (m, 2), the candidate of each pair on the floor [m].
-        radii: shape (m,), ``R_i`` of the pair's image dot [m].
-        pitch: distance between the nodes where the overlap is counted [m].
-        overlap_min: minimum number of different image dots whose squares cover a node.
-
-    Returns:
-        ascending indices of the pairs of each region.
+    ``image_dots``, ``candidate_points`` [m] and ``radii``, ``R_i`` [m], are those of each pair (image dot, candidate);
+    the overlap is counted at nodes ``pitch`` apart [m].
     """
     squares, nodes = nodes_in_squares(candidate_points, radii, pitch)
     order = np.lexsort((squares, nodes))

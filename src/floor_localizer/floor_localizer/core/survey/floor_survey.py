@@ -96,19 +96,11 @@ def adjust_survey(
     checkpoint: StepCheckpoint,
     progress: Callable[[int], None] = lambda _: None,
 ) -> SurveyResult:
-    """Make the map of connected images.
+    """Make the map of connected images; adjustments found in the checkpoint are not repeated.
 
-    Args:
-        images: all images of the survey.
-        connected: the connected images and their initial states.
-        outline: outline of a view.
-        position: optical centre in the base frame, shape (3,) [m].
-        settings: survey settings.
-        store: array store for what does not fit into memory; the result still reads from it.
-        existing: map to extend, None for a new one; its dots keep their position.
-        runner: runs the tasks; they must see the array store. It does not change the map.
-        checkpoint: checkpoint of the adjustments; those found in it are not repeated.
-        progress: callback with the number of finished `ADJUSTMENTS`.
+    The store is for what does not fit into memory; the result still reads from it. The dots of an existing map keep
+    their position. The runner does not change the map. ``progress`` gets the number of finished `ADJUSTMENTS`,
+    ``position`` is the optical centre in the base frame, shape (3,) [m].
     """
     # 1. Store the observations of the connected images, and the dots of the map to extend.
     old = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
@@ -117,7 +109,7 @@ def adjust_survey(
     states, priors = connected.states, SuspensionPriors(position, settings.scale_sigma, settings.tilt_sigma)
     adjust = _CheckpointedAdjustment(runner, checkpoint, progress)
     for number, merge_factor in enumerate(_MERGE_FACTORS):
-        adjusted = adjust.load(2 * number + 1)
+        adjusted = adjust.saved_states(2 * number + 1)
         if adjusted is None or number == len(_MERGE_FACTORS) - 1:
             # 2. Merge the observations into dots, more strictly in each round; known dots are fixed.
             merge_distance = merge_factor * settings.merge_distance
@@ -150,14 +142,14 @@ class _CheckpointedAdjustment:
     def __call__(
         self, step: int, blocks: ObservationBlocks, states: Floats, priors: SuspensionPriors
     ) -> Floats:
-        adjusted = self.load(step)
+        adjusted = self.saved_states(step)
         if adjusted is None:
             adjusted = bundle_adjust_blocks(blocks, states, priors, self.runner)
             self.checkpoint.save_step(f'adjusted_{step}', states=adjusted)
         self.progress(step + 1)
         return adjusted
 
-    def load(self, step: int) -> Floats | None:
+    def saved_states(self, step: int) -> Floats | None:
         saved = self.checkpoint.load_step(f'adjusted_{step}')
         return None if saved is None else saved['states']
 

@@ -46,13 +46,7 @@ def connect_images(
 ) -> ConnectedImages:
     """Build and optimise the pose graph, unless the checkpoint has it; return the images of its main component.
 
-    Args:
-        images: all images of the survey.
-        submaps: submaps of the images, in order.
-        settings: survey settings.
-        store: array store of the submaps' dots.
-        existing: map to extend, None for a new one.
-        checkpoint: checkpoint of this step.
+    The submaps come in order, the store is for their dots, and an existing map is extended.
 
     Raises:
         FloorLocalizerError: the images do not overlap.

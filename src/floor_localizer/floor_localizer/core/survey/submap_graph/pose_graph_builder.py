@@ -53,13 +53,8 @@ class PoseGraphBuilder:
         existing: Floats | None,
         store: ArrayStore,
     ) -> None:
-        """Begin with an empty graph, or with the existing map as submap 0.
-
-        Args:
-            images: all images of the survey.
-            settings: survey settings.
-            existing: dots of the map to extend, shape (n, 2) [m]; they become submap 0, without images.
-            store: array store of the dots.
+        """Begin with an empty graph, or with the dots of the map to extend, shape (n, 2) [m], as submap 0
+        without images.
         """
         self._images, self._settings = images, settings
         self.submaps: list[Submap] = []
