@@ -57,15 +57,12 @@ class _Canvas:
         )
 
     def arrow(self, x: float, y: float, dx: float, dy: float) -> None:
-        shape: dict[str, Any] = {
-            'width': 0.0004,
-            'head_width': 0.002,
-            'head_length': 0.003,
-            'length_includes_head': True,
-        }
         self.figure.add_artist(
-            FancyArrow(x, y, dx, dy, **shape, facecolor='black', edgecolor='none', transform=self.mat)
-        )
+            FancyArrow(
+                x, y, dx, dy, width=0.0004, head_width=0.002, head_length=0.003, length_includes_head=True,
+                facecolor='black', edgecolor='none', transform=self.mat,
+            )
+        )  # fmt: skip
 
 
 def _draw_page(mat: Mat, layout: Layout, page: Page) -> Figure:
@@ -98,10 +95,8 @@ def _title(mat: Mat) -> str:
 def _draw_dots(canvas: _Canvas, mat: Mat, page: Page) -> None:
     """Draw the dots of the page, clipped at its border."""
     radius = 0.5 * mat.settings.diameter
-    lower = np.array([page.x0, page.y0])
-    off = mat.points - lower
-    size = np.array([page.width, page.height])
-    shown = mat.points[((off > -radius) & (off < size + radius)).all(axis=1)]
+    off = mat.points - (page.x0, page.y0)
+    shown = mat.points[((off > -radius) & (off < np.array([page.width, page.height]) + radius)).all(axis=1)]
     dots = PathCollection(
         [Outline.unit_circle().transformed(Affine2D().scale(radius / _INCH))],
         offsets=shown,

@@ -99,7 +99,8 @@ class BagImageBatch:
             return str(fault)
 
 
-ImageBatch = FileImageBatch | BagImageBatch
+ImageBatch = Iterable[tuple[int, Pixels | str]]
+"""Index and pixels of each image in order, or a one-line error message instead of the pixels."""
 
 
 def _check_size(pixels: Pixels, camera: PinholeCamera, name: str) -> Pixels | str:

@@ -22,7 +22,7 @@ from floor_localizer.core.survey.submap_graph.connected_images import connect_im
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.survey_files.checkpoint import Checkpoint, Detection
 from floor_localizer.survey_files.survey_images import ImageBatch, PackedImages, pack_images
-from floor_localizer.survey_files.survey_source import SurveySource
+from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
 from shirube_core.geometry import CameraMount
 
 _MIN_DOTS = 8
@@ -86,7 +86,7 @@ class SurveyRun:
 
 
 def survey_inputs(
-    source: SurveySource, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
+    source: FolderSource | BagSource, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
 ) -> dict[str, object]:
     """Return everything besides the code that the results depend on, by human-readable names."""
     poses = [
@@ -123,11 +123,8 @@ def run_survey(
         OSError: a checkpoint cannot be written.
     """
     images, spans, faults = build_all_submaps(source, mount, settings, checkpoint, runner)
-    outline, position, store = (
-        view_outline(source.camera, mount),
-        np.array(mount.xyz),
-        checkpoint.create_store(),
-    )
+    outline, position = view_outline(source.camera, mount), np.array(mount.xyz)
+    store = checkpoint.create_store()
     submaps = _iterate_submaps(checkpoint, spans)
     connected = connect_images(images, submaps, settings, store, existing, checkpoint)
     with tqdm(total=ADJUSTMENTS, desc='adjustments', disable=None) as bar:

@@ -8,13 +8,14 @@ from bisect import bisect_left
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from floor_localizer.bag_localization import choose_topics
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.survey.odometry_buffer import OdometryBuffer
-from floor_localizer.survey_files.survey_images import BagImageBatch, FileImageBatch, Frame
+from floor_localizer.survey_files.survey_images import BagImageBatch, FileImageBatch, Frame, ImageBatch
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.tum_file import load_tum
 from shirube_core.geometry import SE2, PinholeCamera, yaw_from_quaternion
@@ -101,6 +102,15 @@ def _from_csv(path: Path) -> dict[str, SE2]:
             raise FloorLocalizerError(f'{path}, line {number}: {name} is a duplicate; keep one')
         known[name.strip()] = SE2(x, y, yaw)
     return known
+
+
+class SurveySource(Protocol):
+    """Images in order, and the camera that took them; ``batch`` takes ascending indices."""
+
+    frames: list[Frame]
+    camera: PinholeCamera
+
+    def batch(self, wanted: Sequence[int]) -> ImageBatch: ...  # noqa: D102
 
 
 class FolderSource:
@@ -196,6 +206,3 @@ def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera
     if camera is None:
         raise FloorLocalizerError(f'{image}: has no valid calibration; record camera_info as well')
     return camera, taken, received
-
-
-SurveySource = FolderSource | BagSource

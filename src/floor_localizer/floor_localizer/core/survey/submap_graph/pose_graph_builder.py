@@ -103,18 +103,13 @@ class PoseGraphBuilder:
         translation = self.poses.rotations[-1] * complex(pose.x, pose.y) + self.poses.translations[-1]
         drift = self._drift[-1] + _DRIFT * float(np.sum(np.hypot(*np.diff(before.states[:, :2], axis=0).T)))
         if not submap.is_continuation:
-            gap_drift = (
-                self._settings.odometry_position_tolerance + float(np.hypot(step.x, step.y)) * _ODOMETRY_DRIFT
-            )
-            drift += gap_drift
+            gap = float(np.hypot(step.x, step.y))
+            drift += self._settings.odometry_position_tolerance + gap * _ODOMETRY_DRIFT
         return rotation, translation, drift
 
     def _pose(self, index: int) -> SE2:
-        return SE2(
-            self.poses.translations[index].real,
-            self.poses.translations[index].imag,
-            float(np.angle(self.poses.rotations[index])),
-        )
+        translation = self.poses.translations[index]
+        return SE2(translation.real, translation.imag, float(np.angle(self.poses.rotations[index])))
 
     def _sequential_edge(self, index: int) -> Iterator[PoseGraphEdge]:
         """Yield the edge to the previous submap, from the dots of the image that both contain."""
@@ -164,12 +159,8 @@ class PoseGraphBuilder:
         x, y = (float(value) for value in expected.transform([centroid])[0])
         expected_centroid = SE2(x, y, expected.yaw)
         tolerances = MatchTolerances(DOT_SIGMA, _SCALE_TOLERANCE, 0.0, self._settings.chance_alignments_max)
-        return self._shared_dots(
-            index,
-            other,
-            matcher.match_near(points - centroid, expected_centroid, radius, yaw_tolerance, tolerances),
-            centroid,
-        )
+        found = matcher.match_near(points - centroid, expected_centroid, radius, yaw_tolerance, tolerances)
+        return self._shared_dots(index, other, found, centroid)
 
     def _shared_dots(
         self, index: int, other: int, found: DotMatch | None, centroid: Floats
