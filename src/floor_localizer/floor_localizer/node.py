@@ -1,7 +1,5 @@
 """The ROS node: subscribes to images and odometry, publishes the robot's pose on the map."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Small floors for the tests of maps."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

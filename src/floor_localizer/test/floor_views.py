@@ -1,7 +1,5 @@
 """Random floors and simulated views of them, with an independent camera model: rotations and projected points."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

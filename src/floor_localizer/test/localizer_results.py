@@ -1,7 +1,5 @@
 """Example results of a localizer."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from floor_localizer.core.dots import DetectedDots

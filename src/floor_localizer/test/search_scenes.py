@@ -1,7 +1,5 @@
 """Views in the format of the searches, with the true similarity."""
 
-from __future__ import annotations
-
 import cmath
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A drive in lanes over a random floor with the camera model of `floor_views`, a second implementation."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

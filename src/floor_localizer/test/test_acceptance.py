@@ -1,7 +1,5 @@
 """The bound on chance alignments: its properties, and its validity on random floors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Baselines and their lune counts compared to brute force, and their order."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

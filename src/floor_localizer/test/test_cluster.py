@@ -1,7 +1,5 @@
 """Index and survey on a separately started dask cluster, whose worker runs in another folder."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Every constellation is found under its own key, for any order of the dots."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 

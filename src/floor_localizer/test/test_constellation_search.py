@@ -1,7 +1,5 @@
 """The index finds the place of a view, keeps an ambiguous runner-up, and stops at its budget."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from search_scenes import new_search_for, scene, similarity

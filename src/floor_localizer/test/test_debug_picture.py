@@ -1,7 +1,5 @@
 """The debug image shows matched dots green and the others red."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from localizer_results import a_fix, no_fix

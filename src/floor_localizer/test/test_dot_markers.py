@@ -1,7 +1,5 @@
 """Markers are at the positions of the dots on the map."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from localizer_results import CAMERA, MOUNT, POSE, a_fix

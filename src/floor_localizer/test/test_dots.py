@@ -1,7 +1,5 @@
 """Points of several views: transformed by odometry, without duplicates."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A packed constellation: unpacking returns what was packed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The command: a map built in parts, killed and resumed; each error is one line."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

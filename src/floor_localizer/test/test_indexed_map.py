@@ -1,7 +1,5 @@
 """An indexed map contains all dots and is read-only."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from floor_views import DENSITY, random_floor

@@ -1,7 +1,5 @@
 """Levels of a map do not overlap, and poses are transformed there and back."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

@@ -1,7 +1,5 @@
 """Correct poses from simulated views, or a reason for no pose."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

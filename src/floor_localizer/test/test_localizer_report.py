@@ -1,7 +1,5 @@
 """The diagnostics in each state."""
 
-from __future__ import annotations
-
 from localizer_results import REASON, a_fix, no_fix
 
 from floor_localizer.localization.localizer_report import LocalizerReport

@@ -1,7 +1,5 @@
 """Cameras that cannot see the floor are rejected."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The node on real topics, with a fake tracker that records its calls."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Pairs matched to the whole map find sparse views; the choice of pairs covers the view."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

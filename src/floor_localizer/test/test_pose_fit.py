@@ -1,7 +1,5 @@
 """Ground truth recovered from exact dots, comparison to scipy, and covariance compared to Monte Carlo."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Defaults are within their ranges, and every setting has a description."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

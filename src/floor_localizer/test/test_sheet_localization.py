@@ -1,7 +1,5 @@
 """Localization on a map of two floor levels: the level, and the pose in the level's frame."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

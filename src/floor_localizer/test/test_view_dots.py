@@ -1,7 +1,5 @@
 """The neighbours of every dot are those of a k-d tree."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree

@@ -1,7 +1,5 @@
 """``build_map``: build a dot map from a drive over the floor, from images and rough odometry."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

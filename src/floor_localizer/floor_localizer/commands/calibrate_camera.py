@@ -1,7 +1,5 @@
 """``calibrate_camera``: height, tilt and pixel scale of the belly camera from an image of a printed mat."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

@@ -1,7 +1,5 @@
 """``compare_maps``: compare two dot maps of one floor."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

@@ -1,7 +1,5 @@
 """``index_map``: converts dot maps of any size to the indexed binary format, out of core."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

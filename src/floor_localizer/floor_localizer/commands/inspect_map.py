@@ -1,7 +1,5 @@
 """``inspect_map``: statistics of a dot map and the uniqueness of its places."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

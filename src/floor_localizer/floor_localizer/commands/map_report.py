@@ -1,7 +1,5 @@
 """The report of `inspect_map`: statistics of a map and the uniqueness of its places."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 

@@ -3,8 +3,6 @@
 Marks and text are in the margins only, because the camera would detect them as dots.
 """
 
-from __future__ import annotations
-
 from typing import Any, BinaryIO
 
 import numpy as np

@@ -1,7 +1,5 @@
 """``print_mat``: a random-dot mat as a PDF at true scale, and its dot map."""
 
-from __future__ import annotations
-
 import argparse
 import secrets
 import sys

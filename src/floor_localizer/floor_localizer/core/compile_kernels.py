@@ -3,8 +3,6 @@
 Compilation takes about a minute at the very first start; afterwards numba loads the kernels from its cache on disk.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Dots of one image, projected to the floor, and of the map (the paper's floor dot database, 2.1)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

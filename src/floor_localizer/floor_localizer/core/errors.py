@@ -1,7 +1,5 @@
 """The errors of this package; each message is one line that names file, field and remedy."""
 
-from __future__ import annotations
-
 
 class FloorLocalizerError(ValueError):
     """Input that the package cannot use; the message is one line that names file, field and remedy."""

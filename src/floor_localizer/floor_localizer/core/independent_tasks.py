@@ -1,7 +1,5 @@
 """Independent tasks and a runner in this process; `task_runner` starts runners with several processes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 

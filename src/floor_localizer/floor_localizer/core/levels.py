@@ -1,7 +1,5 @@
 """Levels of one map: the floors of a building side by side in one map frame, so that one index covers them all."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The steps of Fukase & Kanamori, each with a faster or safer method; the numbers in brackets are sections of the paper.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -16,8 +16,6 @@ many times the dots' noise. If too many dots are unmatched within the noise gate
 this shift; later radii follow from the residuals of the previous fit.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

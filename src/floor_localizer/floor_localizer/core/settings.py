@@ -1,7 +1,5 @@
 """The settings of dot extraction, matching, tracking and survey; all that depends on the floor is computed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from shirube_core.settings import setting

@@ -1,7 +1,5 @@
 """Tracking over time: priors from the last pose and odometry; sparse views are merged by odometry."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

@@ -5,8 +5,6 @@ first match to find the runner-up. A second search is for the view's mirror imag
 image or map would not be detected.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Arrays in files: numpy's npy format, written so that a full disk is reported as such, and a store of such files."""
 
-from __future__ import annotations
-
 import errno
 from dataclasses import dataclass
 from pathlib import Path

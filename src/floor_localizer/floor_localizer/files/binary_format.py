@@ -10,8 +10,6 @@ offset of each array. Points are float32: their rounding error is half a microme
 four micrometres at a hundred metres.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import mmap

@@ -1,7 +1,5 @@
 """The dot map as CSV: header ``x,y,diameter``, one dot per line, in metres, diameter may be empty; and its checks."""
 
-from __future__ import annotations
-
 import io
 import math
 from collections.abc import Callable

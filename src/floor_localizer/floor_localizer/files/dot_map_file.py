@@ -1,7 +1,5 @@
 """Reads and writes dot maps in either format, CSV or binary."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Results of images that were located without a running node, and their table as CSV."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Debug image: the camera image with the detected dots and the result."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

@@ -1,7 +1,5 @@
 """The node's parameters, and a localizer created from them and the map file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

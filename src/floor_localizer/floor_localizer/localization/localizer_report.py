@@ -1,7 +1,5 @@
 """Diagnostics of the node: whether there is a fix, its quality, or the reason for no fix."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from time import monotonic

@@ -1,7 +1,5 @@
 """Checkpoint files of a survey, written atomically, from which an interrupted survey resumes."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

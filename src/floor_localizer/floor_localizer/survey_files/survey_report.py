@@ -1,7 +1,5 @@
 """Report and tables of a survey."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

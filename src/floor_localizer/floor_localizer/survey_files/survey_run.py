@@ -1,7 +1,5 @@
 """A survey from images to map: tasks that write to the checkpoint, and progress bars."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace

@@ -1,7 +1,5 @@
 """Images of a survey with their odometry: a folder with a pose file (CSV or TUM), or a bag."""
 
-from __future__ import annotations
-
 import csv
 import math
 from bisect import bisect_left

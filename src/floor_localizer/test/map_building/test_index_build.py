@@ -1,7 +1,5 @@
 """A map built in parts equals the map built at once, byte for byte, even after crashes and a full disk."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path

@@ -13,8 +13,6 @@ of map dots, d the largest distance between matched dots, s the relative scale t
 of the k matches. The result is the smallest E over k. It has no parameter that is tuned to a floor.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

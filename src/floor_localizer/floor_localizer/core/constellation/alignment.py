@@ -4,8 +4,6 @@ A similarity transform of the plane (rotation, scale, translation) is a pair of 
 ``a * z + b``. Each matched dot refines the fit, so that dots farther away can be predicted.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ The lune is the intersection of the discs around both ends through the other end
 same rule, so that the index contains what a view looks up.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The index: a geometric hash table of all small constellations of six map dots."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

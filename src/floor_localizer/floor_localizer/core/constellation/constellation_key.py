@@ -6,8 +6,6 @@ A key is quantized into cells of an eight-dimensional grid. The cell is hashed t
 subcell, which eighth of the cell contains the key along each coordinate.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -5,8 +5,6 @@ border. The home cell and its neighbours are opened in the order of their probab
 constellation costs less and finds more than all cells of a few constellations.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

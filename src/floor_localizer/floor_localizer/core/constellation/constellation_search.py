@@ -1,7 +1,5 @@
 """Look up the constellations of a view in the index until one yields a pose that is significant."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

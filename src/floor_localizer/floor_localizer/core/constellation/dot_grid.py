@@ -1,7 +1,5 @@
 """Spatial hash of the map dots: sorted into square cells, the dot nearest to a position is found in constant time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

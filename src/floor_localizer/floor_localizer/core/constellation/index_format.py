@@ -6,8 +6,6 @@ The other end of the baseline is the map dot nearest to the point given by lengt
 which that is wrong are not indexed.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

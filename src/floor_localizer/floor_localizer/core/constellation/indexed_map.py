@@ -1,7 +1,5 @@
 """A dot map with its search index, and the paper's matching address matrix (2.3.3) as an occupancy bitmap."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -3,8 +3,6 @@
 Fallback for views with so many missing dots that no constellation is complete.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

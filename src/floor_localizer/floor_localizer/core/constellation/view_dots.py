@@ -1,7 +1,5 @@
 """The dots of one view, prepared for the search."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Smoothing and binarisation (paper 3.1): the floor's luminance, contrast to it, and a threshold from its noise."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numba import njit

@@ -1,7 +1,5 @@
 """Subpixel centroids, sizes and shapes of blobs."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Coverage of the pixels around a blob by the dot, contrast of pixel over that of dot; and the noise of the image."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Dot detector, in the steps of the paper (3.1)."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

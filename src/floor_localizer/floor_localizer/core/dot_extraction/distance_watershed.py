@@ -1,7 +1,5 @@
 """Segmentation of a binary shape: watershed of its distance transform."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

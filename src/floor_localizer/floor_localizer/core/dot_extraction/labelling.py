@@ -1,7 +1,5 @@
 """Labelling (paper 3.1): connected components of the binary image, and their surroundings."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

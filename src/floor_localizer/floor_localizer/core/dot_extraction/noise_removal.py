@@ -1,7 +1,5 @@
 """Noise removal (paper 3.1): rejects hairs, specks and reflections; and how accurate the centroids of dots are."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from floor_localizer.core.arrays import Booleans, Floats

@@ -1,7 +1,5 @@
 """Polarity of a floor's dots: darker than the floor, lighter, or any colour."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Splitting of touching dots: a blob with a waist is split, and hairs are removed from dots."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

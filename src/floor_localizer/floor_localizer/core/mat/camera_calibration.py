@@ -5,8 +5,6 @@ in the image. The image is rectified for a grid of tilts around the initial one;
 mat by a similarity.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import dataclass

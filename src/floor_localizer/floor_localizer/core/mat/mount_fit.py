@@ -9,8 +9,6 @@ loss. For a camera that looks straight down, only the ratio of height and focal 
 observable. Then the height must be given with its accuracy, or the tilt must be large.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

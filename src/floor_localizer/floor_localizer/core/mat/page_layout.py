@@ -4,8 +4,6 @@ A page shows a rectangle of the mat, and neighbouring pages share a strip of ``o
 above) is trimmed along its left (lower) border and glued onto that strip.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Generate the random dots of a mat, reproducible by a seed, so that every view is unique to the localizer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -14,8 +14,6 @@ The overlap is a weak filter on a floor as dense as the paper's: with 1 px of no
 candidates that more than half of the image's dots allow any given node by chance.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,8 +5,6 @@ repeats) ``F_2b`` agrees with all of ``F_1a``, ``F_3``, ``F_4`` and ``F_5``, so 
 five with sums of 4, but fig. 19 shows ``F_2b`` removed and sums of 3. The text's rule is implemented here.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

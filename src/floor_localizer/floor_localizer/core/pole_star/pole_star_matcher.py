@@ -1,7 +1,5 @@
 """The paper's pipeline (Fukase and Kanamori, 2.2 and 2.3) from one image's dots to a pose on the floor."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

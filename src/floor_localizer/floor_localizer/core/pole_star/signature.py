@@ -15,8 +15,6 @@ radius are specific to that dot and invariant to rotation. The rest is our desig
 A missing neighbour costs nothing; the vote of a spurious one is distributed over the whole floor.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

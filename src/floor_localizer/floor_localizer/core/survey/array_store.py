@@ -1,7 +1,5 @@
 """Where a survey keeps what does not fit into memory, and its finished steps."""
 
-from __future__ import annotations
-
 from typing import Any, Protocol
 
 from numpy.typing import NDArray

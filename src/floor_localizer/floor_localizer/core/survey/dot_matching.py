@@ -3,8 +3,6 @@
 The searches and the acceptance test are those of the localizer (see `acceptance`).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import astuple, dataclass
 

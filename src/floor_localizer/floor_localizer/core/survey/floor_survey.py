@@ -1,7 +1,5 @@
 """From submaps to one map: optimise the pose graph, adjust all images and dots, drop spurious dots; scale it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 

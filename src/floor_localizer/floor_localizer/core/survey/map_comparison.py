@@ -4,8 +4,6 @@ Patches of one map are matched in the other by constellations, independent of th
 matches most dots gives the first estimate, and all dots refine it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Keyframes of a drive, and submaps of consecutive ones: registered one after the other, then adjusted together."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

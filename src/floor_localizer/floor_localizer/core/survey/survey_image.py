@@ -1,7 +1,5 @@
 """The dots of one image of a survey."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

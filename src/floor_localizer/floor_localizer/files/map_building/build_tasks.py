@@ -1,7 +1,5 @@
 """Plan of a build (stripes of rows of cells, ranges of buckets) and its tasks, which read and write files only."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Mapping

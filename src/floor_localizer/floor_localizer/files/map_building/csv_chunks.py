@@ -1,7 +1,5 @@
 """Read a CSV dot map in chunks: byte ranges that end at a line break."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Build the binary form of a map from CSVs larger than memory, in resumable steps."""
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Iterable, Sequence

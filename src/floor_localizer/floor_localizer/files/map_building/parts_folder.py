@@ -1,7 +1,5 @@
 """Folder with the finished parts of a build, from which an interrupted build resumes."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Iterator

@@ -10,8 +10,6 @@ observations and six unknowns per image remain. All observations of a dot are in
 read the array store can build the equations of a block; `multifrontal_solver` solves their sum.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ A ray d of an image with the state x, y, yaw, scale, roll, pitch meets the floor
 mean of its observations, robust against outliers (Huber), or its fixed position.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Merge observations into dots, and count the images that should have observed a dot."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components

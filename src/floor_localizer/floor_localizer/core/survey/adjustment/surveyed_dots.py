@@ -1,7 +1,5 @@
 """Collect the dots of adjusted blocks, without spurious ones, and those of the extended map."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Build the pose graph of the submaps; return the connected images with their initial states."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

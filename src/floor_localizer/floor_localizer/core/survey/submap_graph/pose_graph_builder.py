@@ -5,8 +5,6 @@ since the last loop closure is too large, it is searched in all earlier dots by 
 chance are rejected.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The dots of all submaps, in an array store; bounding boxes and the last used matchers are in memory."""
 
-from __future__ import annotations
-
 from collections import OrderedDict
 
 import numpy as np
