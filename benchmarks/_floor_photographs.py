@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings

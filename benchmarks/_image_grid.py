@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix, NoFix
-from floor_localizer.debug_picture import debug_picture
+from floor_localizer.localization.debug_picture import debug_picture
 from shirube_core.files import atomic_write
 
 _ZOOM = 1.25

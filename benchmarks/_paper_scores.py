@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.distance import pdist
 
-from floor_localizer.core.acceptance import log_chance_alignments
-from floor_localizer.core.pole_star.match_rate import build_address_matrix, match_rate
-from floor_localizer.core.pole_star.pole_star_matcher import PoleStarMatcher, PoleStarPose
-from floor_localizer.core.pole_star.settings import PoleStarSettings
+from floor_localizer.core.constellation.acceptance import log_chance_alignments
+from floor_localizer.core.pole_star.pole_star_matcher import (
+    PoleStarMatcher,
+    PoleStarPose,
+    PoleStarSettings,
+    build_address_matrix,
+    match_rate,
+)
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.geometry import SE2
 

@@ -14,12 +14,12 @@ import numpy as np
 from _surveyed_floor import CAMERA, MOUNT, VIEW, RenderedSurvey
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.survey.keyframe_selection import select_keyframes
-from floor_localizer.core.survey.survey_settings import SurveySettings
+from floor_localizer.commands.options import task_runner
+from floor_localizer.core.dots import DetectedDots
+from floor_localizer.core.settings import SurveySettings
+from floor_localizer.core.survey.submap import select_keyframes
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_run import IMAGES_PER_CHUNK, build_all_submaps, run_survey
-from floor_localizer.task_runner import task_runner
 
 _NOISE = 0.02
 """Standard deviation of the position of a dot along each axis [px]."""

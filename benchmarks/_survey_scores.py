@@ -10,10 +10,10 @@ from _surveyed_floor import CAMERA, MOUNT, RenderedSurvey
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.survey.dot_estimation import project_rays_to_map
+from floor_localizer.core.survey.adjustment.observations import project_rays_to_map
 from floor_localizer.survey_files.survey_run import SurveyRun
 from shirube_core.geometry import SE2
 

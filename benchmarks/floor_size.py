@@ -26,7 +26,7 @@ from tqdm import tqdm
 
 from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.binary_format import BinaryMap, load_binary, save_binary
 from shirube_core.geometry import SE2
 

@@ -26,8 +26,7 @@ from tqdm import tqdm
 
 from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker

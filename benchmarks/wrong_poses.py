@@ -25,8 +25,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import TrackerSettings

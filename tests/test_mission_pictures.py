@@ -11,7 +11,7 @@ import pytest
 
 from floor_localizer.commands.locate import locate_bag as locate_floor
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker

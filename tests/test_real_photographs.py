@@ -10,7 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from floor_localizer.core.dot_extraction import DotDetector, DotDetectorSettings
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.settings import DotDetectorSettings
 
 BENCHMARK = Path(__file__).resolve().parents[1] / 'benchmarks' / 'real_photographs'
 DATA = Path(os.environ.get('SHIRUBE_DATA', 'not given'))

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 Array = NDArray[np.float64]

@@ -24,7 +24,8 @@ from terrazzo_trials import TerrazzoBench
 from terrazzo_views import load_terrazzo
 from tqdm import tqdm
 
-from floor_localizer.core.dot_extraction import DotDetector, DotDetectorSettings
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.settings import DotDetectorSettings
 
 MOVIE_LENGTH = 294
 SEED = 1

@@ -24,17 +24,17 @@ from random_dot_pages import FOLDER, load_movie_camera, load_pages, movie_images
 from tqdm import tqdm
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_extraction import DotDetector
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.floor_survey import survey_floor
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
 from floor_localizer.core.survey.submap import Submap, build_submap
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
-from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_core.geometry import SE2
 
 POSITION_NOISE, HEADING_NOISE = 0.01, math.radians(3.0)

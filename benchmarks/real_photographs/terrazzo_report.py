@@ -11,7 +11,7 @@ from terrazzo_chips import COLOURS, DIAMETERS, dots_of_chips, segment_chips
 from terrazzo_trials import TerrazzoTrial
 from terrazzo_views import SCALE, Image
 
-from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.dot_extraction.detector import DotDetector
 
 VIEW_HEADS = (
     *('polarity', 'views', 'right', 'none', 'wrong', 'error mm: median', '95 %', 'max'),

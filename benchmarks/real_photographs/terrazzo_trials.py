@@ -8,7 +8,7 @@ import numpy as np
 from terrazzo_views import CAMERA, MOUNT, Image, cut_view, terrazzo_map
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_extraction import DotDetector
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.dots import DotMap
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 Array = NDArray[np.float64]

@@ -31,6 +31,6 @@ setup(
             f'calibrate_camera = {NAME}.commands.calibrate_camera:main',
             f'compare_maps = {NAME}.commands.compare_maps:main',
             f'build_map = {NAME}.commands.build_map:main',
-        ],
+        ]
     },
 )

@@ -1,7 +1,5 @@
 """The ROS node: subscribes to images and odometry, publishes the robot's pose on the map."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -9,32 +7,34 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from rclpy.node import Node
 from sensor_msgs.msg import Image
-from std_msgs.msg import Header
-from visualization_msgs.msg import MarkerArray
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
 
+from floor_localizer.core.arrays import Pixels
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
-from floor_localizer.debug_picture import debug_picture
-from floor_localizer.dot_markers import delete_markers, dot_markers
-from floor_localizer.localizer_from_map_file import STARTUP_NOTICE, localizer_from_map_file
-from floor_localizer.localizer_report import LocalizerReport
-from floor_localizer.node_settings import NodeSettings
-from shirube_core.geometry import PinholeCamera
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
-from shirube_ros.camera.image import image_from_array
-from shirube_ros.camera.info import camera_from_camera_info
-from shirube_ros.camera.input import ImageInput
+from floor_localizer.localization.debug_picture import debug_picture
+from floor_localizer.localization.localizer_from_map_file import (
+    STARTUP_NOTICE,
+    NodeSettings,
+    localizer_from_map_file,
+)
+from floor_localizer.localization.localizer_report import LocalizerReport
+from shirube_core.geometry import CameraMount, PinholeCamera
+from shirube_ros.callback_guard import CallbackGuard
+from shirube_ros.camera_info_conversion import camera_from_camera_info
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.errors import PoseError
-from shirube_ros.node import run_node
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.image_input import ImageInput
+from shirube_ros.message_error import PoseError
+from shirube_ros.node_main import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import (
     planar_pose,
@@ -43,9 +43,13 @@ from shirube_ros.pose_conversion import (
     pose_with_covariance_stamped,
 )
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
-from shirube_ros.stamps import StampValidator
+from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.trigger_service import create_trigger_service
 
 _LOG_INTERVAL = 1.0  # minimum interval between log messages about found and lost poses [s]
+
+_MATCHED_COLOUR = ColorRGBA(r=0.1, g=0.8, b=0.2, a=1.0)
+_UNMATCHED_COLOUR = ColorRGBA(r=0.9, g=0.1, b=0.1, a=1.0)
 
 
 class FloorLocalizerNode(Node):
@@ -142,7 +146,7 @@ class FloorLocalizerNode(Node):
         on_initial_pose = self._guard.guard('initialpose', self._on_initial_pose)
         self.create_subscription(PoseWithCovarianceStamped, 'initialpose', on_initial_pose, pose_profile())
 
-    def _on_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
+    def _on_image(self, header: Header, pixels: Pixels, camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
         started = perf_counter()
         result = self._tracker.track(stamp, pixels, camera)
@@ -212,6 +216,31 @@ class FloorLocalizerNode(Node):
     def _reset(self) -> None:
         self.get_logger().warning('clock jumped back; pose and odometry were reset')
         self._tracker = self._create_tracker()
+
+
+def dot_markers(fix: Fix, camera: PinholeCamera, mount: CameraMount, header: Header) -> MarkerArray:
+    """Return markers at the image's dots on the map: matched ones green, the others red.
+
+    The mount is the nominal one; the header has the stamp of the image and the map frame.
+    """
+    points_base = mount.floor_points_from_rays(camera.rays_from_pixels(fix.dots.pixels))
+    points_map = fix.T_map_base.transform(points_base)
+    metres_per_pixel = mount.xyz[2] / camera.fx
+    diameter = float(np.median(fix.dots.diameters)) * metres_per_pixel
+    groups = (('matched', _MATCHED_COLOUR, fix.matched), ('unmatched', _UNMATCHED_COLOUR, ~fix.matched))
+    markers = []
+    for namespace, colour, chosen in groups:
+        marker = Marker(header=header, ns=namespace, type=Marker.SPHERE_LIST, action=Marker.ADD, color=colour)
+        marker.pose.orientation.w = 1.0
+        marker.scale.x = marker.scale.y = marker.scale.z = diameter
+        marker.points = [Point(x=float(x), y=float(y)) for x, y in points_map[chosen]]
+        markers.append(marker)
+    return MarkerArray(markers=markers)
+
+
+def delete_markers(header: Header) -> MarkerArray:
+    """Return a marker message that deletes the dots of earlier images."""
+    return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
 
 
 def main() -> int:

@@ -1,7 +1,5 @@
 """Shared fixtures: an isolated ROS graph, and one floor for all tests."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +8,7 @@ import pytest
 from node_testing import IsolatedGraph, isolated_graph
 
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.localizer import FloorLocalizer
 
 sys.path.insert(0, str(Path(__file__).parent))  # for the helper modules of the tests

@@ -1,12 +1,10 @@
 """Small floors for the tests of maps."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 
 DENSITY = 5384.0
 

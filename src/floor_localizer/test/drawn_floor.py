@@ -1,7 +1,5 @@
 """Synthetic images of floors from closed formulas, for the tests of dot extraction."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import erfc

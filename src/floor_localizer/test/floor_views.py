@@ -1,7 +1,5 @@
 """Random floors and simulated views of them, with an independent camera model: rotations and projected points."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 
@@ -9,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.fix import Fix
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 

@@ -1,10 +1,8 @@
 """Example results of a localizer."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dots import DetectedDots
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 

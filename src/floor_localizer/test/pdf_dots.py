@@ -1,7 +1,5 @@
 """A reader of PDF pages of its own: where filled shapes without straight lines lie, in millimetres."""
 
-from __future__ import annotations
-
 import re
 import zlib
 from dataclasses import dataclass

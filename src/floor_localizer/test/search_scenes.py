@@ -1,18 +1,15 @@
 """Views in the format of the searches, with the true similarity."""
 
-from __future__ import annotations
-
 import cmath
 
 import numpy as np
 from floor_views import CAMERA, MOUNT, View, pose_over, see
 from numpy.typing import NDArray
 
+from floor_localizer.core.constellation.acceptance import SearchState, new_search
 from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.neighbours import sort_neighbours
-from floor_localizer.core.constellation.search_state import SearchState, new_search
-from floor_localizer.core.constellation.view_dots import ViewDots
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.constellation.view_dots import ViewDots, sort_neighbours
+from floor_localizer.core.dots import DotMap
 from shirube_core.geometry import SE2
 
 SIGMA = 8e-5
@@ -36,8 +33,3 @@ def similarity(pose: SE2) -> tuple[complex, complex]:
 
 def new_search_for(view: ViewDots, indexed: IndexedMap) -> SearchState:
     return new_search(len(view.z), float(len(indexed.grid.points)), 1e-3, 0.25)
-
-
-def found_pose(found: NDArray[np.float64]) -> SE2:
-    """The pose of ``search.best`` or ``search.runner_up``."""
-    return SE2(found[3], found[4], cmath.phase(complex(found[1], found[2])))

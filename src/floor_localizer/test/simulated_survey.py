@@ -1,7 +1,5 @@
 """A drive in lanes over a random floor with the camera model of `floor_views`, a second implementation."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -9,13 +7,12 @@ import numpy as np
 from floor_views import CAMERA, MOUNT, random_floor, see
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.floor_survey import SurveyResult, survey_floor
-from floor_localizer.core.survey.keyframe_selection import split_into_submaps
-from floor_localizer.core.survey.submap import Submap, build_submap
+from floor_localizer.core.survey.submap import Submap, build_submap, split_into_submaps
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
-from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_core.geometry import SE2
 
 SETTINGS = SurveySettings()

@@ -9,8 +9,8 @@ import pytest
 from simulated_survey import lane_poses
 
 from floor_localizer.commands.build_map import main
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.files.camera_files import save_intrinsics
+from floor_localizer.commands.calibrate_camera import save_intrinsics
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.csv_format import save_csv
 from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
@@ -71,15 +71,10 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
     return code, captured.out, captured.err
 
 
-def folder_options(scene: Path) -> list[object]:
-    return [
-        '--images',
-        scene / 'images',
-        '--calibration',
-        scene / 'camera.yaml',
-        '--odometry',
-        scene / 'odom.csv',
-    ]
+def folder_options(scene: Path, **other: Path) -> list[object]:
+    names = {'images': 'images', 'calibration': 'camera.yaml', 'odometry': 'odom.csv'}
+    paths = {option: scene / name for option, name in names.items()} | other
+    return [each for option, path in paths.items() for each in (f'--{option}', path)]
 
 
 def fault_of(err: str) -> str:

@@ -1,7 +1,5 @@
 """The bound on chance alignments: its properties, and its validity on random floors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -9,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 from scipy.special import comb
 
-from floor_localizer.core.acceptance import log_chance_alignments
+from floor_localizer.core.constellation.acceptance import log_chance_alignments
 
 RESIDUALS = np.array([1e-4, 2e-4, 5e-5, math.inf, 1.5e-4, 3e-4, math.inf, 8e-5])
 

@@ -1,7 +1,5 @@
 """Similarities compared to numpy's least squares; hypotheses are accepted if and only if they are right."""
 
-from __future__ import annotations
-
 import cmath
 
 import numpy as np

@@ -1,7 +1,6 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ FULL_DISK = """
 import json, resource, sys
 from pathlib import Path
 import numpy as np
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
+from floor_localizer.files.array_file import DiskArrayStore
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
 results = []
 for number in map(int, sys.argv[3:]):
@@ -37,7 +36,7 @@ LIMIT = 3000
 @pytest.mark.parametrize('array', [
     np.arange(7), np.empty((0, 2)), np.arange(6.0).reshape(2, 3).T, np.ones((2, 3, 4), np.bool_), np.array(3.5),
 ])  # fmt: skip
-def test_numpy_reads_what_is_written(array: np.ndarray, tmp_path: Path) -> None:
+def test_numpy_reads_what_is_written(array, tmp_path):
     with (tmp_path / 'array.npy').open('wb') as file:
         write_array(file, array)
     read = np.load(tmp_path / 'array.npy', allow_pickle=False)
@@ -45,7 +44,7 @@ def test_numpy_reads_what_is_written(array: np.ndarray, tmp_path: Path) -> None:
     np.testing.assert_array_equal(read, array)
 
 
-def test_a_full_disk_leaves_no_file_and_is_reported(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_no_file_and_is_reported(tmp_path):
     # Below the limit; above it by less than what a file buffers before it writes; far above it.
     numbers = [0, 100, 420, 600, 9000]
     command = [sys.executable, '-c', FULL_DISK, str(LIMIT), str(tmp_path), *map(str, numbers)]

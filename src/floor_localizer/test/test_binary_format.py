@@ -6,10 +6,10 @@ import pytest
 from dot_maps import random_map
 
 from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.errors import DotMapError
 from floor_localizer.files import binary_format
 from floor_localizer.files.binary_format import BinaryMap, load_binary, save_binary
 from floor_localizer.files.dot_map_file import extract_dots
-from floor_localizer.files.file_errors import DotMapError
 
 
 @pytest.fixture(scope='module')
@@ -35,7 +35,7 @@ def refusal(path: Path) -> str:
     return message
 
 
-def test_load_gives_what_was_saved_to_the_last_bit(path: Path, original: BinaryMap) -> None:
+def test_load_gives_what_was_saved_to_the_last_bit(path, original):
     loaded = load_binary(path)
     np.testing.assert_array_equal(loaded.diameters, original.diameters)
     assert loaded.floor.density == original.floor.density
@@ -47,7 +47,7 @@ def test_load_gives_what_was_saved_to_the_last_bit(path: Path, original: BinaryM
             np.testing.assert_array_equal(value, expected)
 
 
-def test_arrays_are_read_only_aligned_views_of_the_file(path: Path) -> None:
+def test_arrays_are_read_only_aligned_views_of_the_file(path):
     floor = load_binary(path).floor
     for array in (floor.grid.points, floor.grid.starts, floor.index.entries, floor.addresses.bits):
         assert not array.flags.writeable
@@ -56,19 +56,19 @@ def test_arrays_are_read_only_aligned_views_of_the_file(path: Path) -> None:
         assert array.ctypes.data % 64 == 0
 
 
-def test_saving_again_gives_the_same_bytes(path: Path, tmp_path: Path) -> None:
+def test_saving_again_gives_the_same_bytes(path, tmp_path):
     save_binary(tmp_path / 'again.dotmap', load_binary(path))
     assert (tmp_path / 'again.dotmap').read_bytes() == path.read_bytes()
 
 
 @pytest.mark.parametrize('fraction', [0.0, 1e-4, 0.01, 0.5, 0.99])
-def test_a_truncated_file_is_refused(path: Path, fraction: float) -> None:
+def test_a_truncated_file_is_refused(path, fraction):
     whole = path.read_bytes()
     path.write_bytes(whole[: int(fraction * len(whole))])
     assert 'truncated' in refusal(path)
 
 
-def test_another_version_is_refused_with_both_numbers(path: Path) -> None:
+def test_another_version_is_refused_with_both_numbers(path):
     content = bytearray(path.read_bytes())
     struct.pack_into('<I', content, 8, 7)
     path.write_bytes(content)
@@ -76,25 +76,25 @@ def test_another_version_is_refused_with_both_numbers(path: Path) -> None:
     assert 'version 3' in refusal(path)
 
 
-def test_an_index_made_with_other_parameters_is_refused(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_index_made_with_other_parameters_is_refused(path, monkeypatch):
     monkeypatch.setitem(binary_format._RULES, 'parts', 99)
     assert 'another version' in refusal(path)
 
 
-def test_a_damaged_header_is_refused(path: Path) -> None:
+def test_a_damaged_header_is_refused(path):
     content = path.read_bytes()
     path.write_bytes(content.replace(b'"grid.cell"', b'"grid.sell"'))
     assert 'corrupted' in refusal(path)
 
 
-def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
+def test_another_kind_of_file_is_refused(tmp_path):
     path = tmp_path / 'floor.dotmap'
     path.write_bytes(b'x,y,diameter\n0.1,0.2,0.003\n' * 10)
     assert 'is not a dot map' in refusal(path)
     assert 'No such file' in refusal(tmp_path / 'none.dotmap')
 
 
-def test_unknown_diameters_take_no_space(path: Path, tmp_path: Path, original: BinaryMap) -> None:
+def test_unknown_diameters_take_no_space(path, tmp_path, original):
     save_binary(tmp_path / 'bare.dotmap', BinaryMap(original.floor, original.diameters[:0]))
     loaded = load_binary(tmp_path / 'bare.dotmap')
     assert np.isnan(extract_dots(loaded).diameters).all()
@@ -102,6 +102,6 @@ def test_unknown_diameters_take_no_space(path: Path, tmp_path: Path, original: B
     assert (tmp_path / 'bare.dotmap').stat().st_size < path.stat().st_size
 
 
-def test_arrays_that_do_not_belong_together_are_refused(tmp_path: Path, original: BinaryMap) -> None:
+def test_arrays_that_do_not_belong_together_are_refused(tmp_path, original):
     save_binary(tmp_path / 'floor.dotmap', BinaryMap(original.floor, original.diameters[1:]))
     assert 'contradicts' in refusal(tmp_path / 'floor.dotmap')

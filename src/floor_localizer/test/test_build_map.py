@@ -6,7 +6,7 @@ import pytest
 from survey_scene import fault_of, folder_options, record_drive, run
 
 from floor_localizer.commands.build_map import main
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.survey.map_comparison import compare
 from floor_localizer.files.csv_format import load_csv, save_csv
 
@@ -17,9 +17,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize('source', ['folder', 'bag'])
-def test_a_drive_becomes_a_map(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], source: str
-) -> None:
+def test_a_drive_becomes_a_map(scene, tmp_path, capsys, source):
     given = folder_options(scene) if source == 'folder' else ['--bag', scene / 'bag']
     code, out, err = run(capsys, *given, '--out', tmp_path)
     assert code == 0, err
@@ -34,18 +32,9 @@ def test_a_drive_becomes_a_map(
         assert cv2.imread(str(tmp_path / name)) is not None
 
 
-def test_a_known_length_sets_the_scale_without_repeating_the_adjustment(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_known_length_sets_the_scale_without_repeating_the_adjustment(scene, tmp_path, capsys, monkeypatch):
     # A camera height that is given 1 % too large makes a map that is 1 % too large.
-    wrong = [
-        '--images',
-        scene / 'images',
-        '--calibration',
-        scene / 'camera.yaml',
-        '--odometry',
-        scene / 'odom.csv',
-    ]
+    wrong = folder_options(scene)
     high = ('--camera-xyz', '0.05', '-0.02', '0.1313', '--workers', '1')
     assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high]) == 0
     truth, found = load_csv(scene / 'true.csv'), load_csv(tmp_path / 'a' / 'map.csv')
@@ -62,8 +51,8 @@ def test_a_known_length_sets_the_scale_without_repeating_the_adjustment(
     places = found.points[ends[:, 1]].ravel()
     known = ['--known-length', *places, length]
     with monkeypatch.context() as nothing:
-        nothing.setattr('floor_localizer.core.survey.connected_images.PoseGraphBuilder', None)
-        nothing.setattr('floor_localizer.core.survey.adjustment_rounds.bundle_adjust_blocks', None)
+        nothing.setattr('floor_localizer.core.survey.submap_graph.connected_images.PoseGraphBuilder', None)
+        nothing.setattr('floor_localizer.core.survey.floor_survey.bundle_adjust_blocks', None)
         assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
     after = compare(truth, load_csv(tmp_path / 'a' / 'map.csv'))
     assert abs(after.scale - 1.0) < 0.0008
@@ -74,9 +63,7 @@ def test_a_known_length_sets_the_scale_without_repeating_the_adjustment(
     assert 'check which dots were measured' in fault_of(err)
 
 
-def test_a_second_drive_extends_the_map(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_second_drive_extends_the_map(scene, tmp_path, capsys):
     truth = load_csv(scene / 'true.csv')
     left = truth.points[:, 0] < 0.2
     save_csv(tmp_path / 'left.csv', DotMap(truth.points[left], truth.diameters[left]))
@@ -88,9 +75,7 @@ def test_a_second_drive_extends_the_map(
 
 
 @pytest.mark.newest_set_only
-def test_unusable_images_are_reported_and_left_out(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_unusable_images_are_reported_and_left_out(scene, tmp_path, capsys):
     images = tmp_path / 'images'
     images.mkdir()
     for path in (scene / 'images').iterdir():
@@ -98,7 +83,7 @@ def test_unusable_images_are_reported_and_left_out(
     cv2.imwrite(str(images / '005.png'), np.full((100, 120), 200, dtype=np.uint8))
     (images / '009.png').write_bytes((images / '009.png').read_bytes()[:500])
     cv2.imwrite(str(images / '012.png'), np.full((235, 235), 200, dtype=np.uint8))
-    given = ['--images', images, '--calibration', scene / 'camera.yaml', '--odometry', scene / 'odom.csv']
+    given = folder_options(scene, images=images)
     code, out, err = run(capsys, *given, '--out', tmp_path / 'out')
     assert code == 0, err
     assert '005.png: is 120 x 100 px, the calibration is for 235 x 235 px' in out

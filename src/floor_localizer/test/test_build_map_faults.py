@@ -9,6 +9,7 @@ from floor_localizer.core.independent_tasks import InProcessRunner
 from scene_simulator.floor.camera import PAPER_CAMERA
 from scene_simulator.messages import camera_info, compressed_image, odometry
 from shirube_bags.bag_writer import BagWriter
+from shirube_core.files import exclusive_lock
 from shirube_core.geometry import SE2
 
 
@@ -37,11 +38,9 @@ def changed_csv(scene: Path, folder: Path, change: str) -> Path:
         ('header', 'line 1: the header must be "image,x,y,yaw"'),
     ],
 )
-def test_bad_odometry_is_one_line(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], change: str, part: str
-) -> None:
-    given = folder_options(scene)[:-1]
-    code, _, err = run(capsys, *given, changed_csv(scene, tmp_path, change), '--out', tmp_path / 'out')
+def test_bad_odometry_is_one_line(scene, tmp_path, capsys, change, part):
+    given = folder_options(scene, odometry=changed_csv(scene, tmp_path, change))
+    code, _, err = run(capsys, *given, '--out', tmp_path / 'out')
     assert code == 1
     assert part in fault_of(err)
 
@@ -54,9 +53,7 @@ def test_bad_odometry_is_one_line(
         ([0, 1], '/odom: odometry is missing around image'),
     ],
 )
-def test_a_bag_with_bad_odometry_is_one_line(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], stamps: list[int], part: str
-) -> None:
+def test_a_bag_with_bad_odometry_is_one_line(scene, tmp_path, capsys, stamps, part):
     image = cv2.imread(str(scene / 'images' / '000.png'), cv2.IMREAD_GRAYSCALE)
     with BagWriter(tmp_path / 'bag') as bag:
         for k in range(8):
@@ -81,9 +78,7 @@ def test_a_bag_with_bad_odometry_is_one_line(
     assert part in fault_of(err)
 
 
-def test_a_drive_whose_images_do_not_overlap_is_one_line(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_drive_whose_images_do_not_overlap_is_one_line(scene, tmp_path, capsys):
     (tmp_path / 'images').mkdir()
     rows, poses = ['image,x,y,yaw'], (scene / 'odom.csv').read_text().splitlines()[1:]
     for k in range(0, 20, 4):
@@ -91,14 +86,7 @@ def test_a_drive_whose_images_do_not_overlap_is_one_line(
         (tmp_path / 'images' / name).write_bytes((scene / 'images' / name).read_bytes())
         rows.append(poses[k])
     (tmp_path / 'odom.csv').write_text('\n'.join(rows))
-    given = [
-        '--images',
-        tmp_path / 'images',
-        '--calibration',
-        scene / 'camera.yaml',
-        '--odometry',
-        tmp_path / 'odom.csv',
-    ]
+    given = folder_options(scene, images=tmp_path / 'images', odometry=tmp_path / 'odom.csv')
     code, _, err = run(capsys, *given, '--out', tmp_path / 'out')
     assert code == 1
     assert 'no overlap: only' in fault_of(err)
@@ -118,9 +106,7 @@ def test_a_drive_whose_images_do_not_overlap_is_one_line(
         ('--bag {0}/bag --image-step 2', 'image_step is 2'),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_1(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: str, part: str
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_1(scene, tmp_path, capsys, arguments, part):
     given = arguments.format(scene).split()
     if '--out' not in given:
         given += ['--out', str(tmp_path)]
@@ -129,18 +115,14 @@ def test_bad_input_is_one_line_and_exit_code_1(
     assert part in fault_of(err)
 
 
-def test_workers_that_write_to_another_folder_are_an_error(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_workers_that_write_to_another_folder_are_an_error(scene, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(InProcessRunner, 'run', lambda _, __, arguments: iter([None] * len(arguments)))
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 1
     assert 'use workers that see the same files under the same names' in fault_of(err)
 
 
-def test_an_interrupt_is_one_line(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupt_is_one_line(scene, tmp_path, capsys, monkeypatch):
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -151,9 +133,7 @@ def test_an_interrupt_is_one_line(
 
 
 @pytest.mark.newest_set_only
-def test_checkpoints_of_another_survey_are_not_mixed_in(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_checkpoints_of_another_survey_are_not_mixed_in(scene, tmp_path, capsys):
     assert run(capsys, *folder_options(scene), '--out', tmp_path)[0] == 0
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path, '--image-step', 0.5)
     assert code == 1
@@ -162,3 +142,10 @@ def test_checkpoints_of_another_survey_are_not_mixed_in(
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 1
     assert 'another survey, which differs by its images; remove it' in fault_of(err)
+
+
+def test_only_one_survey_runs_in_a_folder(scene, tmp_path, capsys):
+    with exclusive_lock(tmp_path / 'checkpoint', file='lock'):
+        code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
+    assert code == 1
+    assert 'another survey is running there; wait for its end or choose another --out' in fault_of(err)

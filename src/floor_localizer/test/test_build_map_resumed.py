@@ -16,8 +16,10 @@ from survey_scene import FLAGS, SMALL_SIZE, fault_of, folder_options, record_dri
 
 from floor_localizer.commands import build_map
 from floor_localizer.commands.build_map import main
-from floor_localizer.core.survey import adjustment_rounds, connected_images
-from floor_localizer.survey_files import checkpoint, disk_array_store
+from floor_localizer.core.survey import floor_survey
+from floor_localizer.core.survey.submap_graph import connected_images
+from floor_localizer.files import array_file
+from floor_localizer.survey_files import checkpoint
 from floor_localizer.survey_files.checkpoint import Checkpoint
 
 pytestmark = pytest.mark.newest_set_only
@@ -26,7 +28,7 @@ TABLES = ('map.csv', 'sightings.csv', 'images.csv', 'report.txt')
 KILLED_WHILE_ADJUSTING = """
 import os, signal, sys
 from floor_localizer.commands.build_map import main
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
+from floor_localizer.files.array_file import DiskArrayStore
 
 put = DiskArrayStore.put
 
@@ -63,13 +65,7 @@ def no_detector() -> SimpleNamespace:
     return SimpleNamespace(detect=detect)
 
 
-def test_a_survey_killed_while_adjusting_goes_on_with_that_round_and_ends_the_same(
-    scene: Path,
-    whole: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_survey_killed_while_adjusting_resumes_with_that_round(scene, whole, tmp_path, capsys, monkeypatch):
     shutil.copytree(whole / 'checkpoint', tmp_path / 'checkpoint')
     for done in (*(tmp_path / 'checkpoint').glob('adjusted_*'), tmp_path / 'checkpoint' / 'linked.npz'):
         done.unlink()
@@ -82,21 +78,19 @@ def test_a_survey_killed_while_adjusting_goes_on_with_that_round_and_ends_the_sa
     )
     assert child.returncode == -signal.SIGKILL
     assert list((tmp_path / 'checkpoint' / 'adjustment').glob('*/found_00000.npy'))
-    adjusted, bundle_adjust_blocks = [], adjustment_rounds.bundle_adjust_blocks
+    adjusted, bundle_adjust_blocks = [], floor_survey.bundle_adjust_blocks
     monkeypatch.setattr(connected_images, 'PoseGraphBuilder', None)
     monkeypatch.setattr(
-        adjustment_rounds, 'bundle_adjust_blocks', lambda *a: adjusted.append(a) or bundle_adjust_blocks(*a)
+        floor_survey, 'bundle_adjust_blocks', lambda *a: adjusted.append(a) or bundle_adjust_blocks(*a)
     )
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err
-    assert len(adjusted) == adjustment_rounds.ADJUSTMENTS - 2
+    assert len(adjusted) == floor_survey.ADJUSTMENTS - 2
     for name in TABLES:
         assert (tmp_path / name).read_bytes() == (whole / name).read_bytes()
 
 
-def test_a_damaged_step_is_done_again(
-    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_step_is_done_again(scene, whole, tmp_path, capsys):
     shutil.copytree(whole / 'checkpoint', tmp_path / 'checkpoint')
     for name in ('linked.npz', 'adjusted_3.npz', 'adjusted_5.npz'):
         os.truncate(tmp_path / 'checkpoint' / name, 100)
@@ -107,7 +101,7 @@ def test_a_damaged_step_is_done_again(
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(['checkpoint', *build_map.RESULTS])
 
 
-def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> None:
+def test_what_was_half_written_is_removed_and_nothing_else(tmp_path):
     Checkpoint(tmp_path, {'survey': 1}).save_step('linked')
     for name in (
         '.images.bin.x1y2x1y2',
@@ -124,9 +118,7 @@ def test_what_was_half_written_is_removed_and_nothing_else(tmp_path: Path) -> No
     ]
 
 
-def test_a_full_disk_is_reported_and_the_survey_resumes(
-    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_is_reported_and_the_survey_resumes(scene, tmp_path, capsys, monkeypatch):
     saved = np.savez
     calls = []
 
@@ -141,27 +133,21 @@ def test_a_full_disk_is_reported_and_the_survey_resumes(
     assert code == 1
     assert 'No space left on device; free some and give the same command again' in fault_of(err)
     assert [path.name for path in (tmp_path / 'checkpoint').iterdir() if path.name.startswith('.')] == []
-    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', no_detector)
+    monkeypatch.setattr('floor_localizer.survey_files.survey_run.DotDetector', no_detector)
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err  # the dots were kept: no image was looked at again
 
 
-def test_a_disk_that_fills_up_while_adjusting_is_reported_and_the_map_is_the_same(
-    scene: Path,
-    whole: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_disk_that_fills_up_while_adjusting_is_reported(scene, whole, tmp_path, capsys, monkeypatch):
     with monkeypatch.context() as full:
-        full.setattr(disk_array_store, 'write_array', without_room)
+        full.setattr(array_file, 'write_array', without_room)
         code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'full')
     assert code == 1
     assert 'No space left on device; free some and give the same command again' in fault_of(err)
     # Files that a process killed here would leave.
     (tmp_path / 'full/checkpoint/adjustment/run').mkdir(parents=True, exist_ok=True)
     (tmp_path / 'full/checkpoint/adjustment/run/block_00000.npy').write_bytes(b'half')
-    monkeypatch.setattr('floor_localizer.survey_files.survey_tasks.DotDetector', no_detector)
+    monkeypatch.setattr('floor_localizer.survey_files.survey_run.DotDetector', no_detector)
     assert run(capsys, *folder_options(scene), '--out', tmp_path / 'full')[0] == 0
     assert (tmp_path / 'full/map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
     assert not (tmp_path / 'full/checkpoint/adjustment').exists()
@@ -183,9 +169,7 @@ def begun(scene: Path, folder: Path, workers: int) -> subprocess.Popen[str]:
     return child
 
 
-def test_a_survey_killed_while_finding_dots_goes_on_and_ends_the_same(
-    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_survey_killed_while_finding_dots_goes_on_and_ends_the_same(scene, whole, tmp_path, capsys):
     with begun(scene, tmp_path / 'killed', 1) as child:
         os.killpg(child.pid, signal.SIGKILL)
     assert not (tmp_path / 'killed' / 'map.csv').exists()
@@ -194,9 +178,7 @@ def test_a_survey_killed_while_finding_dots_goes_on_and_ends_the_same(
     assert (tmp_path / 'killed' / 'map.csv').read_bytes() == (whole / 'map.csv').read_bytes()
 
 
-def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line_and_it_goes_on_and_ends_the_same(
-    scene: Path, whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_interrupt_ends_a_survey_with_its_workers_in_one_line(scene, whole, tmp_path, capsys):
     with begun(scene, tmp_path, 2) as child:
         os.killpg(child.pid, signal.SIGINT)  # as a terminal does it: to all processes
         _, err = child.communicate(timeout=60.0)

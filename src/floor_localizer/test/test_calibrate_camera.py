@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
-from floor_localizer.commands.calibrate_camera import main
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.mat.mat_settings import MatSettings
-from floor_localizer.core.mat.random_mat import generate_mat
-from floor_localizer.files.camera_files import save_intrinsics
+from floor_localizer.commands.calibrate_camera import main, save_intrinsics
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.mat.random_mat import MatSettings, generate_mat
 from floor_localizer.files.csv_format import save_csv
 from scene_simulator.floor.camera import FloorCamera
 from scene_simulator.floor.dot_floor import DotFloor, FloorDesign
@@ -80,9 +78,7 @@ def angle_between(first: CameraMount, second: CameraMount) -> float:
         CameraMount((0.0, 0.01, 0.16), (math.pi - 0.2, 0.1, -math.pi / 2)),
     ],
 )
-def test_the_whole_mount_is_found(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], mount: CameraMount
-) -> None:
+def test_the_whole_mount_is_found(folder, tmp_path, capsys, mount):
     image = photograph(tmp_path / 'image.png', mount)
     where = ('--robot-at', ROBOT.x, ROBOT.y, ROBOT.yaw)
     files = ('--mat', folder / 'mat1.csv', '--image', image, '--calibration', folder / 'camera.yaml')
@@ -94,9 +90,7 @@ def test_the_whole_mount_is_found(
     assert 'tilt' in out
 
 
-def test_without_the_robots_pose_height_and_tilt_are_found_and_the_rest_is_kept(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_the_robots_pose_height_and_tilt_are_found_and_the_rest_is_kept(folder, tmp_path, capsys):
     truth = CameraMount((0.04, 0.01, 0.12), (math.pi + 0.04, 0.02, -math.pi / 2))
     image = photograph(tmp_path / 'image.png', truth)
     files = ('--mat', folder / 'mat1.csv', '--image', image, '--calibration', folder / 'camera.yaml')
@@ -108,9 +102,7 @@ def test_without_the_robots_pose_height_and_tilt_are_found_and_the_rest_is_kept(
     assert 'not observable in one image' in out
 
 
-def test_the_focal_length_is_found_from_the_height(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_focal_length_is_found_from_the_height(folder, tmp_path, capsys):
     image = photograph(tmp_path / 'image.png', CameraMount(), PLAIN)
     files = ('--mat', folder / 'mat1.csv', '--image', image)
     code, out, err = run(capsys, *files, '--height', 0.13, '--out', tmp_path / 'found.yaml')
@@ -121,9 +113,7 @@ def test_the_focal_length_is_found_from_the_height(
     assert f'{130.0 / 330.0:.2f}' in next(line for line in out.splitlines() if line.startswith('pixel'))
 
 
-def test_the_covariance_is_consistent(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_covariance_is_consistent(folder, tmp_path, capsys):
     """The rotation matrix of the fit and the one of the simulator are one and the same."""
     mount = CameraMount((0.0, 0.0, 0.13), (math.pi + 0.02, -0.03, -math.pi / 2))
     np.testing.assert_allclose(matrix_from_rpy(mount.rpy), mount.rotation)
@@ -140,10 +130,7 @@ def test_the_covariance_is_consistent(
         ('--image {0}/plain.png', 'focal length and height are not both observable'),
         ('--image {0}/plain.png --height -1', '--height: -1 m is not above the floor'),
         ('--image {0}/blank.png --calibration {1}/camera.yaml', 'shows 0 dots'),
-        (
-            '--image {0}/image.png --calibration {1}/camera.yaml --mat {1}/mat2.csv',
-            'do not match the mat',
-        ),
+        ('--image {0}/image.png --calibration {1}/camera.yaml --mat {1}/mat2.csv', 'do not match the mat'),
         ('--image {0}/half.png --calibration {1}/camera.yaml', 'put the mat under the whole view'),
         ('--image {0}/none.png --calibration {1}/camera.yaml', 'none.png: cannot be read'),
         ('--image {0}/small.png --calibration {1}/camera.yaml', 'the calibration is for 320 x 240 px'),
@@ -156,9 +143,7 @@ def test_the_covariance_is_consistent(
 )
 @pytest.mark.newest_set_only
 @pytest.mark.filterwarnings('error::RuntimeWarning')
-def test_bad_input_is_one_line_and_exit_code_1(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: str, part: str
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_1(folder, tmp_path, capsys, arguments, part):
     image = cv2.imread(str(photograph(tmp_path / 'image.png', CameraMount())), cv2.IMREAD_GRAYSCALE)
     photograph(tmp_path / 'plain.png', CameraMount(), PLAIN)
     cv2.imwrite(str(tmp_path / 'blank.png'), np.full_like(image, 200))

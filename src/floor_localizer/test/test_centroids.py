@@ -4,8 +4,7 @@ import pytest
 from drawn_floor import disc_coverage, photograph
 
 from floor_localizer.core.dot_extraction.centroids import measure_blobs
-from floor_localizer.core.dot_extraction.labelling import label_blobs
-from floor_localizer.core.dot_extraction.surroundings import grow_labels
+from floor_localizer.core.dot_extraction.labelling import grow_labels, label_blobs
 
 
 def measure(image, floor, coverage):

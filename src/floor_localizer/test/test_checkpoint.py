@@ -1,23 +1,20 @@
 """A checkpoint is read back complete or not at all."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.survey_files import checkpoint as checkpoint_module
-from floor_localizer.survey_files import code_version
 from floor_localizer.survey_files.checkpoint import Checkpoint
-from floor_localizer.survey_files.exclusive_lock import exclusive_lock
 
 pytestmark = pytest.mark.newest_set_only
 
 SURVEY: dict[str, object] = {'camera': {'fx': 300.0}, 'settings': {'chance_alignments_max': 1e-6}}
 
 
-def test_a_saved_step_is_loaded(tmp_path: Path) -> None:
+def test_a_saved_step_is_loaded(tmp_path):
     Checkpoint(tmp_path, SURVEY).save_step('linked', images=np.arange(3), loops=np.array(2))
     found = Checkpoint(tmp_path, SURVEY).load_step('linked')
     assert found is not None
@@ -27,7 +24,7 @@ def test_a_saved_step_is_loaded(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize('kept', [0, 1, 100, 400])
-def test_a_file_that_was_cut_off_counts_as_none(tmp_path: Path, kept: int) -> None:
+def test_a_file_that_was_cut_off_counts_as_none(tmp_path, kept):
     """After a power failure, files may be truncated to any length, often to zero."""
     checkpoint = Checkpoint(tmp_path, SURVEY)
     checkpoint.save_step('linked', images=np.arange(3), loops=np.array(2))
@@ -36,7 +33,7 @@ def test_a_file_that_was_cut_off_counts_as_none(tmp_path: Path, kept: int) -> No
     assert checkpoint.load_step('linked') is None
 
 
-def test_no_damaged_byte_is_an_error(tmp_path: Path) -> None:
+def test_no_damaged_byte_is_an_error(tmp_path):
     checkpoint = Checkpoint(tmp_path, SURVEY)
     checkpoint.save_step('adjusted_0', states=np.arange(6.0))
     whole = (tmp_path / 'adjusted_0.npz').read_bytes()
@@ -49,7 +46,7 @@ def test_no_damaged_byte_is_an_error(tmp_path: Path) -> None:
             assert found is None or found['states'].tolist() == list(range(6))
 
 
-def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path: Path) -> None:
+def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path):
     Checkpoint(tmp_path, SURVEY)
     other = {'camera': {'fx': 301.0}, 'settings': {'chance_alignments_max': 1e-5}}
     with pytest.raises(
@@ -61,7 +58,7 @@ def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path: Path) ->
         Checkpoint(tmp_path, SURVEY)
 
 
-def test_what_other_code_has_begun_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_other_code_has_begun_is_refused(tmp_path, monkeypatch):
     Checkpoint(tmp_path, SURVEY)
     Checkpoint(tmp_path, SURVEY)
     monkeypatch.setattr(checkpoint_module, 'code_version', lambda: 'sources 0123, numpy 9')
@@ -69,30 +66,20 @@ def test_what_other_code_has_begun_is_refused(tmp_path: Path, monkeypatch: pytes
         Checkpoint(tmp_path, SURVEY)
 
 
-def test_the_version_changes_with_a_source_its_name_and_a_library(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_version_changes_with_a_source_its_name_and_a_library(tmp_path, monkeypatch):
     source = tmp_path / 'steps' / 'adjustment.py'
     source.parent.mkdir()
     package = SimpleNamespace(__name__='steps', __path__=[str(tmp_path)])
     library = SimpleNamespace(__name__='numpy', __version__='1.26.4')
-    monkeypatch.setattr(code_version, '_PACKAGES', (package,))
-    monkeypatch.setattr(code_version, '_LIBRARIES', (library,))
+    monkeypatch.setattr(checkpoint_module, '_PACKAGES', (package,))
+    monkeypatch.setattr(checkpoint_module, '_LIBRARIES', (library,))
     source.write_text('_ITERATIONS = 8')
-    versions = [code_version.code_version(), code_version.code_version()]
+    versions = [checkpoint_module.code_version(), checkpoint_module.code_version()]
     assert versions.pop() == versions[0]
     source.write_text('_ITERATIONS = 9')
-    versions.append(code_version.code_version())
+    versions.append(checkpoint_module.code_version())
     source.rename(source.with_name('rounds.py'))
-    versions.append(code_version.code_version())
+    versions.append(checkpoint_module.code_version())
     library.__version__ = '2.4.6'
-    versions.append(code_version.code_version())
+    versions.append(checkpoint_module.code_version())
     assert len(set(versions)) == len(versions)
-
-
-def test_only_one_survey_is_at_work_in_a_folder(tmp_path: Path) -> None:
-    for _ in range(2):
-        with exclusive_lock(tmp_path / 'checkpoint'):
-            second = exclusive_lock(tmp_path / 'checkpoint')
-            with pytest.raises(FloorLocalizerError, match='another survey is running there'):
-                second.__enter__()

@@ -1,7 +1,5 @@
 """Index and survey on a separately started dask cluster, whose worker runs in another folder."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -57,9 +55,7 @@ def _address(path: Path) -> str:
     raise AssertionError('the scheduler did not start')
 
 
-def test_an_index_is_the_same_from_a_cluster(
-    scheduler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_index_is_the_same_from_a_cluster(scheduler, tmp_path, monkeypatch):
     save_csv(tmp_path / 'floor.csv', random_map(3, (0.5, 0.4)))
     monkeypatch.chdir(tmp_path)
     for out, where in (('here.dotmap', ['--workers', '1']), ('there.dotmap', ['--scheduler', scheduler])):
@@ -67,11 +63,7 @@ def test_an_index_is_the_same_from_a_cluster(
     assert Path('there.dotmap').read_bytes() == Path('here.dotmap').read_bytes()
 
 
-def test_a_survey_is_the_same_from_a_cluster(
-    scheduler: str,
-    tmp_path_factory: pytest.TempPathFactory,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_survey_is_the_same_from_a_cluster(scheduler, tmp_path_factory, monkeypatch):
     scene = record_drive(tmp_path_factory.mktemp('drive'), SMALL_SIZE)
     monkeypatch.chdir(scene)
     options = ['--bag', 'bag', *FLAGS]

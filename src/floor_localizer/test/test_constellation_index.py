@@ -1,7 +1,5 @@
 """Every constellation is found under its own key, for any order of the dots."""
 
-from __future__ import annotations
-
 import itertools
 from collections import Counter
 
@@ -26,14 +24,15 @@ from floor_localizer.core.constellation.constellation_key import (
     swap_ends,
 )
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
-from floor_localizer.core.constellation.index_entry import (
+from floor_localizer.core.constellation.index_format import (
     DOTS_MAX,
+    LARGE_MAP,
     first_dot_of_entry,
+    index_rules,
     second_dot_of_entry,
     subcell_of_entry,
 )
-from floor_localizer.core.constellation.index_rules import LARGE_MAP, index_rules
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.errors import FloorLocalizerError
 
 SIZE = (0.2, 0.15)
 

@@ -1,7 +1,5 @@
 """Invariances of a key, and its reconstruction from cell and subcell."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Each cell is opened once, the likely ones first; the true one is among them with the expected frequency."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,25 +1,23 @@
 """The index finds the place of a view, keeps an ambiguous runner-up, and stops at its budget."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from search_scenes import found_pose, new_search_for, scene, similarity
+from search_scenes import new_search_for, scene, similarity
 
+from floor_localizer.core.constellation.acceptance import is_accepted, new_search, score_hypothesis
 from floor_localizer.core.constellation.constellation_search import (
     rounds_for_index,
     run_search_rounds,
     search_constellations,
 )
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.constellation.search_state import is_accepted, new_search, score_hypothesis
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 
 CELLS = 400000
 
 
 def distance(found, pose):
-    return found_pose(found).distance_to(pose)
+    return found.pose.distance_to(pose)
 
 
 @pytest.mark.parametrize('seed', range(6))
@@ -100,9 +98,9 @@ def test_a_new_search_has_accepted_nothing():
 
 def test_too_few_matches_are_not_accepted_however_unlikely():
     search = new_search(100, 1e5, 1e-3, 0.25)
-    search.best[:] = -1000.0, 1.0, 0.0, 0.0, 0.0, 24.0
+    search.poses[0] = -1000.0, 1.0, 0.0, 24.0
     assert not is_accepted(search, search.best)
-    search.best[5] = 25.0
+    search.poses[0]['matched'] = 25.0
     assert is_accepted(search, search.best)
 
 
@@ -114,9 +112,7 @@ def test_a_view_of_two_places_finds_both(floor):
     pose, _, dots = scene(floor, twice, 3, missing=0.2, spurious=8)
     search = new_search_for(dots, twice)
     assert search_constellations(twice.grid, twice.index, dots, search, CELLS)
-    found = sorted(
-        (found_pose(place) for place in (search.best, search.runner_up)), key=lambda place: place.x
-    )
+    found = sorted((place.pose for place in (search.best, search.runner_up)), key=lambda place: place.x)
     assert is_accepted(search, search.runner_up)
     assert found[0].distance_to(pose) < 0.001
     assert found[1].x - found[0].x == pytest.approx(shift[0], abs=0.001)
@@ -128,4 +124,4 @@ def test_the_same_view_is_searched_in_the_same_way(floor, indexed_floor):
     for search in (first, second):
         search_constellations(indexed_floor.grid, indexed_floor.index, dots, search, CELLS)
     np.testing.assert_array_equal(first.counts, second.counts)
-    np.testing.assert_array_equal(first.best, second.best)
+    assert first.best == second.best

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from dot_maps import random_map
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import DotMapError
 from floor_localizer.files.csv_format import load_csv, save_csv
-from floor_localizer.files.file_errors import DotMapError
-from floor_localizer.node_settings import DEMO_MAP
+from floor_localizer.localization.localizer_from_map_file import DEMO_MAP
 
 LINES = [f'{0.01 * (i % 7):.3f},{0.01 * (i // 7):.3f},0.0025' for i in range(30)]
 
@@ -31,7 +31,7 @@ def refusal(path: Path) -> str:
     return message
 
 
-def test_load_gives_what_was_saved(tmp_path: Path) -> None:
+def test_load_gives_what_was_saved(tmp_path):
     dot_map = random_map(1)
     dot_map.diameters[::3] = np.nan
     save_csv(tmp_path / 'floor.csv', dot_map)
@@ -40,7 +40,7 @@ def test_load_gives_what_was_saved(tmp_path: Path) -> None:
     np.testing.assert_array_equal(loaded.diameters, dot_map.diameters)
 
 
-def test_blanks_blank_lines_carriage_returns_and_a_byte_order_mark_do_not_matter(tmp_path: Path) -> None:
+def test_blanks_blank_lines_carriage_returns_and_a_byte_order_mark_do_not_matter(tmp_path):
     plain = load_csv(written(tmp_path, csv_of(LINES)))
     lines = [line.replace(',', ' , ') for line in LINES]
     path = tmp_path / 'floor.csv'
@@ -48,7 +48,7 @@ def test_blanks_blank_lines_carriage_returns_and_a_byte_order_mark_do_not_matter
     np.testing.assert_array_equal(load_csv(path).points, plain.points)
 
 
-def test_the_demo_floor_is_the_papers_floor() -> None:
+def test_the_demo_floor_is_the_papers_floor():
     dot_map = load_csv(DEMO_MAP)
     assert len(dot_map) == 91582
     np.testing.assert_allclose(np.ptp(dot_map.points, axis=0), (1.8, 9.45), atol=0.01)
@@ -69,7 +69,7 @@ def test_the_demo_floor_is_the_papers_floor() -> None:
         (LINES[2], ('line 7', 'same dot as line 4')),
     ],
 )
-def test_a_bad_line_is_named_with_its_field(tmp_path: Path, line: str, parts: tuple[str, ...]) -> None:
+def test_a_bad_line_is_named_with_its_field(tmp_path, line, parts):
     message = refusal(written(tmp_path, csv_of([*LINES[:5], line, *LINES[5:]])))
     assert all(part in message for part in parts), message
 
@@ -85,11 +85,11 @@ def test_a_bad_line_is_named_with_its_field(tmp_path: Path, line: str, parts: tu
         (csv_of(LINES[:19]), '19 dots'),
     ],
 )
-def test_what_is_no_map_is_refused(tmp_path: Path, text: str, part: str) -> None:
+def test_what_is_no_map_is_refused(tmp_path, text, part):
     assert part in refusal(written(tmp_path, text))
 
 
-def test_a_missing_file_and_one_that_is_no_text_are_refused(tmp_path: Path) -> None:
+def test_a_missing_file_and_one_that_is_no_text_are_refused(tmp_path):
     assert 'No such file' in refusal(tmp_path / 'none.csv')
     path = tmp_path / 'picture.csv'
     path.write_bytes(b'\x89PNG\xff\xfe')
@@ -98,7 +98,7 @@ def test_a_missing_file_and_one_that_is_no_text_are_refused(tmp_path: Path) -> N
 
 @pytest.mark.parametrize(('factor', 'unit'), [(1000.0, 'millimetres'), (100.0, 'centimetres')])
 @pytest.mark.parametrize('with_diameters', [True, False])
-def test_other_units_are_recognised(tmp_path: Path, factor: float, unit: str, with_diameters: bool) -> None:
+def test_other_units_are_recognised(tmp_path, factor, unit, with_diameters):
     dot_map = random_map(2)
     diameters = factor * dot_map.diameters if with_diameters else np.full(len(dot_map), np.nan)
     save_csv(tmp_path / 'floor.csv', DotMap(factor * dot_map.points, diameters))
@@ -107,7 +107,7 @@ def test_other_units_are_recognised(tmp_path: Path, factor: float, unit: str, wi
     assert f'divide them by {factor:.0f}' in message
 
 
-def test_a_map_is_whole_or_not_there(tmp_path: Path) -> None:
+def test_a_map_is_whole_or_not_there(tmp_path):
     (tmp_path / 'folder').write_text('in the way')
     with pytest.raises(DotMapError, match='choose a writable place'):
         save_csv(tmp_path / 'folder' / 'floor.csv', random_map(3))

@@ -1,12 +1,10 @@
 """The debug image shows matched dots green and the others red."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from localizer_results import a_fix, no_fix
 
-from floor_localizer.debug_picture import debug_picture
+from floor_localizer.localization.debug_picture import debug_picture
 
 GRAY = np.full((235, 235), 128, dtype=np.uint8)
 
@@ -24,7 +22,7 @@ def colours_around(picture: np.ndarray, pixel: tuple[int, int]) -> set[str]:
 
 
 @pytest.mark.parametrize('pixels', [GRAY, np.dstack([GRAY] * 3)])
-def test_rings_show_matched_and_unmatched_dots(pixels: np.ndarray) -> None:
+def test_rings_show_matched_and_unmatched_dots(pixels):
     before = pixels.copy()
     picture = debug_picture(pixels, a_fix())
     assert picture.shape == (235, 235, 3)
@@ -34,11 +32,11 @@ def test_rings_show_matched_and_unmatched_dots(pixels: np.ndarray) -> None:
     np.testing.assert_array_equal(pixels, before)
 
 
-def test_a_dot_itself_is_not_painted_over() -> None:
+def test_a_dot_itself_is_not_painted_over():
     picture = debug_picture(GRAY, a_fix())
     np.testing.assert_array_equal(picture[38:43, 28:33], np.full((5, 5, 3), 128))
 
 
-def test_without_a_fix_all_dots_are_red() -> None:
+def test_without_a_fix_all_dots_are_red():
     picture = debug_picture(GRAY, no_fix())
     assert colours_around(picture, (117, 117)) == {'red'}

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 from drawn_floor import FLOOR, disc_coverage, line_coverage, offsets, photograph, scattered_centres
 
-from floor_localizer.core.dot_extraction import DotDetector, DotDetectorSettings, DotImageError
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.errors import DotImageError
+from floor_localizer.core.settings import DotDetectorSettings
 from shirube_core.settings import SettingsError
 
 DETECTOR = DotDetector()

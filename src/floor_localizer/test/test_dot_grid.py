@@ -1,7 +1,5 @@
 """The grid compared to scipy's k-d tree, and densities compared to those of the generated floors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from dot_maps import random_map
 
-from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dots import DetectedDots
+from floor_localizer.core.errors import DotMapError
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map, load_indexed_map, write_indexed_map
-from floor_localizer.files.file_errors import DotMapError
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
@@ -31,7 +31,7 @@ def view_of(points: np.ndarray, pose: SE2) -> DetectedDots:
     return DetectedDots(pixels, np.full(len(pixels), 7.0), np.full(len(pixels), 0.2))
 
 
-def test_both_formats_hold_the_same_dots(files: tuple[Path, Path]) -> None:
+def test_both_formats_hold_the_same_dots(files):
     tables = []
     for path in files:
         dot_map = load_dot_map(path)
@@ -40,7 +40,7 @@ def test_both_formats_hold_the_same_dots(files: tuple[Path, Path]) -> None:
     np.testing.assert_allclose(tables[1], tables[0], rtol=0, atol=2e-8)
 
 
-def test_both_formats_give_the_same_pose_and_the_true_one(files: tuple[Path, Path]) -> None:
+def test_both_formats_give_the_same_pose_and_the_true_one(files):
     pose = SE2(0.2, 0.15, 0.7)
     dots = view_of(load_dot_map(files[0]).points, pose)
     from_csv, from_binary = (
@@ -54,13 +54,13 @@ def test_both_formats_give_the_same_pose_and_the_true_one(files: tuple[Path, Pat
     assert abs(from_csv.T_map_base.yaw_to(pose)) < 1e-5
 
 
-def test_the_format_is_recognised_by_the_content_too(files: tuple[Path, Path]) -> None:
+def test_the_format_is_recognised_by_the_content_too(files):
     renamed = files[1].rename(files[1].with_suffix('.bin'))
     assert len(load_dot_map(renamed)) == len(load_dot_map(files[0]))
 
 
 @pytest.mark.parametrize('name', ['none.csv', 'none.dotmap', 'none'])
-def test_a_missing_map_is_one_clear_line(tmp_path: Path, name: str) -> None:
+def test_a_missing_map_is_one_clear_line(tmp_path, name):
     with pytest.raises(
         DotMapError, match=f'{name}: cannot be read .No such file or directory.; give a dot map'
     ):

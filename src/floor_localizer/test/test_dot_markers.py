@@ -1,17 +1,15 @@
 """Markers are at the positions of the dots on the map."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from localizer_results import CAMERA, MOUNT, POSE, a_fix
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from floor_localizer.dot_markers import delete_markers, dot_markers
+from floor_localizer.node import delete_markers, dot_markers
 
 
-def test_each_dot_is_a_marker_whose_image_is_the_dot() -> None:
+def test_each_dot_is_a_marker_whose_image_is_the_dot():
     fix = a_fix()
     markers = dot_markers(fix, CAMERA, MOUNT, Header(frame_id='map')).markers
     assert {marker.header.frame_id for marker in markers} == {'map'}
@@ -22,10 +20,10 @@ def test_each_dot_is_a_marker_whose_image_is_the_dot() -> None:
         np.testing.assert_allclose(pixels, fix.dots.pixels[chosen], atol=1e-6)
 
 
-def test_markers_are_as_large_as_the_dots() -> None:
+def test_markers_are_as_large_as_the_dots():
     marker = dot_markers(a_fix(), CAMERA, MOUNT, Header()).markers[0]
     assert marker.scale.x == pytest.approx(8.0 * 0.09 / 235.0, rel=0.01)
 
 
-def test_without_a_fix_the_old_markers_go_away() -> None:
+def test_without_a_fix_the_old_markers_go_away():
     assert [marker.action for marker in delete_markers(Header()).markers] == [Marker.DELETEALL]

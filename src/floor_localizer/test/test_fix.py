@@ -1,7 +1,5 @@
 """Results are immutable, and reasons have texts."""
 
-from __future__ import annotations
-
 from dataclasses import FrozenInstanceError
 
 import pytest

@@ -1,7 +1,5 @@
 """The command: a map built in parts, killed and resumed; each error is one line."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -15,8 +13,8 @@ from dot_maps import random_map
 from floor_localizer.commands.index_map import main
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
-from floor_localizer.map_building import index_build
-from floor_localizer.map_building.index_build import PartSizes
+from floor_localizer.files.map_building import index_build
+from floor_localizer.files.map_building.index_build import PartSizes
 
 # A limit on the size of files simulates a full disk: writing fails in the same way.
 COMMAND = """
@@ -24,7 +22,7 @@ import os, resource, sys
 if 'MOST_BYTES' in os.environ:
     resource.setrlimit(resource.RLIMIT_FSIZE, 2 * (int(os.environ['MOST_BYTES']),))
 from floor_localizer.commands import index_map
-from floor_localizer.map_building import index_build
+from floor_localizer.files.map_building import index_build
 index_build.DEFAULT_SIZES = index_build.PartSizes(9000, 300)
 sys.exit(index_map.main(sys.argv[1:]))
 """
@@ -66,9 +64,7 @@ def fault_of(error: str) -> str:
 
 
 @pytest.mark.newest_set_only
-def test_a_build_that_was_killed_goes_on(
-    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_build_that_was_killed_goes_on(source, tmp_path, monkeypatch):
     out = tmp_path / 'floor.dotmap'
     process = start(source, '--out', out)
     parts = tmp_path / 'floor.dotmap.parts'
@@ -84,9 +80,7 @@ def test_a_build_that_was_killed_goes_on(
 
 
 @pytest.mark.newest_set_only
-def test_a_full_disk_is_one_line_and_nothing_is_lost(
-    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_is_one_line_and_nothing_is_lost(source, tmp_path, monkeypatch):
     out = tmp_path / 'floor.dotmap'
     _, error = start(source, '--out', out, MOST_BYTES='90000').communicate()
     assert 'disk full' in fault_of(error)
@@ -108,15 +102,9 @@ def test_a_full_disk_is_one_line_and_nothing_is_lost(
     ],
 )
 @pytest.mark.newest_set_only
-def test_bad_input_is_one_line_and_exit_code_1(
-    source: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: str,
-    part: str,
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_1(source, capsys, monkeypatch, arguments, part):
     monkeypatch.chdir(source.parent)
-    monkeypatch.setattr('floor_localizer.task_runner._SCHEDULER_TIMEOUT', 0.3)
+    monkeypatch.setattr('floor_localizer.commands.options._SCHEDULER_TIMEOUT', 0.3)
     Path('empty.csv').touch()
     Path('few.csv').write_text('x,y,diameter\n0.1,0.2,\n')
     given = arguments.split()
@@ -124,6 +112,6 @@ def test_bad_input_is_one_line_and_exit_code_1(
     assert part in fault_of(capsys.readouterr().err)
 
 
-def test_the_default_sizes_hold_a_task_in_little_memory() -> None:
+def test_the_default_sizes_hold_a_task_in_little_memory():
     assert PartSizes() == index_build.DEFAULT_SIZES
     assert PartSizes().stripe_dots <= 2_000_000

@@ -6,7 +6,7 @@ import pytest
 from dot_maps import random_map
 
 from floor_localizer.commands.inspect_map import main
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dot_map
 
@@ -27,9 +27,7 @@ def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, st
     return code, captured.out, captured.err
 
 
-def test_the_report_lists_the_unique_and_the_ambiguous_places(
-    floor: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_report_lists_the_unique_and_the_ambiguous_places(floor, capsys):
     code, out, _ = run(capsys, floor)
     assert code == 0
     assert f'{len(load_dot_map(floor))}\n' in out
@@ -40,18 +38,14 @@ def test_the_report_lists_the_unique_and_the_ambiguous_places(
     assert 'mirror' not in out
 
 
-def test_the_binary_map_that_it_writes_gives_the_same_report(
-    floor: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_binary_map_that_it_writes_gives_the_same_report(floor, tmp_path, capsys):
     _, first, _ = run(capsys, floor, '--write', tmp_path / 'out' / 'floor.dotmap')
     code, second, _ = run(capsys, tmp_path / 'out' / 'floor.dotmap')
     assert code == 0
     assert second.splitlines()[1:] == first.splitlines()[1:]
 
 
-def test_the_picture_marks_the_ambiguous_places_in_red(
-    floor: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_picture_marks_the_ambiguous_places_in_red(floor, tmp_path, capsys):
     run(capsys, floor, '--picture', tmp_path / 'floor.png')
     picture = cv2.imread(str(tmp_path / 'floor.png')).astype(int)
     blue, green, red = (picture[:, :, k] for k in range(3))
@@ -70,13 +64,7 @@ def test_the_picture_marks_the_ambiguous_places_in_red(
         (('floor.csv', '--picture', 'floor.csv/floor.png'), 'choose a writable place'),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_1(
-    floor: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: tuple[str, ...],
-    part: str,
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_1(floor, capsys, monkeypatch, arguments, part):
     monkeypatch.chdir(floor.parent)
     code, _, err = run(capsys, *arguments)
     assert code == 1

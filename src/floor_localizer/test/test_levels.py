@@ -1,12 +1,10 @@
 """Levels of a map do not overlap, and poses are transformed there and back."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.levels import arrange_levels, level_at
 from shirube_core.geometry import SE2
 

@@ -1,26 +1,14 @@
 """Correct poses from simulated views, or a reason for no pose."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from floor_views import (
-    CAMERA,
-    MOUNT,
-    dots_at,
-    first_dots,
-    is_right,
-    mirrored,
-    pose_over,
-    random_floor,
-    see,
-)
+from floor_views import CAMERA, MOUNT, dots_at, first_dots, is_right, mirrored, pose_over, random_floor, see
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings

@@ -1,10 +1,8 @@
 """The diagnostics in each state."""
 
-from __future__ import annotations
-
 from localizer_results import REASON, a_fix, no_fix
 
-from floor_localizer.localizer_report import LocalizerReport
+from floor_localizer.localization.localizer_report import LocalizerReport
 from shirube_ros.diagnostics import Level
 
 
@@ -16,13 +14,13 @@ class Clock:
         return self.time
 
 
-def test_before_the_first_image_there_is_a_warning_with_a_remedy() -> None:
+def test_before_the_first_image_there_is_a_warning_with_a_remedy():
     status = LocalizerReport('hall.csv').status()
     assert (status.level, status.values['map']) == (Level.WARN, 'hall.csv')
     assert 'image_raw' in status.message
 
 
-def test_a_fix_is_fine_and_shows_its_quality() -> None:
+def test_a_fix_is_fine_and_shows_its_quality():
     report = LocalizerReport('hall.csv')
     report.add(a_fix(), 0.0123)
     status = report.status()
@@ -33,7 +31,7 @@ def test_a_fix_is_fine_and_shows_its_quality() -> None:
     assert status.values['time for the latest image [ms]'] == '12.3'
 
 
-def test_no_fix_says_why_and_is_counted() -> None:
+def test_no_fix_says_why_and_is_counted():
     report = LocalizerReport('hall.csv')
     for result in (no_fix(), a_fix(), no_fix()):
         report.add(result, 0.0)
@@ -44,7 +42,7 @@ def test_no_fix_says_why_and_is_counted() -> None:
     assert status.values[f'images without: {REASON.value}'] == '2'
 
 
-def test_a_fix_does_not_outlive_the_images() -> None:
+def test_a_fix_does_not_outlive_the_images():
     clock = Clock()
     report = LocalizerReport('hall.csv', clock)
     report.add(a_fix(), 0.0)

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from floor_localizer.commands.locate import main
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.csv_format import save_csv
 from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor

@@ -1,13 +1,11 @@
 """Cameras that cannot see the floor are rejected."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.mount_check import check_mount
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.localizer import check_mount
 from shirube_core.geometry import CameraMount
 
 DOWN = CameraMount()

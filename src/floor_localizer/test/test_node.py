@@ -1,7 +1,5 @@
 """The node on real topics, with a fake tracker that records its calls."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess
@@ -133,7 +131,7 @@ def odometry(stamp: float, pose: SE2 = POSE, child_frame: str = 'base_link') -> 
     return odometry_message(pose, COVARIANCE, header(stamp, 'odom'), child_frame)
 
 
-def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(graph: IsolatedGraph) -> None:
+def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(graph):
     robot = Robot(graph, map_frame='hall')
     with_covariance = robot.listen(PoseWithCovarianceStamped, 'pose_with_covariance')
     robot.send_image(12.5)
@@ -150,7 +148,7 @@ def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(graph: 
     assert camera == PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 
 
-def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph) -> None:
+def test_no_fix_publishes_nothing_and_says_why(graph):
     robot = Robot(graph)
     robot.tracker.answer = no_fix()
     robot.send_image(10.0)
@@ -162,7 +160,7 @@ def test_no_fix_publishes_nothing_and_says_why(graph: IsolatedGraph) -> None:
     assert [message.header.stamp.nanosec for message in robot.poses] == [100_000_000]
 
 
-def test_the_node_survives_every_bad_message(graph: IsolatedGraph) -> None:
+def test_the_node_survives_every_bad_message(graph):
     robot = Robot(graph)
     nowhere = SE2(math.nan, 0.0, 0.0)
     robot.send_image(1.0)
@@ -181,12 +179,7 @@ def test_the_node_survives_every_bad_message(graph: IsolatedGraph) -> None:
     counts = robot.node._guard.counts
     assert [
         counts[topic].rejected.total() for topic in ('image_raw', 'camera_info', 'odom', 'initialpose')
-    ] == [
-        5,
-        1,
-        2,
-        3,
-    ]
+    ] == [5, 1, 2, 3]
     robot.tracker.answer = a_fix()
     robot.send_image(1.4)
     robot.wait_for(robot.poses, 2)
@@ -195,7 +188,7 @@ def test_the_node_survives_every_bad_message(graph: IsolatedGraph) -> None:
     }
 
 
-def test_odometry_and_area_reach_the_tracker(graph: IsolatedGraph) -> None:
+def test_odometry_and_area_reach_the_tracker(graph):
     robot = Robot(graph)
     robot.send('odom', odometry(3.25))
     robot.send('initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map')))
@@ -206,7 +199,7 @@ def test_odometry_and_area_reach_the_tracker(graph: IsolatedGraph) -> None:
     np.testing.assert_array_equal(covariance, np.eye(3) * 0.2)
 
 
-def test_a_pose_on_a_level_is_in_the_frame_of_the_level(graph: IsolatedGraph) -> None:
+def test_a_pose_on_a_level_is_in_the_frame_of_the_level(graph):
     robot = Robot(graph)
     robot.tracker.answer = replace(a_fix(), level='ground')
     robot.send_image(10.0)
@@ -217,7 +210,7 @@ def test_a_pose_on_a_level_is_in_the_frame_of_the_level(graph: IsolatedGraph) ->
     assert {value.key: value.value for value in robot.report().values}['level'] == 'ground'
 
 
-def test_a_jump_back_in_time_starts_a_new_tracker(graph: IsolatedGraph) -> None:
+def test_a_jump_back_in_time_starts_a_new_tracker(graph):
     robot = Robot(graph)
     robot.send('odom', odometry(100.0))
     robot.send_image(100.0)
@@ -229,7 +222,7 @@ def test_a_jump_back_in_time_starts_a_new_tracker(graph: IsolatedGraph) -> None:
     ]
 
 
-def test_the_service_drops_the_prior(graph: IsolatedGraph) -> None:
+def test_the_service_drops_the_prior(graph):
     robot = Robot(graph)
     client = robot.robot.create_client(Trigger, '/floor_localizer/relocalize')
     assert graph.spin_until(client.service_is_ready)
@@ -239,7 +232,7 @@ def test_the_service_drops_the_prior(graph: IsolatedGraph) -> None:
     assert robot.tracker.calls == [('relocalize',)]
 
 
-def test_pictures_and_dots_are_made_for_listeners(graph: IsolatedGraph) -> None:
+def test_pictures_and_dots_are_made_for_listeners(graph):
     robot = Robot(graph)
     pictures, dots = robot.listen(Image, 'debug_image'), robot.listen(MarkerArray, 'dots')
     robot.send_image()
@@ -254,13 +247,7 @@ def test_pictures_and_dots_are_made_for_listeners(graph: IsolatedGraph) -> None:
     ('parameters', 'name', 'is_announced'),
     [({}, 'demo floor (no map_file given)', True), ({'map_file': 'hall.csv'}, 'hall.csv', False)],
 )
-def test_without_a_map_the_demo_floor_is_announced(
-    graph: IsolatedGraph,
-    capfd: pytest.CaptureFixture[str],
-    parameters: dict[str, str],
-    name: str,
-    is_announced: bool,
-) -> None:
+def test_without_a_map_the_demo_floor_is_announced(graph, capfd, parameters, name, is_announced):
     values = {value.key: value.value for value in Robot(graph, **parameters).report().values}
     assert values['map'] == name
     assert ('NO MAP GIVEN' in capfd.readouterr().err) is is_announced
@@ -275,9 +262,7 @@ def test_without_a_map_the_demo_floor_is_announced(
         ('camera_xyz:=[0.0, 0.0, -0.13]', 'camera_xyz: z is -0.13 m'),
     ],
 )
-def test_a_bad_start_is_one_line_and_exit_code_1(
-    capfd: pytest.CaptureFixture[str], parameter: str, expected: str
-) -> None:
+def test_a_bad_start_is_one_line_and_exit_code_1(capfd, parameter, expected):
     assert run_in_process(main, '--ros-args', '-p', parameter) == 1
     lines = capfd.readouterr().err.splitlines()
     (line,) = (line for line in lines if not line.startswith(('[INFO]', '[WARN]')))
@@ -285,7 +270,7 @@ def test_a_bad_start_is_one_line_and_exit_code_1(
 
 
 @pytest.mark.newest_set_only
-def test_a_refused_parameter_is_all_that_is_said() -> None:
+def test_a_refused_parameter_is_all_that_is_said():
     program = subprocess.run(
         [sys.executable, '-m', 'floor_localizer.node', '--ros-args', '-p', 'match_rate_min:=7.0'],
         env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},

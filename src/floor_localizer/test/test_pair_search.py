@@ -1,13 +1,14 @@
 """Pairs matched to the whole map find sparse views; the choice of pairs covers the view."""
 
-from __future__ import annotations
+import math
 
 import numpy as np
 import pytest
-from search_scenes import found_pose, new_search_for, scene
+from search_scenes import new_search_for, scene
 
-from floor_localizer.core.constellation.pair_search import choose_pairs, search_pairs
-from floor_localizer.core.constellation.search_state import is_accepted
+from floor_localizer.core.constellation.acceptance import is_accepted
+from floor_localizer.core.constellation.pair_search import choose_pairs, search_near, search_pairs
+from shirube_core.geometry import SE2
 
 
 @pytest.mark.parametrize('seed', range(4))
@@ -16,7 +17,7 @@ def test_sparse_views_are_found(floor, indexed_floor, seed):
     search = new_search_for(dots, indexed_floor)
     assert search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 24)
     assert not is_accepted(search, search.runner_up)
-    assert found_pose(search.best).distance_to(pose) < 0.001
+    assert search.best.pose.distance_to(pose) < 0.001
 
 
 def test_a_view_of_nothing_is_not_found(floor, indexed_floor):
@@ -46,3 +47,38 @@ def test_no_pairs_no_pose(floor, indexed_floor):
     _, _, dots = scene(floor, indexed_floor, 1)
     search = new_search_for(dots, indexed_floor)
     assert not search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 0)
+
+
+def near(indexed, dots, expected, radius, turn, pairs=12):
+    search = new_search_for(dots, indexed)
+    place = np.array([expected.x, expected.y, expected.yaw])
+    return search_near(indexed.grid, dots, search, place, radius, turn, pairs), search
+
+
+@pytest.mark.parametrize('radius', [0.003, 0.03])
+@pytest.mark.parametrize('turn', [0.02, 0.4, 2.0, math.pi])
+def test_a_pose_within_reach_is_found(floor, indexed_floor, radius, turn):
+    rng = np.random.default_rng(0)
+    for seed in range(4):
+        pose, _, dots = scene(floor, indexed_floor, seed, missing=0.3, spurious=8)
+        angle = rng.uniform(-math.pi, math.pi)
+        shift = 0.9 * radius * np.array([math.cos(angle), math.sin(angle)])
+        expected = SE2(pose.x + shift[0], pose.y + shift[1], pose.yaw + rng.uniform(-0.9, 0.9) * turn)
+        found, search = near(indexed_floor, dots, expected, radius, turn)
+        assert found
+        assert search.best.pose.distance_to(pose) < 0.001
+
+
+def test_a_pose_far_off_is_not_found(floor, indexed_floor):
+    pose, _, dots = scene(floor, indexed_floor, 1)
+    assert not near(indexed_floor, dots, SE2(pose.x, pose.y + 0.05, pose.yaw), 0.01, 0.1)[0]
+
+
+def test_another_heading_is_not_found(floor, indexed_floor):
+    pose, _, dots = scene(floor, indexed_floor, 1)
+    assert not near(indexed_floor, dots, SE2(pose.x, pose.y, pose.yaw + 0.5), 0.01, 0.1)[0]
+
+
+def test_without_pairs_nothing_is_found(floor, indexed_floor):
+    pose, _, dots = scene(floor, indexed_floor, 1)
+    assert not near(indexed_floor, dots, pose, 0.01, 0.1, pairs=0)[0]

@@ -23,7 +23,7 @@ def printed(path: Path, capsys: pytest.CaptureFixture[str], *arguments: object) 
     return read_pages(path.read_bytes())
 
 
-def test_each_dot_is_printed_where_the_map_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_each_dot_is_printed_where_the_map_says(tmp_path, capsys):
     (page,) = printed(tmp_path / 'mat.pdf', capsys, '--seed', 3)
     dots = load_csv(tmp_path / 'mat.csv')
     np.testing.assert_allclose(page.size, (210.0, 297.0), atol=1e-6)
@@ -36,9 +36,7 @@ def test_each_dot_is_printed_where_the_map_says(tmp_path: Path, capsys: pytest.C
     assert b'100 mm' in page.strings
 
 
-def test_tiles_glued_by_their_marks_make_the_whole_mat(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_tiles_glued_by_their_marks_make_the_whole_mat(tmp_path, capsys):
     pages = printed(
         tmp_path / 'mat.pdf', capsys, '--seed', 3, '--width', 0.3, '--height', 0.4, '--overlap', 0.015
     )
@@ -58,21 +56,21 @@ def test_tiles_glued_by_their_marks_make_the_whole_mat(
     assert 0.08 < np.mean(covered >= 2) < 0.15
 
 
-def test_a_roll_is_one_long_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_roll_is_one_long_page(tmp_path, capsys):
     options = ('--paper', 'roll', '--roll-width', 0.3, '--width', 0.25, '--height', 0.6)
     (page,) = printed(tmp_path / 'mat.pdf', capsys, *options)
     np.testing.assert_allclose(page.size, (300.0, 624.0), atol=1e-6)
     assert len(page.middles) == len(load_csv(tmp_path / 'mat.csv'))
 
 
-def test_the_same_seed_prints_the_same_bytes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_same_seed_prints_the_same_bytes(tmp_path, capsys):
     for name in ('a', 'b'):
         printed(tmp_path / f'{name}.pdf', capsys, '--seed', 7)
     assert (tmp_path / 'a.pdf').read_bytes() == (tmp_path / 'b.pdf').read_bytes()
     assert (tmp_path / 'a.csv').read_bytes() == (tmp_path / 'b.csv').read_bytes()
 
 
-def test_without_a_seed_mats_differ(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_seed_mats_differ(tmp_path, capsys):
     for name in ('a', 'b'):
         printed(tmp_path / f'{name}.pdf', capsys)
     assert (tmp_path / 'a.csv').read_bytes() != (tmp_path / 'b.csv').read_bytes()
@@ -93,13 +91,7 @@ def test_without_a_seed_mats_differ(tmp_path: Path, capsys: pytest.CaptureFixtur
         ('--out file/mat.pdf', 'choose a writable place'),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_1(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: str,
-    part: str,
-) -> None:
+def test_bad_input_is_one_line_and_exit_code_1(tmp_path, capsys, monkeypatch, arguments, part):
     monkeypatch.chdir(tmp_path)
     Path('file').write_text('')
     code, _, err = run(capsys, *arguments.split())

@@ -1,7 +1,5 @@
 """Localization on a map of two floor levels: the level, and the pose in the level's frame."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -9,9 +7,9 @@ import pytest
 from floor_views import CAMERA, MOUNT, SIZE, is_right, pose_over, random_floor, see
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFixReason
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.levels import arrange_levels
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
@@ -42,7 +40,7 @@ def views(name: str, number: int):
 
 
 @pytest.mark.parametrize('name', NAMES)
-def test_the_level_and_the_pose_on_it_are_found(house: FloorLocalizer, name: str) -> None:
+def test_the_level_and_the_pose_on_it_are_found(house, name):
     for pose, dots in views(name, 8):
         fix = house.to_level(house.locate_dots(dots, CAMERA))
         assert is_right(fix, pose)
@@ -51,7 +49,7 @@ def test_the_level_and_the_pose_on_it_are_found(house: FloorLocalizer, name: str
         assert np.all((from_points > -0.01) & (from_points < np.array(SIZE) + 0.01))
 
 
-def test_a_lift_changes_the_floor(house: FloorLocalizer) -> None:
+def test_a_lift_changes_the_floor(house):
     tracker = FloorTracker(house)
     found_levels = []
     for k, name in enumerate([*NAMES, *NAMES]):
@@ -63,7 +61,7 @@ def test_a_lift_changes_the_floor(house: FloorLocalizer) -> None:
     assert found_levels == [*NAMES, *NAMES]
 
 
-def test_an_area_is_on_its_level(house: FloorLocalizer) -> None:
+def test_an_area_is_on_its_level(house):
     pose, dots = next(views('first', 1))
     tracker = FloorTracker(house)
     tracker.set_area(pose, NARROW, 'ground')
@@ -72,20 +70,20 @@ def test_an_area_is_on_its_level(house: FloorLocalizer) -> None:
     assert is_right(tracker.track_dots(0.1, dots, CAMERA), pose)
 
 
-def test_floors_that_look_the_same_are_ambiguous() -> None:
+def test_floors_that_look_the_same_are_ambiguous():
     ambiguous = building({'left': FLOORS['ground'], 'right': FLOORS['ground']})
     _, dots = next(views('ground', 1))
     assert ambiguous.locate_dots(dots, CAMERA).reason is NoFixReason.AMBIGUOUS
 
 
-def test_a_missing_level_is_named_with_the_existing_ones(house: FloorLocalizer) -> None:
+def test_a_missing_level_is_named_with_the_existing_ones(house):
     with pytest.raises(FloorLocalizerError, match="no level 'roof'; it has: ground, first"):
         house.to_map(SE2(0.0, 0.0, 0.0), 'roof')
     with pytest.raises(FloorLocalizerError, match="no level ''"):
         FloorTracker(house).set_area(SE2(0.0, 0.0, 0.0), NARROW)
 
 
-def test_a_map_of_one_floor_has_its_own_frame(localizer: FloorLocalizer) -> None:
+def test_a_map_of_one_floor_has_its_own_frame(localizer):
     pose = SE2(0.3, 0.2, 0.1)
     assert localizer.to_map(pose, '') == pose
     with pytest.raises(FloorLocalizerError, match='it has: none'):

@@ -1,7 +1,5 @@
 """Tracking of a robot that drives, is kidnapped, or has too few dots in view."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from floor_views import CAMERA, dots_at, first_dots, is_right, pose_over, see

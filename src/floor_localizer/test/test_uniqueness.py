@@ -5,7 +5,7 @@ import pytest
 from dot_maps import random_map
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import (
     Place,
@@ -34,18 +34,18 @@ def kinds(dot_map: DotMap) -> Counter[PlaceKind]:
     return Counter(place.kind for place in inspected(dot_map))
 
 
-def test_every_place_of_a_random_floor_is_unique() -> None:
+def test_every_place_of_a_random_floor_is_unique():
     assert set(kinds(random_map(1))) == {PlaceKind.UNIQUE}
 
 
-def test_every_place_of_a_periodic_floor_is_ambiguous() -> None:
+def test_every_place_of_a_periodic_floor_is_ambiguous():
     tile = random_map(2, (0.15, 0.15)).points
     tiles = [tile + 0.15 * np.array([i, j]) for i in range(3) for j in range(3)]
     assert set(kinds(map_of(*tiles))) == {PlaceKind.AMBIGUOUS}
 
 
 @pytest.mark.parametrize('turn', [0.0, 0.5, np.pi])
-def test_a_copied_part_is_found_and_its_original_named(turn: float) -> None:
+def test_a_copied_part_is_found_and_its_original_named(turn):
     original = random_map(3).points
     T_copy = SE2(1.0, 0.2, turn)
     floor = index_map(map_of(original, T_copy.transform(original)))
@@ -56,7 +56,7 @@ def test_a_copied_part_is_found_and_its_original_named(turn: float) -> None:
     np.testing.assert_allclose(place.runner_up, T_copy.transform([(0.2, 0.15)])[0], atol=1e-4)
 
 
-def test_a_copy_with_one_dot_in_ten_missing_is_found_and_one_with_half_of_them_is_not() -> None:
+def test_a_copy_with_one_dot_in_ten_missing_is_found_and_one_with_half_of_them_is_not():
     original = random_map(4).points
     rng = np.random.default_rng(4)
     for fraction, kind in ((0.9, PlaceKind.AMBIGUOUS), (0.5, PlaceKind.UNIQUE)):
@@ -66,7 +66,7 @@ def test_a_copy_with_one_dot_in_ten_missing_is_found_and_one_with_half_of_them_i
         assert Counter(found).most_common(1)[0][0] is kind
 
 
-def test_a_mirrored_part_is_found() -> None:
+def test_a_mirrored_part_is_found():
     original = random_map(5).points
     floor = index_map(map_of(original, original * (-1.0, 1.0) + (1.5, 0.0)))
     place = inspect_place(floor, (0.2, 0.15), VIEW, SETTINGS)
@@ -75,7 +75,7 @@ def test_a_mirrored_part_is_found() -> None:
     np.testing.assert_allclose(place.runner_up, (1.3, 0.15), atol=1e-4)
 
 
-def test_a_corner_that_was_swept_bare_has_too_few_dots() -> None:
+def test_a_corner_that_was_swept_bare_has_too_few_dots():
     dot_map = random_map(6)
     rng = np.random.default_rng(6)
     kept = (dot_map.points > (0.18, 0.15)).any(axis=1) | (rng.random(len(dot_map)) < 0.05)
@@ -87,7 +87,7 @@ def test_a_corner_that_was_swept_bare_has_too_few_dots() -> None:
     assert all(place.expected_chance_alignments > SETTINGS.chance_alignments_max for place in thin)
 
 
-def test_places_cover_the_floor_and_nothing_else() -> None:
+def test_places_cover_the_floor_and_nothing_else():
     left = random_map(7).points
     floor = index_map(map_of(left, left + np.array([2.0, 1.0])))
     places = list_places(floor.grid, VIEW)

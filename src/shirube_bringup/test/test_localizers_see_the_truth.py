@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from scene_simulator.mission.floor import BELLY_CAMERA, BELLY_MOUNT, surveyed_floor

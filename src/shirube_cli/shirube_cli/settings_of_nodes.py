@@ -1,7 +1,7 @@
 """The settings classes of every node, from which parameters, their page and their migration come."""
 
 from floor_localizer.core.settings import LocalizerSettings
-from floor_localizer.node_settings import NodeSettings as FloorLocalizerSettings
+from floor_localizer.localization.localizer_from_map_file import NodeSettings as FloorLocalizerSettings
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
 from pose_arbiter.core.arbiter_settings import ArbiterSettings

@@ -4,6 +4,8 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from shirube_core.files import exclusive_lock
 
 OTHER = """
@@ -28,3 +30,11 @@ def test_another_process_waits_until_the_folder_is_free(tmp_path):
             time.sleep(0.2)  # without the lock it would have finished by now
             (folder / 'done').touch()
         assert other.stdout.read() == 'True\n'
+
+
+def test_a_locked_file_is_refused_without_waiting(tmp_path):
+    for _ in range(2):  # it is released at the end
+        with exclusive_lock(tmp_path / 'new', file='lock', wait=False):
+            other = exclusive_lock(tmp_path / 'new', file='lock', wait=False)
+            with pytest.raises(BlockingIOError):
+                other.__enter__()

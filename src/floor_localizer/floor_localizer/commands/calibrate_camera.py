@@ -1,50 +1,77 @@
 """``calibrate_camera``: height, tilt and pixel scale of the belly camera from an image of a printed mat."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from floor_localizer.core.calibration.camera_calibration import CameraCalibration, calibrate
-from floor_localizer.core.calibration.mount_fit import KnownHeight
-from floor_localizer.core.dot_extraction import DotDetector
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.files.camera_files import save_intrinsics, save_mount
-from floor_localizer.files.dot_map_file import load_dot_map
-from shirube_core.geometry import SE2, CameraMount, PinholeCamera
-from shirube_ros.camera.files import load_calibration, load_image
-from shirube_ros.errors import CameraFileError
+import yaml
 
-_DEFAULT = CameraMount()
+from floor_localizer.commands.options import add_mount_options, run_command
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.mat.camera_calibration import CameraCalibration, calibrate
+from floor_localizer.core.mat.mount_fit import KnownHeight
+from floor_localizer.files.dot_map_file import load_dot_map
+from shirube_core.files import write_text
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_ros.calibration_file import load_calibration
+from shirube_ros.image_files import load_image
+
 # Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].
 _RULER_SIGMA = 0.002
 # Initial focal length for a field of view of 53 degrees, relative to the image size.
 _INITIAL_FOCAL_LENGTH = 1.0
 
 
+def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
+    """Write ``camera_xyz`` and ``camera_rpy`` as a parameter file of the node, atomically, below comment lines.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    parameters = {
+        'camera_xyz': [round(value, 6) for value in mount.xyz],
+        'camera_rpy': [round(value, 6) for value in mount.rpy],
+    }
+    content = {'floor_localizer': {'ros__parameters': parameters}}
+    head = ''.join(f'# {note}\n' for note in notes)
+    write_text(path, head + yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
+
+
+def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
+    """Write the intrinsics, atomically.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    content = {
+        'image_width': camera.width,
+        'image_height': camera.height,
+        'camera_name': 'belly_camera',
+        'camera_matrix': {'rows': 3, 'cols': 3, 'data': camera.matrix.ravel().tolist()},
+        'distortion_model': 'plumb_bob',
+        'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': list(camera.distortion)},
+    }
+    write_text(path, yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when a file is invalid or the image is insufficient."""
     options = make_parser().parse_args(arguments)
-    try:
-        found = calibrate_camera(options)
-        lines = report(found, options)
-        save_mount(options.out, found.mount, lines)
-        if options.calibration is None:
-            save_intrinsics(intrinsics_path(options.out), found.fit.camera)
-            lines.append(f'{intrinsics_path(options.out)}: the focal length for this height')
-    except (FloorLocalizerError, CameraFileError) as fault:
-        print(f'calibrate_camera: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(
-            f'calibrate_camera: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr
-        )
-        return 1
+    return run_command('calibrate_camera', lambda: calibrate_and_save(options))
+
+
+def calibrate_and_save(options: argparse.Namespace) -> None:
+    """Calibrate, write the files and print the report."""
+    found = calibrate_camera(options)
+    lines = report(found, options)
+    save_mount(options.out, found.mount, lines)
+    if options.calibration is None:
+        save_intrinsics(intrinsics_path(options.out), found.fit.camera)
+        lines.append(f'{intrinsics_path(options.out)}: the focal length for this height')
     print('\n'.join([*lines, f'{options.out}: camera_xyz and camera_rpy, for --params-file']))
-    return 0
 
 
 def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
@@ -120,10 +147,11 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add('--robot-at', type=float, nargs=3, metavar=('X', 'Y', 'YAW'),
         help="the robot's pose on the mat [m, m, rad], to find x, y and yaw of the camera")  # fmt: skip
-    add('--camera-xyz', type=float, nargs=3, default=_DEFAULT.xyz, metavar=('X', 'Y', 'Z'),
-        help='initial position of the camera; x and y are kept without --robot-at [m]')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_DEFAULT.rpy, metavar=('R', 'P', 'Y'),
-        help='initial roll, pitch, yaw of the camera [rad] (default: looking down)')  # fmt: skip
+    add_mount_options(
+        parser,
+        'initial position of the camera; x and y are kept without --robot-at [m]',
+        'initial roll, pitch, yaw of the camera [rad] (default: looking down)',
+    )
     add('--out', type=Path, default=Path('belly_camera.yaml'), metavar='YAML', help='default: %(default)s')
     return parser
 

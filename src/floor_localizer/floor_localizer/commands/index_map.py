@@ -1,17 +1,14 @@
 """``index_map``: converts dot maps of any size to the indexed binary format, out of core."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from floor_localizer.commands.worker_options import add_worker_options
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.commands.options import add_worker_options, task_runner
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.files.array_file import DISK_FULL_ERRORS
-from floor_localizer.map_building.index_build import IndexBuild
-from floor_localizer.task_runner import task_runner
+from floor_localizer.files.map_building.index_build import IndexBuild
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,7 +1,5 @@
 """``print_mat``: a random-dot mat as a PDF at true scale, and its dot map."""
 
-from __future__ import annotations
-
 import argparse
 import secrets
 import sys
@@ -9,16 +7,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from floor_localizer.commands.setting_options import add_settings, settings_from
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.mat.mat_settings import MatSettings, PageSettings
-from floor_localizer.core.mat.page_layout import PAPERS, ROLL, divide_into_pages, mat_size_of_page
-from floor_localizer.core.mat.unique_mat import generate_unique_mat
+from floor_localizer.commands.map_report import places_report
+from floor_localizer.commands.options import add_settings, run_command, settings_from
+from floor_localizer.core.mat.page_layout import (
+    PAPERS,
+    ROLL,
+    PageSettings,
+    divide_into_pages,
+    mat_size_of_page,
+)
+from floor_localizer.core.mat.random_mat import MatSettings, generate_unique_mat
 from floor_localizer.core.uniqueness import ViewSettings
 from floor_localizer.files.csv_format import save_csv
-from floor_localizer.map_report import places_report
 from shirube_core.files import atomic_write
-from shirube_core.settings import SettingsError
 
 _SEEDS = 10**6
 
@@ -26,24 +27,13 @@ _SEEDS = 10**6
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when an option is invalid or a file cannot be written."""
     options = make_parser().parse_args(arguments)
-    try:
-        print_mat(options)
-    except (FloorLocalizerError, SettingsError) as fault:
-        print(f'print_mat: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(
-            f'print_mat: {fault.filename or options.out}: {fault.strerror}; choose a writable place',
-            file=sys.stderr,
-        )
-        return 1
-    return 0
+    return run_command('print_mat', lambda: print_mat(options), options.out)
 
 
 def print_mat(options: argparse.Namespace) -> None:
     """Write the PDF and the dot map."""
     # Only this command draws PDFs; matplotlib takes half a second to import.
-    from floor_localizer.mat_drawing import draw_mat  # noqa: PLC0415
+    from floor_localizer.commands.mat_drawing import draw_mat  # noqa: PLC0415
 
     page_settings, view = settings_from(options, PageSettings), settings_from(options, ViewSettings)
     mat_settings = settings_from(options, MatSettings)

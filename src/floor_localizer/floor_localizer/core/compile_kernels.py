@@ -3,17 +3,14 @@
 Compilation takes about a minute at the very first start; afterwards numba loads the kernels from its cache on disk.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_extraction.detector import DotDetector
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
@@ -52,7 +49,7 @@ def _search() -> None:
     localizer.locate_dots(unmatched, camera)
 
 
-def _camera_view() -> tuple[DotMap, PinholeCamera, NDArray[np.float64]]:
+def _camera_view() -> tuple[DotMap, PinholeCamera, Floats]:
     """Return a synthetic floor, a camera and the floor's dots in its image, shape (n, 2) [px]."""
     floor = np.random.default_rng(0).uniform(0.0, _SIDE, (_DOTS, 2))
     points = _POSE.inverse().transform(floor)
@@ -62,5 +59,5 @@ def _camera_view() -> tuple[DotMap, PinholeCamera, NDArray[np.float64]]:
     return DotMap(floor, np.full(_DOTS, math.nan)), camera, pixels
 
 
-def _as_dots(pixels: NDArray[np.float64]) -> DetectedDots:
+def _as_dots(pixels: Floats) -> DetectedDots:
     return DetectedDots(pixels, np.full(len(pixels), 6.0), np.full(len(pixels), 0.1))

@@ -1,14 +1,10 @@
 """Result of localization: a pose with its quality, or the reason for no pose."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-from numpy.typing import NDArray
-
-from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.arrays import Booleans, Floats
+from floor_localizer.core.dots import DetectedDots
 from shirube_core.geometry import SE2
 
 
@@ -49,10 +45,10 @@ class Fix:
     """
 
     T_map_base: SE2
-    covariance: NDArray[np.float64]
+    covariance: Floats
     dots: DetectedDots
-    matched: NDArray[np.bool_]
-    map_points: NDArray[np.float64]
+    matched: Booleans
+    map_points: Floats
     match_rate: float
     scale: float
     tilt: tuple[float, float]

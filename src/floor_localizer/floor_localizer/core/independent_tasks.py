@@ -1,7 +1,5 @@
 """Independent tasks and a runner in this process; `task_runner` starts runners with several processes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
@@ -27,13 +25,9 @@ class InProcessRunner:
 
 
 def run_indexed(runner: TaskRunner, task: Callable[[int], None], count: int, batch: int = 1) -> None:
-    """Call a task with each number from 0 to ``count`` - 1.
+    """Call a task with each number from 0 to ``count`` - 1; ``batch`` calls at once reduce the overhead of scheduling.
 
-    Args:
-        runner: runs the calls.
-        task: function of the number; small and picklable, as it is sent to other processes.
-        count: number of calls.
-        batch: number of calls in one task, to reduce the overhead of scheduling.
+    The task should be small and must be picklable, as it is sent to other processes.
     """
     calls = [(task, first, min(first + batch, count)) for first in range(0, count, batch)]
     for _ in runner.run(_run_range, calls):

@@ -1,12 +1,10 @@
 """Levels of one map: the floors of a building side by side in one map frame, so that one index covers them all."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.errors import FloorLocalizerError
 from shirube_core.geometry import SE2
 
 # Gap between levels, larger than any constellation [m].
@@ -45,9 +43,7 @@ def arrange_levels(
 ) -> tuple[Level, ...]:
     """Arrange levels side by side in rows that form about a square.
 
-    Args:
-        names: names of the levels.
-        corners: bounding box (x min, y min, x max, y max) of the dots of each level in its own frame [m].
+    ``corners`` are the bounding box (x min, y min, x max, y max) of the dots of each level in its own frame [m].
 
     Raises:
         FloorLocalizerError: the levels together are larger than single precision allows.

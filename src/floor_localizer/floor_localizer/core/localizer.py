@@ -1,42 +1,25 @@
 """Pose of a robot from one image of the floor under it.
 
-The steps of Fukase & Kanamori, each with a faster or safer method:
-
-1. detect the dots of the image and project them to the floor (3.1);
-2. generate hypotheses: near the prior if there is one, else by geometric hashing of constellations (2.2, in place of
-   the pole-star table), else by matching pairs of dots to the whole map;
-3. match the whole view and test its significance (2.3.3, with a computed bound instead of a tuned threshold);
-4. fit the pose to all matched dots by least squares, with the camera's height and the robot's tilt.
+The steps of Fukase & Kanamori, each with a faster or safer method; the numbers in brackets are sections of the paper.
 """
-
-from __future__ import annotations
 
 import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Pixels
+from floor_localizer.core.constellation.acceptance import ScoredPose, SearchState, is_accepted, new_search
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.near_search import search_near
-from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import (
-    AMBIGUITY_FRACTION,
-    SearchState,
-    is_accepted,
-    new_search,
-)
+from floor_localizer.core.constellation.pair_search import search_near, search_pairs
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction import DotDetector
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.dots import DetectedDots, FloorPoints, merge_points
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.floor_points import FloorPoints, merge_points
 from floor_localizer.core.levels import level_at
-from floor_localizer.core.mount_check import check_mount
-from floor_localizer.core.pose_fit import MountedRays
-from floor_localizer.core.refinement import refine_pose
+from floor_localizer.core.pose_fit import MountedRays, refine_pose
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, wrap_angle
 
@@ -45,6 +28,8 @@ _PRIOR_PAIRS = 12
 _MIRROR_CELLS = 40000
 # Priors with a larger radius [m] are searched with the whole map.
 _MAX_PRIOR_RADIUS = 0.5
+# Smallest sine of the angle by which the optical axis points below the horizon.
+_MIN_SLOPE = 0.1
 
 
 class FloorLocalizer:
@@ -69,14 +54,10 @@ class FloorLocalizer:
             FloorLocalizerError: a camera that does not look at the floor.
         """
         check_mount(mount)
-        self._floor = floor
-        self._mount = mount
-        self._settings = settings or LocalizerSettings()
-        self._detector = detector or DotDetector()
+        self._floor, self._mount = floor, mount
+        self._settings, self._detector = settings or LocalizerSettings(), detector or DotDetector()
 
-    def locate(
-        self, image: NDArray[np.uint8], camera: PinholeCamera, prior: PosePrior | None = None
-    ) -> Fix | NoFix:
+    def locate(self, image: Pixels, camera: PinholeCamera, prior: PosePrior | None = None) -> Fix | NoFix:
         """Find the pose from an image, on a map of several levels in the frame of its level.
 
         Args:
@@ -87,7 +68,163 @@ class FloorLocalizer:
         Raises:
             DotImageError: the image is of another type or shape.
         """
-        return self.to_level(self.locate_dots(self.detect(image), camera, prior))
+        # 1. Detect the dots (3.1: smoothing, binarisation, noise removal, labelling) with subpixel centroids.
+        dots = self.detect(image)
+        # 2 to 9. Match them to the map and fit the pose.
+        result = self.locate_dots(dots, camera, prior)
+        # 10. Express the pose in the frame of the robot's level.
+        return self.to_level(result)
+
+    def detect(self, image: Pixels) -> DetectedDots:
+        """Detect the dots of an image; argument and errors as for `locate`."""
+        return self._detector.detect(image)
+
+    def locate_dots(
+        self,
+        dots: DetectedDots,
+        camera: PinholeCamera,
+        prior: PosePrior | None = None,
+        *,
+        earlier: FloorPoints | None = None,
+        effort: float = 1.0,
+    ) -> Fix | NoFix:
+        """Find the pose on the whole map from the dots of an image.
+
+        Args:
+            dots: the dots, in coordinates of the raw image.
+            camera: the camera's intrinsics.
+            prior: expected pose on the whole map, if known.
+            earlier: dots of earlier views in the current base frame, used in addition.
+            effort: fraction of the search budgets of the settings to spend.
+        """
+        # 2. Project the dots to the floor for the camera as mounted; add those of earlier views.
+        dots, points = self._project_to_floor(dots, camera)
+        if len(dots) == 0:
+            return NoFix(NoFixReason.NO_DOTS, 'no dots detected in the image', dots)
+        if earlier is not None:
+            points = merge_points(earlier, points)
+        if len(points.points) < _MIN_DOTS:
+            return NoFix(NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_MIN_DOTS} are needed', dots)
+        view = self._make_view(points)
+        # 3. Match pairs of dots to the map dots around their predicted positions (4), if there is a prior.
+        search = self._search_near(view, prior)
+        used_prior = search is not None
+        if search is None:
+            # 4, 5. Else search the whole map.
+            search = self._search_map(view, effort)
+        # 6. The match of the whole view (2.3.3) must be significant: a computed bound instead of a tuned rate (3.3.5).
+        if not is_accepted(search, search.best):
+            return self._explain_failure(view, search, dots, used_prior, effort)
+        # 7. It must be within a strict prior, 8. and no other place may match about as well.
+        poses = [search.best] if used_prior else search.plausible_poses()
+        if prior is not None and prior.is_strict:
+            poses = [pose for pose in poses if _is_in_area(pose.pose, prior)]
+        if not poses:
+            return NoFix(NoFixReason.OUTSIDE_AREA, _describe_pose(search.best), dots)
+        if len(poses) > 1:
+            return NoFix(NoFixReason.AMBIGUOUS, ' and '.join(map(_describe_pose, poses)), dots)
+        # 9. Fit the pose to all matched dots, with the camera's height and the robot's tilt.
+        return self._refine_pose(points, poses[0], dots, used_prior)
+
+    def _search_near(self, view: ViewDots, prior: PosePrior | None) -> SearchState | None:
+        """Search near the prior; None if the whole map must be searched."""
+        if prior is None or prior.radius > _MAX_PRIOR_RADIUS:
+            return None
+        # Expected number of map dots within the prior, weighted by its range of yaw.
+        area = math.pi * (prior.radius + self._floor.grid.cell) ** 2
+        dots = self._floor.density * area * min(prior.yaw_tolerance / math.pi, 1.0)
+        search = self._new_search(view, max(dots, 1.0))
+        expected = np.array([prior.T_map_base.x, prior.T_map_base.y, prior.T_map_base.yaw])
+        is_found = search_near(
+            self._floor.grid, view, search, expected, prior.radius, prior.yaw_tolerance, _PRIOR_PAIRS
+        )
+        return search if is_found or prior.is_strict else None
+
+    def _search_map(self, view: ViewDots, effort: float) -> SearchState:
+        floor, search = self._floor, self._new_search(view, float(len(self._floor.grid.points)))
+        cells, pairs = int(effort * self._settings.cells_max), int(effort * self._settings.pairs_max)
+        # 4. Geometric hashing of constellations of six dots, in place of the pole-star table (2.2, 2.3.1, 2.3.2).
+        if not search_constellations(floor.grid, floor.index, view, search, cells):
+            # 5. If none is complete, match pairs of dots to all pairs of the map (2.3.3: matching address matrix).
+            search_pairs(floor.grid, floor.addresses, view, search, pairs)
+        return search
+
+    def _new_search(self, view: ViewDots, candidate_dots: float) -> SearchState:
+        chance, match_rate = self._settings.chance_alignments_max, self._settings.match_rate_min
+        return new_search(len(view.z), candidate_dots, chance, match_rate)
+
+    def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
+        """Project dots to the floor, for the camera as mounted; dots above the horizon are dropped."""
+        return self._project_to_floor(dots, camera)[1]
+
+    def _project_to_floor(
+        self, dots: DetectedDots, camera: PinholeCamera
+    ) -> tuple[DetectedDots, FloorPoints]:
+        """Return the dots below the horizon and their positions on the floor."""
+        points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
+        is_visible = np.isfinite(points).all(axis=1)
+        dots = DetectedDots(dots.pixels[is_visible], dots.diameters[is_visible], dots.sigmas[is_visible])
+        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
+        sigmas = np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)
+        return dots, FloorPoints(points[is_visible], sigmas)
+
+    def _make_view(self, points: FloorPoints) -> ViewDots:
+        return make_view(
+            points.points,
+            float(np.sqrt(np.mean(points.sigmas**2))),
+            self._settings.tilt_tolerance / self._mount.xyz[2],
+            self._settings.scale_tolerance,
+            self._floor.density,
+        )
+
+    def _refine_pose(
+        self, points: FloorPoints, start: ScoredPose, dots: DetectedDots, used_prior: bool
+    ) -> Fix | NoFix:
+        """Fit the full model, starting from a pose of the search."""
+        settings = self._settings
+        # Standard deviation of the uniform distribution: tolerance over sqrt(3).
+        tolerances = settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance
+        priors = np.array(tolerances) / math.sqrt(3.0)
+        rays = self._mount.camera_points_from_floor(points.points)
+        mounted = MountedRays(rays, self._mount.rotation, np.array(self._mount.xyz))
+        initial = _upright_state(start, self._mount)
+        state, covariance, matches = refine_pose(self._floor.grid, mounted, points.sigmas, initial, priors)
+        matched = matches >= 0
+        match_rate = float(np.mean(matched))
+        if match_rate < settings.match_rate_min or matched.sum() < 3:
+            return NoFix(NoFixReason.UNCERTAIN, f'match rate {match_rate:.0%} after the fit', dots)
+        map_points = np.where(matched[:, None], self._floor.grid.points[matches], np.nan)
+        x, y, yaw, scale, roll, pitch = (float(value) for value in state)
+        return Fix(
+            SE2(x, y, wrap_angle(yaw)),
+            covariance[:3, :3],
+            dots,
+            matched[: len(dots)],
+            map_points[: len(dots)],
+            match_rate,
+            scale,
+            (roll, pitch),
+            math.exp(max(start.log_chance, -700.0)),
+            used_prior,
+        )
+
+    def _explain_failure(
+        self, view: ViewDots, search: SearchState, dots: DetectedDots, used_prior: bool, effort: float
+    ) -> NoFix:
+        """Return the reason for no pose."""
+        best = search.best
+        found = f'{best.matched:.0f} of {len(dots)} dots match at best'
+        if math.isfinite(best.log_chance):
+            found += f', expected chance alignments {math.exp(min(best.log_chance, 700.0)):.1g}'
+        if used_prior:
+            return NoFix(NoFixReason.OUTSIDE_AREA, found, dots)
+        if best.log_chance < 0.0:
+            return NoFix(NoFixReason.UNCERTAIN, found, dots)
+        mirrored, cells = mirror_view(view), int(effort * _MIRROR_CELLS)
+        mirror_search = self._new_search(view, float(len(self._floor.grid.points)))
+        if search_constellations(self._floor.grid, self._floor.index, mirrored, mirror_search, cells):
+            return NoFix(NoFixReason.MIRRORED, f'{len(dots)} dots', dots)
+        return NoFix(NoFixReason.NO_MATCH, found, dots)
 
     def to_level(self, result: Fix | NoFix) -> Fix | NoFix:
         """Return a result of `locate_dots` in the frame of the robot's level, if the map has levels."""
@@ -121,176 +258,37 @@ class FloorLocalizer:
             raise FloorLocalizerError(f'the map has no level {level!r}; it has: {known}')
         return levels[level].to_map(pose)
 
-    def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
-        """Detect the dots of an image; argument and errors as for `locate`."""
-        return self._detector.detect(image)
 
-    def floor_points(self, dots: DetectedDots, camera: PinholeCamera) -> FloorPoints:
-        """Project dots to the floor, for the camera as mounted; dots above the horizon are dropped."""
-        return self._project_to_floor(dots, camera)[1]
-
-    def _project_to_floor(
-        self, dots: DetectedDots, camera: PinholeCamera
-    ) -> tuple[DetectedDots, FloorPoints]:
-        """Return the dots below the horizon and their positions on the floor."""
-        points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
-        is_visible = np.isfinite(points).all(axis=1)
-        dots = DetectedDots(dots.pixels[is_visible], dots.diameters[is_visible], dots.sigmas[is_visible])
-        metres_per_pixel = self._mount.xyz[2] / math.sqrt(camera.fx * camera.fy)
-        return dots, FloorPoints(
-            points[is_visible], np.hypot(dots.sigmas * metres_per_pixel, self._settings.map_sigma)
-        )
-
-    def locate_dots(
-        self,
-        dots: DetectedDots,
-        camera: PinholeCamera,
-        prior: PosePrior | None = None,
-        *,
-        earlier: FloorPoints | None = None,
-        effort: float = 1.0,
-    ) -> Fix | NoFix:
-        """Find the pose on the whole map from the dots of an image.
-
-        Args:
-            dots: the dots, in coordinates of the raw image.
-            camera: the camera's intrinsics.
-            prior: expected pose on the whole map, if known.
-            earlier: dots of earlier views in the current base frame, used in addition.
-            effort: fraction of the search budgets of the settings to spend.
-        """
-        dots, points = self._project_to_floor(dots, camera)
-        if len(dots) == 0:
-            return NoFix(NoFixReason.NO_DOTS, 'no dots detected in the image', dots)
-        if earlier is not None:
-            points = merge_points(earlier, points)
-        if len(points.points) < _MIN_DOTS:
-            return NoFix(NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_MIN_DOTS} are needed', dots)
-        view = self._make_view(points)
-        search, used_prior = self._search(view, prior, effort)
-        if not is_accepted(search, search.best):
-            return self._explain_failure(view, search, dots, used_prior, effort)
-        poses = [search.best] if used_prior else _plausible_poses(search)
-        if prior is not None and prior.is_strict:
-            poses = [pose for pose in poses if _is_in_area(pose, prior)]
-        if not poses:
-            return NoFix(NoFixReason.OUTSIDE_AREA, _describe_pose(search.best), dots)
-        if len(poses) > 1:
-            return NoFix(NoFixReason.AMBIGUOUS, ' and '.join(map(_describe_pose, poses)), dots)
-        return self._refine_pose(points, poses[0], dots, used_prior)
-
-    def _make_view(self, points: FloorPoints) -> ViewDots:
-        return make_view(
-            points.points,
-            float(np.sqrt(np.mean(points.sigmas**2))),
-            self._settings.tilt_tolerance / self._mount.xyz[2],
-            self._settings.scale_tolerance,
-            self._floor.density,
-        )
-
-    def _search(self, view: ViewDots, prior: PosePrior | None, effort: float) -> tuple[SearchState, bool]:
-        """Search near the prior, then on the whole map unless the prior is strict."""
-        settings, floor = self._settings, self._floor
-        if prior is not None and prior.radius <= _MAX_PRIOR_RADIUS:
-            search = self._new_search(view, _count_candidate_dots(floor, prior))
-            expected = np.array([prior.T_map_base.x, prior.T_map_base.y, prior.T_map_base.yaw])
-            if search_near(
-                floor.grid, view, search, expected, prior.radius, prior.yaw_tolerance, _PRIOR_PAIRS
-            ):
-                return search, True
-            if prior.is_strict:
-                return search, True
-        search = self._new_search(view, float(len(floor.grid.points)))
-        cells, pairs = int(effort * settings.cells_max), int(effort * settings.pairs_max)
-        if not search_constellations(floor.grid, floor.index, view, search, cells):
-            search_pairs(floor.grid, floor.addresses, view, search, pairs)
-        return search, False
-
-    def _new_search(self, view: ViewDots, candidate_dots: float) -> SearchState:
-        settings = self._settings
-        return new_search(
-            len(view.z), candidate_dots, settings.chance_alignments_max, settings.match_rate_min
-        )
-
-    def _refine_pose(
-        self, points: FloorPoints, pose: NDArray[np.float64], dots: DetectedDots, used_prior: bool
-    ) -> Fix | NoFix:
-        """Fit the full model, starting from a pose of the search."""
-        settings, start = self._settings, _upright_state(pose, self._mount)
-        # Standard deviation of the uniform distribution: tolerance over sqrt(3).
-        priors = np.array(
-            [settings.scale_tolerance, settings.tilt_tolerance, settings.tilt_tolerance]
-        ) / math.sqrt(3.0)
-        rays = self._mount.camera_points_from_floor(points.points)
-        mounted = MountedRays(rays, self._mount.rotation, np.array(self._mount.xyz))
-        state, covariance, matches = refine_pose(self._floor.grid, mounted, points.sigmas, start, priors)
-        matched = matches >= 0
-        match_rate = float(np.mean(matched))
-        if match_rate < settings.match_rate_min or matched.sum() < 3:
-            return NoFix(NoFixReason.UNCERTAIN, f'match rate {match_rate:.0%} after the fit', dots)
-        map_points = np.where(matched[:, None], self._floor.grid.points[matches], np.nan)
-        return Fix(
-            SE2(float(state[0]), float(state[1]), wrap_angle(float(state[2]))),
-            covariance[:3, :3],
-            dots,
-            matched[: len(dots)],
-            map_points[: len(dots)],
-            match_rate,
-            float(state[3]),
-            (float(state[4]), float(state[5])),
-            math.exp(max(pose[0], -700.0)),
-            used_prior,
-        )
-
-    def _explain_failure(
-        self, view: ViewDots, search: SearchState, dots: DetectedDots, used_prior: bool, effort: float
-    ) -> NoFix:
-        """Return the reason for no pose."""
-        found = f'{search.best[5]:.0f} of {len(dots)} dots match at best'
-        if math.isfinite(search.best[0]):
-            found += f', expected chance alignments {math.exp(min(search.best[0], 700.0)):.1g}'
-        if used_prior:
-            return NoFix(NoFixReason.OUTSIDE_AREA, found, dots)
-        if search.best[0] < 0.0:
-            return NoFix(NoFixReason.UNCERTAIN, found, dots)
-        if self._is_mirrored(view, int(effort * _MIRROR_CELLS)):
-            return NoFix(NoFixReason.MIRRORED, f'{len(dots)} dots', dots)
-        return NoFix(NoFixReason.NO_MATCH, found, dots)
-
-    def _is_mirrored(self, view: ViewDots, cells: int) -> bool:
-        """Return whether the mirrored view matches the map, within a budget of index cells."""
-        search = self._new_search(view, float(len(self._floor.grid.points)))
-        return search_constellations(self._floor.grid, self._floor.index, mirror_view(view), search, cells)
-
-
-def _upright_state(pose: NDArray[np.float64], mount: CameraMount) -> NDArray[np.float64]:
+def _upright_state(pose: ScoredPose, mount: CameraMount) -> Floats:
     """Return the state without tilt, shape (6,), that is equivalent to a pose of the search."""
-    a, b = complex(pose[1], pose[2]), complex(pose[3], pose[4])
-    scale = abs(a) - 1.0
+    a, scale = pose.a, abs(pose.a) - 1.0
     # A higher camera scales the view about the point below the camera, but the similarity scales it about the base.
-    base = b + scale * a / abs(a) * complex(mount.xyz[0], mount.xyz[1])
+    base = pose.b + scale * a / abs(a) * complex(mount.xyz[0], mount.xyz[1])
     return np.array([base.real, base.imag, math.atan2(a.imag, a.real), scale, 0.0, 0.0])
 
 
-def _plausible_poses(search: SearchState) -> list[NDArray[np.float64]]:
-    """Return the best pose of a search, and the runner-up if it is about as good."""
-    runner_up = search.runner_up
-    is_ambiguous = is_accepted(search, runner_up) and runner_up[5] >= AMBIGUITY_FRACTION * search.best[5]
-    return [search.best, runner_up] if is_ambiguous else [search.best]
+def _describe_pose(pose: ScoredPose) -> str:
+    return f'{pose.matched:.0f} dots match at ({pose.b.real:.2f}, {pose.b.imag:.2f}) m'
 
 
-def _describe_pose(pose: NDArray[np.float64]) -> str:
-    return f'{pose[5]:.0f} dots match at ({pose[3]:.2f}, {pose[4]:.2f}) m'
-
-
-def _is_in_area(pose: NDArray[np.float64], prior: PosePrior) -> bool:
-    """Return whether a pose of the search is within the prior."""
-    found = SE2(float(pose[3]), float(pose[4]), math.atan2(pose[2], pose[1]))
+def _is_in_area(pose: SE2, prior: PosePrior) -> bool:
     expected = prior.T_map_base
-    return found.distance_to(expected) <= prior.radius and abs(found.yaw_to(expected)) <= prior.yaw_tolerance
+    return pose.distance_to(expected) <= prior.radius and abs(pose.yaw_to(expected)) <= prior.yaw_tolerance
 
 
-def _count_candidate_dots(floor: IndexedMap, prior: PosePrior) -> float:
-    """Return the expected number of map dots within the prior, weighted by its range of yaw."""
-    area = math.pi * (prior.radius + floor.grid.cell) ** 2
-    return max(floor.density * area * min(prior.yaw_tolerance / math.pi, 1.0), 1.0)
+def check_mount(mount: CameraMount) -> None:
+    """Reject a camera below the floor or one that does not look at it.
+
+    Raises:
+        FloorLocalizerError: invalid mount; the message names the parameter and the remedy.
+    """
+    height = mount.xyz[2]
+    if height <= 0.0:
+        raise FloorLocalizerError(
+            f'camera_xyz: z is {height:g} m, it must be above the floor, which is the plane z = 0 of base_frame'
+        )
+    if -mount.rotation[2, 2] < _MIN_SLOPE:
+        raise FloorLocalizerError(
+            f'camera_rpy: {", ".join(f"{angle:g}" for angle in mount.rpy)} rad does not look at the floor; '
+            f'{", ".join(f"{angle:.4f}" for angle in CameraMount().rpy)} looks straight down'
+        )

@@ -1,6 +1,4 @@
-"""The localizer's settings: one set for all floors, because everything that depends on the floor is computed."""
-
-from __future__ import annotations
+"""The settings of dot extraction, matching, tracking and survey; all that depends on the floor is computed."""
 
 from dataclasses import dataclass
 
@@ -33,11 +31,7 @@ class LocalizerSettings:
         0.035, 'maximum tilt (roll, pitch) of the robot', unit='rad', minimum=0.001, maximum=0.1
     )
     map_sigma: float = setting(
-        0.00005,
-        "standard deviation of the map's dots along each axis",
-        unit='m',
-        minimum=0.0,
-        maximum=0.01,
+        0.00005, "standard deviation of the map's dots along each axis", unit='m', minimum=0.0, maximum=0.01
     )
     cells_max: int = setting(
         400000,
@@ -115,11 +109,109 @@ class TrackerSettings:
         0.3, 'fraction of cells_max and pairs_max for a thorough search', minimum=0.0, maximum=1.0
     )
     usual_effort: float = setting(
-        0.04,
-        'the same for every other image that does not match within the prior',
-        minimum=0.0,
-        maximum=1.0,
+        0.04, 'the same for every other image that does not match within the prior', minimum=0.0, maximum=1.0
     )
     joined_views: int = setting(
         4, 'maximum number of views merged by odometry if one view has too few dots', minimum=1, maximum=20
+    )
+
+
+@dataclass(frozen=True)
+class DotDetectorSettings:
+    """Criteria for a dot. Lengths are in pixels or fractions of the typical dot of the current image."""
+
+    polarity: str = setting(
+        'auto',
+        'which dots are detected: darker or lighter than the floor, any that differ in brightness or colour, '
+        'or auto to choose one of these for each image',
+        choices=('auto', 'dark', 'light', 'any'),
+    )
+    minimum_diameter: float = setting(3.0, 'minimum diameter of a dot', unit='px', minimum=2.0, maximum=500.0)
+    maximum_diameter: float = setting(
+        0.0,
+        'maximum diameter of a dot; 0 for 5 % of the longer image side, at least 25 px',
+        unit='px',
+        minimum=0.0,
+        maximum=1000.0,
+    )
+    minimum_relative_diameter: float = setting(
+        0.4, 'minimum diameter of a dot as a fraction of the typical diameter', minimum=0.0, maximum=1.0
+    )
+    minimum_relative_contrast: float = setting(
+        0.3,
+        'minimum contrast of a pixel of a dot as a fraction of the typical contrast',
+        minimum=0.1,
+        maximum=0.8,
+    )
+    noise_sigmas: float = setting(
+        5.0,
+        'minimum contrast of a pixel of a dot in standard deviations of the floor',
+        minimum=2.0,
+        maximum=20.0,
+    )
+    maximum_elongation: float = setting(
+        4.0, 'maximum ratio of length to width, corrected for motion blur', minimum=1.5, maximum=100.0
+    )
+
+    def largest_diameter(self, width: int, height: int) -> float:
+        """Return the maximum diameter of a dot in an image of this size [px]."""
+        return self.maximum_diameter or max(25.0, 0.05 * max(width, height))
+
+
+@dataclass(frozen=True)
+class SurveySettings:
+    """Accuracy of odometry, camera and floor, and how the survey is divided."""
+
+    odometry_position_tolerance: float = setting(
+        0.004,
+        'position error of odometry between two images',
+        unit='m',
+        minimum=0.0001,
+        maximum=0.1,
+        former_name='odometry_radius',
+    )
+    odometry_yaw_tolerance: float = setting(
+        0.03,
+        'yaw error of odometry between two images',
+        unit='rad',
+        minimum=0.0001,
+        maximum=0.5,
+        former_name='odometry_turn',
+    )
+    odometry_error: float = setting(
+        0.05, 'growth of these errors per metre driven, in m/m and rad/m', minimum=0.0, maximum=0.5
+    )
+    image_step: float = setting(
+        0.35, 'motion between two used images as a fraction of the view width', minimum=0.0, maximum=0.9
+    )
+    submap_length: float = setting(
+        4.0, 'length of a submap in view widths', minimum=2.0, maximum=20.0, former_name='piece_length'
+    )
+    scale_sigma: float = setting(
+        0.01, 'relative variation of the camera height, standard deviation', minimum=0.0001, maximum=0.05
+    )
+    tilt_sigma: float = setting(
+        0.01, 'tilt of the robot body, standard deviation', unit='rad', minimum=0.0001, maximum=0.05
+    )
+    dot_sigma: float = setting(
+        0.00003,
+        'standard deviation of a dot on the floor, in addition to image noise',
+        unit='m',
+        minimum=0.0,
+        maximum=0.001,
+    )
+    merge_distance: float = setting(
+        0.0006,
+        'observations closer than this are merged into one dot',
+        unit='m',
+        minimum=0.0001,
+        maximum=0.005,
+        former_name='same_dot',
+    )
+    chance_alignments_max: float = setting(
+        1e-6,
+        'largest expected number of equally good matches by chance, for a match to be accepted',
+        minimum=1e-12,
+        maximum=0.01,
+        former_name='chance',
     )

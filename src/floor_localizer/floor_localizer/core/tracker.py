@@ -1,16 +1,13 @@
 """Tracking over time: priors from the last pose and odometry; sparse views are merged by odometry."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
-from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.arrays import Floats, Pixels
+from floor_localizer.core.dots import DetectedDots, FloorPoints, merge_points, transform_points
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
-from floor_localizer.core.floor_points import FloorPoints, merge_points, transform_points
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings
@@ -43,7 +40,7 @@ class FloorTracker:
         """Add an odometry pose at a time [s]."""
         self._predictor.add_odometry(stamp, T_odom_base)
 
-    def set_area(self, T_map_base: SE2, covariance: NDArray[np.float64], level: str = '') -> None:
+    def set_area(self, T_map_base: SE2, covariance: Floats, level: str = '') -> None:
         """Set an initial pose: only the area around it is searched until the robot is found.
 
         Args:
@@ -67,13 +64,8 @@ class FloorTracker:
         self._unlocated_views.clear()
         self._last_thorough = -math.inf
 
-    def track(self, stamp: float, image: NDArray[np.uint8], camera: PinholeCamera) -> Fix | NoFix:
-        """Find the pose from the next image, on a map of several levels in the frame of its level.
-
-        Args:
-            stamp: time of the image [s].
-            image: shape (h, w) grey or (h, w, 3) blue, green, red.
-            camera: the camera's intrinsics.
+    def track(self, stamp: float, image: Pixels, camera: PinholeCamera) -> Fix | NoFix:
+        """Find the pose from the next image at a time [s], on a map of several levels in the frame of its level.
 
         Raises:
             DotImageError: the image is of another type or shape.

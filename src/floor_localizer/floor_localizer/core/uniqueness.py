@@ -5,27 +5,26 @@ first match to find the runner-up. A second search is for the view's mirror imag
 image or map would not be detected.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from floor_localizer.core.acceptance import log_chance_alignments
+from floor_localizer.core.arrays import Floats
+from floor_localizer.core.constellation.acceptance import (
+    AMBIGUITY_FRACTION,
+    ScoredPose,
+    SearchState,
+    is_accepted,
+    log_chance_alignments,
+    new_search,
+)
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.search_state import (
-    AMBIGUITY_FRACTION,
-    SearchState,
-    is_accepted,
-    new_search,
-)
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.settings import setting
@@ -85,7 +84,7 @@ class Place:
     runner_up: tuple[float, float] | None
 
 
-def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
+def list_places(grid: DotGrid, settings: ViewSettings) -> Floats:
     """Return the places to inspect, shape (n, 2) [m]: a square lattice over the occupied floor, or some of the dots
     if no lattice point has dots in view.
 
@@ -107,10 +106,7 @@ def list_places(grid: DotGrid, settings: ViewSettings) -> NDArray[np.float64]:
 
 
 def inspect_places(
-    floor: IndexedMap,
-    places: NDArray[np.float64],
-    view_settings: ViewSettings,
-    settings: LocalizerSettings,
+    floor: IndexedMap, places: Floats, view_settings: ViewSettings, settings: LocalizerSettings
 ) -> Iterator[Place]:
     """Yield the uniqueness of each place, shape (n, 2) [m]."""
     for x, y in places:
@@ -118,19 +114,9 @@ def inspect_places(
 
 
 def inspect_place(
-    floor: IndexedMap,
-    centre: tuple[float, float],
-    view_settings: ViewSettings,
-    settings: LocalizerSettings,
+    floor: IndexedMap, centre: tuple[float, float], view_settings: ViewSettings, settings: LocalizerSettings
 ) -> Place:
-    """Return how unique the view around a place is.
-
-    Args:
-        floor: the map.
-        centre: x and y of the view's centre [m].
-        view_settings: size of the view and accuracy of its dots.
-        settings: settings of the matching.
-    """
+    """Return how unique the view around a place, its centre x and y [m], is."""
     dots = _dots_in_view(floor.grid, *centre, view_settings.view_size)
     view = _make_view(dots - centre, floor.density, view_settings, settings)
     log_chance = _log_chance(floor, view)
@@ -150,11 +136,11 @@ def inspect_place(
             and _match_fraction(mirror_search.best, view) >= AMBIGUITY_FRACTION
         ):
             kind, runner_up = PlaceKind.MIRROR_AMBIGUOUS, mirror_search.best
-    where = (float(runner_up[3]), float(runner_up[4])) if math.isfinite(runner_up[0]) else None
+    where = (runner_up.b.real, runner_up.b.imag) if math.isfinite(runner_up.log_chance) else None
     return Place(*centre, kind, len(dots), chance, _match_fraction(runner_up, view), where)
 
 
-def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> NDArray[np.float64]:
+def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> Floats:
     """Return the dots in a square around a place, shape (n, 2) [m]."""
     half = 0.5 * side
     columns = np.clip(
@@ -171,7 +157,7 @@ def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> NDArray[np.
 
 
 def _make_view(
-    points: NDArray[np.float64], density: float, view_settings: ViewSettings, settings: LocalizerSettings
+    points: Floats, density: float, view_settings: ViewSettings, settings: LocalizerSettings
 ) -> ViewDots:
     return make_view(
         points,
@@ -215,13 +201,13 @@ def _continue_search(floor: IndexedMap, view: ViewDots, found: SearchState) -> S
     return search
 
 
-def _best_other_pose(search: SearchState, centre: tuple[float, float], spacing: float) -> NDArray[np.float64]:
+def _best_other_pose(search: SearchState, centre: tuple[float, float], spacing: float) -> ScoredPose:
     """Return the better pose that is not the view's own; of two equal poses, either may be the best."""
     best = search.best
-    off = max(abs(best[3] - centre[0]), abs(best[4] - centre[1]))
-    is_own = off < spacing and abs(complex(best[1] - 1.0, best[2])) < 0.2
+    off = max(abs(best.b.real - centre[0]), abs(best.b.imag - centre[1]))
+    is_own = off < spacing and abs(best.a - 1.0) < 0.2
     return search.runner_up if is_own else best
 
 
-def _match_fraction(pose: NDArray[np.float64], view: ViewDots) -> float:
-    return float(pose[5]) / max(len(view.z), 1)
+def _match_fraction(pose: ScoredPose, view: ViewDots) -> float:
+    return pose.matched / max(len(view.z), 1)

@@ -10,8 +10,6 @@ offset of each array. Points are float32: their rounding error is half a microme
 four micrometres at a hundred metres.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import mmap
@@ -25,13 +23,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.constellation import constellation_key, index_entry
+from floor_localizer.core.arrays import Float32s, Pixels
+from floor_localizer.core.constellation import constellation_key, index_format
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.occupancy_bitmap import OccupancyBitmap
+from floor_localizer.core.constellation.indexed_map import IndexedMap, OccupancyBitmap
+from floor_localizer.core.errors import DotMapError
 from floor_localizer.core.levels import Level
-from floor_localizer.files.file_errors import DotMapError
 from shirube_core.files import atomic_write
 
 SUFFIX = '.dotmap'
@@ -47,7 +45,7 @@ _RULES = {
     'lower': list(constellation_key.LOWER),
     'lanes': constellation_key.COORDINATE_HASHES.tolist(),
     'parts': constellation_key.STEPS_PER_CELL,
-    'dot_bits': index_entry.DOT_BITS,
+    'dot_bits': index_format.DOT_BITS,
 }
 _PARTS: dict[str, Any] = {'grid': DotGrid, 'index': ConstellationIndex, 'addresses': OccupancyBitmap}
 TYPES = {
@@ -72,7 +70,7 @@ class BinaryMap:
     """
 
     floor: IndexedMap
-    diameters: NDArray[np.float32]
+    diameters: Float32s
 
 
 def save_binary(path: Path, binary_map: BinaryMap) -> None:
@@ -176,7 +174,7 @@ def load_binary(path: Path) -> BinaryMap:
     return binary_map
 
 
-def memory_map(path: Path) -> NDArray[np.uint8]:
+def memory_map(path: Path) -> Pixels:
     """Return the memory-mapped bytes of a file; the array keeps the mapping alive.
 
     A search reads single pages all over the file: read-ahead, up to megabytes per page, would load the whole file.
@@ -198,11 +196,7 @@ def _values_of(binary_map: BinaryMap) -> dict[str, Any]:
     """Return all arrays and scalars of a map by their names in the file."""
     floor = binary_map.floor
     levels = [[level.name, level.offset, level.lower, level.upper] for level in floor.levels]
-    values: dict[str, Any] = {
-        'diameters': binary_map.diameters,
-        'density': floor.density,
-        'sheets': levels,
-    }
+    values: dict[str, Any] = {'diameters': binary_map.diameters, 'density': floor.density, 'sheets': levels}
     for part in _PARTS:
         values |= {f'{part}.{name}': value for name, value in getattr(floor, part)._asdict().items()}
     return values
@@ -219,7 +213,7 @@ def _assemble(values: dict[str, Any]) -> BinaryMap:
     return BinaryMap(IndexedMap(**parts, density=values['density'], levels=levels), values['diameters'])
 
 
-def _read_header(path: Path, content: NDArray[np.uint8]) -> dict[str, Any]:
+def _read_header(path: Path, content: Pixels) -> dict[str, Any]:
     """Return the header of a complete file of this version."""
     magic, version, length, checksum = _PREFIX.unpack(content[: _PREFIX.size].tobytes())
     if magic != MAGIC:
@@ -246,7 +240,7 @@ def _array_location(header: dict[str, Any], name: str) -> ArrayLocation:
     return location
 
 
-def view_array(content: NDArray[np.uint8], location: ArrayLocation) -> NDArray[Any]:
+def view_array(content: Pixels, location: ArrayLocation) -> NDArray[Any]:
     """Return a view of one array in the content of a file."""
     part = content[location.offset : location.offset + location.bytes]
     return part.view(location.dtype).reshape(location.shape)

@@ -1,14 +1,12 @@
 """Reads and writes dot maps in either format, CSV or binary."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.binary_format import MAGIC, SUFFIX, BinaryMap, load_binary, save_binary
 from floor_localizer.files.csv_format import load_csv
 
@@ -46,12 +44,7 @@ def load_dots_and_index(path: Path) -> tuple[DotMap, IndexedMap]:
 
 
 def write_indexed_map(path: Path, dot_map: DotMap, floor: IndexedMap) -> None:
-    """Write a map in the binary format, atomically.
-
-    Args:
-        path: the file.
-        dot_map: the dots.
-        floor: the same map with its index, from `index_map`.
+    """Write a map, with its index from `index_map`, in the binary format, atomically.
 
     Raises:
         DotMapError: the file cannot be written.

@@ -1,16 +1,14 @@
-"""The poses of located images as a CSV, with the reason for each image without a pose."""
-
-from __future__ import annotations
+"""Results of images that were located without a running node, and their table as CSV."""
 
 import csv
 import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from floor_localizer.core.fix import Fix, NoFix
-from floor_localizer.located_image import LocatedImage
 from shirube_bags.stamps import text_from_stamp
 from shirube_core.files import atomic_write
 
@@ -18,6 +16,28 @@ COLUMNS = (
     *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),
     *('dots', 'matched', 'scale', 'roll', 'pitch', 'expected_chance_alignments', 'reason', 'detail', 'level'),
 )
+
+
+@dataclass(frozen=True)
+class LocatedImage:
+    """One image and its result.
+
+    Attributes:
+        name: name of the file or topic.
+        stamp_ns: time of the image [ns]; for files, their index in seconds.
+        result: the pose, the reason for no pose, or the error message of the image.
+    """
+
+    name: str
+    stamp_ns: int
+    result: Fix | NoFix | str
+
+    @property
+    def failure(self) -> str:
+        """Reason for no pose, empty if there is one."""
+        if isinstance(self.result, Fix):
+            return ''
+        return self.result if isinstance(self.result, str) else self.result.reason.value
 
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:

@@ -1,7 +1,6 @@
 """Checkpoint files of a survey, written atomically, from which an interrupted survey resumes."""
 
-from __future__ import annotations
-
+import hashlib
 import json
 import shutil
 import tempfile
@@ -10,20 +9,44 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numba
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+import floor_localizer.core
+import floor_localizer.survey_files
+import shirube_core.geometry
+from floor_localizer.core.dots import DetectedDots
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.survey.submap import Submap
-from floor_localizer.survey_files.code_version import code_version
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
+from floor_localizer.files.array_file import DiskArrayStore
 from shirube_core.files import atomic_write, remove_temporary_files, write_text
+
+_PACKAGES = (floor_localizer.core, floor_localizer.survey_files, shirube_core.geometry)
+_LIBRARIES = (cv2, numba, np, scipy)
+# Raised by numpy and zipfile for files that are empty, truncated or corrupted.
+_CORRUPTED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
+
+
+def code_version() -> str:
+    """Return a version from the hash of all sources used by a survey and the versions of its numerical libraries.
+
+    It changes without manual bumping, and therefore also with changes that do not affect the results.
+    """
+    digest = hashlib.sha256()
+    for package in _PACKAGES:
+        folder = Path(package.__path__[0])
+        for source in sorted(folder.rglob('*.py')):
+            digest.update(f'{package.__name__}/{source.relative_to(folder)}\n'.encode())
+            digest.update(source.read_bytes())
+    libraries = ', '.join(f'{library.__name__} {library.__version__}' for library in _LIBRARIES)
+    return f'sources {digest.hexdigest()[:16]}, {libraries}'
+
 
 Detection = DetectedDots | str
 """The dots of an image, or why it cannot be used."""
-# Raised by numpy and zipfile for files that are empty, truncated or corrupted.
-_CORRUPTED = (OSError, EOFError, RuntimeError, ValueError, KeyError, zipfile.BadZipFile)
 
 
 class Checkpoint:

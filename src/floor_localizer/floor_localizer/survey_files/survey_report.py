@@ -1,7 +1,5 @@
 """Report and tables of a survey."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math
@@ -9,21 +7,49 @@ from pathlib import Path
 
 import numpy as np
 
+from floor_localizer.core.arrays import Floats
 from floor_localizer.core.survey.floor_survey import SurveyResult
-from floor_localizer.survey_files.residual_statistics import LengthHistogram
 from floor_localizer.survey_files.survey_run import SurveyRun
 from shirube_core.files import atomic_write, write_text
 
+_BIN_WIDTH = 1e-8
+"""Finer than the reported digits of a residual [m]."""
 _MAX_LISTED = 10
 
 
-def survey_report(run: SurveyRun, scale: float | None) -> str:
-    """Return the statistics of a survey as text.
+class LengthHistogram:
+    """Histogram of lengths with bins of 10 nm, their rms and maximum."""
 
-    Args:
-        run: the survey.
-        scale: scale factor from the known length, None without one.
-    """
+    def __init__(self) -> None:
+        """Begin empty."""
+        self._counts = np.zeros(1, dtype=np.int64)
+        self._squares, self.maximum = 0.0, 0.0
+
+    @property
+    def count(self) -> int:
+        """Number of lengths."""
+        return int(self._counts.sum())
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the lengths [m]."""
+        return math.sqrt(self._squares / max(self.count, 1))
+
+    def add(self, lengths: Floats) -> None:
+        """Add lengths, shape (n,) [m]."""
+        counts = np.bincount((lengths / _BIN_WIDTH).astype(np.int64), minlength=len(self._counts))
+        counts[: len(self._counts)] += self._counts
+        self._counts = counts
+        self._squares += float(np.sum(lengths**2))
+        self.maximum = max(self.maximum, float(lengths.max(initial=0.0)))
+
+    def quantile(self, fraction: float) -> float:
+        """Return a quantile of the lengths [m]."""
+        return _BIN_WIDTH * float(np.searchsorted(np.cumsum(self._counts), fraction * self.count))
+
+
+def survey_report(run: SurveyRun, scale: float | None) -> str:
+    """Return the statistics of a survey as text, with the scale factor from the known length, if there is one."""
     result = run.result
     lengths = LengthHistogram()
     for _, residuals in result.residuals:

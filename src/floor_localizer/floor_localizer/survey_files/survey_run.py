@@ -1,34 +1,71 @@
-"""A survey from images to map, with checkpoints and progress bars."""
-
-from __future__ import annotations
+"""A survey from images to map: tasks that write to the checkpoint, and progress bars."""
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.arrays import Floats, Pixels
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import Task, TaskRunner
-from floor_localizer.core.survey.adjustment_rounds import ADJUSTMENTS
-from floor_localizer.core.survey.connected_images import connect_images
-from floor_localizer.core.survey.floor_survey import SurveyResult, adjust_survey
-from floor_localizer.core.survey.keyframe_selection import select_keyframes, split_into_submaps
-from floor_localizer.core.survey.submap import Submap
+from floor_localizer.core.settings import SurveySettings
+from floor_localizer.core.survey.floor_survey import ADJUSTMENTS, SurveyResult, adjust_survey
+from floor_localizer.core.survey.submap import Submap, build_submap, select_keyframes, split_into_submaps
+from floor_localizer.core.survey.submap_graph.connected_images import connect_images
 from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
-from floor_localizer.core.survey.survey_settings import SurveySettings
-from floor_localizer.survey_files.checkpoint import Checkpoint
-from floor_localizer.survey_files.packed_images import PackedImages, pack_images
+from floor_localizer.survey_files.checkpoint import Checkpoint, Detection
+from floor_localizer.survey_files.survey_images import ImageBatch, PackedImages, pack_images
 from floor_localizer.survey_files.survey_source import BagSource, FolderSource, SurveySource
-from floor_localizer.survey_files.survey_tasks import build_span_submaps, detect_dots
 from shirube_core.geometry import CameraMount
 
+_MIN_DOTS = 8
 IMAGES_PER_CHUNK = 40
 _MIN_USABLE_FRACTION = 0.5
 """Smallest fraction of the images that must be usable."""
+
+
+def detect_dots(checkpoint: Checkpoint, chunk: int, batch: ImageBatch, names: Sequence[str]) -> None:
+    """Detect the dots of a chunk of images; their names are for messages."""
+    detector = DotDetector()
+    found: dict[int, Detection] = {}
+    for (index, pixels), name in zip(batch, names, strict=True):
+        found[index] = pixels if isinstance(pixels, str) else _detect_image(detector, pixels, name)
+    checkpoint.save_dots(chunk, found)
+
+
+def _detect_image(detector: DotDetector, pixels: Pixels, name: str) -> Detection:
+    """Return the dots of an image, or a message that they are too few to match another image."""
+    dots = detector.detect(pixels)
+    if len(dots) < _MIN_DOTS:
+        return f'{name}: shows {len(dots)} dots, at least {_MIN_DOTS} are needed'
+    return dots
+
+
+def build_span_submaps(
+    checkpoint: Checkpoint,
+    span: int,
+    packed: PackedImages,
+    first: int,
+    position: Floats,
+    settings: SurveySettings,
+) -> None:
+    """Build the submaps of a span of images: one, or several where consecutive images do not match.
+
+    Consecutive spans share an image; ``first`` is the index in the survey of the first image, ``position`` the optical
+    centre in the base frame, shape (3,) [m].
+    """
+    images, submaps = list(packed), list[Submap]()
+    begin, last, is_continuation = 0, len(images) - 1, span > 0
+    while begin <= last:
+        submap = build_submap(images, begin, last, position, settings, is_continuation=is_continuation)
+        begin, is_continuation = int(submap.images[-1]) + 1, False
+        submaps.append(replace(submap, images=submap.images + first))
+    checkpoint.save_submaps(span, submaps)
 
 
 @dataclass(frozen=True)
@@ -84,11 +121,8 @@ def run_survey(
         OSError: a checkpoint cannot be written.
     """
     images, spans, faults = build_all_submaps(source, mount, settings, checkpoint, runner)
-    outline, position, store = (
-        view_outline(source.camera, mount),
-        np.array(mount.xyz),
-        checkpoint.create_store(),
-    )
+    outline, position = view_outline(source.camera, mount), np.array(mount.xyz)
+    store = checkpoint.create_store()
     submaps = _iterate_submaps(checkpoint, spans)
     connected = connect_images(images, submaps, settings, store, existing, checkpoint)
     with tqdm(total=ADJUSTMENTS, desc='adjustments', disable=None) as bar:

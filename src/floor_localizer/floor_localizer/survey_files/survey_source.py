@@ -1,57 +1,114 @@
-"""Images of a survey with their odometry: a folder with a pose file, or a bag."""
+"""Images of a survey with their odometry: a folder with a pose file (CSV or TUM), or a bag."""
 
-from __future__ import annotations
-
+import csv
+import math
 from bisect import bisect_left
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.bag_localization import choose_topics
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.survey.odometry_buffer import OdometryBuffer
-from floor_localizer.survey_files.image_batches import BagImageBatch, FileImageBatch, ImageBatch
-from floor_localizer.survey_files.odometry_file import load_odometry
+from floor_localizer.survey_files.survey_images import BagImageBatch, FileImageBatch, Frame, ImageBatch
 from shirube_bags.bag_reader import BagReader
-from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.camera.files import list_images, load_calibration
-from shirube_ros.camera.info import camera_from_camera_info
-from shirube_ros.errors import MessageError
-from shirube_ros.offline.recording import RecordedOdometry, Recording, RecordingTopics, choose_topics
+from shirube_bags.tum_file import load_tum
+from shirube_core.geometry import SE2, PinholeCamera, yaw_from_quaternion
+from shirube_ros.calibration_file import load_calibration
+from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.image_files import list_images
+from shirube_ros.message_error import MessageError
+from shirube_ros.recording import RecordedOdometry, Recording
+from shirube_ros.recording_topics import RecordingTopics
 
+COLUMNS = ('image', 'x', 'y', 'yaw')
 _NANOSECONDS = 1_000_000_000
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Reference to an image that is not read yet.
+def load_odometry(path: Path, images: Sequence[Path]) -> list[SE2]:
+    """Return ``T_odom_base`` of each image.
 
-    Attributes:
-        name: human-readable name.
-        T_odom_base: pose of the robot by odometry.
+    Args:
+        path: CSV with the header ``image,x,y,yaw`` (metres, radians), or a TUM file, which has no header and is
+            named ``*.tum`` or ``*.txt``.
+        images: paths of the images, in order.
+
+    Raises:
+        FloorLocalizerError: the file is malformed or images are missing in it.
+        TumFileError: the TUM file is malformed.
     """
+    if path.suffix.lower() != '.csv':
+        return _from_tum(path, len(images))
+    known = _from_csv(path)
+    for image in images:
+        if image.name not in known:
+            raise FloorLocalizerError(
+                f'{path}: odometry is missing for {image.name}; give one line per image'
+            )
+    return [known[image.name] for image in images]
 
-    name: str
-    T_odom_base: SE2
+
+def _from_tum(path: Path, count: int) -> list[SE2]:
+    trajectory = load_tum(path)
+    lines = [
+        line for line in path.read_text().splitlines() if line.strip() and not line.lstrip().startswith('#')
+    ]
+    stamps = [float(line.split()[0]) for line in lines]
+    back = np.flatnonzero(np.diff(stamps) <= 0.0)
+    if len(back):
+        raise FloorLocalizerError(
+            f'{path}: its stamps run backwards after {stamps[back[0]]:.3f} s; give the poses in the order of the images'
+        )
+    if len(trajectory) != count:
+        raise FloorLocalizerError(
+            f'{path}: has {len(trajectory)} poses for {count} images; give one line per image'
+        )
+    return [
+        SE2(float(xyz[0]), float(xyz[1]), yaw_from_quaternion(*(float(batch) for batch in q)))
+        for xyz, q in zip(trajectory.positions, trajectory.quaternions, strict=True)
+    ]
+
+
+def _from_csv(path: Path) -> dict[str, SE2]:
+    try:
+        rows = list(csv.reader(path.read_text(encoding='utf-8-sig').splitlines()))
+    except (OSError, UnicodeDecodeError) as fault:
+        raise FloorLocalizerError(
+            f'{path}: cannot be read; give a CSV with the header "{",".join(COLUMNS)}"'
+        ) from fault
+    if not rows or tuple(field.strip().lower() for field in rows[0]) != COLUMNS:
+        raise FloorLocalizerError(
+            f'{path}, line 1: the header must be "{",".join(COLUMNS)}" (metres and radians)'
+        )
+    known: dict[str, SE2] = {}
+    for number, row in enumerate(rows[1:], start=2):
+        if not row:
+            continue
+        try:
+            name, *numbers = row
+            x, y, yaw = (float(field) for field in numbers)
+        except ValueError as fault:
+            raise FloorLocalizerError(
+                f'{path}, line {number}: is not a name and three numbers; write "{",".join(COLUMNS)}"'
+            ) from fault
+        if not all(math.isfinite(value) for value in (x, y, yaw)):
+            raise FloorLocalizerError(f'{path}, line {number}: is not finite; give metres and radians')
+        if name.strip() in known:
+            raise FloorLocalizerError(f'{path}, line {number}: {name} is a duplicate; keep one')
+        known[name.strip()] = SE2(x, y, yaw)
+    return known
 
 
 class SurveySource(Protocol):
-    """Images in order.
-
-    Attributes:
-        frames: all images.
-        camera: camera that took them.
-    """
+    """Images in order, and the camera that took them; ``batch`` takes ascending indices."""
 
     frames: list[Frame]
     camera: PinholeCamera
 
-    def batch(self, wanted: Sequence[int]) -> ImageBatch:
-        """Return the images of ascending indices as a batch that any process can read."""
-        ...
+    def batch(self, wanted: Sequence[int]) -> ImageBatch: ...  # noqa: D102
 
 
 class FolderSource:

@@ -1,7 +1,5 @@
 """A map built in parts equals the map built at once, byte for byte, even after crashes and a full disk."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -12,15 +10,15 @@ import pytest
 from dot_maps import random_map
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner
 from floor_localizer.core.levels import level_at
 from floor_localizer.files.binary_format import load_binary
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
-from floor_localizer.map_building import build_tasks
-from floor_localizer.map_building.index_build import IndexBuild, PartSizes
+from floor_localizer.files.map_building import build_tasks
+from floor_localizer.files.map_building.index_build import IndexBuild, PartSizes
 
 SMALL = PartSizes(chunk_bytes=9000, stripe_dots=300)
 

@@ -1,12 +1,56 @@
 """The whole pipeline on a small floor with known poses."""
 
+import math
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarPose
-from floor_localizer.core.pole_star.settings import PoleStarSettings
+from floor_localizer.core.pole_star.pole_star_matcher import (
+    NoPose,
+    PoleStarMatcher,
+    PoleStarPose,
+    PoleStarSettings,
+    build_address_matrix,
+    match_rate,
+)
 from shirube_core.geometry import SE2
+
+BLOCK = 0.0028
+DENSITY = 5384.0
+FLOOR = np.random.default_rng(6).uniform(0.0, 1.0, (round(DENSITY), 2))
+ADDRESSES = build_address_matrix(FLOOR, BLOCK)
+
+
+def test_the_floors_own_dots_match():
+    assert match_rate(ADDRESSES, FLOOR) == 1.0
+
+
+def test_every_occupied_block_holds_a_dot():
+    own_blocks = {tuple(block) for block in np.floor((FLOOR - ADDRESSES.origin) / BLOCK).astype(int)}
+    assert ADDRESSES.occupied.sum() == len(own_blocks)
+
+
+def test_dots_anywhere_match_as_often_as_blocks_are_occupied():
+    points = np.random.default_rng(7).uniform(0.01, 0.99, (40000, 2))
+    assert match_rate(ADDRESSES, points) == pytest.approx(1.0 - math.exp(-DENSITY * BLOCK**2), abs=0.004)
+
+
+def test_the_rate_is_a_fraction_of_all_dots():
+    points = np.vstack([FLOOR[:3], [[-5.0, 0.5], [0.5, 5.0]]])
+    assert match_rate(ADDRESSES, points) == pytest.approx(0.6)
+
+
+def test_dots_off_a_floor_without_gaps_do_not_match():
+    full = build_address_matrix(np.argwhere(np.ones((5, 4))).astype(np.float64) * BLOCK, BLOCK)
+    assert full.occupied.all()
+    outside = np.array([[-0.5, 2.0], [2.0, -0.5], [5.5, 2.0], [2.0, 4.5]]) * BLOCK
+    assert match_rate(full, outside) == 0.0
+
+
+def test_no_dots_do_not_match():
+    assert match_rate(ADDRESSES, np.empty((0, 2))) == 0.0
+
 
 NOISE = 0.000383  # 1 px of the paper's camera [m]
 FLOOR = np.random.default_rng(9).uniform(0.0, 0.9, (4361, 2))
@@ -31,7 +75,7 @@ def view_of(
 
 @pytest.mark.parametrize(('missing', 'spurious'), [(0.0, 0.0), (0.0, 0.5), (0.4, 0.0), (0.25, 0.5)])
 @pytest.mark.parametrize('seed', range(3))
-def test_the_pose_is_found(missing: float, spurious: float, seed: int) -> None:
+def test_the_pose_is_found(missing, spurious, seed):
     rng = np.random.default_rng(seed)
     T_map_view = SE2(*rng.uniform((0.07, 0.07, -np.pi), (0.83, 0.83, np.pi)))
     image, map_dots = view_of(T_map_view, rng, missing, spurious)
@@ -43,7 +87,7 @@ def test_the_pose_is_found(missing: float, spurious: float, seed: int) -> None:
     assert found.match_rate <= 1.0
 
 
-def test_the_pose_follows_the_map() -> None:
+def test_the_pose_follows_the_map():
     T_room_map = SE2(-3.0, 11.0, 2.5)
     image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(10))
     here = MATCHER.match(image)
@@ -53,14 +97,14 @@ def test_the_pose_follows_the_map() -> None:
     assert there.T_map_view.distance_to(T_room_map @ here.T_map_view) < 0.0005
 
 
-def test_poses_come_in_order_of_their_match_rate() -> None:
+def test_poses_come_in_order_of_their_match_rate():
     image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(11), 0.25, 0.5)
     rates = [pose.match_rate for pose in MATCHER.congruent_poses(image)]
     assert rates == sorted(rates, reverse=True)
 
 
 @pytest.mark.parametrize('seed', range(12, 16))
-def test_another_floor_has_no_pose(seed: int) -> None:
+def test_another_floor_has_no_pose(seed):
     rng = np.random.default_rng(seed)
     image, _ = view_of(SE2(0.45, 0.45, 0.0), rng, floor=rng.uniform(0.0, 0.9, FLOOR.shape))
     found = MATCHER.match(image)
@@ -68,17 +112,17 @@ def test_another_floor_has_no_pose(seed: int) -> None:
     assert found.reason
 
 
-def test_a_mirrored_image_has_no_pose() -> None:
+def test_a_mirrored_image_has_no_pose():
     image, _ = view_of(SE2(0.45, 0.45, 0.3), np.random.default_rng(13))
     assert isinstance(MATCHER.match(image * (1.0, -1.0)), NoPose)
 
 
 @pytest.mark.parametrize('image', [np.empty((0, 2)), np.zeros((3, 2)), np.zeros((9, 2))])
-def test_too_few_different_dots_have_no_pose(image: NDArray[np.float64]) -> None:
+def test_too_few_different_dots_have_no_pose(image):
     assert isinstance(MATCHER.match(image), NoPose)
 
 
-def test_the_match_rate_has_a_lower_bound() -> None:
+def test_the_match_rate_has_a_lower_bound():
     image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(14), 0.25, 0.5)
     strict = PoleStarMatcher(FLOOR, PoleStarSettings(match_rate_min=0.9))
     found = strict.match(image)

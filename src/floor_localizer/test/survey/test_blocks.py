@@ -3,7 +3,6 @@
 import errno
 import os
 from dataclasses import replace
-from pathlib import Path
 from typing import IO
 
 import numpy as np
@@ -11,19 +10,22 @@ import pytest
 from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, small_floor, survey
 
 from floor_localizer.core.independent_tasks import InProcessRunner
+from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
+from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
+from floor_localizer.core.survey.adjustment.dot_estimation import fix_dots, store_existing_dots
+from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
+from floor_localizer.core.survey.adjustment.observations import (
+    ObservationBlock,
+    ObservationBlocks,
+    collect_observations,
+    project_observations,
+    project_rays_to_map,
+)
 from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore
-from floor_localizer.core.survey.block_partition import BlockPartitioner
-from floor_localizer.core.survey.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
-from floor_localizer.core.survey.dot_estimation import project_rays_to_map
-from floor_localizer.core.survey.existing_dots import store_existing_dots
-from floor_localizer.core.survey.fixed_dots import fix_dots
-from floor_localizer.core.survey.observation_blocks import ObservationBlock, ObservationBlocks
-from floor_localizer.core.survey.observation_merging import merge_observations
-from floor_localizer.core.survey.projected_observations import collect_observations, project_observations
 from floor_localizer.core.survey.survey_image import SurveyImage
-from floor_localizer.survey_files import disk_array_store
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
-from floor_localizer.survey_files.packed_images import pack_images
+from floor_localizer.files import array_file
+from floor_localizer.files.array_file import DiskArrayStore
+from floor_localizer.survey_files.survey_images import pack_images
 from shirube_core.geometry import SE2
 
 PRIORS = SuspensionPriors(POSITION, 0.001, 0.001)
@@ -48,7 +50,15 @@ def partition(
     store: ArrayStore | None = None,
 ) -> ObservationBlocks:
     store = store or MemoryArrayStore()
-    partitioner = BlockPartitioner(drive.images, POSITION, SETTINGS.dot_sigma, store, InProcessRunner(), most)
+    partitioner = BlockPartitioner(
+        drive.images,
+        np.arange(len(drive.images)),
+        POSITION,
+        SETTINGS.dot_sigma,
+        store,
+        InProcessRunner(),
+        most,
+    )
     return partitioner.partition(states, merge_distance)
 
 
@@ -65,9 +75,7 @@ def observations_by_dot(blocks: ObservationBlocks) -> set[frozenset[tuple[float,
 
 
 @pytest.mark.parametrize('merge_distance', [MERGE_DISTANCE, 0.0035])
-def test_dots_are_those_of_all_observations_at_once(
-    drive: Drive, states: np.ndarray, merge_distance: float
-) -> None:
+def test_dots_are_those_of_all_observations_at_once(drive, states, merge_distance):
     # With the larger merge distance, clusters span several tiles before they are split.
     observations = collect_observations(drive.images, np.arange(len(states)), SETTINGS.dot_sigma)
     dot = merge_observations(
@@ -83,7 +91,7 @@ def test_dots_are_those_of_all_observations_at_once(
     assert observations_by_dot(blocks) == {frozenset(row) for row in rows}
 
 
-def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_path: Path) -> None:
+def test_many_blocks_are_adjusted_as_one(drive, states, tmp_path):
     many, one = (
         bundle_adjust_blocks(partition(drive, states, most, store=store), states, PRIORS, InProcessRunner())
         for most, store in ((9, DiskArrayStore(tmp_path / 'shelf')), (10_000, MemoryArrayStore()))
@@ -92,7 +100,7 @@ def test_many_blocks_are_adjusted_as_one(drive: Drive, states: np.ndarray, tmp_p
     np.testing.assert_allclose(many, one, rtol=0.0, atol=1e-10)
 
 
-def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: np.ndarray) -> None:
+def test_a_step_is_that_of_dense_equations_with_all_dots(drive, states):
     """Few images and no residual beyond the Huber threshold, so that the weights follow from the sigmas."""
     few = Drive(drive.floor, drive.images[:14], drive.truth[:14])
     blocks, start = partition(few, states[:14], 4), states[:14]
@@ -138,7 +146,7 @@ def test_a_step_is_that_of_dense_equations_with_all_dots(drive: Drive, states: n
     np.testing.assert_allclose(found.ravel(), step[: 6 * 14], atol=2e-4 * np.abs(found).max())
 
 
-def test_a_dot_of_the_existing_map_is_matched_once(drive: Drive, states: np.ndarray) -> None:
+def test_a_dot_of_the_existing_map_is_matched_once(drive, states):
     many, one = partition(drive, states, 9), partition(drive, states, 10_000)
     old = some_dots(states, one) + 0.0001
     for blocks in (many, one):
@@ -170,21 +178,23 @@ def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
     ]
 
 
-def test_a_cluster_over_many_tiles_is_one_dot() -> None:
+def test_a_cluster_over_many_tiles_is_one_dot():
     points = np.column_stack([0.0005 * np.arange(60), np.zeros(60)])
     partitioner = BlockPartitioner(
-        views_of_a_dot_each(points), POSITION, 0.0, MemoryArrayStore(), InProcessRunner(), 2
+        views_of_a_dot_each(points), np.arange(60), POSITION, 0.0, MemoryArrayStore(), InProcessRunner(), 2
     )
     blocks = partitioner.partition(np.zeros((60, 6)), MERGE_DISTANCE)
     assert len(blocks) == 32
     assert [len(block.observations.image) for block in blocks if len(block.fixed_dots)] == [60]
 
 
-def test_of_dots_in_several_blocks_the_nearest_is_fixed() -> None:
+def test_of_dots_in_several_blocks_the_nearest_is_fixed():
     points = np.array([[0.0, 0.0003], [0.0, -0.0001], [0.0, 0.0002]])
     blocks = ObservationBlocks(MemoryArrayStore(), 3)
     for number in range(3):
-        observations = collect_observations(views_of_a_dot_each(points), np.array([number]), 0.0)
+        observations = collect_observations(
+            views_of_a_dot_each(points)[number : number + 1], np.array([number]), 0.0
+        )
         block = ObservationBlock(
             replace(observations, dot=np.zeros(1, dtype=np.int64)), np.full((1, 2), np.nan)
         )
@@ -194,7 +204,7 @@ def test_of_dots_in_several_blocks_the_nearest_is_fixed() -> None:
     assert [bool(block.is_fixed[0]) for block in blocks] == [False, True, False]
 
 
-def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None:
+def test_packed_images_are_the_same_images(drive, tmp_path):
     packed = pack_images(tmp_path / 'images.bin', drive.images)
     for k in (0, 7, -1):
         for name in ('directions', 'points', 'sigmas', 'diameters', 'T_odom_base', 'name'):
@@ -203,8 +213,8 @@ def test_packed_images_are_the_same_images(drive: Drive, tmp_path: Path) -> None
     assert len(packed) == len(list(packed)) == len(drive.images)
 
 
-def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    store, saved = DiskArrayStore(tmp_path / 'shelf'), disk_array_store.write_array
+def test_a_full_disk_leaves_no_half_block(tmp_path, monkeypatch):
+    store, saved = DiskArrayStore(tmp_path / 'shelf'), array_file.write_array
     store.put('block', 3, np.arange(4), np.eye(2))
 
     def full(file: IO[bytes], array: np.ndarray) -> None:
@@ -212,7 +222,7 @@ def test_a_full_disk_leaves_no_half_block(tmp_path: Path, monkeypatch: pytest.Mo
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         saved(file, array)
 
-    monkeypatch.setattr(disk_array_store, 'write_array', full)
+    monkeypatch.setattr(array_file, 'write_array', full)
     with pytest.raises(OSError, match='No space left'):
         store.put('block', 3, np.arange(5), np.eye(3))
     first, second = store.get('block', 3)

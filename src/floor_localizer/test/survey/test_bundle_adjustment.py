@@ -3,9 +3,8 @@ import pytest
 from floor_views import CAMERA, MOUNT
 
 from floor_localizer.core.pose_fit import MountedRays, project_to_map
-from floor_localizer.core.survey.bundle_adjustment import SuspensionPriors, bundle_adjust
-from floor_localizer.core.survey.dot_estimation import project_rays_to_map
-from floor_localizer.core.survey.observation_blocks import Observations
+from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust
+from floor_localizer.core.survey.adjustment.observations import Observations, project_rays_to_map
 from shirube_core.geometry import SE2
 
 POSITION = np.array(MOUNT.xyz)
@@ -33,7 +32,7 @@ def scene(noise: float, sway: float = 0.0, images: int = 12, dots: int = 300):
     return Observations(image, dot, directions, sigmas, np.full(len(dot), 0.002)), states, points
 
 
-def test_the_model_is_that_of_the_pose_fit() -> None:
+def test_the_model_is_that_of_the_pose_fit():
     rng = np.random.default_rng(1)
     seen, states = rays(rng, 20), rng.normal(0.0, 0.05, (20, 6))
     mounted = MountedRays(seen, MOUNT.rotation.copy(), POSITION)
@@ -43,7 +42,7 @@ def test_the_model_is_that_of_the_pose_fit() -> None:
     )
 
 
-def test_without_noise_the_truth_comes_back_from_a_rough_start() -> None:
+def test_without_noise_the_truth_comes_back_from_a_rough_start():
     observations, states, points = scene(0.0)
     start = states.copy()
     start[1:, :3] += np.random.default_rng(2).normal(0.0, 0.0005, (len(states) - 1, 3))
@@ -53,14 +52,14 @@ def test_without_noise_the_truth_comes_back_from_a_rough_start() -> None:
     np.testing.assert_allclose(found.dots[seen], points[seen], atol=1e-6)
 
 
-def test_noise_does_not_shrink_the_map() -> None:
+def test_noise_does_not_shrink_the_map():
     observations, states, points = scene(0.0003)
     found = bundle_adjust(observations, states, np.full((len(points), 2), np.nan), PRIORS)
     # Without the term for it, this is -0.5 % and more.
     assert abs(found.states[:, 3].mean()) < 0.0005
 
 
-def test_false_observations_hardly_matter() -> None:
+def test_false_observations_hardly_matter():
     observations, states, points = scene(0.00002)
     rng = np.random.default_rng(3)
     wrong = rng.choice(len(observations.dot), len(observations.dot) // 30, replace=False)
@@ -69,7 +68,7 @@ def test_false_observations_hardly_matter() -> None:
     assert np.abs(found.states[:, :2] - states[:, :2]).max() < 0.0004
 
 
-def test_fixed_dots_stay_and_hold_the_images() -> None:
+def test_fixed_dots_stay_and_hold_the_images():
     observations, states, points = scene(0.00001, sway=0.005)
     moved = states.copy()
     moved[:, :2] += (0.0007, -0.0004)
@@ -79,7 +78,7 @@ def test_fixed_dots_stay_and_hold_the_images() -> None:
 
 
 @pytest.mark.parametrize('shift', [SE2(3.0, -1.0, 0.0), SE2(0.0, 0.0, 2.0)])
-def test_the_result_moves_along_with_the_start(shift: SE2) -> None:
+def test_the_result_moves_along_with_the_start(shift):
     observations, states, points = scene(0.00003)
     nowhere = np.full((len(points), 2), np.nan)
     seen = np.unique(observations.dot)

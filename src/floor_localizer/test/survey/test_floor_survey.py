@@ -16,13 +16,12 @@ from simulated_survey import (
     survey,
 )
 
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.adjustment_rounds import estimate_priors
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.array_store import MemoryArrayStore
-from floor_localizer.core.survey.floor_survey import survey_floor
+from floor_localizer.core.survey.floor_survey import estimate_priors, survey_floor
 from floor_localizer.core.survey.map_comparison import compare
-from floor_localizer.core.survey.survey_settings import SurveySettings
 
 SIZE = (0.45, 0.33)
 
@@ -32,7 +31,7 @@ def drive() -> Drive:
     return drive_over(small_floor(), lane_poses(SIZE), spurious=1)
 
 
-def test_lanes_become_one_map(drive: Drive) -> None:
+def test_lanes_become_one_map(drive):
     result = survey(drive)
     assert len(result.images) == len(drive.images)
     assert errors(drive, result).max() < 0.0004
@@ -42,7 +41,7 @@ def test_lanes_become_one_map(drive: Drive) -> None:
     assert len(found.missing) < 0.04 * len(drive.floor)
 
 
-def test_short_submaps_have_loop_closures_to_the_neighbouring_lane(drive: Drive) -> None:
+def test_short_submaps_have_loop_closures_to_the_neighbouring_lane(drive):
     # With submaps of a whole lane each, as above, neighbouring lanes are consecutive and there is no loop closure.
     settings = SurveySettings(submap_length=2.0)
     submaps = build_submaps_of(drive.images, settings)
@@ -52,7 +51,7 @@ def test_short_submaps_have_loop_closures_to_the_neighbouring_lane(drive: Drive)
     assert errors(drive, result).max() < 0.0004
 
 
-def test_spurious_dots_seen_once_are_dropped(drive: Drive) -> None:
+def test_spurious_dots_seen_once_are_dropped(drive):
     result = survey(drive)
     # One false dot per image; those in the outer strip, which only one image sees, are kept.
     assert result.spurious_count > 0.5 * len(drive.images)
@@ -60,7 +59,7 @@ def test_spurious_dots_seen_once_are_dropped(drive: Drive) -> None:
     assert (result.counts[result.counts > 1]).size > 0.8 * len(result.dot_map)
 
 
-def test_priors_distinguish_a_stiff_robot_from_a_swaying_one() -> None:
+def test_priors_distinguish_a_stiff_robot_from_a_swaying_one():
     for sway in (0.0, 0.5):
         result = survey(drive_over(small_floor(), lane_poses(SIZE), sway=sway))
         priors = estimate_priors(result.states, POSITION, SETTINGS)
@@ -70,7 +69,7 @@ def test_priors_distinguish_a_stiff_robot_from_a_swaying_one() -> None:
         assert np.all(found > 0.6 * true)
 
 
-def test_a_swaying_robot_bends_the_map_but_little() -> None:
+def test_a_swaying_robot_bends_the_map_but_little():
     drive = drive_over(small_floor(), lane_poses(SIZE), sway=0.5)
     result = survey(drive)
     found = compare(drive.floor, result.dot_map)
@@ -79,7 +78,7 @@ def test_a_swaying_robot_bends_the_map_but_little() -> None:
     assert np.sqrt(np.mean(np.concatenate([each for _, each in result.residuals]) ** 2)) < 0.00006
 
 
-def test_a_loop_is_closed_despite_odometry_drift() -> None:
+def test_a_loop_is_closed_despite_odometry_drift():
     size = (0.5, 0.5)
     corners = [(0.07, 0.07), (0.43, 0.07), (0.43, 0.43), (0.07, 0.43), (0.07, 0.09)]
     poses = []
@@ -106,7 +105,7 @@ def test_a_loop_is_closed_despite_odometry_drift() -> None:
     assert errors(drive, result).max() < 0.001
 
 
-def test_an_extended_map_keeps_its_dots(drive: Drive) -> None:
+def test_an_extended_map_keeps_its_dots(drive):
     old = drive.floor.points[:, 0] < 0.22
     existing = DotMap(drive.floor.points[old], drive.floor.diameters[old])
     result = survey(drive, existing)
@@ -121,7 +120,7 @@ def test_an_extended_map_keeps_its_dots(drive: Drive) -> None:
     assert np.mean(distance < 0.003) > 0.97
 
 
-def test_images_of_different_floors_do_not_overlap(drive: Drive) -> None:
+def test_images_of_different_floors_do_not_overlap(drive):
     images = [
         drive_over(small_floor(10 + k), [pose], seed=k).images[0] for k, pose in enumerate(drive.truth[:8])
     ]
@@ -129,12 +128,12 @@ def test_images_of_different_floors_do_not_overlap(drive: Drive) -> None:
         survey(Drive(drive.floor, images, drive.truth[:8]))
 
 
-def test_a_map_of_another_floor_is_not_extended(drive: Drive) -> None:
+def test_a_map_of_another_floor_is_not_extended(drive):
     with pytest.raises(FloorLocalizerError, match='show nothing of the map that is to be extended'):
         survey(drive, small_floor(7))
 
 
-def test_a_floor_that_repeats_makes_no_wrong_loop() -> None:
+def test_a_floor_that_repeats_makes_no_wrong_loop():
     """Two halves with the same dots: the robot drives on the left, then far away on the right."""
     half = small_floor(2, (0.4, 0.2)).points
     floor = DotMap(np.vstack([half, half + np.array([0.4, 0.0])]), np.full(2 * len(half), 0.0025))

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
+from floor_localizer.core.survey.adjustment.block_partition import Tile, split_into_tiles, store_boxes
 from floor_localizer.core.survey.array_store import MemoryArrayStore
-from floor_localizer.core.survey.image_boxes import store_boxes
-from floor_localizer.core.survey.tiles import Tile, split_into_tiles
 
 
 @pytest.mark.parametrize('count', [1, 31, 32, 33, 500])
-def test_exactly_the_images_whose_boxes_overlap_a_tile_are_found(count: int) -> None:
+def test_exactly_the_images_whose_boxes_overlap_a_tile_are_found(count):
     rng = np.random.default_rng(count)
     centres = np.cumsum(rng.normal(0.0, 0.1, (count, 2)), axis=0)  # along a drive
     sizes = rng.uniform(0.0, 0.1, (count, 2))
@@ -28,6 +27,6 @@ def test_exactly_the_images_whose_boxes_overlap_a_tile_are_found(count: int) -> 
             assert found.overlapping_images(each).tolist() == meets
 
 
-def test_no_image_overlaps_an_empty_tile() -> None:
+def test_no_image_overlaps_an_empty_tile():
     found = store_boxes(np.array([[[0.0, 0.0], [1.0, 1.0]]]), MemoryArrayStore())
     assert len(found.overlapping_images(Tile(np.full(2, np.inf), np.full(2, -np.inf)))) == 0

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.independent_tasks import InProcessRunner
+from floor_localizer.core.survey.adjustment.multifrontal_solver import MultifrontalSolver
+from floor_localizer.core.survey.adjustment.normal_equations import NormalEquations, unknown_indices
 from floor_localizer.core.survey.array_store import MemoryArrayStore
-from floor_localizer.core.survey.multifrontal_solver import MultifrontalSolver
-from floor_localizer.core.survey.normal_equations import NormalEquations, unknown_indices
 
 
 def parts_of(count: int, images: int, rng: np.random.Generator) -> list[NormalEquations]:
@@ -22,7 +22,7 @@ def parts_of(count: int, images: int, rng: np.random.Generator) -> list[NormalEq
 
 
 @pytest.mark.parametrize('count', [1, 7, 16, 27])
-def test_the_solution_is_that_of_the_sum_of_all_parts(count: int) -> None:
+def test_the_solution_is_that_of_the_sum_of_all_parts(count):
     images, rng = 15 * count, np.random.default_rng(count)
     parts = parts_of(count, images, rng)
     A, g = np.zeros((6 * images, 6 * images)), np.zeros(6 * images)

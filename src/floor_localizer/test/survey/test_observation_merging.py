@@ -1,12 +1,15 @@
 import numpy as np
 from floor_views import CAMERA, MOUNT
 
-from floor_localizer.core.survey.observation_merging import count_expected_views, merge_observations
+from floor_localizer.core.survey.adjustment.observation_merging import (
+    count_expected_views,
+    merge_observations,
+)
 from floor_localizer.core.survey.survey_image import view_outline
 from shirube_core.geometry import SE2
 
 
-def test_observations_of_one_dot_are_merged_and_others_are_not() -> None:
+def test_observations_of_one_dot_are_merged_and_others_are_not():
     rng = np.random.default_rng(1)
     dots = np.stack(np.meshgrid(np.arange(10), np.arange(10)), axis=-1).reshape(-1, 2) * 0.005
     image, dot = np.repeat(np.arange(6), len(dots)), np.tile(np.arange(len(dots)), 6)
@@ -15,7 +18,7 @@ def test_observations_of_one_dot_are_merged_and_others_are_not() -> None:
     assert all(len(set(labels[dot == k])) == 1 for k in range(len(dots)))
 
 
-def test_two_dots_of_one_image_stay_two() -> None:
+def test_two_dots_of_one_image_stay_two():
     near = np.array([[0.0, 0.0], [0.0005, 0.0]])
     labels = merge_observations(
         np.vstack([near, near + 0.00005, near - 0.00005]), np.repeat([0, 1, 2], 2), 0.0006
@@ -25,7 +28,7 @@ def test_two_dots_of_one_image_stay_two() -> None:
     assert labels[0] != labels[1]
 
 
-def test_the_images_that_should_see_a_dot_are_those_whose_picture_holds_it() -> None:
+def test_the_images_that_should_see_a_dot_are_those_whose_picture_holds_it():
     rng, outline = np.random.default_rng(2), view_outline(CAMERA, MOUNT)
     states = np.zeros((20, 6))
     states[:, :3] = rng.uniform((-0.05, -0.05, -3.0), (0.05, 0.05, 3.0), (20, 3))

@@ -1,6 +1,10 @@
 import numpy as np
 
-from floor_localizer.core.survey.pose_graph import PoseGraphEdge, component_labels, optimize_pose_graph
+from floor_localizer.core.survey.submap_graph.pose_graph import (
+    PoseGraphEdge,
+    component_labels,
+    optimize_pose_graph,
+)
 
 
 def ring(count: int = 12) -> tuple[np.ndarray, np.ndarray, list[PoseGraphEdge]]:
@@ -21,7 +25,7 @@ def ring(count: int = 12) -> tuple[np.ndarray, np.ndarray, list[PoseGraphEdge]]:
     return rotations, translations, edges
 
 
-def test_the_true_poses_are_found_without_an_initial_guess() -> None:
+def test_the_true_poses_are_found_without_an_initial_guess():
     rotations, translations, edges = ring()
     start = rotations / np.abs(rotations)
     found_rotations, found_translations = optimize_pose_graph(
@@ -36,7 +40,7 @@ def test_the_true_poses_are_found_without_an_initial_guess() -> None:
     np.testing.assert_allclose(found_rotations, rotations, atol=0.0005)
 
 
-def test_components_without_an_edge_have_different_labels() -> None:
+def test_components_without_an_edge_have_different_labels():
     edges = ring()[2]
     parts = component_labels(13, [edge for edge in edges if edge.first not in (3, 8)])
     assert len(set(parts)) == 3

@@ -1,9 +1,11 @@
 import numpy as np
-import pytest
 
-from floor_localizer.core.survey import submap_poses
-from floor_localizer.core.survey.pose_graph import PoseGraphEdge, optimize_pose_graph
-from floor_localizer.core.survey.submap_poses import SubmapPoses
+from floor_localizer.core.survey.submap_graph import pose_graph
+from floor_localizer.core.survey.submap_graph.pose_graph import (
+    PoseGraphEdge,
+    SubmapPoses,
+    optimize_pose_graph,
+)
 
 LANE = 20
 DRIFT = 0.0005
@@ -46,21 +48,21 @@ def build_poses(edges: list[list[PoseGraphEdge]]) -> SubmapPoses:
     return poses
 
 
-def test_submap_poses_are_right_after_each_edge() -> None:
+def test_submap_poses_are_right_after_each_edge():
     rotations, translations, edges = lanes(200)
     found_rotations, found_translations = build_poses(edges).arrays()
     assert np.abs(found_translations - translations).max() < 0.01
     assert np.abs(found_rotations - rotations).max() < 0.01
 
 
-def test_the_work_is_linear_in_the_number_of_submaps(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_work_is_linear_in_the_number_of_submaps(monkeypatch):
     sizes: list[int] = []
 
     def counted(rotations: np.ndarray, *arguments: object) -> tuple[np.ndarray, np.ndarray]:
         sizes.append(len(rotations))
         return optimize_pose_graph(rotations, *arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(submap_poses, 'optimize_pose_graph', counted)
+    monkeypatch.setattr(pose_graph, 'optimize_pose_graph', counted)
     work = []
     for count in (200, 800):
         sizes.clear()
@@ -69,7 +71,7 @@ def test_the_work_is_linear_in_the_number_of_submaps(monkeypatch: pytest.MonkeyP
     assert work[1] < 6 * work[0]
 
 
-def test_a_loop_closure_with_large_drift_corrects_the_whole_loop() -> None:
+def test_a_loop_closure_with_large_drift_corrects_the_whole_loop():
     """A ring whose drift shows only when it closes, more submaps later than the sliding window."""
     count, rng = 150, np.random.default_rng(5)
     rotations = np.exp(1j * rng.uniform(-3.0, 3.0, count))

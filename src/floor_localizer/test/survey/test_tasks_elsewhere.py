@@ -2,7 +2,6 @@
 
 import pickle
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,15 +17,14 @@ from simulated_survey import (
     small_floor,
 )
 
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner, run_indexed
-from floor_localizer.core.survey import block_partition
-from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore
-from floor_localizer.core.survey.connected_images import ConnectedImages, connect_images
+from floor_localizer.core.survey.adjustment import block_partition
+from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore, NoCheckpoint
 from floor_localizer.core.survey.floor_survey import SurveyResult, adjust_survey
-from floor_localizer.core.survey.step_checkpoint import NoCheckpoint
-from floor_localizer.survey_files.disk_array_store import DiskArrayStore
+from floor_localizer.core.survey.submap_graph.connected_images import ConnectedImages, connect_images
+from floor_localizer.files.array_file import DiskArrayStore
 
 MOST_PICKLED = 3000
 """Largest size of a pickled task, whose data are in the array store [B]."""
@@ -57,9 +55,7 @@ def adjusted(
     )
 
 
-def test_a_survey_is_the_same_from_other_processes_in_any_order(
-    drive: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_survey_is_the_same_from_other_processes_in_any_order(drive, tmp_path, monkeypatch):
     monkeypatch.setattr(
         block_partition.BlockPartitioner.__init__, '__defaults__', (1,)
     )  # many tiles of few images
@@ -83,13 +79,13 @@ def test_a_survey_is_the_same_from_other_processes_in_any_order(
 
 
 @pytest.mark.parametrize(('count', 'batch'), [(0, 3), (1, 3), (7, 3), (9, 3), (4, 1)])
-def test_each_number_is_given_once(count: int, batch: int) -> None:
+def test_each_number_is_given_once(count, batch):
     seen: list[int] = []
     run_indexed(InProcessRunner(), seen.append, count, batch)
     assert seen == list(range(count))
 
 
-def test_a_missing_array_of_another_process_is_an_error(tmp_path: Path) -> None:
+def test_a_missing_array_of_another_process_is_an_error(tmp_path):
     for read in (lambda store: store.get('block', 3), lambda store: store.memory_map('states')):
         with pytest.raises(FloorLocalizerError, match='use workers that see the same files'):
             read(DiskArrayStore(tmp_path))

@@ -4,15 +4,13 @@ A similarity transform of the plane (rotation, scale, translation) is a pair of 
 ``a * z + b``. Each matched dot refines the fit, so that dots farther away can be predicted.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 from floor_localizer.core.constellation.view_dots import ViewDots
 
@@ -72,7 +70,7 @@ def fit_similarity(sums: MatchSums) -> tuple[complex, complex, float]:
 
 @njit(cache=True)
 def verify_hypothesis(
-    grid: DotGrid, view: ViewDots, seeds: NDArray[np.int64], map_i: int, map_j: int
+    grid: DotGrid, view: ViewDots, seeds: Ints, map_i: int, map_j: int
 ) -> tuple[bool, complex, complex]:
     """Verify the hypothesis that the first two seeds are two map dots, on the neighbours of the last seed.
 
@@ -108,7 +106,7 @@ def verify_hypothesis(
 
 @njit(cache=True)
 def _test_neighbours(
-    grid: DotGrid, view: ViewDots, sums: MatchSums, origin: complex, seeds: NDArray[np.int64]
+    grid: DotGrid, view: ViewDots, sums: MatchSums, origin: complex, seeds: Ints
 ) -> tuple[float, MatchSums]:
     """Test the neighbours of the last seed, nearest first, until the hypothesis is rejected or certain.
 
@@ -154,7 +152,7 @@ def _map_point(grid: DotGrid, i: int) -> complex:
 
 
 @njit(cache=True)
-def contains(dots: NDArray[np.int64], dot: int) -> bool:
+def contains(dots: Ints, dot: int) -> bool:
     """Return whether a dot is in an array of dots."""
     for other in dots:  # noqa: SIM110 - numba compiles no any() over a generator
         if other == dot:
@@ -164,12 +162,7 @@ def contains(dots: NDArray[np.int64], dot: int) -> bool:
 
 @njit(cache=True)
 def match_view(
-    grid: DotGrid,
-    view: ViewDots,
-    a: complex,
-    b: complex,
-    matches: NDArray[np.int64],
-    residuals: NDArray[np.float64],
+    grid: DotGrid, view: ViewDots, a: complex, b: complex, matches: Ints, residuals: Floats
 ) -> tuple[int, complex, complex]:
     """Match all dots of a view under a hypothesis and refit the similarity, until the matches converge.
 
@@ -206,12 +199,7 @@ def match_view(
 
 @njit(cache=True)
 def match_view_robustly(
-    grid: DotGrid,
-    view: ViewDots,
-    a: complex,
-    b: complex,
-    matches: NDArray[np.int64],
-    residuals: NDArray[np.float64],
+    grid: DotGrid, view: ViewDots, a: complex, b: complex, matches: Ints, residuals: Floats
 ) -> tuple[int, complex, complex]:
     """Fit to the closest matches only, then match all dots again; arguments and results as in `match_view`.
 
@@ -225,13 +213,7 @@ def match_view_robustly(
 
 @njit(cache=True)
 def _match_nearest(
-    grid: DotGrid,
-    view: ViewDots,
-    a: complex,
-    b: complex,
-    radius: float,
-    matches: NDArray[np.int64],
-    residuals: NDArray[np.float64],
+    grid: DotGrid, view: ViewDots, a: complex, b: complex, radius: float, matches: Ints, residuals: Floats
 ) -> int:
     matched = 0
     for k in range(len(view.z)):
@@ -244,7 +226,7 @@ def _match_nearest(
 
 
 @njit(cache=True)
-def _fit_matches(grid: DotGrid, view: ViewDots, matches: NDArray[np.int64]) -> tuple[complex, complex]:
+def _fit_matches(grid: DotGrid, view: ViewDots, matches: Ints) -> tuple[complex, complex]:
     """Return the least-squares similarity (a, b) of all matched dots."""
     origin = complex(0.0, 0.0)
     sums = empty_sums()

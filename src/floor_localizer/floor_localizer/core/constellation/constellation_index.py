@@ -1,7 +1,5 @@
 """The index: a geometric hash table of all small constellations of six map dots."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -9,6 +7,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
+from floor_localizer.core.constellation.baselines import MAX_QUADRUPLES, list_quadruples
 from floor_localizer.core.constellation.constellation_key import (
     INNER_DOTS,
     KEY_SIZE,
@@ -22,9 +22,13 @@ from floor_localizer.core.constellation.constellation_key import (
     swap_ends,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
-from floor_localizer.core.constellation.index_entry import pack_baseline, pack_entry, second_dot_of_entry
-from floor_localizer.core.constellation.index_rules import IndexRules, index_rules
-from floor_localizer.core.constellation.lune import MAX_QUADRUPLES, list_quadruples
+from floor_localizer.core.constellation.index_format import (
+    IndexRules,
+    index_rules,
+    pack_baseline,
+    pack_entry,
+    second_dot_of_entry,
+)
 
 # Maximum number of dots in the lune of an indexed baseline.
 INDEX_LUNE_DOTS_MAX = 6
@@ -62,12 +66,12 @@ class Neighbourhood(NamedTuple):
         candidates: shape (64,), buffer for the unsorted neighbours.
     """
 
-    dots: NDArray[np.int64]
-    points: NDArray[np.float64]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    squared: NDArray[np.float64]
-    candidates: NDArray[np.int64]
+    dots: Ints
+    points: Floats
+    x: Floats
+    y: Floats
+    squared: Floats
+    candidates: Ints
 
 
 class _KeyBuffers(NamedTuple):
@@ -79,9 +83,9 @@ class _KeyBuffers(NamedTuple):
         recoverable: shape (2,), whether the other end can be recovered from each end's entry.
     """
 
-    xy: NDArray[np.float64]
-    steps: NDArray[np.int64]
-    recoverable: NDArray[np.int64]
+    xy: Floats
+    steps: Ints
+    recoverable: Ints
 
 
 def build_constellation_index(grid: DotGrid) -> ConstellationIndex:
@@ -157,7 +161,7 @@ def _add_entries(
     grid: DotGrid,
     neighbourhood: Neighbourhood,
     second: int,
-    quadruples: NDArray[np.int64],
+    quadruples: Ints,
     index_offset: int,
     rules: IndexRules,
     buffers: _KeyBuffers,
@@ -244,7 +248,7 @@ def _find_neighbours(grid: DotGrid, first: int, radius: float, neighbourhood: Ne
 
 
 @njit(cache=True)
-def _dots_in_lune(neighbourhood: Neighbourhood, second: int, lune: NDArray[np.int64]) -> int:
+def _dots_in_lune(neighbourhood: Neighbourhood, second: int, lune: Ints) -> int:
     """Write the dots in the lune of the baseline from the centre dot to ``second`` and return their number.
 
     Returns 0 if the baseline is not indexed. As the dots are sorted by distance, only those before ``second`` are
@@ -267,26 +271,10 @@ def _dots_in_lune(neighbourhood: Neighbourhood, second: int, lune: NDArray[np.in
 
 
 @njit(cache=True)
-def _quantize_key(
-    points: NDArray[np.float64],
-    second: int,
-    inner_dots: NDArray[np.int64],
-    step: float,
-    xy: NDArray[np.float64],
-    steps: NDArray[np.int64],
-) -> int:
-    """Write the canonical key of one constellation: the inner dots are on average closer to its first end.
+def _quantize_key(points: Floats, second: int, inner_dots: Ints, step: float, xy: Floats, steps: Ints) -> int:
+    """Write the canonical key of one constellation to ``steps``; return 1 if the ends were swapped, else 0.
 
-    Args:
-        points: shape (n, 2), dots [m]; the first is one end of the baseline.
-        second: index of the other end.
-        inner_dots: shape (4,), indices of the inner dots.
-        step: quantization step [baseline lengths].
-        xy: shape (4, 2), buffer.
-        steps: shape (8,), output: the key.
-
-    Returns:
-        1 if the ends were swapped, else 0.
+    In a canonical key the inner dots are on average closer to its first end, which is dot 0.
     """
     baseline_coordinates(points, np.int64(0), second, inner_dots, xy)
     swapped = 1 if mean_x_offset(xy) > 0.0 else 0

@@ -6,11 +6,10 @@ A key is quantized into cells of an eight-dimensional grid. The cell is hashed t
 subcell, which eighth of the cell contains the key along each coordinate.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from floor_localizer.core.arrays import Floats, Ints
 
 INNER_DOTS = 4
 """Number of dots of a constellation other than the two ends of its baseline."""
@@ -45,21 +44,10 @@ COORDINATE_HASHES = np.array(
 
 
 @njit(cache=True)
-def baseline_coordinates(
-    points: NDArray[np.float64],
-    first: int,
-    second: int,
-    inner_dots: NDArray[np.int64],
-    xy: NDArray[np.float64],
-) -> None:
-    """Write the coordinates of the inner dots in the frame of a baseline to ``xy``.
+def baseline_coordinates(points: Floats, first: int, second: int, inner_dots: Ints, xy: Floats) -> None:
+    """Write the coordinates of the inner dots in the frame of a baseline to ``xy``, shape (4, 2) [baseline lengths].
 
-    Args:
-        points: shape (n, 2), dots [m].
-        first: index of the dot at (0, 0).
-        second: index of the dot at (1, 0).
-        inner_dots: shape (4,), indices of the inner dots.
-        xy: shape (4, 2), output: their coordinates [baseline lengths].
+    The baseline is from (0, 0), dot ``first``, to (1, 0), dot ``second``, of ``points``, shape (n, 2) [m].
     """
     ex = points[second, 0] - points[first, 0]
     ey = points[second, 1] - points[first, 1]
@@ -72,13 +60,13 @@ def baseline_coordinates(
 
 
 @njit(cache=True)
-def mean_x_offset(xy: NDArray[np.float64]) -> float:
+def mean_x_offset(xy: Floats) -> float:
     """Return the offset of the inner dots' mean x from the middle of the baseline [baseline lengths]."""
     return np.sum(xy[:, 0]) / INNER_DOTS - 0.5
 
 
 @njit(cache=True)
-def swap_ends(xy: NDArray[np.float64]) -> None:
+def swap_ends(xy: Floats) -> None:
     """Swap the ends of the baseline in ``xy``, shape (4, 2), in place."""
     for k in range(INNER_DOTS):
         xy[k, 0] = 1.0 - xy[k, 0]
@@ -86,7 +74,7 @@ def swap_ends(xy: NDArray[np.float64]) -> None:
 
 
 @njit(cache=True)
-def sort_by_x(xy: NDArray[np.float64]) -> None:
+def sort_by_x(xy: Floats) -> None:
     """Sort the inner dots, shape (4, 2), by x, in place."""
     for k in range(1, INNER_DOTS):
         x, y = xy[k, 0], xy[k, 1]
@@ -98,16 +86,11 @@ def sort_by_x(xy: NDArray[np.float64]) -> None:
 
 
 def cell_step(keys: int, keys_per_cell: float) -> float:
-    """Return the quantization step, an eighth of a cell's side, for an index of a given size [baseline lengths].
+    """Return the quantization step, an eighth of a cell's side, for a number of keys [baseline lengths].
 
-    Fuller cells need fewer reads; emptier cells are so small that noise moves keys out of them.
-
-    The side of an eight-dimensional cell shrinks with the eighth root of the number of keys, so that cells are equally
-    full in large and small indices.
-
-    Args:
-        keys: number of keys.
-        keys_per_cell: mean number of keys per cell.
+    Fuller cells (``keys_per_cell``) need fewer reads; emptier cells are so small that noise moves keys out of them. The
+    side of an eight-dimensional cell shrinks with the eighth root of the number of keys, so that cells are equally full
+    in large and small indices.
     """
     side = min(max((keys_per_cell / max(keys, 1)) ** (1.0 / KEY_SIZE), _CELL_SIDE_MIN), _CELL_SIDE_MAX)
     return side / STEPS_PER_CELL
@@ -126,7 +109,7 @@ def dequantize(steps: int, lower: float, step: float) -> float:
 
 
 @njit(cache=True)
-def quantize_coordinates(xy: NDArray[np.float64], step: float, steps: NDArray[np.int64]) -> None:
+def quantize_coordinates(xy: Floats, step: float, steps: Ints) -> None:
     """Write the quantized coordinates of the inner dots, shape (4, 2), to ``steps``, shape (8,): x y x y ..."""
     for k in range(INNER_DOTS):
         steps[2 * k] = quantize(xy[k, 0], X_LOWER, step)
@@ -134,7 +117,7 @@ def quantize_coordinates(xy: NDArray[np.float64], step: float, steps: NDArray[np
 
 
 @njit(cache=True)
-def hash_cell(steps: NDArray[np.int64]) -> np.uint64:
+def hash_cell(steps: Ints) -> np.uint64:
     """Return the hash of the cell of a quantized key: the next cell along a coordinate is one addition away."""
     cell_hash = np.uint64(0)
     for k in range(KEY_SIZE):
@@ -149,7 +132,7 @@ def bucket_of_hash(cell_hash: np.uint64, buckets: int) -> int:
 
 
 @njit(cache=True)
-def pack_subcell(steps: NDArray[np.int64]) -> np.uint64:
+def pack_subcell(steps: Ints) -> np.uint64:
     """Return the subcell of a key: three bits per coordinate, the first coordinate uppermost."""
     subcell = np.uint64(0)
     for k in range(KEY_SIZE):

@@ -5,8 +5,6 @@ border. The home cell and its neighbours are opened in the order of their probab
 constellation costs less and finds more than all cells of a few constellations.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -14,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints, Pixels
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.constellation_key import (
     COORDINATE_HASHES,
@@ -50,15 +49,15 @@ class Lookups(NamedTuple):
         counts: shape (2,), number of constellations and of buckets.
     """
 
-    seeds: NDArray[np.int64]
-    xy: NDArray[np.float64]
-    noise: NDArray[np.float64]
-    cells: NDArray[np.int64]
-    compatible: NDArray[np.uint8]
-    buckets: NDArray[np.int64]
-    owners: NDArray[np.int64]
-    neighbour_bits: NDArray[np.int64]
-    counts: NDArray[np.int64]
+    seeds: Ints
+    xy: Floats
+    noise: Floats
+    cells: Ints
+    compatible: Pixels
+    buckets: Ints
+    owners: Ints
+    neighbour_bits: Ints
+    counts: Ints
 
 
 class ProbabilityRange(NamedTuple):
@@ -99,8 +98,8 @@ def is_full(lookups: Lookups) -> bool:
 def add_constellation(
     index: ConstellationIndex,
     lookups: Lookups,
-    seeds: NDArray[np.int64],
-    xy: NDArray[np.float64],
+    seeds: Ints,
+    xy: Floats,
     noise: float,
     probability_range: ProbabilityRange,
 ) -> None:
@@ -142,12 +141,7 @@ def _logistic(deviations: float) -> float:
 
 
 @njit(cache=True)
-def _sort_by_x(
-    xy: NDArray[np.float64],
-    sorted_xy: NDArray[np.float64],
-    dots: NDArray[np.int64],
-    sorted_dots: NDArray[np.int64],
-) -> None:
+def _sort_by_x(xy: Floats, sorted_xy: Floats, dots: Ints, sorted_dots: Ints) -> None:
     """Write coordinates, shape (4, 2), and dots, shape (4,), sorted by x."""
     for k in range(INNER_DOTS):
         m = k
@@ -160,7 +154,7 @@ def _sort_by_x(
 
 
 @njit(cache=True)
-def _swap(seeds: NDArray[np.int64], xy: NDArray[np.float64], k: int) -> None:
+def _swap(seeds: Ints, xy: Floats, k: int) -> None:
     """Swap two neighbours in the order of the key."""
     seeds[2 + k], seeds[3 + k] = seeds[3 + k], seeds[2 + k]
     for axis in range(2):
@@ -171,8 +165,8 @@ def _swap(seeds: NDArray[np.int64], xy: NDArray[np.float64], k: int) -> None:
 def _add_permutation(
     index: ConstellationIndex,
     lookups: Lookups,
-    seeds: NDArray[np.int64],
-    xy: NDArray[np.float64],
+    seeds: Ints,
+    xy: Floats,
     noise: float,
     probability: float,
     probability_range: ProbabilityRange,
@@ -210,7 +204,7 @@ def _add_permutation(
 
 
 @njit(cache=True)
-def _coordinate_sigma(dot: NDArray[np.float64], noise: float) -> float:
+def _coordinate_sigma(dot: Floats, noise: float) -> float:
     """Return the standard deviation of a coordinate from the noise of the dot and of the baseline's ends."""
     x, y = dot[0], dot[1]
     return noise * math.sqrt(1.0 + x * x + (1.0 - x) * (1.0 - x) + 2.0 * y * y)
@@ -239,12 +233,8 @@ def _compatible_steps(cell: int, value: float, tolerance: float, lower: float, s
 
 @njit(cache=True)
 def is_compatible(lookups: Lookups, lookup: int, subcell: np.uint64) -> bool:
-    """Return whether a key of an opened cell is within the gate along all coordinates.
-
-    Args:
-        lookups: the batch.
-        lookup: index of the opened cell.
-        subcell: subcell of the key, from `pack_subcell`.
+    """Return whether a key, by its subcell, of the opened cell number ``lookup`` is within the gate along all
+    coordinates.
     """
     owner, neighbour_bits = lookups.owners[lookup], lookups.neighbour_bits[lookup]
     for k in range(KEY_SIZE):
@@ -254,9 +244,7 @@ def is_compatible(lookups: Lookups, lookup: int, subcell: np.uint64) -> bool:
 
 
 @njit(cache=True)
-def key_coordinates(
-    lookups: Lookups, lookup: int, subcell: np.uint64, step: float, xy: NDArray[np.float64]
-) -> None:
+def key_coordinates(lookups: Lookups, lookup: int, subcell: np.uint64, step: float, xy: Floats) -> None:
     """Write the coordinates of a key of an opened cell to ``xy``, shape (4, 2); arguments as for `is_compatible`."""
     owner, neighbour_bits = lookups.owners[lookup], lookups.neighbour_bits[lookup]
     for k in range(KEY_SIZE):
@@ -270,7 +258,7 @@ def _add_cells(
     lookups: Lookups,
     cell_hash: np.uint64,
     probability: float,
-    odds: NDArray[np.float64],
+    odds: Floats,
     hash_steps: NDArray[np.uint64],
     probability_range: ProbabilityRange,
 ) -> None:

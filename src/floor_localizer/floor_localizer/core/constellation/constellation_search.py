@@ -1,21 +1,24 @@
 """Look up the constellations of a view in the index until one yields a pose that is significant."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats
+from floor_localizer.core.constellation.acceptance import SearchState, score_hypothesis
 from floor_localizer.core.constellation.alignment import verify_hypothesis
-from floor_localizer.core.constellation.baselines import ViewBaselines, list_baselines
-from floor_localizer.core.constellation.constellation_index import ConstellationIndex
-from floor_localizer.core.constellation.constellation_key import (
-    INNER_DOTS,
-    baseline_coordinates,
+from floor_localizer.core.constellation.baselines import (
+    MAX_QUADRUPLES,
+    ViewBaselines,
+    distance,
+    dots_in_lune,
+    list_baselines,
+    list_quadruples,
 )
+from floor_localizer.core.constellation.constellation_index import ConstellationIndex
+from floor_localizer.core.constellation.constellation_key import INNER_DOTS, baseline_coordinates
 from floor_localizer.core.constellation.constellation_lookups import (
     Lookups,
     ProbabilityRange,
@@ -26,15 +29,13 @@ from floor_localizer.core.constellation.constellation_lookups import (
     key_coordinates,
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.index_entry import (
+from floor_localizer.core.constellation.index_format import (
     LENGTH_ROUNDING,
     first_dot_of_entry,
     length_of_entry,
     second_dot_of_entry,
     subcell_of_entry,
 )
-from floor_localizer.core.constellation.lune import MAX_QUADRUPLES, distance, dots_in_lune, list_quadruples
-from floor_localizer.core.constellation.search_state import SearchState, score_hypothesis
 from floor_localizer.core.constellation.view_dots import ViewDots
 
 # Maximum noise of a baseline as a fraction of its length; with more noise nearly every key would match.
@@ -96,7 +97,7 @@ def search_constellations(
 
 
 @njit(cache=True)
-def rounds_for_index(keys: int) -> NDArray[np.float64]:
+def rounds_for_index(keys: int) -> Floats:
     """Return the rounds for an index with a number of keys, shape (r, 4): probability and misfit ranges."""
     return _LARGE_INDEX_ROUNDS if keys > _LARGE_INDEX_KEYS else _ROUNDS
 
@@ -107,7 +108,7 @@ def run_search_rounds(
     index: ConstellationIndex,
     view: ViewDots,
     search: SearchState,
-    rounds: NDArray[np.float64],
+    rounds: Floats,
     max_cells: int,
 ) -> bool:
     """Look up the view's constellations in the rounds of `rounds_for_index`; else as `search_constellations`."""
@@ -254,7 +255,7 @@ def _is_key_match(
     view: ViewDots,
     lookups: Lookups,
     owner: int,
-    key: NDArray[np.float64],
+    key: Floats,
     index: ConstellationIndex,
     entry: np.uint64,
     current_round: SearchRound,
@@ -270,12 +271,10 @@ def _is_key_match(
 
 
 @njit(cache=True)
-def _misfit(key: NDArray[np.float64], xy: NDArray[np.float64]) -> float:
+def _misfit(key: Floats, xy: Floats) -> float:
     """Return the sum of squared residuals of the least-squares similarity from a view's six dots to a key's.
 
-    Args:
-        key: shape (4, 2), coordinates of the key's inner dots; the baseline's ends are (0, 0) and (1, 0) in both.
-        xy: shape (4, 2), coordinates of the view's inner dots.
+    ``key`` and ``xy`` are the inner dots, shape (4, 2); the baseline's ends are (0, 0) and (1, 0) in both.
     """
     z, t = complex(1.0, 0.0), complex(1.0, 0.0)
     zz, tt, zt = 1.0, 1.0, complex(1.0, 0.0)

@@ -1,7 +1,5 @@
 """Spatial hash of the map dots: sorted into square cells, the dot nearest to a position is found in constant time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from floor_localizer.core.arrays import Float32s, Floats, Ints
 
 # Maximum number of cells per dot: limits the memory of a bounding box that is mostly empty floor.
 _CELLS_PER_DOT = 16
@@ -30,7 +30,7 @@ class DotGrid(NamedTuple):
         rows: number of cells along y.
     """
 
-    points: NDArray[np.float32]
+    points: Float32s
     starts: NDArray[np.uint32]
     x0: float
     y0: float
@@ -57,16 +57,10 @@ class GridLayout(NamedTuple):
     rows: int
 
 
-def grid_layout(
-    lower: NDArray[np.float64], upper: NDArray[np.float64], dots: int, spacing: float
-) -> GridLayout:
+def grid_layout(lower: Floats, upper: Floats, dots: int, spacing: float) -> GridLayout:
     """Return the layout of cells that hold about one dot each.
 
-    Args:
-        lower: shape (2,), lower left corner of the dots [m].
-        upper: shape (2,), upper right corner of the dots [m].
-        dots: number of dots.
-        spacing: `typical_spacing` of the dots [m].
+    ``lower`` and ``upper`` are the corners of the dots' bounding box [m], ``spacing`` is their `typical_spacing` [m].
     """
     size = np.maximum(upper - lower, 1e-3)
     cell = max(spacing, math.sqrt(size[0] * size[1] / (_CELLS_PER_DOT * dots)))
@@ -74,19 +68,14 @@ def grid_layout(
     return GridLayout(float(lower[0]), float(lower[1]), cell, columns, rows)
 
 
-def rows_and_columns(
-    layout: GridLayout, points: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def rows_and_columns(layout: GridLayout, points: Floats) -> tuple[Ints, Ints]:
     """Return rows and columns, shape (N,) each, of the cells of points, shape (N, 2) [m]."""
     column, row = ((points - (layout.x0, layout.y0)) / layout.cell).astype(np.int64).T
     return row, column
 
 
-def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int64]]:
-    """Sort dots into cells that hold about one dot each.
-
-    Args:
-        points: shape (N, 2), dots in the map frame [m], N >= 1.
+def build_dot_grid(points: Floats) -> tuple[DotGrid, Ints]:
+    """Sort dots, shape (N, 2), N >= 1 [m], into cells that hold about one dot each.
 
     Returns:
         the grid, and its order of the dots, shape (N,): ``points[order]`` are the grid's points.
@@ -102,7 +91,7 @@ def build_dot_grid(points: NDArray[np.float64]) -> tuple[DotGrid, NDArray[np.int
     return DotGrid(grid_points, starts, *layout), order
 
 
-def sort_into_cells(cells: NDArray[np.int64], number: int) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
+def sort_into_cells(cells: Ints, number: int) -> tuple[Ints, NDArray[np.uint32]]:
     """Return the order of dots by cell, shape (N,), and the first dot of each cell, shape (number + 1,)."""
     order = np.argsort(cells, kind='stable')
     starts = np.zeros(number + 1, dtype=np.uint32)
@@ -110,13 +99,10 @@ def sort_into_cells(cells: NDArray[np.int64], number: int) -> tuple[NDArray[np.i
     return order, starts
 
 
-def typical_spacing(points: NDArray[np.float64]) -> float:
-    """Return the mean spacing of the dots: the side of the square that holds one dot on average [m].
+def typical_spacing(points: Floats) -> float:
+    """Return the mean spacing of dots, shape (N, 2): the side of the square that holds one dot on average [m].
 
     Only the occupied part of the bounding box counts, so that a map of several rooms is as dense as its rooms.
-
-    Args:
-        points: shape (N, 2), dots [m].
     """
     lower, upper = points.min(axis=0), points.max(axis=0)
     return spacing_from_counts(
@@ -125,18 +111,11 @@ def typical_spacing(points: NDArray[np.float64]) -> float:
 
 
 def spacing_from_counts(
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    dots: int,
-    count_occupied: Callable[[float], int],
+    lower: Floats, upper: Floats, dots: int, count_occupied: Callable[[float], int]
 ) -> float:
-    """Return the `typical_spacing` of dots from counts of occupied squares [m].
+    """Return the `typical_spacing` of dots with a bounding box [m] from counts of occupied squares [m].
 
-    Args:
-        lower: shape (2,), lower left corner of the dots [m].
-        upper: shape (2,), upper right corner of the dots [m].
-        dots: number of dots.
-        count_occupied: returns the number of occupied squares for a side length [m], counted from the lower corner.
+    ``count_occupied`` returns the number of occupied squares of a side length [m], counted from the lower corner.
     """
     size = np.maximum(upper - lower, 1e-3)
     coarse = max(math.sqrt(size[0] * size[1] / max(dots / 8.0, 1.0)), 1e-4)
@@ -146,9 +125,7 @@ def spacing_from_counts(
     return spacing
 
 
-def square_indices(
-    points: NDArray[np.float64], lower: NDArray[np.float64], upper: NDArray[np.float64], side: float
-) -> NDArray[np.int64]:
+def square_indices(points: Floats, lower: Floats, upper: Floats, side: float) -> Ints:
     """Return the indices of the squares of points, counted from the lower corner, shape (N,)."""
     columns = int(max(upper[0] - lower[0], 1e-3) // side) + 1
     column, row = ((points - lower) // side).astype(np.int64).T
@@ -165,11 +142,10 @@ def pair_density(grid: DotGrid) -> float:
     return density_from_pairs(count_pairs(counts), len(grid.points), grid.cell)
 
 
-def count_pairs(counts: NDArray[np.int64]) -> int:
+def count_pairs(counts: Ints) -> int:
     """Return the number of ordered pairs of dots that share a block of cells.
 
-    Args:
-        counts: shape (rows, columns), number of dots in each cell; the first row begins a block.
+    ``counts``, shape (rows, columns), is the number of dots in each cell; the first row begins a block.
     """
     side = BLOCK_ROWS
     rows, columns = (n // side + 1 for n in counts.shape)
@@ -207,7 +183,7 @@ def nearest_dot(grid: DotGrid, x: float, y: float, radius: float) -> tuple[int, 
 
 
 @njit(cache=True)
-def dots_within(grid: DotGrid, x: float, y: float, radius: float, found: NDArray[np.int64]) -> int:
+def dots_within(grid: DotGrid, x: float, y: float, radius: float, found: Ints) -> int:
     """Write the indices of the dots within ``radius`` [m] of (x, y) to ``found`` and return their number.
 
     Dots beyond the size of ``found`` are left out.

@@ -1,27 +1,29 @@
-"""Match pairs of view dots to all pairs of map dots of the same length: slower than the index, but two dots suffice.
+"""Match pairs of view dots to pairs of map dots: slower than the index, but two dots suffice.
 
 Fallback for views with so many missing dots that no constellation is complete.
 """
-
-from __future__ import annotations
 
 import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Complexes, Floats, Ints
+from floor_localizer.core.constellation.acceptance import BEST, SearchState, is_accepted, score_hypothesis
 from floor_localizer.core.constellation.alignment import GATE, verify_hypothesis
-from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.lune import distance
-from floor_localizer.core.constellation.occupancy_bitmap import OccupancyBitmap, is_occupied
-from floor_localizer.core.constellation.search_state import SearchState, is_accepted, score_hypothesis
+from floor_localizer.core.constellation.baselines import distance
+from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
+from floor_localizer.core.constellation.indexed_map import OccupancyBitmap, is_occupied
 from floor_localizer.core.constellation.view_dots import ViewDots
 
 # Length of pairs [mean dot spacings]: shorter pairs leave the yaw too uncertain, longer ones match too many map pairs.
 _SHORTEST, _LONGEST = 1.0, 2.0
 # Number of neighbours of a pair that are looked up, and number of misses that reject a hypothesis.
 _CHECKED_NEIGHBOURS, _MAX_MISSES = 6, 4
+_SHORTEST_NEAR, _LONGEST_NEAR = 1.2, 5.0
+_MAX_CANDIDATES = 20000
+# Above this yaw tolerance [rad] the second dot of a pair is searched in all directions.
+_ANY_YAW = 0.5
 
 
 @njit(cache=True)
@@ -36,13 +38,13 @@ def search_pairs(
     for first, second in pairs[:max_pairs]:
         seeds[0], seeds[1] = first, second
         _match_pair_to_map(grid, occupancy, view, search, seeds)
-        if is_accepted(search, search.best):
+        if is_accepted(search, search.poses[BEST]):
             return True
     return False
 
 
 @njit(cache=True)
-def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.int64]:
+def choose_pairs(view: ViewDots, shortest: float, longest: float) -> Ints:
     """List the pairs of dots with a length in a range [m], shape (p, 2), pairs of unused dots first."""
     n, m = view.neighbours.shape
     pairs = np.empty((n * m, 2), dtype=np.int64)
@@ -64,7 +66,7 @@ def choose_pairs(view: ViewDots, shortest: float, longest: float) -> NDArray[np.
 
 @njit(cache=True)
 def _match_pair_to_map(
-    grid: DotGrid, occupancy: OccupancyBitmap, view: ViewDots, search: SearchState, seeds: NDArray[np.int64]
+    grid: DotGrid, occupancy: OccupancyBitmap, view: ViewDots, search: SearchState, seeds: Ints
 ) -> None:
     """Match one pair of the view to all map pairs of its length, without stopping early, to detect ambiguity."""
     length = distance(view.points, seeds[0], seeds[1])
@@ -98,7 +100,7 @@ def _match_pair_to_map(
 
 
 @njit(cache=True)
-def _neighbour_offsets(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.complex128]:
+def _neighbour_offsets(view: ViewDots, seeds: Ints) -> Complexes:
     """Return the positions of the neighbours of a pair in the pair's frame: first dot at 0, second at 1."""
     zi, zj = view.z[seeds[0]], view.z[seeds[1]]
     distances = np.abs(view.z - 0.5 * (zi + zj))
@@ -109,12 +111,7 @@ def _neighbour_offsets(view: ViewDots, seeds: NDArray[np.int64]) -> NDArray[np.c
 
 @njit(cache=True)
 def _has_neighbours_on_map(
-    occupancy: OccupancyBitmap,
-    neighbour_offsets: NDArray[np.complex128],
-    x: float,
-    y: float,
-    dx: float,
-    dy: float,
+    occupancy: OccupancyBitmap, neighbour_offsets: Complexes, x: float, y: float, dx: float, dy: float
 ) -> bool:
     """Return whether enough neighbours of a pair are on the map when the pair is at (x, y) and (x+dx, y+dy)."""
     misses = 0
@@ -124,3 +121,72 @@ def _has_neighbours_on_map(
             if misses >= _MAX_MISSES:
                 return False
     return True
+
+
+@njit(cache=True)
+def search_near(
+    grid: DotGrid,
+    view: ViewDots,
+    search: SearchState,
+    expected: Floats,
+    radius: float,
+    yaw_tolerance: float,
+    max_pairs: int,
+) -> bool:
+    """Match pairs of the view to the map dots around their predicted positions, until a pose is accepted.
+
+    Up to ``max_pairs`` pairs are tested. The base is expected at x, y [m] and yaw [rad] in the map, shape (3,), within
+    a radius [m] and a tolerance of its yaw [rad].
+    """
+    a = complex(math.cos(expected[2]), math.sin(expected[2]))
+    b = complex(expected[0], expected[1])
+    starts, ends = np.empty(_MAX_CANDIDATES, np.int64), np.empty(_MAX_CANDIDATES, np.int64)
+    seeds = np.empty(2, np.int64)
+    position_tolerance = GATE * view.sigma
+    for first, second in choose_pairs(view, _SHORTEST_NEAR * grid.cell, _LONGEST_NEAR * grid.cell)[
+        :max_pairs
+    ]:
+        seeds[0], seeds[1] = first, second
+        length = distance(view.points, first, second)
+        length_tolerance = view.scale_tolerance * length + math.sqrt(2.0) * position_tolerance
+        position = a * view.z[first] + b
+        displacement = abs(view.z[first]) * (min(yaw_tolerance, 2.0) + view.scale_tolerance)
+        around_start = radius + displacement + position_tolerance
+        around_end = length * yaw_tolerance + length_tolerance
+        count = dots_within(grid, position.real, position.imag, around_start, starts)
+        expected_offset = a * (view.z[second] - view.z[first])
+        for start in starts[:count]:
+            x, y = np.float64(grid.points[start, 0]), np.float64(grid.points[start, 1])
+            if yaw_tolerance < _ANY_YAW:
+                end_x, end_y = x + expected_offset.real, y + expected_offset.imag
+                found = dots_within(grid, end_x, end_y, around_end, ends)
+            else:
+                found = dots_within(grid, x, y, length + length_tolerance, ends)
+            for end in ends[:found]:
+                if abs(distance(grid.points, start, end) - length) > length_tolerance:
+                    continue
+                is_near, rotation, translation = verify_hypothesis(grid, view, seeds, start, end)
+                is_near = is_near and _is_expected(view, a, b, rotation, translation, radius, yaw_tolerance)
+                if is_near and score_hypothesis(grid, view, search, rotation, translation):
+                    return True
+    return False
+
+
+@njit(cache=True)
+def _is_expected(
+    view: ViewDots,
+    a: complex,
+    b: complex,
+    found_a: complex,
+    found_b: complex,
+    radius: float,
+    yaw_tolerance: float,
+) -> bool:
+    """Return whether a similarity is within the prior's tolerances, with a margin for its own error."""
+    rotation_error = found_a * np.conj(a)
+    # A camera height error shifts the base by the same fraction of its distance from the view.
+    tolerance = 1.5 * radius + 0.005 + view.scale_tolerance * abs(view.z[0])
+    return (
+        abs(found_b - b) <= tolerance
+        and abs(math.atan2(rotation_error.imag, rotation_error.real)) <= 1.5 * yaw_tolerance + 0.05
+    )

@@ -1,26 +1,19 @@
 """Subpixel centroids, sizes and shapes of blobs."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Float32s, Floats, Ints, Pixels
 from floor_localizer.core.dot_extraction.coverage import (
-    Field,
-    Image,
-    PixelIndices,
-    Vector,
     contrast_along,
     contrast_direction,
     dot_level,
     floor_level,
+    noise_at,
 )
-from floor_localizer.core.dot_extraction.image_noise import noise_at
-from floor_localizer.core.dot_extraction.labelling import Boxes, Labels
-from floor_localizer.core.dot_extraction.surroundings import SURROUNDINGS_WIDTH
+from floor_localizer.core.dot_extraction.labelling import SURROUNDINGS_WIDTH, Boxes, Labels
 
 # Pixels with less coverage are floor, with more are dot; pixels between are partly covered. This excludes noise and
 # texture of the floor and of the dot's inside, and keeps the edge, which defines the centroid.
@@ -58,29 +51,23 @@ class Blobs(NamedTuple):
         edge_asymmetries: shape (n,), distance between the centroids of the outer and the inner half of the edge [px].
     """
 
-    pixels: NDArray[np.float64]
-    noises: NDArray[np.float64]
-    areas: NDArray[np.float64]
-    covariances: NDArray[np.float64]
-    contrasts: NDArray[np.float64]
-    steps: NDArray[np.float64]
-    clipped: NDArray[np.float64]
-    softness: NDArray[np.float64]
-    edge_asymmetries: NDArray[np.float64]
+    pixels: Floats
+    noises: Floats
+    areas: Floats
+    covariances: Floats
+    contrasts: Floats
+    steps: Floats
+    clipped: Floats
+    softness: Floats
+    edge_asymmetries: Floats
 
     @property
-    def diameters(self) -> NDArray[np.float64]:
+    def diameters(self) -> Floats:
         """Diameters of the discs of equal area, shape (n,) [px]."""
         return np.asarray(2.0 * np.sqrt(self.areas / np.pi))
 
 
-def measure_blobs(
-    image: NDArray[np.uint8],
-    background: NDArray[np.float32],
-    mask: NDArray[np.uint8],
-    labels: Labels,
-    boxes: Boxes,
-) -> Blobs:
+def measure_blobs(image: Pixels, background: Float32s, mask: Pixels, labels: Labels, boxes: Boxes) -> Blobs:
     """Measure each blob in its surroundings.
 
     The weight of a pixel is its coverage by the dot: its contrast along the blob's colour, minus that of the ring, over
@@ -110,8 +97,8 @@ def measure_blobs(
 
 @njit(cache=True, error_model='numpy')
 def _measure(
-    image: Image, background: Field, mask: Image, labels: Labels, boxes: Boxes, noise: Vector, reach: int
-) -> Vector:
+    image: Pixels, background: Float32s, mask: Pixels, labels: Labels, boxes: Boxes, noise: Floats, reach: int
+) -> Floats:
     height, width = labels.shape
     table = np.zeros((len(boxes), _COLUMNS))
     for i in range(len(boxes)):
@@ -147,7 +134,7 @@ def _measure(
 
 
 @njit(cache=True, error_model='numpy')
-def _noise_sigma(residuals: Vector, pixel_noise: float) -> float:
+def _noise_sigma(residuals: Floats, pixel_noise: float) -> float:
     # Effective standard deviation of a pixel around a blob, for the propagation to the centroid.
     if len(residuals) < _MIN_RING_PIXELS:
         return pixel_noise
@@ -157,9 +144,7 @@ def _noise_sigma(residuals: Vector, pixel_noise: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _blob_pixels(
-    patch: Labels, mask: Image, label: int, left: int, top: int
-) -> tuple[PixelIndices, int, PixelIndices]:
+def _blob_pixels(patch: Labels, mask: Pixels, label: int, left: int, top: int) -> tuple[Ints, int, Ints]:
     # Pixels (row, column) of a blob, followed by those of its soft edge; number of the former; pixels of its ring.
     indices, ring = np.empty((patch.size, 2), np.int64), np.empty((patch.size, 2), np.int64)
     inside = count = ring_count = 0
@@ -180,7 +165,7 @@ def _blob_pixels(
 
 
 @njit(cache=True, error_model='numpy')
-def _centroid(coverage: Vector, indices: PixelIndices, row: Vector) -> None:
+def _centroid(coverage: Floats, indices: Ints, row: Floats) -> None:
     u, v, area = _weighted_mean(coverage, indices, _FLOOR_COVERAGE, _DOT_COVERAGE)
     outer_u, outer_v, _ = _weighted_mean(coverage, indices, _FLOOR_COVERAGE, _MIDDLE_COVERAGE)
     inner_u, inner_v, _ = _weighted_mean(coverage, indices, _MIDDLE_COVERAGE, _DOT_COVERAGE)
@@ -197,9 +182,7 @@ def _centroid(coverage: Vector, indices: PixelIndices, row: Vector) -> None:
 
 
 @njit(cache=True, error_model='numpy')
-def _weighted_mean(
-    coverage: Vector, indices: PixelIndices, low: float, high: float
-) -> tuple[float, float, float]:
+def _weighted_mean(coverage: Floats, indices: Ints, low: float, high: float) -> tuple[float, float, float]:
     # Centroid u, v and area, with coverages up to low as floor and from high on as dot.
     area = su = sv = 0.0
     for k in range(len(indices)):
@@ -211,7 +194,7 @@ def _weighted_mean(
 
 
 @njit(cache=True, error_model='numpy')
-def _shape(inside: PixelIndices, row: Vector) -> None:
+def _shape(inside: Ints, row: Floats) -> None:
     mu = mv = muu = muv = mvv = 0.0
     for k in range(len(inside)):
         x, y = inside[k, 1] - row[_U], inside[k, 0] - row[_V]
@@ -227,7 +210,7 @@ def _shape(inside: PixelIndices, row: Vector) -> None:
 
 
 @njit(cache=True, error_model='numpy')
-def _clipped_fraction(image: Image, background: Field, indices: PixelIndices) -> float:
+def _clipped_fraction(image: Pixels, background: Float32s, indices: Ints) -> float:
     clipped = 0
     for k in range(len(indices)):
         v, u = indices[k, 0], indices[k, 1]
@@ -239,7 +222,7 @@ def _clipped_fraction(image: Image, background: Field, indices: PixelIndices) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _luminance_step(background: Field, inside: PixelIndices, direction: Vector) -> float:
+def _luminance_step(background: Float32s, inside: Ints, direction: Floats) -> float:
     # Contrast between the brightest and the darkest floor under the blob.
     darkest, brightest = np.inf, 0.0
     for k in range(len(inside)):

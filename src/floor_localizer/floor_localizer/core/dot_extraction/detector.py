@@ -1,23 +1,28 @@
 """Dot detector, in the steps of the paper (3.1)."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction.background import smooth_background, upsample
-from floor_localizer.core.dot_extraction.binarisation import binarise, contrast_threshold
-from floor_localizer.core.dot_extraction.centroid_sigmas import centroid_sigmas
+from floor_localizer.core.arrays import Pixels
+from floor_localizer.core.dot_extraction.binarisation import (
+    binarise,
+    contrast_threshold,
+    smooth_background,
+    upsample,
+)
 from floor_localizer.core.dot_extraction.centroids import Blobs, measure_blobs
-from floor_localizer.core.dot_extraction.dot_image_error import DotImageError
-from floor_localizer.core.dot_extraction.labelling import label_blobs
-from floor_localizer.core.dot_extraction.noise_removal import are_dots, blob_elongations, typical_diameter
+from floor_localizer.core.dot_extraction.labelling import grow_labels, label_blobs
+from floor_localizer.core.dot_extraction.noise_removal import (
+    are_dots,
+    blob_elongations,
+    centroid_sigmas,
+    typical_diameter,
+)
 from floor_localizer.core.dot_extraction.polarity import choose_polarity
-from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
 from floor_localizer.core.dot_extraction.splitting import split_touching
-from floor_localizer.core.dot_extraction.surroundings import grow_labels
+from floor_localizer.core.dots import DetectedDots
+from floor_localizer.core.errors import DotImageError
+from floor_localizer.core.settings import DotDetectorSettings
 from shirube_core.settings import SettingsError, check_settings
 
 SMALLEST_SIDE = 32
@@ -51,7 +56,7 @@ class DotDetector:
                 f'minimum_diameter ({smallest:g} px), or 0'
             )
 
-    def detect(self, image: NDArray[np.uint8]) -> DetectedDots:
+    def detect(self, image: Pixels) -> DetectedDots:
         """Detect the dots of one image.
 
         Args:
@@ -87,7 +92,7 @@ class DotDetector:
         sigmas = centroid_sigmas(blobs, elongations[kept], split[kept])
         return DetectedDots(blobs.pixels, blobs.diameters, sigmas)
 
-    def _select_channels(self, image: NDArray[np.uint8], largest: float) -> tuple[NDArray[np.uint8], str]:
+    def _select_channels(self, image: Pixels, largest: float) -> tuple[Pixels, str]:
         # The image as (h, w, 1) if brightness distinguishes the dots, else as (h, w, 3); and the polarity.
         polarity = self.settings.polarity
         planes = np.ascontiguousarray(image).reshape(*image.shape[:2], -1)
@@ -98,7 +103,7 @@ class DotDetector:
         return planes, polarity
 
 
-def check_image(image: NDArray[np.uint8]) -> None:
+def check_image(image: Pixels) -> None:
     """Check type, shape and size of an image.
 
     Raises:

@@ -1,15 +1,16 @@
 """Segmentation of a binary shape: watershed of its distance transform."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Ints, Pixels
+from floor_localizer.core.dot_extraction.labelling import find_root
+
 
 @njit(cache=True, error_model='numpy')
 def distance_watershed(
-    raster: NDArray[np.uint8], thin: float, largest_waist: float, smallest_radius: float
+    raster: Pixels, thin: float, largest_waist: float, smallest_radius: float
 ) -> tuple[NDArray[np.int32], int]:
     """Split a binary shape at its waists, after removing thin parts.
 
@@ -35,7 +36,7 @@ def distance_watershed(
 
 
 @njit(cache=True, error_model='numpy')
-def _squared_distances(raster: NDArray[np.uint8]) -> NDArray[np.int32]:
+def _squared_distances(raster: Pixels) -> NDArray[np.int32]:
     # Squared Euclidean distance of each pixel inside to the nearest one outside: an integer.
     height, width = raster.shape
     far = height + width
@@ -77,12 +78,12 @@ def _flood(
         for step in (-1, 1, -width, width, -width - 1, -width + 1, width - 1, width + 1):
             if owner[pixel + step] < 0:
                 continue
-            other = _find_root(parents, owner[pixel + step])
+            other = find_root(parents, owner[pixel + step])
             if root >= 0 and root != other:
                 high, low = (root, other) if peaks[root] >= peaks[other] else (other, root)
                 if flat[pixel] > largest_waist * peaks[low] or peaks[low] < smallest_radius:
                     parents[low] = high
-                    root, other = _find_root(parents, root), high
+                    root, other = find_root(parents, root), high
             # A pixel joins the basin of its highest neighbour, so that no basin spreads along the flank of another.
             if flat[pixel + step] > highest:
                 root, highest = other, flat[pixel + step]
@@ -95,7 +96,7 @@ def _flood(
 
 
 @njit(cache=True, error_model='numpy')
-def _pixels_by_distance(values: NDArray[np.int32]) -> NDArray[np.int64]:
+def _pixels_by_distance(values: NDArray[np.int32]) -> Ints:
     # Indices of the positive values, largest first (a counting sort).
     starts = np.zeros(np.max(values) + 2, np.int64)
     for value in values:
@@ -112,22 +113,13 @@ def _pixels_by_distance(values: NDArray[np.int32]) -> NDArray[np.int64]:
 
 
 @njit(cache=True, error_model='numpy')
-def _find_root(parents: NDArray[np.int64], node: int) -> int:
-    while parents[node] != node:
-        node = parents[node]
-    return node
-
-
-@njit(cache=True, error_model='numpy')
-def _number_basins(
-    owner: NDArray[np.int64], parents: NDArray[np.int64], height: int, width: int
-) -> tuple[NDArray[np.int32], int]:
+def _number_basins(owner: Ints, parents: Ints, height: int, width: int) -> tuple[NDArray[np.int32], int]:
     numbers = np.zeros(owner.size, np.int32)
     basins = np.zeros(owner.size, np.int32)
     count = 0
     for pixel in range(owner.size):
         if owner[pixel] >= 0:
-            root = _find_root(parents, owner[pixel])
+            root = find_root(parents, owner[pixel])
             if numbers[root] == 0:
                 count += 1
                 numbers[root] = count

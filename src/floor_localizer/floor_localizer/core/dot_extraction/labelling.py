@@ -1,10 +1,10 @@
-"""Labelling (paper 3.1): connected components of the binary image."""
-
-from __future__ import annotations
+"""Labelling (paper 3.1): connected components of the binary image, and their surroundings."""
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from floor_localizer.core.arrays import Ints, Pixels
 
 Labels = NDArray[np.int32]
 """Label image, shape (h, w): 0 is the floor, blobs are numbered from 1."""
@@ -19,16 +19,17 @@ Row i belongs to label i + 1.
 """
 
 _PIXELS_PER_CHUNK = 8
+_MARGIN = 2
+_RING = 2
+SURROUNDINGS_WIDTH = _MARGIN + _RING
+"""Width of the surroundings outside the bounding box of a blob [px]."""
 
 
-def label_blobs(mask: NDArray[np.uint8], smallest_area: float = 0.0) -> tuple[Labels, Boxes]:
-    """Label the connected blobs of a binary image.
+def label_blobs(mask: Pixels, smallest_area: float = 0.0) -> tuple[Labels, Boxes]:
+    """Label the connected blobs of a binary image, shape (h, w), by 4-connectivity: chips that touch at a corner are
+    two.
 
-    Uses 4-connectivity, so that chips that touch only at a corner are separate.
-
-    Args:
-        mask: shape (h, w), not zero in dots.
-        smallest_area: minimum area of a blob; smaller ones are labelled as floor [px].
+    Blobs of less than the smallest area [px] are labelled as floor.
     """
     height, width = mask.shape
     # Most of an image is floor, which is skipped in chunks of 8 pixels; each padded row ends with a zero.
@@ -40,7 +41,7 @@ def label_blobs(mask: NDArray[np.uint8], smallest_area: float = 0.0) -> tuple[La
 
 
 @njit(cache=True)
-def _runs(pixels: NDArray[np.uint8], chunks: NDArray[np.uint64], stride: int) -> NDArray[np.int32]:
+def _runs(pixels: Pixels, chunks: NDArray[np.uint64], stride: int) -> NDArray[np.int32]:
     # Runs of nonzero pixels: row, first and last (exclusive) column.
     runs = np.empty((1024, 3), np.int32)
     count, inside = 0, False
@@ -99,14 +100,15 @@ def _connect_to_row_above(runs: NDArray[np.int32]) -> NDArray[np.int32]:
             above += 1
         other = above
         while runs[other, 0] == row - 1 and runs[other, 1] < right:
-            one, two = _find_root(parents, k), _find_root(parents, other)
+            one, two = find_root(parents, k), find_root(parents, other)
             parents[max(one, two)] = min(one, two)
             other += 1
     return parents
 
 
 @njit(cache=True)
-def _find_root(parents: NDArray[np.int32], node: int) -> int:
+def find_root(parents: NDArray[np.signedinteger], node: int) -> int:
+    """Return the root of a node of a union-find forest, and halve the path to it."""
     while parents[node] != node:
         parents[node] = parents[parents[node]]
         node = parents[node]
@@ -137,3 +139,56 @@ def bounding_boxes(labels: Labels, count: int) -> Boxes:
                 box[2], box[3] = max(box[2], u + 1), max(box[3], v + 1)
                 box[4] += 1
     return boxes
+
+
+def grow_labels(labels: Labels, boxes: Boxes) -> None:
+    """Grow all blobs into the floor simultaneously, in place; the border between two blobs is halfway.
+
+    Floor pixels in a soft edge get the label of their blob, those in a ring its negative; the boxes are not modified.
+    """
+    _grow(labels, boxes)
+
+
+@njit(cache=True)
+def _grow(labels: Labels, boxes: Boxes) -> None:
+    width = labels.shape[1]
+    flat = labels.reshape(-1)
+    front = _outline(labels, boxes)
+    # Alternating steps with 4 and 8 neighbours grow an octagon, an approximate disc.
+    offsets = np.array([1, width, -1, -width, width + 1, width - 1, 1 - width, -width - 1])
+    for step in range(SURROUNDINGS_WIDTH):
+        sign = 1 if step < _MARGIN else -1
+        neighbours = 4 if step % 2 == 0 else 8
+        next_front = np.empty(neighbours * len(front), np.int64)
+        count = 0
+        for place in front:
+            # Skip the image border, where a step could leave the image and nothing is measured.
+            if not (0 < place % width < width - 1 and width <= place < len(flat) - width):
+                continue
+            value = sign * abs(flat[place])
+            for k in range(neighbours):
+                if flat[place + offsets[k]] == 0:
+                    flat[place + offsets[k]] = value
+                    next_front[count] = place + offsets[k]
+                    count += 1
+        front = next_front[:count]
+
+
+@njit(cache=True)
+def _outline(labels: Labels, boxes: Boxes) -> Ints:
+    height, width = labels.shape
+    outline = np.empty(np.sum(boxes[:, 4]), np.int64)
+    count = 0
+    for i in range(len(boxes)):
+        left, top, right, bottom = max(1, boxes[i, 0]), max(1, boxes[i, 1]), boxes[i, 2], boxes[i, 3]
+        for v in range(top, min(bottom, height - 1)):
+            for u in range(left, min(right, width - 1)):
+                if labels[v, u] == i + 1 and (
+                    labels[v, u - 1] == 0
+                    or labels[v, u + 1] == 0
+                    or labels[v - 1, u] == 0
+                    or labels[v + 1, u] == 0
+                ):
+                    outline[count] = v * width + u
+                    count += 1
+    return outline[:count]

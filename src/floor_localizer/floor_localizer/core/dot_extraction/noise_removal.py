@@ -1,12 +1,10 @@
-"""Noise removal (paper 3.1): rejects hairs, scratches, specks and reflections."""
-
-from __future__ import annotations
+"""Noise removal (paper 3.1): rejects hairs, specks and reflections; and how accurate the centroids of dots are."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Floats
 from floor_localizer.core.dot_extraction.centroids import Blobs
-from floor_localizer.core.dot_extraction.settings import DotDetectorSettings
+from floor_localizer.core.settings import DotDetectorSettings
 
 _MAX_CLIPPED_FRACTION = 0.05
 # Minimum ratio of contrast to luminance step; the edge of a shadow has a ratio up to 1.
@@ -16,25 +14,32 @@ _MAX_EDGE_ASYMMETRY = 0.25
 # Edge asymmetry due to ragged outlines [diameters] and due to noise [standard deviations].
 _RAGGED_EDGE_ASYMMETRY = 0.04
 _EDGE_ASYMMETRY_SIGMAS = 3.0
-# Minimum number of blobs for an estimate of motion blur.
+# Minimum number of blobs for statistics over them.
 _FEWEST_BLOBS = 8
+# Error without noise: ragged edges and unevenly coloured chips, for an edge as wide as the dot [px].
+_SHAPE_SIGMA = 0.006
+_LARGEST_SOFTNESS = 0.9
+# Floor texture and compression noise are correlated between neighbours: over a wide soft edge they add up.
+_SOFT_NOISE = 1.3
+# Error of two touching dots: the pixels between them cannot be assigned [diameters].
+_SPLIT_SIGMA = 0.02
+# Error of the background under a luminance step: of second order while the step is small.
+_STEP_SIGMA = 0.1
+_STEP_GROWTH = 0.3
+# Elongated blobs above Tukey's fence of the log area (upper quartile plus this number of interquartile ranges) may be
+# two merged dots: then the centroid is between their centres.
+_MERGED_FENCE = 0.5
+_MERGED_ELONGATION = 1.2
+_MERGED_SIGMA = 0.17
 
 
 def typical_diameter(
-    areas: NDArray[np.float64],
-    smallest: float,
-    largest: float,
-    contrasts: NDArray[np.float64] | float = 1.0,
+    areas: Floats, smallest: float, largest: float, contrasts: Floats | float = 1.0
 ) -> float:
-    """Return the area-weighted median diameter of the blobs of a dot's size [px].
+    """Return the area-weighted median diameter of the blobs of a dot's size (smallest to largest diameter) [px].
 
-    It is robust to specks, which are many but small, and to wet spots, which are large but have little contrast.
-
-    Args:
-        areas: shape (n,), areas [px^2].
-        smallest: diameter of the smallest dot [px].
-        largest: diameter of the largest dot [px].
-        contrasts: shape (n,), contrasts of the blobs; their squares are additional weights.
+    It is robust to specks, which are many but small, and to wet spots, which are large but have little contrast: the
+    squares of the contrasts are additional weights.
     """
     diameters = 2.0 * np.sqrt(areas / np.pi)
     order = np.argsort(diameters)
@@ -47,20 +52,8 @@ def typical_diameter(
     return float(diameters[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
-def are_dots(
-    blobs: Blobs, elongations: NDArray[np.float64], largest: float, settings: DotDetectorSettings
-) -> NDArray[np.bool_]:
-    """Return which blobs are dots, not dirt or reflections.
-
-    Args:
-        blobs: the blobs, n of them.
-        elongations: shape (n,), from :func:`blob_elongations`.
-        largest: diameter of the largest dot [px].
-        settings: settings of dot extraction.
-
-    Returns:
-        array, shape (n,).
-    """
+def are_dots(blobs: Blobs, elongations: Floats, largest: float, settings: DotDetectorSettings) -> Booleans:
+    """Return which blobs are dots, not dirt or reflections, shape (n,), given their `blob_elongations`."""
     diameters = blobs.diameters
     accepted = (diameters >= settings.minimum_diameter) & (diameters <= largest) & (blobs.contrasts > 0.0)
     typical = typical_diameter(blobs.areas, settings.minimum_diameter, largest, blobs.contrasts)
@@ -71,13 +64,13 @@ def are_dots(
     return accepted & ~_reflections(blobs.clipped, accepted)
 
 
-def excess_edge_asymmetry(blobs: Blobs) -> NDArray[np.float64]:
+def excess_edge_asymmetry(blobs: Blobs) -> Floats:
     """Return the edge asymmetries in excess of those from ragged outlines and noise, at least 0, shape (n,) [px]."""
     explained = _RAGGED_EDGE_ASYMMETRY * blobs.diameters + _EDGE_ASYMMETRY_SIGMAS * blobs.noises
     return np.asarray(np.maximum(0.0, blobs.edge_asymmetries - explained))
 
 
-def blob_elongations(blobs: Blobs) -> NDArray[np.float64]:
+def blob_elongations(blobs: Blobs) -> Floats:
     """Return the ratios of the blobs' lengths to their widths, corrected for motion blur, shape (n,)."""
     # Motion blur elongates all dots equally: shapes are compared with the median shape, not with a disc.
     uu, uv, vv = blobs.covariances.T
@@ -92,8 +85,29 @@ def blob_elongations(blobs: Blobs) -> NDArray[np.float64]:
     return np.asarray((half_trace + root) / np.sqrt(determinant), dtype=np.float64)
 
 
-def _reflections(clipped: NDArray[np.float64], candidates: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _reflections(clipped: Floats, candidates: Booleans) -> Booleans:
     # If most dots are clipped, the image is overexposed; these are no reflections.
     if not candidates.any() or np.median(clipped[candidates]) > _MAX_CLIPPED_FRACTION:
         return np.zeros(len(clipped), dtype=np.bool_)
     return clipped > _MAX_CLIPPED_FRACTION
+
+
+def centroid_sigmas(blobs: Blobs, elongations: Floats, split: Booleans) -> Floats:
+    """Return the standard deviations of the centroids of dots along each axis, shape (n,) [px].
+
+    ``elongations`` are their `blob_elongations`; ``split`` tells which were split from a larger blob.
+    """
+    diameters = blobs.diameters
+    in_diameters = split * _SPLIT_SIGMA**2 + _are_probably_merged(blobs, elongations) * _MERGED_SIGMA**2
+    in_diameters += (blobs.steps * np.minimum(_STEP_SIGMA, _STEP_GROWTH * blobs.steps)) ** 2
+    noise = blobs.noises * np.maximum(1.0, _SOFT_NOISE * blobs.softness)
+    shape = _SHAPE_SIGMA * np.minimum(_LARGEST_SOFTNESS, blobs.softness)
+    return np.sqrt(noise**2 + shape**2 + excess_edge_asymmetry(blobs) ** 2 + in_diameters * diameters**2)
+
+
+def _are_probably_merged(blobs: Blobs, elongations: Floats) -> Booleans:
+    if len(blobs.areas) < _FEWEST_BLOBS:
+        return np.zeros(len(blobs.areas), dtype=np.bool_)
+    lower, upper = np.quantile(blobs.areas, [0.25, 0.75])
+    fence = upper * (upper / lower) ** _MERGED_FENCE
+    return np.asarray((blobs.areas > fence) & (elongations > _MERGED_ELONGATION))

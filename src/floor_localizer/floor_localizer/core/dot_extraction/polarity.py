@@ -1,15 +1,13 @@
 """Polarity of a floor's dots: darker than the floor, lighter, or any colour."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Float32s, Floats, Pixels
 from floor_localizer.core.dot_extraction.labelling import label_blobs
 
 # Minimum count of a second kind of chips, relative to the first; fewer are reflections and dust.
@@ -49,16 +47,12 @@ class _BlobCounts(NamedTuple):
         return max(self.dark, self.light)
 
 
-def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
+def choose_polarity(image: Pixels, largest_diameter: float) -> str:
     """Return ``dark``, ``light`` or ``any``: the most frequent kind of blobs, independent of their size.
 
-    The floor is the majority of the image, under slowly changing illumination. So a giant chip that fills a part of the
-    view is still a chip, and the floor next to it is no light dot. If this model leaves large residuals, at the edge of
-    a shadow or of a mat, a local background may yield more dots.
-
-    Args:
-        image: shape (h, w, channels), grey levels.
-        largest_diameter: diameter of the largest dot [px].
+    The floor is the majority of the image, shape (h, w, channels), under slowly changing illumination. So a giant chip
+    that fills a part of the view is still a chip, and the floor next to it is no light dot. If this model leaves large
+    residuals, at the edge of a shadow or of a mat, a local background may yield more dots.
     """
     # Integer multiples of the coarse pixel: OpenCV averages them much faster.
     factor = max(1, round(max(image.shape) / _COARSE_SIZE))
@@ -89,11 +83,7 @@ def choose_polarity(image: NDArray[np.uint8], largest_diameter: float) -> str:
 
 
 def _count_kinds(
-    coarse: NDArray[np.uint8],
-    brightness: NDArray[np.float32],
-    floor: NDArray[np.float32],
-    usable: NDArray[np.bool_],
-    largest_area: float,
+    coarse: Pixels, brightness: Float32s, floor: Float32s, usable: Booleans, largest_area: float
 ) -> _BlobCounts:
     relative = brightness / floor - 1.0
     noise = 1.4826 * float(np.median(np.abs(relative)))
@@ -109,7 +99,7 @@ def _count_kinds(
 
 
 @njit(cache=True, error_model='numpy')
-def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
+def _floor_brightness(brightness: Pixels) -> Float32s:
     # Second-order polynomial of the logarithm, fitted to a sample of the pixels.
     height, width = brightness.shape
     v, u = np.linspace(-1.0, 1.0, height), np.linspace(-1.0, 1.0, width)
@@ -122,7 +112,7 @@ def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
             levels[k] = math.log(max(sample[row, column], 1))
             design[k, 1], design[k, 2] = u[column * step], v[row * step]
             design[k, 3], design[k, 4] = design[k, 1] ** 2, design[k, 2] ** 2
-    solution: NDArray[np.float64] = np.zeros(5)
+    solution: Floats = np.zeros(5)
     solution[0] = np.median(levels)
     for scale in _OUTLIER_SCALES:
         weights = 1.0 / (1.0 + ((levels - design @ solution) / scale) ** 2)
@@ -133,7 +123,7 @@ def _floor_brightness(brightness: NDArray[np.uint8]) -> NDArray[np.float32]:
     return np.exp(down.reshape(-1, 1) + across).astype(np.float32)
 
 
-def _count_blobs(mask: NDArray[np.bool_], largest_area: float) -> int:
+def _count_blobs(mask: Booleans, largest_area: float) -> int:
     # Number of blobs of a dot's size that are completely in the image.
     height, width = mask.shape
     left, top, right, bottom, area = label_blobs(mask.astype(np.uint8))[1].T

@@ -1,11 +1,10 @@
 """Splitting of touching dots: a blob with a waist is split, and hairs are removed from dots."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Float32s, Ints, Pixels
 from floor_localizer.core.dot_extraction.binarisation import SIGNS, relative_contrast
 from floor_localizer.core.dot_extraction.distance_watershed import distance_watershed
 from floor_localizer.core.dot_extraction.labelling import DISCARDED, Boxes, Labels, bounding_boxes
@@ -37,24 +36,17 @@ _THINNED = 0.7
 def split_touching(
     labels: Labels,
     boxes: Boxes,
-    image: NDArray[np.uint8],
-    background: NDArray[np.float32],
+    image: Pixels,
+    background: Float32s,
     polarity: str,
     smallest_diameter: float,
     largest_diameter: float,
-) -> tuple[Boxes, NDArray[np.bool_]]:
+) -> tuple[Boxes, Booleans]:
     """Split blobs that consist of several dots, in place: each part gets its own label.
 
-    The outline is computed from the unsmoothed image, because smoothing fills the gaps between dots.
-
-    Args:
-        labels: the blobs; of a split blob, pixels adjacent to the parts become floor and hairs ``DISCARDED``.
-        boxes: their bounding boxes.
-        image: shape (h, w, channels), grey levels, not smoothed.
-        background: shape (h, w, channels), grey levels of the floor.
-        polarity: ``dark``, ``light``, or ``any``.
-        smallest_diameter: minimum diameter of a part [px].
-        largest_diameter: diameter of the largest dot [px].
+    The outline is computed from the unsmoothed image, because smoothing fills the gaps between dots. Of a split blob,
+    pixels adjacent to the parts become floor and hairs ``DISCARDED``. Diameters are the minimum of a part and the
+    maximum of a dot [px].
 
     Returns:
         the bounding boxes of the blobs, followed by those of the new parts; and which of these are parts of a blob.
@@ -70,12 +62,12 @@ def split_touching(
 def _split(
     labels: Labels,
     boxes: Boxes,
-    image: NDArray[np.uint8],
-    background: NDArray[np.float32],
+    image: Pixels,
+    background: Float32s,
     sign: float,
-    candidates: NDArray[np.int64],
+    candidates: Ints,
     smallest_diameter: float,
-) -> tuple[Boxes, NDArray[np.bool_]]:
+) -> tuple[Boxes, Booleans]:
     is_part = np.zeros(len(boxes), np.bool_)
     for i in candidates:
         left, top, right, bottom, area = boxes[i]
@@ -120,7 +112,7 @@ def _copy(labels: Labels, target: Labels) -> None:
 
 
 @njit(cache=True, error_model='numpy')
-def _candidates(labels: Labels, boxes: Boxes, smallest_area: float, largest_area: float) -> NDArray[np.int64]:
+def _candidates(labels: Labels, boxes: Boxes, smallest_area: float, largest_area: float) -> Ints:
     found = np.empty(len(boxes), np.int64)
     count = 0
     areas = boxes[boxes[:, 4] >= smallest_area, 4]
@@ -157,9 +149,7 @@ def _is_single(labels: Labels, box: NDArray[np.int32], label: int) -> bool:
 
 
 @njit(cache=True, error_model='numpy')
-def _outline_raster(
-    labels: Labels, label: int, contrast: NDArray[np.float32], scale: int
-) -> NDArray[np.uint8]:
+def _outline_raster(labels: Labels, label: int, contrast: Float32s, scale: int) -> Pixels:
     rows, columns = labels.shape
     inside = np.empty(labels.size, np.float32)
     count = 0
@@ -182,7 +172,7 @@ def _outline_raster(
 
 
 @njit(cache=True, error_model='numpy')
-def _interpolate(values: NDArray[np.float32], y: float, x: float) -> float:
+def _interpolate(values: Float32s, y: float, x: float) -> float:
     y, x = min(max(y, 0.0), values.shape[0] - 1.0), min(max(x, 0.0), values.shape[1] - 1.0)
     v, u = int(y), int(x)
     lower, right = min(v + 1, values.shape[0] - 1), min(u + 1, values.shape[1] - 1)

@@ -1,1 +1,1 @@
-"""Printable random-dot mats (calibration targets and small maps)."""
+"""Printable random-dot mats, and calibration of the belly camera over one."""

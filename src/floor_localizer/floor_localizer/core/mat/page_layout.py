@@ -4,13 +4,12 @@ A page shows a rectangle of the mat, and neighbouring pages share a strip of ``o
 above) is trimmed along its left (lower) border and glued onto that strip.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.mat.mat_settings import MatSettings, PageSettings
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.mat.random_mat import MatSettings
+from shirube_core.settings import setting
 
 PAPERS = {
     'A4': (0.210, 0.297),
@@ -25,6 +24,19 @@ ROLL = 'roll'
 # The largest PDF page has 14400 points.
 _MAX_PAGE_LENGTH = 14400 / 72 * 0.0254
 _MAX_PAGES = 1000
+
+
+@dataclass(frozen=True)
+class PageSettings:
+    """The paper."""
+
+    margin: float = setting(
+        0.012, 'margin of each page, which contains the marks', unit='m', minimum=0.01, maximum=0.05
+    )
+    overlap: float = setting(
+        0.01, 'overlap of two pages that are glued together', unit='m', minimum=0.0, maximum=0.05
+    )
+    roll_width: float = setting(0.914, 'width of the roll', unit='m', minimum=0.1, maximum=5.0)
 
 
 @dataclass(frozen=True)
@@ -76,12 +88,7 @@ def mat_size_of_page(paper: str, settings: PageSettings) -> tuple[float, float]:
 
 
 def divide_into_pages(mat: MatSettings, paper: str, settings: PageSettings) -> Layout:
-    """Divide a mat into pages, in portrait or landscape, whichever needs fewer.
-
-    Args:
-        mat: mat settings, of which width and height are used.
-        paper: one of `PAPERS`, or `ROLL`.
-        settings: margin, overlap and the width of a roll.
+    """Divide a mat into pages, in portrait or landscape, whichever needs fewer; paper is one of `PAPERS`, or `ROLL`.
 
     Raises:
         FloorLocalizerError: the mat is too wide or long for the roll, or needs too many pages.

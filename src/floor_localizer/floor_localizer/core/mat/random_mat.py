@@ -1,17 +1,18 @@
-"""Generate the random dots of a mat with a minimum spacing, reproducible by a seed."""
-
-from __future__ import annotations
+"""Generate the random dots of a mat, reproducible by a seed, so that every view is unique to the localizer."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.mat.mat_settings import MatSettings
+from floor_localizer.core.arrays import Floats
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.settings import LocalizerSettings
+from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings, inspect_places, list_places
+from shirube_core.settings import setting
 
 # Largest fraction of the area covered by discs of the minimum spacing; above it, redrawing hardly terminates.
 _MAX_FILL_FRACTION = 0.4
@@ -19,6 +20,24 @@ _MAX_FILL_FRACTION = 0.4
 _RESOLUTION = 1e6
 SEED_MAX = 2**32 - 1
 """A seed is an integer from 0 to this."""
+_TRIALS = 5
+
+
+@dataclass(frozen=True)
+class MatSettings:
+    """The dots of a mat."""
+
+    width: float = setting(
+        0.0, 'width of the mat along x; 0 fills one page', unit='m', minimum=0.0, maximum=20.0
+    )
+    height: float = setting(
+        0.0, 'height of the mat along y; 0 fills one page', unit='m', minimum=0.0, maximum=20.0
+    )
+    density: float = setting(5000.0, 'dots per square metre', unit='1/m^2', minimum=50.0, maximum=100_000.0)
+    diameter: float = setting(0.0025, 'diameter of a dot', unit='m', minimum=0.0005, maximum=0.05)
+    spacing: float = setting(
+        0.004, 'smallest distance between the centres of two dots', unit='m', minimum=0.0005, maximum=0.2
+    )
 
 
 @dataclass(frozen=True)
@@ -33,7 +52,7 @@ class Mat:
 
     settings: MatSettings
     seed: int
-    points: NDArray[np.float64]
+    points: Floats
 
     @property
     def dot_map(self) -> DotMap:
@@ -42,12 +61,9 @@ class Mat:
 
 
 def generate_mat(settings: MatSettings, seed: int, trial: int = 0) -> Mat:
-    """Generate the random dots of a mat.
+    """Generate the random dots of a mat; width and height of the settings are above 0.
 
-    Args:
-        settings: settings of the mat, width and height above 0.
-        seed: seed; different seeds or settings give entirely different dots.
-        trial: number of the attempt, which also changes the dots; for a mat that was not unique.
+    Different seeds, settings or trials (after a mat that was not unique) give entirely different dots.
 
     Raises:
         FloorLocalizerError: the seed is out of range, dots would overlap, or the density is too high or too low.
@@ -90,3 +106,23 @@ def _check_settings(settings: MatSettings, seed: int) -> None:
             f'--density: a mat of {settings.width:g} x {settings.height:g} m has fewer than 20 dots; '
             'print a larger or denser one'
         )
+
+
+def generate_unique_mat(settings: MatSettings, seed: int, view: ViewSettings) -> tuple[Mat, list[Place]]:
+    """Generate a mat whose views are all unique; return it with the inspected places. The same seed gives the same mat.
+
+    Raises:
+        FloorLocalizerError: no such mat was found; the message names the option to change.
+    """
+    for trial in range(_TRIALS):
+        mat = generate_mat(settings, seed, trial)
+        floor = index_map(mat.dot_map)
+        places = list(inspect_places(floor, list_places(floor.grid, view), view, LocalizerSettings()))
+        bad = [place for place in places if place.kind is not PlaceKind.UNIQUE]
+        if not bad:
+            return mat, places
+    raise FloorLocalizerError(
+        f'--density: {len(bad)} of {len(places)} views of {1e3 * view.view_size:.0f} mm are not unique '
+        f'({bad[0].dots} dots at ({bad[0].x:.3f}, {bad[0].y:.3f}) m: {bad[0].kind.value}); '
+        'give more dots, or a larger --view-size if the camera sees more'
+    )

@@ -14,37 +14,20 @@ The overlap is a weak filter on a floor as dense as the paper's: with 1 px of no
 candidates that more than half of the image's dots allow any given node by chance.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Floats, Ints
 
-def farthest_distances(image_points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each image dot's distance to the image dot farthest from it, ``R_i`` of fig. 9.
 
-    Args:
-        image_points: shape (n, 2) [m].
-
-    Returns:
-        shape (n,) [m].
-    """
+def farthest_distances(image_points: Floats) -> Floats:
+    """Return each image dot's distance to the image dot farthest from it, ``R_i`` of fig. 9, shape (n,) [m]."""
     return np.linalg.norm(image_points[:, None] - image_points[None, :], axis=2).max(axis=1)
 
 
-def nodes_in_squares(
-    centres: NDArray[np.float64], radii: NDArray[np.float64], pitch: float
-) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
-    """Return which squares cover which nodes of the grid.
-
-    Args:
-        centres: shape (m, 2), centres of the squares [m].
-        radii: shape (m,), half the sides of the squares [m].
-        pitch: distance between nodes [m].
-
-    Returns:
-        squares: shape (e,), index of a square.
-        nodes: shape (e,), index of a node that the square covers.
+def nodes_in_squares(centres: Floats, radii: Floats, pitch: float) -> tuple[NDArray[np.intp], Ints]:
+    """Return which squares, with half sides ``radii`` [m], cover which nodes of the grid: indices of both,
+    shape (e,) each.
     """
     low = np.ceil((centres - radii[:, None]) / pitch).astype(np.int64)
     high = np.floor((centres + radii[:, None]) / pitch).astype(np.int64)
@@ -60,23 +43,12 @@ def nodes_in_squares(
 
 
 def candidate_regions(
-    image_dots: NDArray[np.intp],
-    candidate_points: NDArray[np.float64],
-    radii: NDArray[np.float64],
-    pitch: float,
-    overlap_min: int,
+    image_dots: NDArray[np.intp], candidate_points: Floats, radii: Floats, pitch: float, overlap_min: int
 ) -> list[NDArray[np.intp]]:
-    """Return the regions where the squares of enough image dots overlap (figs 12 and 13).
+    """Return the regions where the squares of enough different image dots overlap (figs 12 and 13): indices of pairs.
 
-    Args:
-        image_dots: shape (m,), the image dot of each pair (image dot, candidate).
-        candidate_points: shape (m, 2), the candidate of each pair on the floor [m].
-        radii: shape (m,), ``R_i`` of the pair's image dot [m].
-        pitch: distance between the nodes where the overlap is counted [m].
-        overlap_min: minimum number of different image dots whose squares cover a node.
-
-    Returns:
-        ascending indices of the pairs of each region.
+    ``image_dots``, ``candidate_points`` [m] and ``radii``, ``R_i`` [m], are those of each pair (image dot, candidate);
+    the overlap is counted at nodes ``pitch`` apart [m].
     """
     squares, nodes = nodes_in_squares(candidate_points, radii, pitch)
     order = np.lexsort((squares, nodes))

@@ -1,21 +1,18 @@
 """The paper's pipeline (Fukase and Kanamori, 2.2 and 2.3) from one image's dots to a pose on the floor."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from floor_localizer.core.arrays import Booleans, Floats
 from floor_localizer.core.pole_star.candidate_regions import candidate_regions, farthest_distances
 from floor_localizer.core.pole_star.congruence import (
     agreement_matrix,
+    fit_pose,
     mutual_distances,
     prune_to_congruent,
 )
-from floor_localizer.core.pole_star.match_rate import AddressMatrix, build_address_matrix, match_rate
-from floor_localizer.core.pole_star.rigid_fit import fit_pose
-from floor_localizer.core.pole_star.settings import PoleStarSettings
 from floor_localizer.core.pole_star.signature import (
     SignatureTable,
     build_signature_table,
@@ -24,6 +21,74 @@ from floor_localizer.core.pole_star.signature import (
     vote,
 )
 from shirube_core.geometry import SE2
+from shirube_core.settings import setting
+
+
+@dataclass(frozen=True)
+class PoleStarSettings:
+    """Settings of the paper's matching; values that it does not give have defaults for its floor and 1 px of noise."""
+
+    radius: float = setting(0.09, 'pole-star radius', unit='m', minimum=0.001, maximum=10.0)
+    quantum: float = setting(0.0005, 'quantization step of distances', unit='m', minimum=1e-6, maximum=0.1)
+    vote_tolerance: float = setting(
+        0.00075,
+        'maximum difference between a distance and those it votes for',
+        unit='m',
+        minimum=1e-6,
+        maximum=0.1,
+    )
+    pairs_per_region: int = setting(
+        90, 'expected number of random candidates in a region, over all image dots', minimum=1, maximum=1000
+    )
+    grid_pitch: float = setting(
+        0.06, 'distance between the nodes where overlap is counted', unit='m', minimum=0.001, maximum=10.0
+    )
+    overlap_min: int = setting(5, 'minimum number of image dots of a region', minimum=2, maximum=1000)
+    congruence_tolerance: float = setting(
+        0.0016, 'maximum difference of two equal distances', unit='m', minimum=1e-6, maximum=0.1
+    )
+    congruent_min: int = setting(5, 'minimum number of congruent pairs of a pose', minimum=2, maximum=1000)
+    address_block: float = setting(
+        0.0028, 'side of a block of the address matrix', unit='m', minimum=1e-4, maximum=0.1
+    )
+    match_rate_min: float = setting(0.31, 'minimum match rate of a pose', minimum=0.0, maximum=1.0)
+
+
+@dataclass(frozen=True)
+class AddressMatrix:
+    """The floor divided into square blocks; a block is occupied if it contains a dot.
+
+    Attributes:
+        occupied: shape (rows, columns), row along y, column along x.
+        origin: shape (2,), lower left corner of block (0, 0) in the map frame [m].
+        block: side of a block [m].
+    """
+
+    occupied: Booleans
+    origin: Floats
+    block: float
+
+
+def build_address_matrix(map_points: Floats, block: float) -> AddressMatrix:
+    """Return the address matrix of a floor; the paper takes blocks of 2.8 mm for dots of 2 to 3 mm (3.3.5)."""
+    origin = map_points.min(axis=0)
+    columns, rows = ((map_points - origin) / block).astype(np.intp).T
+    occupied = np.zeros((rows.max() + 1, columns.max() + 1), dtype=np.bool_)
+    occupied[rows, columns] = True
+    return AddressMatrix(occupied, origin, block)
+
+
+def match_rate(address_matrix: AddressMatrix, points: Floats) -> float:
+    """Return the fraction of dots, transformed to the map frame, shape (n, 2) [m], that are in an occupied block.
+
+    Dots off the floor do not match, and the rate of no dots is 0.
+    """
+    if len(points) == 0:
+        return 0.0
+    columns, rows = np.floor((points - address_matrix.origin) / address_matrix.block).astype(np.intp).T
+    height, width = address_matrix.occupied.shape
+    inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    return float(address_matrix.occupied[rows[inside], columns[inside]].sum() / len(points))
 
 
 @dataclass(frozen=True)
@@ -55,23 +120,16 @@ class NoPose:
 class PoleStarMatcher:
     """Finds an image's dots among the dots of a floor, without a prior."""
 
-    def __init__(self, map_points: NDArray[np.float64], settings: PoleStarSettings) -> None:
-        """Build the databases of a floor.
-
-        Args:
-            map_points: shape (N, 2), the floor's dots in the map frame [m], at least two.
-            settings: the pipeline's settings.
-        """
+    def __init__(self, map_points: Floats, settings: PoleStarSettings) -> None:
+        """Build the databases of a floor: its dots in the map frame, shape (N, 2), at least two [m]."""
         self._map_points = map_points
         self._settings = settings
         self._table: SignatureTable = build_signature_table(map_points, settings.radius, settings.quantum)
         self._address_matrix: AddressMatrix = build_address_matrix(map_points, settings.address_block)
 
-    def match(self, image_points: NDArray[np.float64]) -> PoleStarPose | NoPose:
-        """Return the pose with the best match rate, or the reason for no pose (2.3.3).
-
-        Args:
-            image_points: shape (n, 2), all dots of the image, on the floor plane in the view's frame [m].
+    def match(self, image_points: Floats) -> PoleStarPose | NoPose:
+        """Return the pose with the best match rate, or the reason for no pose (2.3.3), of all dots of an image
+        in the view's frame, shape (n, 2) [m].
         """
         minimum = self._settings.congruent_min
         if len(image_points) < minimum:
@@ -79,10 +137,8 @@ class PoleStarMatcher:
         return self.select_pose(self.congruent_poses(image_points))
 
     def select_pose(self, poses: list[PoleStarPose]) -> PoleStarPose | NoPose:
-        """Return the first pose if its match rate is high enough (the reference match rate of 3.3.5).
-
-        Args:
-            poses: result of ``congruent_poses``.
+        """Return the first of `congruent_poses` if its match rate is high enough (the reference match rate of
+        3.3.5).
         """
         minimum = self._settings.match_rate_min
         if not poses:
@@ -91,11 +147,9 @@ class PoleStarMatcher:
             return NoPose(f'best match rate {poses[0].match_rate:.3f} is below {minimum:.3f}')
         return poses[0]
 
-    def congruent_poses(self, image_points: NDArray[np.float64]) -> list[PoleStarPose]:
-        """Return a pose for each region with congruent dots, the highest match rate first.
-
-        Args:
-            image_points: shape (n, 2), as in ``match``, at least two [m].
+    def congruent_poses(self, image_points: Floats) -> list[PoleStarPose]:
+        """Return a pose for each region with congruent dots, the highest match rate first; at least two dots,
+        as in `match`.
         """
         settings = self._settings
         radii = farthest_distances(image_points)
@@ -123,7 +177,7 @@ class PoleStarMatcher:
                 poses.append(self._pose(image_points, pairs))
         return sorted(poses, key=lambda pose: pose.match_rate, reverse=True)
 
-    def _candidates_per_dot(self, radii: NDArray[np.float64]) -> int:
+    def _candidates_per_dot(self, radii: Floats) -> int:
         """Return the number of candidates per image dot for which a region holds ``pairs_per_region`` by chance.
 
         The paper does not specify how many dots have "the most votes". A random candidate is in a region with a
@@ -136,10 +190,7 @@ class PoleStarMatcher:
         return max(1, round(self._settings.pairs_per_region * floor_area / squares_area))
 
     def _congruent_pairs(
-        self,
-        image_points: NDArray[np.float64],
-        image_dots: NDArray[np.intp],
-        map_dots: NDArray[np.intp],
+        self, image_points: Floats, image_dots: NDArray[np.intp], map_dots: NDArray[np.intp]
     ) -> NDArray[np.intp]:
         """Return the congruent pairs of a region, shape (k, 2): image dot, floor dot."""
         C_d = mutual_distances(image_points[image_dots], image_dots)
@@ -147,7 +198,7 @@ class PoleStarMatcher:
         congruent = prune_to_congruent(agreement_matrix(C_d, F_d, self._settings.congruence_tolerance))
         return np.column_stack([image_dots[congruent], map_dots[congruent]])
 
-    def _pose(self, image_points: NDArray[np.float64], pairs: NDArray[np.intp]) -> PoleStarPose:
+    def _pose(self, image_points: Floats, pairs: NDArray[np.intp]) -> PoleStarPose:
         T_map_view = fit_pose(image_points[pairs[:, 0]], self._map_points[pairs[:, 1]])
         rate = match_rate(self._address_matrix, T_map_view.transform(image_points))
         return PoleStarPose(T_map_view, rate, pairs)

@@ -15,13 +15,13 @@ radius are specific to that dot and invariant to rotation. The rest is our desig
 A missing neighbour costs nothing; the vote of a spurious one is distributed over the whole floor.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
+
+from floor_localizer.core.arrays import Float32s, Floats
 
 
 @dataclass(frozen=True)
@@ -34,35 +34,20 @@ class SignatureTable:
         radius: the pole-star radius [m].
     """
 
-    counts: NDArray[np.float32]
+    counts: Float32s
     quantum: float
     radius: float
 
 
-def pole_star_signature(points: NDArray[np.float64], pole: int, radius: float) -> NDArray[np.float64]:
-    """Return the signature of one dot: the sorted distances to its neighbours.
-
-    Args:
-        points: shape (n, 2), dots [m].
-        pole: index of the dot.
-        radius: the pole-star radius [m].
-
-    Returns:
-        shape (k,), ascending distances to the other dots within the radius [m].
-    """
+def pole_star_signature(points: Floats, pole: int, radius: float) -> Floats:
+    """Return the signature of one dot: the ascending distances to its neighbours within the radius, shape (k,) [m]."""
     neighbours = np.delete(points, pole, axis=0)
     distances = np.linalg.norm(neighbours - points[pole], axis=1)
     return np.sort(distances[distances < radius])
 
 
-def build_signature_table(map_points: NDArray[np.float64], radius: float, quantum: float) -> SignatureTable:
-    """Return the table distance → dots of a floor.
-
-    Args:
-        map_points: shape (N, 2), the floor's dots [m].
-        radius: the pole-star radius [m].
-        quantum: quantization step of distances [m].
-    """
+def build_signature_table(map_points: Floats, radius: float, quantum: float) -> SignatureTable:
+    """Return the table distance → dots of a floor; ``quantum`` is the quantization step of distances [m]."""
     size = int(np.ceil(radius / quantum))
     counts = np.zeros((size, len(map_points)), dtype=np.float32)
     pairs = KDTree(map_points).query_pairs(radius, output_type='ndarray')
@@ -73,16 +58,9 @@ def build_signature_table(map_points: NDArray[np.float64], radius: float, quantu
     return SignatureTable(counts, quantum, radius)
 
 
-def vote(table: SignatureTable, image_points: NDArray[np.float64], tolerance: float) -> NDArray[np.float32]:
-    """Let each image dot's distances vote for the dots of the floor.
-
-    Args:
-        table: signatures of the floor.
-        image_points: shape (n, 2), dots of the image on the floor plane [m].
-        tolerance: maximum difference between a distance and the distances it votes for [m].
-
-    Returns:
-        shape (n, N), votes of image dot i for floor dot j.
+def vote(table: SignatureTable, image_points: Floats, tolerance: float) -> Float32s:
+    """Let each image dot's distances vote for the floor dots with the same distance within a tolerance [m]:
+    votes, shape (n, N).
     """
     quanta = (np.arange(len(table.counts)) + 0.5) * table.quantum
     entries = table.counts.sum(axis=1)
@@ -95,15 +73,11 @@ def vote(table: SignatureTable, image_points: NDArray[np.float64], tolerance: fl
     return vote_weights @ table.counts
 
 
-def pearson_residuals(votes: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the Pearson residuals of votes: the votes above average, over their expected standard deviation.
+def pearson_residuals(votes: Float32s) -> Float32s:
+    """Return the Pearson residuals of votes, shape (n, N): the votes above average, over their standard deviation.
 
-    Args:
-        votes: shape (n, N), votes of image dots for floor dots.
-
-    Returns:
-        shape (n, N); the average vote of dot i for dot j is (all votes of i) x (all votes for j) / (all
-        votes), and the standard deviation of a sum of many small votes is about its square root.
+    The average vote of dot i for dot j is (all votes of i) x (all votes for j) / (all votes), and the standard
+    deviation of a sum of many small votes is about its square root.
     """
     tiny = np.finfo(np.float32).tiny
     by_image_dot, by_floor_dot = votes.sum(axis=1), votes.sum(axis=0)
@@ -111,15 +85,9 @@ def pearson_residuals(votes: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.divide(votes - average, np.sqrt(np.maximum(average, tiny)), dtype=np.float32)
 
 
-def top_candidates(votes: NDArray[np.float32], count: int) -> NDArray[np.intp]:
-    """Return each image dot's candidates: the floor dots with the most votes.
-
-    Args:
-        votes: shape (n, N), votes of image dots for floor dots.
-        count: number of candidates per image dot.
-
-    Returns:
-        shape (n, min(count, N)), indices of floor dots, in no particular order.
+def top_candidates(votes: Float32s, count: int) -> NDArray[np.intp]:
+    """Return each image dot's candidates, the floor dots with the most votes, shape (n, min(count, N)), in no
+    particular order.
     """
     if count >= votes.shape[1]:
         return np.tile(np.arange(votes.shape[1]), (len(votes), 1))

@@ -1,6 +1,4 @@
-"""Store of arrays that may not fit into memory, and an in-memory implementation for small surveys."""
-
-from __future__ import annotations
+"""Where a survey keeps what does not fit into memory, and its finished steps."""
 
 from typing import Any, Protocol
 
@@ -41,3 +39,26 @@ class MemoryArrayStore:
     def memory_map(self, name: str) -> NDArray[Any]:
         """Return the first array of number 0."""
         return self._arrays[name, 0][0]
+
+
+class StepCheckpoint(Protocol):
+    """Results of finished steps by name; a step is complete or absent."""
+
+    def load_step(self, step: str) -> dict[str, NDArray[Any]] | None:
+        """Return the results of a step, None if it is not finished."""
+        ...
+
+    def save_step(self, step: str, **arrays: NDArray[Any]) -> None:
+        """Save the results of a step."""
+        ...
+
+
+class NoCheckpoint:
+    """Saves nothing; for surveys that are not resumed."""
+
+    def load_step(self, step: str) -> None:  # noqa: ARG002 as the protocol has it
+        """Return None."""
+        return
+
+    def save_step(self, step: str, **arrays: NDArray[Any]) -> None:
+        """Save nothing."""

@@ -3,27 +3,20 @@
 The searches and the acceptance test are those of the localizer (see `acceptance`).
 """
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.arrays import Floats, Ints
+from floor_localizer.core.constellation.acceptance import SearchState, new_search
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.dot_grid import build_dot_grid, pair_density
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.constellation.near_search import search_near
-from floor_localizer.core.constellation.search_state import (
-    AMBIGUITY_FRACTION,
-    SearchState,
-    is_accepted,
-    new_search,
-)
+from floor_localizer.core.constellation.pair_search import search_near
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from shirube_core.geometry import SE2
 
 _MIN_DOTS = 5
@@ -36,7 +29,7 @@ _MATCH_GATE = 4.0
 
 
 @dataclass(frozen=True)
-class Tolerances:
+class MatchTolerances:
     """How far two sets of the same dots may differ.
 
     Attributes:
@@ -66,8 +59,8 @@ class DotMatch:
 
     rotation: complex
     translation: complex
-    source: NDArray[np.int64]
-    target: NDArray[np.int64]
+    source: Ints
+    target: Ints
     log_chance_alignments: float
 
     @property
@@ -81,7 +74,7 @@ class DotMatch:
 class DotMatcher:
     """Matches sets of dots against a target set."""
 
-    def __init__(self, points: NDArray[np.float64]) -> None:
+    def __init__(self, points: Floats) -> None:
         """Build the grid of the target dots, shape (n, 2) [m], n >= 1."""
         self.points = points
         self.grid, _ = build_dot_grid(points)
@@ -89,12 +82,7 @@ class DotMatcher:
         self._index: IndexedMap | None = None
 
     def match_near(
-        self,
-        points: NDArray[np.float64],
-        expected: SE2,
-        radius: float,
-        yaw_tolerance: float,
-        tolerances: Tolerances,
+        self, points: Floats, expected: SE2, radius: float, yaw_tolerance: float, tolerances: MatchTolerances
     ) -> DotMatch | None:
         """Match dots near an expected pose; return None if there is no match.
 
@@ -107,70 +95,44 @@ class DotMatcher:
         """
         if len(points) < _MIN_DOTS or len(self.points) < _MIN_DOTS:
             return None
-        view = make_view(
-            _contiguous(points), tolerances.sigma, tolerances.tilt_distortion, tolerances.scale, self.density
-        )
-        expected_dots = (
-            self.density
-            * math.pi
-            * (radius + 2.0 * self.grid.cell) ** 2
-            * min(yaw_tolerance / math.pi + 0.1, 1.0)
-        )
-        search = new_search(
-            len(points),
-            max(min(expected_dots, float(len(self.points))), 1.0),
-            tolerances.chance_alignments_max,
-            _MIN_MATCH_FRACTION,
-        )
+        area = math.pi * (radius + 2.0 * self.grid.cell) ** 2
+        expected_dots = self.density * area * min(yaw_tolerance / math.pi + 0.1, 1.0)
+        view, search = self._begin_search(points, expected_dots, tolerances)
         pose = np.array([expected.x, expected.y, expected.yaw])
         found = search_near(self.grid, view, search, pose, radius, yaw_tolerance, _MAX_NEAR_PAIRS)
         return self._matched(view, search) if found else None
 
-    def match_anywhere(self, points: NDArray[np.float64], tolerances: Tolerances) -> DotMatch | None:
+    def match_anywhere(self, points: Floats, tolerances: MatchTolerances) -> DotMatch | None:
         """Match dots, shape (m, 2) [m], at any pose; return None if there is no match or it is ambiguous."""
         if len(points) < _MIN_DOTS or len(self.points) < _MIN_DOTS:
             return None
         if self._index is None:
             self._index = index_map(DotMap(self.points, np.full(len(self.points), np.nan)))
-        view = make_view(
-            _contiguous(points), tolerances.sigma, tolerances.tilt_distortion, tolerances.scale, self.density
-        )
-        search = new_search(
-            len(points), float(len(self.points)), tolerances.chance_alignments_max, _MIN_MATCH_FRACTION
-        )
+        view, search = self._begin_search(points, math.inf, tolerances)
         if not search_constellations(self._index.grid, self._index.index, view, search, _MAX_CELLS):
             return None
-        if (
-            is_accepted(search, search.runner_up)
-            and search.runner_up[5] >= AMBIGUITY_FRACTION * search.best[5]
-        ):
-            return None
-        return self._matched(view, search)
+        return self._matched(view, search) if len(search.plausible_poses()) == 1 else None
+
+    def _begin_search(
+        self, points: Floats, expected_dots: float, tolerances: MatchTolerances
+    ) -> tuple[ViewDots, SearchState]:
+        points = np.ascontiguousarray(points, dtype=np.float64)  # as the compiled kernels expect
+        sigma, scale, tilt_distortion, chance = astuple(tolerances)
+        candidates = max(min(expected_dots, float(len(self.points))), 1.0)
+        search = new_search(len(points), candidates, chance, _MIN_MATCH_FRACTION)
+        return make_view(points, sigma, tilt_distortion, scale, self.density), search
 
     def _matched(self, view: ViewDots, search: SearchState) -> DotMatch:
         """Return the best pose with its one-to-one matches."""
-        best = search.best
-        a, b = complex(best[1], best[2]), complex(best[3], best[4])
+        log_chance, a, b, _ = search.best
         points = a * view.z + b
         xy = np.column_stack([points.real, points.imag])
         source, target = nearest_pairs(self.points, xy, _MATCH_GATE * view.sigma)
-        return DotMatch(a, b, source, target, float(best[0]))
+        return DotMatch(a, b, source, target, log_chance)
 
 
-def _contiguous(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the points in C order, as the compiled kernels expect."""
-    return np.ascontiguousarray(points, dtype=np.float64)
-
-
-def nearest_pairs(
-    dots: NDArray[np.float64], points: NDArray[np.float64], max_distance: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return one-to-one pairs of points and their nearest dots within a distance.
-
-    Args:
-        dots: positions of the dots, shape (n, 2) [m].
-        points: points to match, shape (m, 2) [m].
-        max_distance: largest distance of a pair [m].
+def nearest_pairs(dots: Floats, points: Floats, max_distance: float) -> tuple[Ints, Ints]:
+    """Return one-to-one pairs of points, shape (m, 2), and their nearest dots, shape (n, 2), within a distance [m].
 
     Returns:
         indices of the matched points, ascending, and of their dots.

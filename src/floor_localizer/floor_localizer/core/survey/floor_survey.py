@@ -1,26 +1,35 @@
-"""From submaps to one map: optimise the pose graph, adjust all images and dots, drop spurious dots."""
-
-from __future__ import annotations
+"""From submaps to one map: optimise the pose graph, adjust all images and dots, drop spurious dots; scale it."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.arrays import Floats, Ints
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
-from floor_localizer.core.survey.adjustment_rounds import AdjustmentRounds
-from floor_localizer.core.survey.array_store import ArrayStore
-from floor_localizer.core.survey.block_partition import BlockPartitioner
-from floor_localizer.core.survey.connected_images import ConnectedImages, connect_images
-from floor_localizer.core.survey.existing_dots import store_existing_dots
-from floor_localizer.core.survey.observation_blocks import ObservationBlocks
-from floor_localizer.core.survey.step_checkpoint import NoCheckpoint, StepCheckpoint
+from floor_localizer.core.settings import SurveySettings
+from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
+from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
+from floor_localizer.core.survey.adjustment.dot_estimation import drop_outliers, fix_dots, store_existing_dots
+from floor_localizer.core.survey.adjustment.observations import ObservationBlocks
+from floor_localizer.core.survey.adjustment.surveyed_dots import Residuals, collect_dots
+from floor_localizer.core.survey.array_store import ArrayStore, NoCheckpoint, StepCheckpoint
 from floor_localizer.core.survey.submap import Submap
-from floor_localizer.core.survey.survey_image import ImageSelection, SurveyImage, ViewOutline
-from floor_localizer.core.survey.survey_settings import SurveySettings
-from floor_localizer.core.survey.surveyed_dots import Residuals, collect_dots
+from floor_localizer.core.survey.submap_graph.connected_images import ConnectedImages, connect_images
+from floor_localizer.core.survey.survey_image import SurveyImage, ViewOutline
+
+# Search radius around the given position of a dot [m].
+_SEARCH_RADIUS = 0.01
+# Largest relative difference between the tape and the camera's calibration.
+_MAX_SCALE_CHANGE = 0.1
+# Merge distance of each round, in units of the setting; submaps are less accurate than adjusted images.
+_MERGE_FACTORS = (1.6, 1.0, 0.8)
+ADJUSTMENTS = 2 * len(_MERGE_FACTORS)
+"""Two for each merge distance: with outliers, then without."""
+# Lower bound of the prior standard deviations: relative height, and tilt [rad].
+_MIN_SIGMA = 3e-5
 
 
 @dataclass(frozen=True)
@@ -41,14 +50,14 @@ class SurveyResult:
     """
 
     dot_map: DotMap
-    counts: NDArray[np.int64]
-    images: NDArray[np.int64]
-    states: NDArray[np.float64]
+    counts: Ints
+    images: Ints
+    states: Floats
     blocks: ObservationBlocks
     residuals: Residuals
     loop_closures: int
     spurious_count: int
-    unconnected: NDArray[np.int64]
+    unconnected: Ints
     existing_count: int
 
 
@@ -56,7 +65,7 @@ def survey_floor(
     images: Sequence[SurveyImage],
     submaps: Iterable[Submap],
     outline: ViewOutline,
-    position: NDArray[np.float64],
+    position: Floats,
     settings: SurveySettings,
     store: ArrayStore,
     existing: DotMap | None = None,
@@ -77,7 +86,7 @@ def adjust_survey(
     images: Sequence[SurveyImage],
     connected: ConnectedImages,
     outline: ViewOutline,
-    position: NDArray[np.float64],
+    position: Floats,
     settings: SurveySettings,
     store: ArrayStore,
     existing: DotMap | None,
@@ -85,28 +94,122 @@ def adjust_survey(
     checkpoint: StepCheckpoint,
     progress: Callable[[int], None] = lambda _: None,
 ) -> SurveyResult:
-    """Make the map of connected images.
+    """Make the map of connected images; adjustments found in the checkpoint are not repeated.
 
-    Args:
-        images: all images of the survey.
-        connected: the connected images and their initial states.
-        outline: outline of a view.
-        position: optical centre in the base frame, shape (3,) [m].
-        settings: survey settings.
-        store: array store for what does not fit into memory; the result still reads from it.
-        existing: map to extend, None for a new one; its dots keep their position.
-        runner: runs the tasks; they must see the array store. It does not change the map.
-        checkpoint: checkpoint of the adjustments; those found in it are not repeated.
-        progress: callback with the number of finished `adjustment_rounds.ADJUSTMENTS`.
+    The store is for what does not fit into memory; the result still reads from it. The dots of an existing map keep
+    their position. The runner does not change the map. ``progress`` gets the number of finished `ADJUSTMENTS`,
+    ``position`` is the optical centre in the base frame, shape (3,) [m].
     """
-    existing_map = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
-    chosen = ImageSelection(images, connected.images)
-    partitioner = BlockPartitioner(chosen, position, settings.dot_sigma, store, runner)
-    existing_dots = store_existing_dots(existing_map.points, store)
-    rounds = AdjustmentRounds(partitioner, existing_dots, position, settings, runner, checkpoint, progress)
-    blocks, states = rounds.run(connected.states)
-    dots = collect_dots(blocks, states, position, outline, existing_map, existing_dots, runner)
+    # 1. Store the observations of the connected images, and the dots of the map to extend.
+    old = DotMap(np.empty((0, 2)), np.empty(0)) if existing is None else existing
+    partitioner = BlockPartitioner(images, connected.images, position, settings.dot_sigma, store, runner)
+    existing_dots = store_existing_dots(old.points, store)
+    states, priors = connected.states, SuspensionPriors(position, settings.scale_sigma, settings.tilt_sigma)
+    adjust = _CheckpointedAdjustment(runner, checkpoint, progress)
+    for number, merge_factor in enumerate(_MERGE_FACTORS):
+        adjusted = adjust.saved_states(2 * number + 1)
+        if adjusted is None or number == len(_MERGE_FACTORS) - 1:
+            # 2. Merge the observations into dots, more strictly in each round; known dots are fixed.
+            merge_distance = merge_factor * settings.merge_distance
+            blocks = partitioner.partition(states, merge_distance)
+            if existing_dots.count:
+                fix_dots(blocks, states, position, existing_dots, merge_distance, runner)
+            # 3. Adjust all images and dots, with outliers and without.
+            with_outliers = adjust(2 * number, blocks, states, priors)
+            drop_outliers(blocks, with_outliers, position, runner)
+            adjusted = adjust(2 * number + 1, blocks, with_outliers, priors)
+        # 4. Estimate the motion of the suspension for the next round.
+        states, priors = adjusted, estimate_priors(adjusted, position, settings)
+    # 5. Collect the dots, without spurious ones.
+    dot_map, counts, spurious = collect_dots(blocks, states, position, outline, old, existing_dots, runner)
+    unconnected = np.setdiff1d(np.arange(len(images)), connected.images)
     return SurveyResult(
-        dots.dot_map, dots.counts, connected.images, states, blocks, Residuals(blocks), connected.loop_closures,
-        dots.spurious_count, np.setdiff1d(np.arange(len(images)), connected.images), dots.existing_count,
+        dot_map, counts, connected.images, states, blocks, Residuals(blocks), connected.loop_closures, spurious,
+        unconnected, len(old),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _CheckpointedAdjustment:
+    """Adjusts the blocks of a step, unless the checkpoint has its states."""
+
+    runner: TaskRunner
+    checkpoint: StepCheckpoint
+    progress: Callable[[int], None]
+
+    def __call__(
+        self, step: int, blocks: ObservationBlocks, states: Floats, priors: SuspensionPriors
+    ) -> Floats:
+        adjusted = self.saved_states(step)
+        if adjusted is None:
+            adjusted = bundle_adjust_blocks(blocks, states, priors, self.runner)
+            self.checkpoint.save_step(f'adjusted_{step}', states=adjusted)
+        self.progress(step + 1)
+        return adjusted
+
+    def saved_states(self, step: int) -> Floats | None:
+        saved = self.checkpoint.load_step(f'adjusted_{step}')
+        return None if saved is None else saved['states']
+
+
+def estimate_priors(states: Floats, position: Floats, settings: SurveySettings) -> SuspensionPriors:
+    """Return priors with the standard deviations found in the adjusted states, limited by the settings.
+
+    Priors that are too wide for a stiff robot would let the map bend: a hundred consecutive images can share a tilt
+    that is not significant in any single one of them.
+    """
+    scale, roll, pitch = np.sqrt(np.mean(states[:, 3:] ** 2, axis=0))
+    tilt = np.hypot(roll, pitch) / np.sqrt(2.0)
+    return SuspensionPriors(
+        position,
+        float(np.clip(scale, _MIN_SIGMA, settings.scale_sigma)),
+        float(np.clip(tilt, _MIN_SIGMA, settings.tilt_sigma)),
+    )
+
+
+@dataclass(frozen=True)
+class KnownLength:
+    """A measured distance.
+
+    Attributes:
+        first: position of a dot on the map before scaling, shape (2,) [m].
+        second: position of the other dot, shape (2,) [m].
+        length: measured distance between their centres [m].
+    """
+
+    first: Floats
+    second: Floats
+    length: float
+
+
+def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult, float]:
+    """Return the survey scaled to a known length, and the scale factor.
+
+    Raises:
+        FloorLocalizerError: no dot is at a given position, or the length is implausible.
+    """
+    ends = np.array([_dot_at(result.dot_map, position) for position in (known.first, known.second)])
+    mapped = float(np.hypot(*(ends[1] - ends[0])))
+    if mapped < 2.0 * _SEARCH_RADIUS or not abs(known.length / mapped - 1.0) < _MAX_SCALE_CHANGE:
+        raise FloorLocalizerError(
+            f'--known-length: is {known.length:g} m, but the dots are {mapped:.4f} m apart on the map; '
+            'check which dots were measured, and camera_xyz'
+        )
+    scale = known.length / mapped
+    states = result.states.copy()
+    states[:, :2] *= scale
+    states[:, 3] = scale * (1.0 + states[:, 3]) - 1.0
+    dot_map = DotMap(scale * result.dot_map.points, scale * result.dot_map.diameters)
+    residuals = replace(result.residuals, scale=scale * result.residuals.scale)
+    return replace(result, dot_map=dot_map, states=states, residuals=residuals), scale
+
+
+def _dot_at(dot_map: DotMap, position: Floats) -> Floats:
+    distances = np.hypot(*(dot_map.points - position).T)
+    nearest = int(np.argmin(distances))
+    if distances[nearest] > _SEARCH_RADIUS:
+        raise FloorLocalizerError(
+            f'--known-length: ({position[0]:g}, {position[1]:g}) m has no dot within {1e3 * _SEARCH_RADIUS:.0f} mm; '
+            'give the positions of two dots as they are in the map without --known-length'
+        )
+    return dot_map.points[nearest]

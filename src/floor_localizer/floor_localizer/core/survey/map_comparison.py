@@ -4,19 +4,17 @@ Patches of one map are matched in the other by constellations, independent of th
 matches most dots gives the first estimate, and all dots refine it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.dot_grid import typical_spacing
-from floor_localizer.core.dot_map import DotMap
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, Tolerances, nearest_pairs
+from floor_localizer.core.dots import DotMap
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.survey.dot_matching import DotMatch, DotMatcher, MatchTolerances, nearest_pairs
 from floor_localizer.core.survey.submap import fit_rigid_pose
 from shirube_core.geometry import SE2
 
@@ -46,10 +44,10 @@ class MapComparison:
 
     T_first_second: SE2
     scale: float
-    pairs: NDArray[np.int64]
-    residuals: NDArray[np.float64]
-    missing: NDArray[np.int64]
-    extra: NDArray[np.int64]
+    pairs: Ints
+    residuals: Floats
+    missing: Ints
+    extra: Ints
     outside: int
 
     @property
@@ -97,17 +95,17 @@ def compare(first: DotMap, second: DotMap) -> MapComparison:
     )  # fmt: skip
 
 
-def _scale(source: NDArray[np.float64], target: NDArray[np.float64]) -> float:
+def _scale(source: Floats, target: Floats) -> float:
     """Return the scale of source dots, shape (k, 2), relative to their target dots, by the best similarity."""
     z, m = source @ (1.0, 1j), target @ (1.0, 1j)
     z, m = z - z.mean(), m - m.mean()
     return float(abs(np.vdot(z, m)) / np.vdot(m, m).real)
 
 
-def _initial_motion(matcher: DotMatcher, points: NDArray[np.float64]) -> SE2 | None:
+def _initial_motion(matcher: DotMatcher, points: Floats) -> SE2 | None:
     """Return the motion of the patch with the most matched dots."""
     tree, best = cKDTree(points), None
-    tolerances = Tolerances(_SIGMA, _SCALE, 0.0, _CHANCE_ALIGNMENTS_MAX)
+    tolerances = MatchTolerances(_SIGMA, _SCALE, 0.0, _CHANCE_ALIGNMENTS_MAX)
     seeds = np.linspace(0, len(points) - 1, min(_PATCHES, len(points))).astype(int)
     for seed in seeds:
         patch = points[tree.query(points[seed], k=min(_PATCH_DOTS, len(points)))[1]]
@@ -121,15 +119,13 @@ def _initial_motion(matcher: DotMatcher, points: NDArray[np.float64]) -> SE2 | N
     return None if best is None else best[1]
 
 
-def _relative_to_origin(found: DotMatch, centroid: NDArray[np.float64]) -> SE2:
+def _relative_to_origin(found: DotMatch, centroid: Floats) -> SE2:
     rotation = found.rotation / abs(found.rotation)
     translation = found.translation - rotation * complex(*centroid)
     return SE2(translation.real, translation.imag, math.atan2(rotation.imag, rotation.real))
 
 
-def _unmatched(
-    points: NDArray[np.float64], matched: NDArray[np.int64], others: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], int]:
+def _unmatched(points: Floats, matched: Ints, others: Floats) -> tuple[Ints, int]:
     """Return the unmatched dots within the area of the others, and the number outside it."""
     unmatched = np.setdiff1d(np.arange(len(points)), matched)
     if len(unmatched) == 0:

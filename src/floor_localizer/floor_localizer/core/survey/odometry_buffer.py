@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.errors import FloorLocalizerError
 from shirube_core.geometry import SE2, wrap_angle
 
 # Largest time between an image and the nearest odometry [s].

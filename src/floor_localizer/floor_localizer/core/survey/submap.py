@@ -1,25 +1,57 @@
-"""A submap of consecutive images: registered one after the other, then adjusted together."""
-
-from __future__ import annotations
+"""Keyframes of a drive, and submaps of consecutive ones: registered one after the other, then adjusted together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.survey.bundle_adjustment import SuspensionPriors, bundle_adjust
-from floor_localizer.core.survey.dot_matching import DotMatcher, Tolerances
-from floor_localizer.core.survey.observation_merging import merge_observations
-from floor_localizer.core.survey.projected_observations import collect_observations, project_observations
+from floor_localizer.core.arrays import Floats, Ints
+from floor_localizer.core.settings import SurveySettings
+from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust
+from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
+from floor_localizer.core.survey.adjustment.observations import collect_observations, project_observations
+from floor_localizer.core.survey.dot_matching import DotMatcher, MatchTolerances
 from floor_localizer.core.survey.survey_image import SurveyImage
-from floor_localizer.core.survey.survey_settings import SurveySettings
 from shirube_core.geometry import SE2
 
+# A rotation by this angle counts as much as a translation by one view width [rad].
+_YAW_PER_VIEW = 1.2
 _SCALE_SIGMAS, _TILT_SIGMAS = 4.0, 2.0
 _FIRST_MERGE_FACTOR = 2.0
 _MAX_LOOKBACK = 3
+
+
+def select_keyframes(poses: Sequence[SE2], view_width: float, settings: SurveySettings) -> list[int]:
+    """Return the indices of the keyframes: images that show enough new floor, according to their
+    ``T_odom_base``, in views of a width [m].
+    """
+    chosen: list[int] = []
+    for index, pose in enumerate(poses):
+        if not chosen or _view_motion(poses[chosen[-1]], pose, view_width) >= settings.image_step:
+            chosen.append(index)
+    return chosen
+
+
+def split_into_submaps(
+    poses: Sequence[SE2], view_width: float, settings: SurveySettings
+) -> list[tuple[int, int]]:
+    """Return first and last image of each submap; consecutive submaps share an image."""
+    cuts, distance = [0], 0.0
+    for index in range(1, len(poses)):
+        distance += _view_motion(poses[index - 1], poses[index], view_width)
+        if distance >= settings.submap_length:
+            cuts.append(index)
+            distance = 0.0
+    if cuts[-1] != len(poses) - 1 or len(cuts) == 1:
+        cuts.append(len(poses) - 1)
+    return list(pairwise(cuts))
+
+
+def _view_motion(before: SE2, after: SE2, view_width: float) -> float:
+    """Return the motion of the view, in view widths."""
+    return before.distance_to(after) / view_width + abs(before.yaw_to(after)) / _YAW_PER_VIEW
 
 
 @dataclass(frozen=True)
@@ -34,26 +66,21 @@ class Submap:
         is_continuation: whether the first image is also the last one of the previous submap.
     """
 
-    images: NDArray[np.int64]
-    states: NDArray[np.float64]
-    dots: NDArray[np.float64]
-    counts: NDArray[np.int64]
+    images: Ints
+    states: Floats
+    dots: Floats
+    counts: Ints
     is_continuation: bool
 
 
 def build_submap(
-    images: Sequence[SurveyImage], first: int, last: int, position: NDArray[np.float64], settings: SurveySettings,
+    images: Sequence[SurveyImage], first: int, last: int, position: Floats, settings: SurveySettings,
     *, is_continuation: bool,
 ) -> Submap:  # fmt: skip
-    """Build a submap from consecutive images as long as they overlap.
+    """Build a submap from consecutive images, ``first`` to ``last`` or as far as each matches one before it.
 
-    Args:
-        images: all images of the survey.
-        first: index of the first image.
-        last: index of the last image; the submap ends earlier where an image matches none before it.
-        position: optical centre in the base frame, shape (3,) [m].
-        settings: survey settings.
-        is_continuation: whether the first image is also the last one of the previous submap.
+    ``position`` is the optical centre in the base frame, shape (3,) [m]; a continuation begins with the last image of
+    the previous submap.
     """
     poses = [SE2(0.0, 0.0, 0.0)]
     for index in range(first + 1, last + 1):
@@ -104,14 +131,9 @@ def _register_image(
 def match_images(
     target: SurveyImage, source: SurveyImage, expected: SE2, height: float, settings: SurveySettings
 ) -> SE2 | None:
-    """Register one image to another near the pose expected from odometry; None if they do not match.
+    """Register one image to another near the pose of its base expected from odometry; None if they do not match.
 
-    Args:
-        target: target image.
-        source: source image.
-        expected: expected pose of the source base in the target base.
-        height: camera height [m].
-        settings: survey settings.
+    ``height`` is that of the camera [m].
     """
     distance = float(np.hypot(expected.x, expected.y))
     radius = settings.odometry_position_tolerance + settings.odometry_error * distance
@@ -124,7 +146,7 @@ def match_images(
     )
     source_points = points_near(source.points, target.points, expected, spacing + radius)
     sigma = float(np.hypot(np.median(source.sigmas), settings.dot_sigma)) * 2.0 if len(source) else 1e-4
-    tolerances = Tolerances(
+    tolerances = MatchTolerances(
         max(sigma, 0.0001),
         _SCALE_SIGMAS * settings.scale_sigma,
         _TILT_SIGMAS * settings.tilt_sigma / height,
@@ -138,7 +160,7 @@ def match_images(
     return fit_rigid_pose(source_points[found.source], target.points[found.target])
 
 
-def fit_rigid_pose(source: NDArray[np.float64], target: NDArray[np.float64]) -> SE2:
+def fit_rigid_pose(source: Floats, target: Floats) -> SE2:
     """Return the least-squares rigid motion from source dots, shape (k, 2), to their target dots."""
     z, m = source @ (1.0, 1j), target @ (1.0, 1j)
     rotation = np.vdot(z - z.mean(), m - m.mean())
@@ -147,9 +169,7 @@ def fit_rigid_pose(source: NDArray[np.float64], target: NDArray[np.float64]) -> 
     return SE2(float(translation.real), float(translation.imag), float(np.angle(rotation)))
 
 
-def points_near(
-    points: NDArray[np.float64], others: NDArray[np.float64], expected: SE2, max_distance: float
-) -> NDArray[np.float64]:
+def points_near(points: Floats, others: Floats, expected: SE2, max_distance: float) -> Floats:
     """Return the points, shape (n, 2), within ``max_distance`` [m] of one of the others at the expected pose."""
     if len(points) == 0 or len(others) == 0:
         return points[:0]

@@ -1,16 +1,12 @@
 """The dots of one image of a survey."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import overload
 
 import numpy as np
-from numpy.typing import NDArray
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
+from floor_localizer.core.arrays import Booleans, Floats
+from floor_localizer.core.dots import DetectedDots
+from floor_localizer.core.errors import FloorLocalizerError
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 
@@ -29,36 +25,14 @@ class SurveyImage:
 
     name: str
     T_odom_base: SE2
-    directions: NDArray[np.float64]
-    points: NDArray[np.float64]
-    sigmas: NDArray[np.float64]
-    diameters: NDArray[np.float64]
+    directions: Floats
+    points: Floats
+    sigmas: Floats
+    diameters: Floats
 
     def __len__(self) -> int:
         """Return the number of dots."""
         return len(self.points)
-
-
-class ImageSelection(Sequence[SurveyImage]):
-    """Selected images of a sequence."""
-
-    def __init__(self, images: Sequence[SurveyImage], chosen: NDArray[np.int64]) -> None:
-        """Select images by their indices, shape (k,)."""
-        self._images, self._chosen = images, chosen
-
-    def __len__(self) -> int:
-        """Return the number of selected images."""
-        return len(self._chosen)
-
-    @overload
-    def __getitem__(self, index: int) -> SurveyImage: ...
-    @overload
-    def __getitem__(self, index: slice) -> ImageSelection: ...
-    def __getitem__(self, index: int | slice) -> SurveyImage | ImageSelection:
-        """Return a selected image, or a selection from the selection."""
-        if isinstance(index, slice):
-            return ImageSelection(self._images, self._chosen[index])
-        return self._images[int(self._chosen[index])]
 
 
 def survey_image(
@@ -87,7 +61,7 @@ class ViewOutline:
         corners: corners of the view in the base frame, in order around it, shape (4, 2) [m].
     """
 
-    corners: NDArray[np.float64]
+    corners: Floats
 
     @property
     def width(self) -> float:
@@ -96,7 +70,7 @@ class ViewOutline:
         return float(np.sqrt(0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))))
 
     @property
-    def centre(self) -> NDArray[np.float64]:
+    def centre(self) -> Floats:
         """Centre of the view, shape (2,) [m]."""
         return self.corners.mean(axis=0)
 
@@ -105,12 +79,12 @@ class ViewOutline:
         """Distance of the farthest corner from the centre [m]."""
         return float(np.hypot(*(self.corners - self.centre).T).max())
 
-    def centres(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def centres(self, states: Floats) -> Floats:
         """Return the centres of the views in the map frame, shape (k, 2) [m], of image states, shape (k, 6)."""
         (x, y), cos, sin = self.centre, np.cos(states[:, 2]), np.sin(states[:, 2])
         return np.asarray(states[:, :2] + np.column_stack([cos * x - sin * y, sin * x + cos * y]))
 
-    def contains(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
+    def contains(self, points: Floats, margin: float) -> Booleans:
         """Return whether each point of the base frame, shape (n, 2), is in the view inside a margin [m]."""
         inside = np.ones(len(points), dtype=np.bool_)
         centre = self.centre

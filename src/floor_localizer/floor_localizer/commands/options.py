@@ -1,0 +1,213 @@
+"""What several commands share: options generated from a settings class, and workers for tasks."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from dataclasses import fields
+from multiprocessing import resource_tracker
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner
+from shirube_core.geometry import CameraMount
+from shirube_core.settings import SettingsError, check_settings, describe_settings, reject_former_option
+from shirube_ros.file_errors import CameraFileError
+
+Settings = TypeVar('Settings')
+_SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
+_ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
+_WORKER_CONFIG = {
+    # Dask's workers return memory immediately, which makes arrays 50 % slower.
+    f'{_ENVIRONMENT}.MALLOC_TRIM_THRESHOLD_': None,
+    # Errors are raised here and reported in one line.
+    f'{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED': 'critical',
+}
+
+
+def run_command(name: str, job: Callable[[], object], out: Path | None = None) -> int:
+    """Run a command; return 0, or 1 after one line about what is wrong with a file or an option.
+
+    ``out`` is named for errors of the system without a file.
+    """
+    try:
+        job()
+    except (FloorLocalizerError, CameraFileError, SettingsError) as fault:
+        print(f'{name}: {fault}', file=sys.stderr)
+        return 1
+    except OSError as fault:
+        print(f'{name}: {fault.filename or out}: {fault.strerror}; choose a writable place', file=sys.stderr)
+        return 1
+    return 0
+
+
+def add_mount_options(parser: argparse.ArgumentParser, xyz_help: str, rpy_help: str) -> None:
+    """Add ``--camera-xyz`` and ``--camera-rpy``, the mount of the camera."""
+    mount = CameraMount()
+    for name, default, letters, text in (
+        ('--camera-xyz', mount.xyz, ('X', 'Y', 'Z'), xyz_help),
+        ('--camera-rpy', mount.rpy, ('R', 'P', 'Y'), rpy_help),
+    ):
+        parser.add_argument(name, type=float, nargs=3, default=default, metavar=letters, help=text)
+
+
+def add_settings(parser: argparse.ArgumentParser, cls: type) -> None:
+    """Add an option for each setting of a class."""
+    for each in describe_settings(cls):
+        unit = f' [{each.unit}]' if each.unit else ''
+        parser.add_argument(
+            f'--{each.name.replace("_", "-")}',
+            type=each.type,
+            default=each.default,
+            help=f'{each.description}{unit} (default: %(default)s)',
+        )
+        if each.former_name:
+            reject_former_option(parser, each.former_name, each.name)
+
+
+def settings_from(options: argparse.Namespace, cls: type[Settings]) -> Settings:
+    """Return the settings from the parsed options.
+
+    Raises:
+        SettingsError: a setting is out of range.
+    """
+    settings = cls(**{field.name: getattr(options, field.name) for field in fields(cls)})  # type: ignore[arg-type]
+    check_settings(settings)
+    return settings
+
+
+def add_worker_options(parser: argparse.ArgumentParser) -> None:
+    """Add ``--workers`` and ``--scheduler``, the arguments of `task_runner`."""
+    parser.add_argument(
+        '--workers',
+        type=_positive,
+        default=os.cpu_count() or 1,
+        help='number of local processes (default: all cores)',
+    )
+    parser.add_argument(
+        '--scheduler',
+        metavar='ADDRESS',
+        help='address of a dask scheduler, such as tcp://10.0.0.1:8786, whose workers access the same files',
+    )
+
+
+def _positive(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError('must be at least 1')
+    return number
+
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+
+class DaskRunner:
+    """Runs the tasks on the workers of a dask.distributed client."""
+
+    def __init__(self, client: Client) -> None:
+        """Store the client."""
+        self._client = client
+
+    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
+        """Call the function with each of the arguments; yield after each completed task, in any order."""
+        from distributed import as_completed  # noqa: PLC0415 as in `task_runner`
+        from distributed.scheduler import KilledWorker  # noqa: PLC0415
+
+        futures = [self._client.submit(function, *given, pure=False) for given in arguments]
+        try:
+            for future in as_completed(futures):
+                future.result()
+                yield
+        except KilledWorker as fault:
+            raise FloorLocalizerError(
+                'a worker died several times at the same task (not enough memory?); '
+                'run the same command again with fewer --workers: completed tasks are kept'
+            ) from fault
+        except CancelledError as fault:
+            raise FloorLocalizerError(
+                'the scheduler has stopped; start it and run the same command again: completed tasks are kept'
+            ) from fault
+        finally:
+            self._client.cancel(futures)
+
+
+@contextmanager
+def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunner]:
+    """Start a task runner, and stop it at the end.
+
+    Args:
+        workers: number of local processes; with one, the tasks run in this process.
+        scheduler: address of a dask scheduler whose workers access the same files; None for local processes.
+
+    Raises:
+        FloorLocalizerError: the scheduler does not answer, or has no workers.
+    """
+    if scheduler is None and workers == 1:
+        yield InProcessRunner()
+        return
+    # Imported here, as it takes half a second and only index and survey need it; the import sets its logging levels.
+    import distributed  # noqa: F401, PLC0415
+
+    for name in ('distributed', 'distributed.client'):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # as for the workers
+    with _local_workers(workers) if scheduler is None else _scheduler_workers(scheduler) as client:
+        yield DaskRunner(client)
+
+
+@contextmanager
+def _local_workers(workers: int) -> Iterator[Client]:
+    """Start local workers, and stop them at the end."""
+    import dask  # noqa: PLC0415 as in `task_runner`
+    from distributed import Client, LocalCluster  # noqa: PLC0415
+
+    with dask.config.set(_WORKER_CONFIG):
+        with _block_interrupts():
+            cluster = LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0
+            )
+        with cluster, Client(cluster) as client:
+            yield client
+
+
+@contextmanager
+def _scheduler_workers(scheduler: str) -> Iterator[Client]:
+    """Connect to the workers of a scheduler."""
+    from distributed import Client  # noqa: PLC0415 as in `task_runner`
+
+    try:
+        client = Client(scheduler, timeout=_SCHEDULER_TIMEOUT)
+    except (OSError, ValueError) as fault:
+        raise FloorLocalizerError(
+            f'--scheduler {scheduler}: does not answer; start "dask scheduler" there, or leave it out'
+        ) from fault
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_SCHEDULER_TIMEOUT)
+        except TimeoutError as fault:
+            raise FloorLocalizerError(
+                f'--scheduler {scheduler}: has no workers; start "dask worker {scheduler}", or leave it out'
+            ) from fault
+        yield client
+
+
+@contextmanager
+def _block_interrupts() -> Iterator[None]:
+    """Block SIGINT while workers are started; they inherit the blocked signal.
+
+    A terminal sends SIGINT to all its processes. Only this process handles it and stops the workers, which otherwise
+    would print tracebacks.
+    """
+    resource_tracker.ensure_running()  # otherwise started with the first worker, which would unblock the signal
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)

@@ -1,1 +1,0 @@
-"""Calibrate the mount of the belly camera from an image of a known mat."""
