@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scene_simulator.stereo_rig import StereoRig as Cameras
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo import StereoRig
 
 
 def product_rig(cameras: Cameras) -> StereoRig:

@@ -26,7 +26,7 @@ from _stage_clock import time_stages
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
-import stereo_landmark.core.procedure.detected_scene as scene_module
+import stereo_landmark.core.procedure.stereo_view as scene_module
 import stereo_landmark.core.procedure.stereo_view as view_module
 import stereo_landmark.core.procedure.target_search as search_module
 from scene_simulator.corridor_generator import CorridorDesign, corridor
@@ -37,7 +37,7 @@ from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.procedure.detected_scene import detect_scene
+from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
 WANTED = 100.0

@@ -27,11 +27,10 @@ from shirube_bringup.place_teaching import teach_places
 from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.bag_localization import BagLocalization as LandmarkRun
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.pair_stream import PairStream
-from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.files.place_file import load_places
-from stereo_landmark.pair_recording import choose_topics as pair_topics
+from stereo_landmark.files.recording import choose_topics as pair_topics
 from vlc_beacon.commands.locate import locate as locate_lamps
 from vlc_beacon.commands.locate import make_parser as lamp_options
 

@@ -14,13 +14,11 @@ from scene_simulator.mission_layout import NOMINAL
 from scene_simulator.mission_sensors import STEREO_RIG
 from scene_simulator.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
+from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.stereo import StereoImages, StereoRig
+from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
 from stereo_landmark.files.place_file import save_place
 
 PLACES = {

@@ -12,9 +12,9 @@ from shirube_ros.stamp_validator import StampValidator
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.grey_image import to_grey
-from stereo_landmark.located_frame import LocatedFrame
-from stereo_landmark.pair_recording import pair_recording
+from stereo_landmark.files.camera_files import to_grey
+from stereo_landmark.files.displacement_files import LocatedFrame
+from stereo_landmark.files.recording import pair_recording
 
 
 class BagLocalization:

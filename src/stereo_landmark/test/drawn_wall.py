@@ -7,8 +7,7 @@ from numba import njit
 from place_scenes import RIG
 
 from shirube_core.geometry import matrix_from_rpy
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 
 FINE = 4
 """Rays along each side of a pixel."""

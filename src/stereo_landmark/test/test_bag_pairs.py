@@ -8,8 +8,8 @@ from taught_wall import CALIBRATIONS, HERE, RAW, RIG, TAUGHT, raw_image, seen
 
 from stereo_landmark.commands.teach import make_parser
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.page import bag_pairs as module
-from stereo_landmark.page.bag_pairs import bag_pairs
+from stereo_landmark.page import pair_source as module
+from stereo_landmark.page.pair_source import bag_pairs
 
 SECOND = 1_000_000_000
 

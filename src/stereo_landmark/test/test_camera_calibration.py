@@ -9,10 +9,10 @@ from stereo_calibrations import raw_calibrations, rectified_calibration, write_c
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from shirube_ros.file_errors import CalibrationError
 from shirube_ros.message_error import CameraInfoError
-from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.calibration_file import load_camera_calibration
+from stereo_landmark.files.camera_files import load_camera_calibration
+from stereo_landmark.files.recording import calibration_from_camera_info
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
 LEFT, RIGHT = rectified_calibration(CAMERA), rectified_calibration(CAMERA, 0.2)

@@ -4,7 +4,8 @@ import pytest
 from random_places import random_place
 
 from shirube_core.geometry import CameraMount
-from stereo_landmark.core.pair.camera_check import calibration_hash, check_cameras
+from stereo_landmark.core.pair.pair_localizer import check_cameras
+from stereo_landmark.core.stereo import calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 PLACE = random_place(1)

@@ -1,9 +1,9 @@
 import numpy as np
 from seen_shapes import ellipse_photo
 
+from stereo_landmark.core.edges.chains import extract_chains, link_points
 from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.settings import EdgeSettings
-from stereo_landmark.core.segments.chains import extract_chains, link_points
+from stereo_landmark.core.settings import EdgeSettings
 
 
 def test_links_go_to_one_point_from_one_point():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from place_scenes import CAMERA
 
-from stereo_landmark.core.place.circle_centre import ellipse_centre_offset
+from stereo_landmark.core.procedure.prediction import ellipse_centre_offset
 
 
 def outline(centre, normal, radius, count=720):

@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from drawn_wall import Disc, Plate, Wall, view_of
 
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.procedure.circle_correction import centre_correction, wall_normal
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_detection import TargetDetection
+from stereo_landmark.core.landmark_fix import TargetDetection
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.prediction import centre_correction, wall_normal
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView
 from stereo_landmark.core.procedure.target_search import TargetSearch
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
 
 
 def test_the_wall_is_the_line_with_most_things_on_it():

@@ -3,10 +3,8 @@ from dataclasses import replace
 import numpy as np
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.consensus import find_consensus_set
-from stereo_landmark.core.place.consistency import consistent_points
-from stereo_landmark.core.place.place_fix import NoPlaceFix, NoPlaceFixReason
-from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.place.consensus import consistent_points, find_consensus_set
+from stereo_landmark.core.place.place_locator import NoPlaceFix, NoPlaceFixReason, PlaceLocator
 
 NOISE = 0.1
 NEXT_ROW = np.array([0.0, 0.0, 0.03])

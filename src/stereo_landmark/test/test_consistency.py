@@ -1,7 +1,7 @@
 import numpy as np
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.consistency import consistent_points
+from stereo_landmark.core.place.consensus import consistent_points
 from stereo_landmark.core.place.place_locator import PlaceLocator
 
 

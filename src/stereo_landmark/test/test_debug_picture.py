@@ -1,7 +1,7 @@
 import numpy as np
 from located_pairs import detection, with_fix, without_fix
 
-from stereo_landmark.debug_picture import debug_picture
+from stereo_landmark.node_output import debug_picture
 
 
 def test_points_are_marked_where_they_are_seen_used_ones_in_another_colour():

@@ -5,7 +5,7 @@ import pytest
 from seen_shapes import ellipse_photo, polygon_photo
 
 from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 

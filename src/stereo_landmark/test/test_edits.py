@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stereo_landmark.core.primitives.ellipse import Ellipse
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.processing_values import processing_values

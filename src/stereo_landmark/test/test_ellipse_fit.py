@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse
-from stereo_landmark.core.primitives.ellipse_geometry import ellipse_point
+from stereo_landmark.core.primitives.ellipse_fit import ellipse_point, fit_ellipse
 
 
 def _points(parameters, begin=0.0, end=2 * math.pi, count=40):

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from stereo_landmark.core.primitives.ellipse_geometry import (
+from stereo_landmark.core.primitives.ellipse_fit import (
     ellipse_point,
     foot_point,
     normal_jacobian_row,

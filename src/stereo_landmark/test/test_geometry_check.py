@@ -2,8 +2,8 @@ import numpy as np
 from place_scenes import RIG, panel, teach, view
 
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.procedure.geometry_check import (
+from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.teaching.geometry_hints import (
     check_geometry,
     count_distinct_points,
     horizontal_extent,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.edges.gradient import gaussian_gradient
+from stereo_landmark.core.edges.edges import gaussian_gradient
 
 
 @pytest.mark.parametrize('sigma', [0.7, 1.0, 2.5])

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.grey_image import check_grey_image
+from stereo_landmark.core.edges.edges import check_grey_image
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 

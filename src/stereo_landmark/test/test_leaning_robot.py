@@ -8,11 +8,12 @@ from pair_bag import write_pairs
 from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place, write_files
 
 from stereo_landmark.commands.locate import main
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.pair.stereo_images import StereoImages
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.files.place_file import load_places, save_place
-from stereo_landmark.page.taught_pair import taught_pair
-from stereo_landmark.place_validation import validate_places
+from stereo_landmark.node import validate_places
+from stereo_landmark.page.pair_source import taught_pair
 
 TILT = (0.04, -0.03)
 LEANING = (0.15, -0.1, 0.05, 0.06, *TILT)

@@ -3,7 +3,7 @@ from dataclasses import replace
 from located_pairs import with_fix, without_fix
 
 from shirube_ros.diagnostics import Level
-from stereo_landmark.localizer_report import LocalizerReport
+from stereo_landmark.node_output import LocalizerReport
 
 
 class Clock:

@@ -8,11 +8,11 @@ from place_scenes import MOUNT
 from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 
 from shirube_core.geometry import CameraMount
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair import pair_localizer
 from stereo_landmark.core.pair.epipolar_check import PairFault
 from stereo_landmark.core.pair.pair_stream import PairStream, Side
-from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 SECOND = 1_000_000_000

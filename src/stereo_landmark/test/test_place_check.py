@@ -5,11 +5,10 @@ import pytest
 from drawn_wall import Disc, Wall, look
 from taught_wall import RIG, TAUGHT, seen, taught_place
 
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.teaching.place_check import check_place
+from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
 
 
 def with_points(count):

@@ -1,11 +1,10 @@
 import pytest
 from taught_wall import write_files
 
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
-from stereo_landmark.core.procedure.settings import SearchSettings
+from stereo_landmark.core.settings import LandmarkSettings, SearchSettings
 from stereo_landmark.files.place_file import load_places
 from stereo_landmark.files.yaml_file import LandmarkFileError
-from stereo_landmark.place_validation import validate_places
+from stereo_landmark.node import validate_places
 
 
 @pytest.fixture

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.segments.polyline import polyline_vertices
+from stereo_landmark.core.edges.segments import polyline_vertices
 
 
 @pytest.mark.parametrize('tolerance', [0.3, 1.0, 4.0])

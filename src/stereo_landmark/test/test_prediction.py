@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel
 
-from stereo_landmark.core.place.reprojection_model import reproject
+from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.procedure.prediction import image_distances, poses_from_match, predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView
 

@@ -6,9 +6,8 @@ from place_scenes import CAMERA, MOUNT
 from stereo_calibrations import RealPairs, raw_calibrations
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, stereo_rig
 from stereo_landmark.core.pair.epipolar_check import PairFault, pair_fault
-from stereo_landmark.core.pair.rectification import Rectifier
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 LEFT = PinholeCamera(752, 480, 690.0, 693.0, 370.0, 244.0, (-0.25, 0.06, 0.0005, -0.0008, 0.01))

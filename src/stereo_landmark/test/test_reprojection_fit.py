@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.reprojection_fit import fit_reprojection
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.place.reprojection import fit_reprojection, reproject
+from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.stereo import SpatialPoints
 
 KNOWN_TILT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)
 FREE_TILT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.5)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel
 
-from stereo_landmark.core.place.reprojection_model import reproject
+from stereo_landmark.core.place.reprojection import reproject
 
 STATE = np.array([0.2, -0.1, 0.02, 0.3, 0.05, -0.08])
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.primitives.robust_step import robust_step
+from stereo_landmark.core.least_squares import robust_step
 
 RNG = np.random.default_rng(0)
 JACOBIAN = np.column_stack([np.ones(30), np.linspace(-1.0, 1.0, 30)])

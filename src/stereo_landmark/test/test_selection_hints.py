@@ -7,8 +7,8 @@ from place_scenes import RIG
 from teaching_wall import session_with_meters
 from test_target_search import ALL, ALONE, METERS
 
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.place_warnings import find_place_warnings
 from stereo_landmark.core.teaching.procedure_check import Outcome

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from drawn_wall import Plate, Wall, view_of
 
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.skew_check import find_skewed_shapes
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing
+from stereo_landmark.core.teaching.geometry_hints import find_skewed_shapes
+from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
 
 WALL = Wall((Plate(0.4, 0.7, 0.5, 0.3, 60.0), Plate(-0.4, 0.7, 0.3, 0.2, 220.0)))
 

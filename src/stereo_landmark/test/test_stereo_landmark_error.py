@@ -1,7 +1,7 @@
 import pytest
 
 from shirube_core.settings import SettingsError, check_settings
-from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel, view
 
-from stereo_landmark.core.place.stereo_points import is_measurable, triangulate
+from stereo_landmark.core.stereo import is_measurable, triangulate
 
 
 def in_left_camera(points):

@@ -3,7 +3,7 @@ import pytest
 from place_scenes import CAMERA, MOUNT, RIG
 
 from shirube_core.geometry import PinholeCamera
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 

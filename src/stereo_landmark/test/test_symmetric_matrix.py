@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.symmetric_matrix import invert_symmetric
+from stereo_landmark.core.least_squares import invert_symmetric
 
 
 def random_matrix(seed, size, scales):

@@ -7,7 +7,7 @@ from std_msgs.msg import Header
 from taught_wall import METERS
 from visualization_msgs.msg import Marker
 
-from stereo_landmark.target_markers import target_markers
+from stereo_landmark.node_output import target_markers
 
 HEADER = Header(frame_id='base_link')
 

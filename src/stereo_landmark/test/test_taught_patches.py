@@ -7,15 +7,14 @@ from drawn_wall import Plate, Wall, look
 from place_scenes import RIG
 
 from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
+from stereo_landmark.core.stereo import StereoPoints
+from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
 
 PLATES = (Plate(0.45, 0.7, 0.4, 0.3, 60.0), Plate(-0.35, 0.75, 0.36, 0.44, 230.0))
 PRINT = tuple(

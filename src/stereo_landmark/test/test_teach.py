@@ -16,7 +16,7 @@ from taught_wall import CALIBRATIONS, HERE, METERS, RAW, RIG, T_MAP_PLACE, TAUGH
 from stereo_landmark.commands import teach as teach_command
 from stereo_landmark.commands.locate import main as locate
 from stereo_landmark.commands.teach import main
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.files.place_file import load_images, load_place
 
 CENTRES = (

@@ -3,14 +3,13 @@ import pytest
 from drawn_wall import Plate, Wall, look, view_of
 from place_scenes import RIG
 
-from stereo_landmark.core.place import stereo_points as stereo_points_module
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core import stereo as stereo_points_module
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_measurement import stereo_points
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
 
 WALL = Wall((Plate(0.1, 0.7, 0.3, 0.2, 60.0),))
 CORNERS = np.array([[3.0, 0.1 + dy, 0.7 + dz] for dy in (-0.15, 0.15) for dz in (-0.1, 0.1)])

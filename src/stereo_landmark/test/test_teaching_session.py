@@ -8,14 +8,14 @@ from taught_wall import HERE, METERS, RIG, T_MAP_PLACE
 from teaching_wall import images_of, meters_of, new_session, session_with_meters
 
 from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.teaching import Teacher
+from stereo_landmark.core.place.place_locator import PlaceFix
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import cached_pair, edits
 from stereo_landmark.core.teaching.selectable_primitives import find_same_primitive
 from stereo_landmark.core.teaching.target_measurement import NOT_DETECTED
+from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import Region
 from stereo_landmark.page.pair_source import RecordedPairs

@@ -15,19 +15,24 @@ from shirube_core.settings import SettingsError
 from shirube_ros.file_errors import CameraFileError
 from stereo_landmark.core.landmark_fix import NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.procedure.detected_scene import DetectedScene
-from stereo_landmark.core.procedure.primitive_selection import select_primitives
+from stereo_landmark.core.procedure.stereo_view import DetectedScene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.place_warnings import find_place_warnings, make_draft
+from stereo_landmark.core.teaching.primitive_selection import select_primitives
+from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.files.place_file import place_path, save_place
-from stereo_landmark.files.teach_config_file import TargetConfig, TeachConfig, load_teach_config
+from stereo_landmark.files.teach_config_file import (
+    RectifiedPair,
+    TargetConfig,
+    TeachConfig,
+    load_pair,
+    load_teach_config,
+)
 from stereo_landmark.page.teach_page import add_page_options, open_page
-from stereo_landmark.rectified_pair import RectifiedPair, load_pair
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

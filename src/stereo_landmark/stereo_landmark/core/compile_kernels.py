@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.stereo import StereoRig
+from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
 
 _CAMERA = PinholeCamera(320, 240, 300.0, 300.0, 159.5, 119.5)
 _MOUNT = CameraMount((0.0, 0.0, 1.0), (-math.pi / 2.0, 0.0, -math.pi / 2.0))

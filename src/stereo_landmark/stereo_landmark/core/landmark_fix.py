@@ -1,20 +1,60 @@
-"""Result of localization: the place, the displacement and the detected targets, or why there is no pose."""
+"""Results of localization: the place, the displacement and the detected targets, or why there is no pose."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, matrix_from_rpy
-from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
-from stereo_landmark.core.procedure.target_detection import (
-    NoDetectionReason,
-    NoTargetDetection,
-    TargetDetection,
-)
+from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo import StereoPoints
+
+
+@dataclass(frozen=True)
+class TargetDetection:
+    """A detected target.
+
+    Attributes:
+        target: name of the target.
+        state: coarse x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+        points: points refined in the grey images, named ``target/primitive/point``.
+        found: names of the detected primitives.
+        log_likelihood_ratio: log-likelihood ratio against chance.
+    """
+
+    target: str
+    state: NDArray[np.float64]
+    points: StereoPoints
+    found: tuple[str, ...]
+    log_likelihood_ratio: float
+
+
+class NoDetectionReason(Enum):
+    """Why a target is not detected."""
+
+    NO_CANDIDATE = 'no similar shapes in view'
+    NOT_SIGNIFICANT = 'the match could be due to chance'
+    AMBIGUOUS = 'ambiguous: several poses match'
+
+
+@dataclass(frozen=True)
+class NoTargetDetection:
+    """A target that was not detected, and why.
+
+    Attributes:
+        target: name of the target.
+        reason: kind of failure.
+        detail: numbers for the diagnostics.
+    """
+
+    target: str
+    reason: NoDetectionReason
+    detail: str
+
 
 TargetResult = TargetDetection | NoTargetDetection
 _STAGES = (NoDetectionReason.NO_CANDIDATE, NoDetectionReason.NOT_SIGNIFICANT, NoDetectionReason.AMBIGUOUS)

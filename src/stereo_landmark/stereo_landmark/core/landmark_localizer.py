@@ -3,34 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, describe_failure
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection, describe_failure
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
-from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints, concatenate
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.settings import SearchSettings
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_detection import TargetDetection
+from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import TargetSearch
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.stereo import StereoPoints, StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-
-
-@dataclass(frozen=True)
-class LandmarkSettings:
-    """Settings of the target search and of the displacement estimate, in groups."""
-
-    search: SearchSettings = field(default_factory=SearchSettings)
-    place: PlaceSettings = field(default_factory=PlaceSettings)
 
 
 class LandmarkLocalizer:

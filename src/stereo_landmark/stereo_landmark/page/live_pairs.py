@@ -25,14 +25,13 @@ from shirube_ros.image_input import ImageInput
 from shirube_ros.quality_of_service import odometry_profile
 from shirube_ros.stamp_validator import StampValidator
 from shirube_ros.tilt_conversion import tilt_from_imu
-from stereo_landmark.calibration_message import calibration_from_camera_info
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.grey_image import to_grey
+from stereo_landmark.files.camera_files import to_grey
+from stereo_landmark.files.recording import calibration_from_camera_info
 from stereo_landmark.page.pair_source import RecordedPairs
 
 FIRST_PAIR_TIMEOUT = 30.0

@@ -9,18 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from shirube_ros.file_errors import CameraFileError
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
-from stereo_landmark.core.pair.stereo_images import StereoImages
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.selection_hints import Severity, check_trials
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
-from stereo_landmark.page import request_fields as read
-from stereo_landmark.page.page_edits import EDITS
+from stereo_landmark.page import page_edits as read
+from stereo_landmark.page.page_edits import EDITS, Request
 from stereo_landmark.page.pair_source import PairSource
 from stereo_landmark.page.place_saver import PlaceExistsError, PlaceSaver
-from stereo_landmark.page.request_fields import Request
 from stereo_landmark.page.snapshot import configuration, edges, hint_entries, snapshot, test_result
 
 Answer = dict[str, Any]

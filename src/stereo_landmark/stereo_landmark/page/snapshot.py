@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.settings import describe_settings
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.geometry_check import pose_sigmas
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind
-from stereo_landmark.core.procedure.target_detection import TargetDetection
-from stereo_landmark.core.segments.segments import Segments
+from stereo_landmark.core.edges.segments import Segments
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection
+from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
+from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_kind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing
+from stereo_landmark.core.teaching.geometry_hints import pose_sigmas
 from stereo_landmark.core.teaching.outline import primitive_outline
 from stereo_landmark.core.teaching.processing_values import processing_values
 from stereo_landmark.core.teaching.selectable_primitives import SelectablePrimitive

@@ -19,16 +19,18 @@ from stereo_landmark.core.teaching.place_state import state_from_place
 from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.files.place_file import load_place
 from stereo_landmark.node_settings import NodeSettings
-from stereo_landmark.page.access import is_loopback, new_token
-from stereo_landmark.page.bag_pairs import bag_pairs
-from stereo_landmark.page.file_pairs import file_pairs
-from stereo_landmark.page.joined_pairs import JoinedPairs
+from stereo_landmark.page.access import is_loopback, new_token, reachable_host
 from stereo_landmark.page.page_server import PageServer, serve
-from stereo_landmark.page.pair_source import PairSource, RecordedPairs
+from stereo_landmark.page.pair_source import (
+    JoinedPairs,
+    PairSource,
+    RecordedPairs,
+    bag_pairs,
+    file_pairs,
+    taught_pair,
+)
 from stereo_landmark.page.place_saver import PlaceSaver
-from stereo_landmark.page.reachable_host import reachable_host
 from stereo_landmark.page.request_handler import RequestHandler, SaveStatus
-from stereo_landmark.page.taught_pair import taught_pair
 
 PORT = 8765
 PORT_MAX = 65535

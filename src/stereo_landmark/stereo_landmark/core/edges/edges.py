@@ -1,7 +1,8 @@
-"""Subpixel edge detection: non-maximum suppression of the gradient magnitude."""
+"""Subpixel edge detection: non-maximum suppression of the gradient magnitude (paper 3.3b)."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -9,9 +10,49 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.edges.gradient import gaussian_gradient
-from stereo_landmark.core.edges.settings import EdgeSettings
-from stereo_landmark.core.grey_image import check_grey_image
+from stereo_landmark.core.settings import EdgeSettings
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+SIDE_MIN = 16
+"""Minimum image width and height [px]."""
+
+
+def check_grey_image(image: NDArray[np.uint8]) -> None:
+    """Check that an image is grey, 8 bit and large enough.
+
+    Raises:
+        StereoLandmarkError: wrong type, shape or size; one line that names both it and the expected one.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
+        raise StereoLandmarkError(f'the image holds {kind}, it must be an array of uint8 (mono8)')
+    if image.ndim != 2:
+        raise StereoLandmarkError(f'the image has the shape {image.shape}, it must be grey, (h, w) (mono8)')
+    if min(image.shape) < SIDE_MIN:
+        raise StereoLandmarkError(
+            f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SIDE_MIN} px'
+        )
+
+
+def gaussian_gradient(
+    image: NDArray[np.uint8], sigma: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the derivatives along x and y of the smoothed image, each shape (h, w) [grey levels / px].
+
+    Args:
+        image: grey image, shape (h, w).
+        sigma: standard deviation of the Gaussian [px].
+    """
+    radius = math.ceil(3.0 * sigma)
+    offsets = np.arange(-radius, radius + 1, dtype=np.float64)
+    gaussian = np.exp(-0.5 * (offsets / sigma) ** 2)
+    gaussian /= gaussian.sum()
+    derivative = offsets * gaussian
+    derivative /= np.sum(offsets * derivative)  # a ramp of one grey level per pixel has gradient 1
+    border = cv2.BORDER_REPLICATE
+    gx = cv2.sepFilter2D(image, cv2.CV_32F, derivative, gaussian, borderType=border)
+    gy = cv2.sepFilter2D(image, cv2.CV_32F, gaussian, derivative, borderType=border)
+    return gx, gy
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,16 @@
-"""Calibration of one camera of a stereo pair: the fields of ``sensor_msgs/CameraInfo``."""
+"""Calibration of one camera of a stereo pair (the fields of ``sensor_msgs/CameraInfo``), and rectification by it."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 _REMEDY = 'calibrate both cameras as a pair (camera_calibration, stereo)'
@@ -91,3 +92,42 @@ def stereo_rig(left: CameraCalibration, right: CameraCalibration, mount: CameraM
         StereoLandmarkError: the baseline is zero or negative, or the cameras were not calibrated together.
     """
     return StereoRig(left.rectified, right.rectified, right.x - left.x, mount)
+
+
+class Rectifier:
+    """Rectifies the images of one camera.
+
+    Args:
+        calibration: calibration of the camera.
+    """
+
+    def __init__(self, calibration: CameraCalibration) -> None:
+        camera = calibration.raw
+        self._size = (camera.width, camera.height)
+        self._u, self._v = cv2.initUndistortRectifyMap(
+            camera.matrix,
+            np.array(camera.distortion),
+            np.array(calibration.rotation).reshape(3, 3),
+            calibration.matrix,
+            self._size,
+            cv2.CV_32FC1,
+        )
+
+    def rectify(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return the rectified image, shape (h, w).
+
+        The border is replicated outside the raw image, because a black border would look like a landmark.
+
+        Args:
+            image: raw grey image, shape (h, w).
+
+        Raises:
+            StereoLandmarkError: the image size differs from the calibration.
+        """
+        if image.shape[::-1] != self._size:
+            raise StereoLandmarkError(
+                f'the image is {image.shape[1]} x {image.shape[0]} px, the calibration is for '
+                f'{self._size[0]} x {self._size[1]} px; calibrate at the resolution in use'
+            )
+        rectified = cv2.remap(image, self._u, self._v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(rectified, dtype=np.uint8)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo import StereoRig
 
 FEATURES = 600
 PYRAMID_LEVELS = 3

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.camera_check import check_cameras
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier
 from stereo_landmark.core.pair.epipolar_check import pair_fault
-from stereo_landmark.core.pair.rectification import Rectifier
-from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.stereo import StereoRig, calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 LAST_PLACE_TIMEOUT = 10.0
@@ -23,6 +22,8 @@ LAST_PLACE_TIMEOUT = 10.0
 
 CHECK_INTERVAL = 2.0
 """Time between two epipolar checks of the cameras [s]."""
+_MOUNT_TOLERANCE = 1e-6
+"""Tolerance of the mount's position [m] and rotation [rad]."""
 
 
 @dataclass(frozen=True)
@@ -122,3 +123,30 @@ class PairLocalizer:
         if self._last_place is None or abs(stamp_ns - self._last_place[0]) > LAST_PLACE_TIMEOUT * 1e9:
             return ()
         return (self._last_place[1],)
+
+
+def check_cameras(place: TaughtPlace, rig: StereoRig) -> None:
+    """Check that the cameras are those with which a place was taught.
+
+    Raises:
+        StereoLandmarkError: intrinsics, baseline or camera mount differ.
+    """
+    taught, present = calibration_hash(place.rig), calibration_hash(rig)
+    if taught != present:
+        raise StereoLandmarkError(
+            f'place {place.name} was taught with other cameras (calibration {taught}, now {present}); '
+            'use the calibration it was taught with, or teach it again'
+        )
+    for name, mine, other in (
+        ('camera_xyz', rig.mount.xyz, place.rig.mount.xyz),
+        ('camera_rpy', rig.mount.rpy, place.rig.mount.rpy),
+    ):
+        if not np.allclose(mine, other, rtol=0.0, atol=_MOUNT_TOLERANCE):
+            raise StereoLandmarkError(
+                f'place {place.name} was taught with {name} {_format_vector(other)}, now it is {_format_vector(mine)}; '
+                'set the taught value, or teach the place again'
+            )
+
+
+def _format_vector(numbers: tuple[float, ...]) -> str:
+    return '[' + ', '.join(f'{number:.6g}' for number in numbers) + ']'

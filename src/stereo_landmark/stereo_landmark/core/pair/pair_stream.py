@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, TiltBuffer
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_localizer import LocatedPair, PairLocalizer
-from stereo_landmark.core.pair.settings import PairSettings
 from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 
 
 class Side(IntEnum):

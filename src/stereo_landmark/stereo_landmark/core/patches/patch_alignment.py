@@ -14,8 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereo_landmark.core.patches.patch_fit import HOMOGRAPHY_DOF, fit_patch
-from stereo_landmark.core.patches.patch_template import PatchTemplate, homography_jacobian
-from stereo_landmark.core.patches.smoothing import NOISE_GAIN, spline_coefficients
+from stereo_landmark.core.patches.patch_template import (
+    NOISE_GAIN,
+    PatchTemplate,
+    homography_jacobian,
+    spline_coefficients,
+)
 
 SEARCH_MARGIN = 5
 """Margin of the image window around the predicted patch [px]."""

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.symmetric_matrix import invert_symmetric
+from stereo_landmark.core.least_squares import invert_symmetric
 
 HOMOGRAPHY_DOF = 8
 """Degrees of freedom of a homography."""

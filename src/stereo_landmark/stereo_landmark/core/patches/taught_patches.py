@@ -17,8 +17,11 @@ from numpy.typing import NDArray
 from shirube_core.geometry import gravity_aligned_camera
 from stereo_landmark.core.patches.patch_alignment import AlignedPatch, align_patch
 from stereo_landmark.core.patches.patch_template import PatchTemplate, patch_template
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.stereo_points import (
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo import (
+    MEASUREMENT_SIZE,
     SpatialPoints,
     StereoPoints,
     add_calibration_noise,
@@ -26,9 +29,6 @@ from stereo_landmark.core.place.stereo_points import (
     is_measurable,
     triangulate,
 )
-from stereo_landmark.core.place.stereo_rig import MEASUREMENT_SIZE
-from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
 ImagePair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 CORNER_COUNT = 4

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, wrap_angle
-from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.stereo import SpatialPoints
 
 SPREAD_MIN = 0.005
 """Minimum horizontal RMS distance of the points from their mean; below it the yaw is not observable [m]."""

@@ -1,29 +1,73 @@
-"""Estimates the robot's displacement from the points of taught targets (paper 3.1 and 3.4)."""
+"""Estimates the displacement of the robot from the points of taught targets (paper 3.1 and 3.4)."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, gravity_aligned_camera, wrap_angle
 from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
-from stereo_landmark.core.place.consensus import find_consensus_set
-from stereo_landmark.core.place.consistency import consistent_points
-from stereo_landmark.core.place.place_fix import NoPlaceFix, NoPlaceFixReason, PlaceFix
-from stereo_landmark.core.place.reprojection_fit import ReprojectionFit, fit_reprojection
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.settings import CLOSED_FORM, PlaceSettings
-from stereo_landmark.core.place.stereo_points import (
+from stereo_landmark.core.place.consensus import consistent_points, find_consensus_set
+from stereo_landmark.core.place.reprojection import ReprojectionFit, fit_reprojection, reproject
+from stereo_landmark.core.settings import CLOSED_FORM, PlaceSettings
+from stereo_landmark.core.stereo import (
     SpatialPoints,
     StereoPoints,
+    StereoRig,
     add_calibration_noise,
     is_in_same_row,
     is_measurable,
     triangulate,
 )
-from stereo_landmark.core.place.stereo_rig import StereoRig
+
+
+@dataclass(frozen=True)
+class PlaceFix:
+    """Pose of the robot in the frame of a taught place, which is the gravity-aligned base frame at teaching time.
+
+    Attributes:
+        T_place_base: pose of the robot in the frame of the place.
+        height: height of the base above the taught pose [m].
+        tilt: estimated roll and pitch of the base [rad].
+        covariance: covariance of x, y, z [m] and yaw [rad], shape (4, 4).
+        names: names of the inlier points.
+        residuals: reprojection residuals of these points, u, v left and u, v right, shape (n, 4) [px].
+    """
+
+    T_place_base: SE2
+    height: float
+    tilt: tuple[float, float]
+    covariance: NDArray[np.float64]
+    names: tuple[str, ...]
+    residuals: NDArray[np.float64]
+
+
+class NoPlaceFixReason(Enum):
+    """Why there is no displacement."""
+
+    TOO_FEW_POINTS = 'too few points'
+    ROW_MISMATCH = 'left and right show the points in different rows; calibrate the cameras as a pair'
+    INCONSISTENT = 'the distances between the points are not the taught ones'
+    POOR_GEOMETRY = 'the points do not determine the displacement'
+    UNCERTAIN = 'the displacement is too uncertain'
+
+
+@dataclass(frozen=True)
+class NoPlaceFix:
+    """No displacement, and why.
+
+    Attributes:
+        reason: the kind of failure.
+        detail: numbers for the diagnostics.
+    """
+
+    reason: NoPlaceFixReason
+    detail: str
+
 
 RUNNER_UP_RATIO = 0.7
 """A runner-up hypothesis with at least this fraction of the best support makes the displacement ambiguous."""

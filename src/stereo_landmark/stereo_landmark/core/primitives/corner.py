@@ -10,17 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.settings import setting
-from stereo_landmark.core.primitives.angle_wrapping import wrap_differences
 from stereo_landmark.core.primitives.corner_links import link_corners
-from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.lazy_shapes import LazyShapes
 from stereo_landmark.core.primitives.line_intersection import (
     intersect_with_covariance,
     intersection_covariance,
 )
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.shape import ImagePoint, LazyShapes, wrap_differences
+from stereo_landmark.core.settings import PrimitiveSettings
 
 # The intersection of arms with a smaller angle is ill-conditioned.
 _SINE_MIN = 0.1

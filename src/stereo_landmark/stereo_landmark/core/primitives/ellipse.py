@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.settings import setting
-from stereo_landmark.core.primitives.angle_wrapping import wrap_difference, wrap_differences
+from stereo_landmark.core.edges.segments import Segments
 from stereo_landmark.core.primitives.arcs import find_arcs
-from stereo_landmark.core.primitives.ellipse_geometry import normal_jacobian
+from stereo_landmark.core.primitives.ellipse_fit import normal_jacobian
 from stereo_landmark.core.primitives.ellipse_refinement import refine_outline
 from stereo_landmark.core.primitives.ellipse_search import EllipseLimits, search_ellipses
-from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.segments.segments import Segments
+from stereo_landmark.core.primitives.shape import ImagePoint, wrap_difference, wrap_differences
+from stereo_landmark.core.settings import PrimitiveSettings
 
 # Prior of the tilt, which a circle does not determine [rad].
 TILT_SIGMA = 1.0

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.least_squares import robust_step
 from stereo_landmark.core.primitives.edge_profiles import BandPixels, fit_edge_profiles
 from stereo_landmark.core.primitives.edge_response import (
     BLURS,
@@ -16,7 +17,7 @@ from stereo_landmark.core.primitives.edge_response import (
     nearest_blur,
     response_table,
 )
-from stereo_landmark.core.primitives.ellipse_geometry import (
+from stereo_landmark.core.primitives.ellipse_fit import (
     ellipse_point,
     foot_point,
     normal_jacobian_row,
@@ -30,7 +31,6 @@ from stereo_landmark.core.primitives.line_refinement import (
     band_width,
     next_blur,
 )
-from stereo_landmark.core.primitives.robust_step import robust_step
 
 _PROFILE_LENGTH = 6.0
 _PROFILES_MIN = 16

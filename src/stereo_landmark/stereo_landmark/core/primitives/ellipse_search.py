@@ -8,8 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse
-from stereo_landmark.core.primitives.ellipse_geometry import perimeter
+from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse, perimeter
 
 # Smallest turn of an arc that proposes an ellipse alone [rad]; number of points per arc in the fit.
 _SINGLE_ARC_TURN_MIN = 1.6

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.least_squares import robust_step
 from stereo_landmark.core.primitives.edge_profiles import fit_edge_profiles
 from stereo_landmark.core.primitives.edge_response import (
     BLURS,
@@ -17,7 +18,6 @@ from stereo_landmark.core.primitives.edge_response import (
     response_table,
 )
 from stereo_landmark.core.primitives.line_band import apply_adjacent_edge, line_band
-from stereo_landmark.core.primitives.robust_step import robust_step
 
 ITERATIONS_MAX = 5
 """Largest number of refinement iterations of an outline."""

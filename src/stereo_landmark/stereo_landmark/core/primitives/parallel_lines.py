@@ -11,11 +11,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from shirube_core.settings import setting
-from stereo_landmark.core.primitives.angle_wrapping import wrap_difference, wrap_differences
-from stereo_landmark.core.primitives.image_point import ImagePoint
 from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.shape import ImagePoint, wrap_difference, wrap_differences
+from stereo_landmark.core.settings import PrimitiveSettings
 
 # Standard deviation of the ends of a segment along it [px].
 _END_SIGMA = 1.0

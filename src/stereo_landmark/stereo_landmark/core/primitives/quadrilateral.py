@@ -10,10 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.settings import setting
-from stereo_landmark.core.primitives.angle_wrapping import wrap_difference
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
-from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.lazy_shapes import LazyShapes
 from stereo_landmark.core.primitives.line_intersection import (
     intersect_lines,
     intersection_covariance,
@@ -27,7 +24,8 @@ from stereo_landmark.core.primitives.quadrilateral_search import (
     find_cycles,
     suppress_duplicates,
 )
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.shape import ImagePoint, LazyShapes, wrap_difference
+from stereo_landmark.core.settings import PrimitiveSettings
 
 # Outlines whose corners differ by less are duplicates [px].
 _DUPLICATE_DISTANCE = 4.0

@@ -8,13 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.primitives.primitive import (
+    PrimitiveKind,
+    Tolerances,
+    shape_differences,
+    shape_vectors,
+)
 from stereo_landmark.core.primitives.quadrilateral_comparison import order_corner_pairs
-from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives
-from stereo_landmark.core.procedure.primitive import PrimitiveKind, Tolerances
-from stereo_landmark.core.procedure.shape_vectors import shape_differences, shape_vectors
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
+from stereo_landmark.core.stereo import StereoRig
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.least_squares import invert_symmetric
 from stereo_landmark.core.procedure.prediction import stereo_intrinsics
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 DETECTED_SIGMA = 0.7
 """Standard deviation of a detected primitive before its refinement in the grey image [px]."""

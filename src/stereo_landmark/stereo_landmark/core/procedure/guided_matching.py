@@ -13,17 +13,20 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.primitives.primitive import (
+    PrimitiveKind,
+    Tolerances,
+    align_point_order,
+    shape_vectors,
+)
 from stereo_landmark.core.primitives.quadrilateral_comparison import order_corner_pairs
 from stereo_landmark.core.procedure.candidate_search import similar_primitives
 from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
-from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives
 from stereo_landmark.core.procedure.prediction import predict_pixels
-from stereo_landmark.core.procedure.primitive import PrimitiveKind, Tolerances, align_point_order
-from stereo_landmark.core.procedure.shape_vectors import shape_vectors
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.stereo import SpatialPoints
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.procedure.candidate_search import StereoCandidates
 from stereo_landmark.core.procedure.prediction import poses_from_match, predict_pixels
-from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.settings import SearchSettings
 
 YAW_STEP = 0.09
 """Step between the tested yaws [rad]."""

@@ -9,12 +9,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.primitives.primitive import Tolerances
 from stereo_landmark.core.procedure.candidate_search import similar_primitives
 from stereo_landmark.core.procedure.prediction import predict_pixels
-from stereo_landmark.core.procedure.primitive import Tolerances
-from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
+from stereo_landmark.core.settings import SearchSettings
 
 WINDOW = 5.0
 """Maximum distance of a detection from its predicted pixel [px]."""

@@ -6,10 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from stereo_landmark.core.place.stereo_points import StereoPoints
-from stereo_landmark.core.place.stereo_rig import MEASUREMENT_SIZE
+from stereo_landmark.core.primitives.primitive import Primitive, align_point_order
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.primitive import Primitive, align_point_order
+from stereo_landmark.core.stereo import MEASUREMENT_SIZE, StereoPoints
 
 NamedPair = tuple[str, Primitive, Primitive]
 """Name of a primitive, and its shape in the left and in the right image."""

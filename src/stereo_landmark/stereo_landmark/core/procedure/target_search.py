@@ -9,16 +9,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
+from stereo_landmark.core.landmark_fix import NoDetectionReason, NoTargetDetection, TargetDetection
+from stereo_landmark.core.primitives.primitive import refine_pair
 from stereo_landmark.core.procedure.candidate_search import StereoCandidates, find_stereo_candidates
-from stereo_landmark.core.procedure.circle_correction import centre_correction
 from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
 from stereo_landmark.core.procedure.guided_matching import GuidedMatcher
 from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, generate_hypotheses
 from stereo_landmark.core.procedure.pose_scorer import PoseScorer
-from stereo_landmark.core.procedure.prediction import image_distances
-from stereo_landmark.core.procedure.primitive import refine_pair
-from stereo_landmark.core.procedure.settings import SearchSettings
+from stereo_landmark.core.procedure.prediction import centre_correction, image_distances
 from stereo_landmark.core.procedure.stereo_measurement import (
     NamedPair,
     align_pair,
@@ -26,12 +24,9 @@ from stereo_landmark.core.procedure.stereo_measurement import (
     stereo_points,
 )
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_detection import (
-    NoDetectionReason,
-    NoTargetDetection,
-    TargetDetection,
-)
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
+from stereo_landmark.core.settings import SearchSettings
+from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
 
 DISTINCT_POSE_DISTANCE = 15.0
 """Minimum image distance of a primitive between distinct poses [px]."""

@@ -8,11 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.stereo_points import SpatialPoints
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind, primitive_size
+from stereo_landmark.core.primitives.primitive import (
+    Primitive,
+    PrimitiveKind,
+    primitive_kind,
+    primitive_size,
+)
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing
+from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Primitive
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import Teacher
+from stereo_landmark.core.primitives.primitive import Primitive
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.selectable_primitives import find_same_primitive
+from stereo_landmark.core.teaching.teacher import Teacher
 
 
 class CachedPair:

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from shirube_core.geometry import SE2
 from shirube_core.settings import SettingsError, describe_settings, settings_from_values
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind
+from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_kind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.processing_values import processing_values
 from stereo_landmark.core.teaching.teaching_state import Region, SelectedPrimitive, TargetDraft, TeachingState

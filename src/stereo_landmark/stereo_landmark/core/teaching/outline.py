@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
+from stereo_landmark.core.primitives.primitive import Primitive
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.primitive import Primitive
 
 _STEPS = 48
 """Number of segments of an ellipse."""

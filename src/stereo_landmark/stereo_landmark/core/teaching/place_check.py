@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.procedure.geometry_check import check_geometry
-from stereo_landmark.core.procedure.target_detection import NoTargetDetection
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, NoTargetDetection
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.teaching.geometry_hints import check_geometry
 
 
 def check_place(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from stereo_landmark.core.procedure.stereo_measurement import invariant_points
-from stereo_landmark.core.procedure.teaching import TargetSelection
 from stereo_landmark.core.teaching.place_check import undetected_targets
+from stereo_landmark.core.teaching.teacher import TargetSelection
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import SelectedPrimitive, TargetDraft
 

@@ -6,7 +6,7 @@ from functools import reduce
 from typing import Any
 
 from shirube_core.settings import describe_settings
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 
 
 def processing_values(processing: ImageProcessing) -> dict[str, float]:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stereo_landmark.core.procedure.detected_scene import DetectedScene
-from stereo_landmark.core.procedure.primitive import (
+from stereo_landmark.core.primitives.primitive import (
     Primitive,
     PrimitiveKind,
     Tolerances,
@@ -16,7 +15,7 @@ from stereo_landmark.core.procedure.primitive import (
     primitive_kind,
     primitive_size,
 )
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import DetectedScene, StereoView
 from stereo_landmark.core.teaching.outline import primitive_outline
 from stereo_landmark.core.teaching.teaching_state import Region
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
-from stereo_landmark.core.procedure.primitive import Primitive
+from stereo_landmark.core.primitives.primitive import Primitive
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair, stereo_points
-from stereo_landmark.core.procedure.teaching import TargetSelection
+from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.cached_pair import CachedPair
+from stereo_landmark.core.teaching.teacher import TargetSelection
 from stereo_landmark.core.teaching.teaching_state import SelectedPrimitive, TargetDraft
 
 NOT_DETECTED = 'it is not detected with this image processing; remove it, or undo the change'

@@ -9,16 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereo_landmark.core.edges.edges import extract_edges
+from stereo_landmark.core.edges.segments import Segments, trace_segments
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.segments.segments import Segments, trace_segments
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.cached_pair import CachedPair

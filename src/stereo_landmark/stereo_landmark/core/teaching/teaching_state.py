@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
+from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 
 
 @dataclass(frozen=True)

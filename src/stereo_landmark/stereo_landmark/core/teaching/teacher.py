@@ -9,29 +9,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import (
-    SpatialPoints,
-    StereoPoints,
-    add_calibration_noise,
-    is_in_same_row,
-    is_measurable,
-    triangulate,
-)
 from stereo_landmark.core.primitives.ellipse import Ellipse
-from stereo_landmark.core.procedure.circle_correction import wall_normal
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import (
+from stereo_landmark.core.primitives.primitive import (
     Primitive,
     PrimitiveKind,
     drop_covariance,
     primitive_kind,
     refine_pair,
 )
+from stereo_landmark.core.procedure.prediction import wall_normal
 from stereo_landmark.core.procedure.stereo_measurement import NamedPair, align_pair, stereo_points
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.stereo import (
+    SpatialPoints,
+    StereoImages,
+    StereoPoints,
+    add_calibration_noise,
+    is_in_same_row,
+    is_measurable,
+    triangulate,
+)
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 CONTEXT_LANDMARKS_MAX = 40

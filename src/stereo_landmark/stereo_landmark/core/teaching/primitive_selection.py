@@ -9,8 +9,8 @@ from enum import Enum
 
 import numpy as np
 
-from stereo_landmark.core.procedure.detected_scene import DetectedScene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_size
+from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_size
+from stereo_landmark.core.procedure.stereo_view import DetectedScene
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 DISTANCE_MAX = 20.0

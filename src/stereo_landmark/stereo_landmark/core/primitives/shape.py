@@ -1,12 +1,28 @@
-"""Lazy sequence of detected shapes: parameters as arrays, objects are created on access."""
+"""What shapes of all kinds share: points with covariance, lazy sequences, differences of angles."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Generic, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class ImagePoint:
+    """A measured point in one image.
+
+    Attributes:
+        position: pixel coordinates, shape (2,) [px].
+        covariance: covariance of the position, shape (2, 2) [px²].
+    """
+
+    position: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+
 
 Shape = TypeVar('Shape')
 
@@ -43,3 +59,13 @@ class LazyShapes(Sequence[Shape], Generic[Shape]):
         if position not in self._cache:
             self._cache[position] = self._make(position)
         return self._cache[position]
+
+
+def wrap_difference(difference: float, period: float) -> float:
+    """Wrap an angle difference to half a period; the period is pi for lines, 2 pi for directions [rad]."""
+    return math.remainder(difference, period)
+
+
+def wrap_differences(differences: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    """Wrap an array of angle differences to half a period [rad]."""
+    return np.asarray(differences - period * np.rint(differences / period), dtype=np.float64)

@@ -1,14 +1,102 @@
-"""Stereo point measurements and their triangulation (paper 3.4)."""
+"""A rectified stereo camera on a robot: its images, point measurements and their triangulation (paper 3.4)."""
 
 from __future__ import annotations
 
+import hashlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_rig import MEASUREMENT_SIZE, StereoRig
+from shirube_core.geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+MEASUREMENT_SIZE = 4
+"""Number of measured coordinates of a point: u, v in the left and u, v in the right image."""
+
+INTRINSICS = ('width', 'height', 'fx', 'fy', 'cx', 'cy')
+"""Intrinsics of a rectified camera that enter the calibration hash."""
+
+
+@dataclass(frozen=True)
+class StereoRig:
+    """Rectified stereo cameras: rows are the same in both, and the right camera is at +x of the left one.
+
+    Attributes:
+        left: intrinsics of the left camera after rectification, without distortion.
+        right: intrinsics of the right camera after rectification.
+        baseline: distance between the cameras [m].
+        mount: extrinsics of the left camera's optical frame on the robot.
+
+    Raises:
+        StereoLandmarkError: the baseline is not positive, or the cameras do not belong together.
+    """
+
+    left: PinholeCamera
+    right: PinholeCamera
+    baseline: float
+    mount: CameraMount
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.baseline) and self.baseline > 0.0):
+            raise StereoLandmarkError(
+                f'baseline is {self.baseline:g} m, it must be positive; '
+                "the right camera's projection_matrix holds -fx * baseline at [0, 3]: are left and right swapped?"
+            )
+        for name in ('fx', 'fy', 'cy', 'width', 'height'):
+            left_value, right_value = getattr(self.left, name), getattr(self.right, name)
+            if not math.isclose(left_value, right_value, rel_tol=1e-6):
+                raise StereoLandmarkError(
+                    f'{name} is {left_value:g} in the left and {right_value:g} in the right camera; '
+                    'rectified cameras share it: calibrate them as a pair'
+                )
+
+    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Project points, shape (n, 4): u, v left and u, v right [px].
+
+        Args:
+            points: points in the left optical frame, in front of the cameras, shape (n, 3) [m].
+        """
+        x, y, z = points.T
+        v = self.left.fy * y / z + self.left.cy
+        u_left = self.left.fx * x / z + self.left.cx
+        u_right = self.right.fx * (x - self.baseline) / z + self.right.cx
+        return np.column_stack([u_left, v, u_right, v])
+
+    def jacobians(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the derivatives of `project` by the points, shape (n, 4, 3) [px/m]."""
+        x, y, z = points.T
+        zero = np.zeros_like(z)
+        along_v = [zero, self.left.fy / z, -self.left.fy * y / z**2]
+        along_left = [self.left.fx / z, zero, -self.left.fx * x / z**2]
+        along_right = [self.right.fx / z, zero, -self.right.fx * (x - self.baseline) / z**2]
+        rows = np.array([along_left, along_v, along_right, along_v])
+        return np.ascontiguousarray(rows.transpose(2, 0, 1))
+
+
+def calibration_hash(rig: StereoRig) -> str:
+    """Return a hash of the rectified intrinsics and the baseline, rounded to nine digits."""
+    numbers = [getattr(camera, name) for camera in (rig.left, rig.right) for name in INTRINSICS]
+    text = ' '.join(f'{number:.9g}' for number in (*numbers, rig.baseline))
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True, eq=False)
+class StereoImages:
+    """A stereo pair.
+
+    Attributes:
+        left: rectified grey image of the left camera, shape (h, w).
+        right: rectified grey image of the right camera, shape (h, w).
+        tilt: roll and pitch of the base at the stamp of the images [rad].
+    """
+
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    tilt: tuple[float, float] = (0.0, 0.0)
+
 
 DISPARITY_MIN = 0.5
 """Minimum disparity; a point below it is too far away, or a wrong match [px]."""
