@@ -9,7 +9,8 @@ from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.teaching.outline import bounding_box, primitive_outline
+from stereo_landmark.core.primitives.primitive import bounding_box
+from stereo_landmark.core.teaching.outline import primitive_outline
 
 
 def test_an_ellipse_is_a_closed_line_with_its_foci():

@@ -16,7 +16,6 @@ from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
 from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_kind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.teaching.geometry_hints import pose_sigmas
-from stereo_landmark.core.teaching.outline import primitive_outline
 from stereo_landmark.core.teaching.processing_values import processing_values
 from stereo_landmark.core.teaching.selectable_primitives import SelectablePrimitive
 from stereo_landmark.core.teaching.selection_hints import Hint
@@ -204,7 +203,7 @@ def _sigmas(fix: PlaceFix) -> dict[str, float]:
 
 
 def _lines(primitive: Primitive) -> list[list[list[float]]]:
-    return [_rounded(line) for line in primitive_outline(primitive)]
+    return [_rounded(line) for line in primitive.outline()]
 
 
 def _rounded(pixels: NDArray[np.float64]) -> Any:

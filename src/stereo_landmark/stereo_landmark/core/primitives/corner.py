@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +23,7 @@ from stereo_landmark.core.settings import PrimitiveSettings
 _SINE_MIN = 0.1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Corner:
     """A corner in an image; angles are counted from x (right) to y (down).
 
@@ -55,6 +54,16 @@ class Corner:
         angles = self.bisector + 0.5 * self.angle * np.array([-1.0, 1.0])
         return np.column_stack([np.cos(angles), np.sin(angles)])
 
+    @property
+    def shape_vector(self) -> tuple[float, ...]:
+        """Angle and bisector [rad] and polarity."""
+        return self.angle, self.bisector, self.polarity
+
+    def outline(self) -> list[NDArray[np.float64]]:
+        """Return both arms as one polyline, shape (3, 2) [px]."""
+        ends = self.vertex + self.arms * self.arm_lengths[:, None]
+        return [np.array([ends[0], self.vertex, ends[1]])]
+
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name."""
         return {'vertex': ImagePoint(self.vertex, self.covariance)}
@@ -68,37 +77,20 @@ class CornerTolerance:
     bisector: float = setting(0.35, 'tolerance of the bisector', unit='rad', minimum=0.01, maximum=3.2)
 
 
-def corner_difference(found: Corner, taught: Corner, tolerance: CornerTolerance) -> float:
-    """Return the difference from the taught corner: 0 equal, 1 at the tolerance, infinite for other polarity.
-
-    The arm lengths do not count, as occlusion changes them.
-    """
-    return float(
-        corner_differences(corner_shape_vectors([found]), corner_shape_vectors([taught]), tolerance)[0, 0]
-    )
-
-
 def corner_differences(
     found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: CornerTolerance
 ) -> NDArray[np.float64]:
-    """Return the difference of each corner from each taught one, shape (k, n).
+    """Return the differences of detected from taught shape vectors, shape (k, n); arm lengths do not count.
 
     Args:
-        found: parameters of the detected corners, shape (n, 3), see :func:`corner_shape_vectors`.
-        taught: parameters of the taught corners, shape (k, 3).
+        found: shape vectors of the detected corners, shape (n, 3).
+        taught: shape vectors of the taught corners, shape (k, 3).
         tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     angles = np.abs(mine[0] - theirs[0]) / tolerance.angle
     bisectors = np.abs(wrap_differences(mine[1] - theirs[1], 2.0 * math.pi)) / tolerance.bisector
     return np.where(mine[2] == theirs[2], np.maximum(angles, bisectors), math.inf)
-
-
-def corner_shape_vectors(corners: Sequence[Corner]) -> NDArray[np.float64]:
-    """Return the shape parameters, shape (n, 3): angle and bisector [rad] and polarity."""
-    if isinstance(corners, LazyShapes):
-        return corners.shape_vectors
-    return np.array([(each.angle, each.bisector, each.polarity) for each in corners]).reshape(-1, 3)
 
 
 def detect_corners(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Corner]:

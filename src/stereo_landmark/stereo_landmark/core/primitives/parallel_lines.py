@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,14 +12,14 @@ from numpy.typing import NDArray
 from shirube_core.settings import setting
 from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
-from stereo_landmark.core.primitives.shape import ImagePoint, wrap_difference, wrap_differences
+from stereo_landmark.core.primitives.shape import ImagePoint, wrap_differences
 from stereo_landmark.core.settings import PrimitiveSettings
 
 # Standard deviation of the ends of a segment along it [px].
 _END_SIGMA = 1.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ParallelLines:
     """Two parallel lines in an image; angles are counted from x (right) to y (down).
 
@@ -56,6 +55,15 @@ class ParallelLines:
             [[self.centre + s * across - along, self.centre + s * across + along] for s in (-1.0, 1.0)]
         )
 
+    @property
+    def shape_vector(self) -> tuple[float, ...]:
+        """Width and length [px], tilt [rad] and polarity."""
+        return self.width, self.length, self.tilt, self.polarity
+
+    def outline(self) -> list[NDArray[np.float64]]:
+        """Return both lines, each of shape (2, 2) [px]."""
+        return list(self.lines)
+
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name; they are accurate across the lines only."""
         along = np.outer(self.direction, self.direction)
@@ -72,22 +80,14 @@ class ParallelLinesTolerance:
     length: float = setting(1.0, 'relative tolerance of the length', minimum=0.01, maximum=10.0)
 
 
-def parallel_lines_difference(
-    found: ParallelLines, taught: ParallelLines, tolerance: ParallelLinesTolerance
-) -> float:
-    """Return the difference from the taught pair: 0 equal, 1 at the tolerance, infinite for other polarity."""
-    numbers = parallel_lines_shape_vectors([found]), parallel_lines_shape_vectors([taught])
-    return float(parallel_lines_differences(*numbers, tolerance)[0, 0])
-
-
 def parallel_lines_differences(
     found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: ParallelLinesTolerance
 ) -> NDArray[np.float64]:
-    """Return the difference of each pair from each taught one, shape (k, n).
+    """Return the differences of detected from taught shape vectors, shape (k, n).
 
     Args:
-        found: parameters of the detected pairs, shape (n, 4), see :func:`parallel_lines_shape_vectors`.
-        taught: parameters of the taught pairs, shape (k, 4).
+        found: shape vectors of the detected pairs, shape (n, 4).
+        taught: shape vectors of the taught pairs, shape (k, 4).
         tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
@@ -95,11 +95,6 @@ def parallel_lines_differences(
     lengths = np.abs(np.log(mine[1] / theirs[1])) / math.log1p(tolerance.length)
     tilts = np.abs(wrap_differences(mine[2] - theirs[2], math.pi)) / tolerance.tilt
     return np.where(mine[3] == theirs[3], np.maximum(np.maximum(widths, lengths), tilts), math.inf)
-
-
-def parallel_lines_shape_vectors(pairs: Sequence[ParallelLines]) -> NDArray[np.float64]:
-    """Return the shape parameters, shape (n, 4): width and length [px], tilt [rad] and polarity."""
-    return np.array([(each.width, each.length, each.tilt, each.polarity) for each in pairs]).reshape(-1, 4)
 
 
 def detect_parallel_lines(lines: LineSegments, settings: PrimitiveSettings) -> list[ParallelLines]:
@@ -158,7 +153,7 @@ def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> Par
     return replace(
         found,
         width=float(abs(offsets[1] - offsets[0])),
-        tilt=math.pi / 2 - wrap_difference(math.pi / 2 - tilt, math.pi),
+        tilt=math.pi / 2 - math.remainder(math.pi / 2 - tilt, math.pi),
         centre=found.centre + offsets.mean() * normal,
         covariance=covariance,
     )

@@ -1,52 +1,48 @@
-"""The four kinds of primitives and the operations that they share."""
+"""The four kinds of primitives (paper 3.3c) and the operations that they share."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.corner import (
-    Corner,
-    CornerTolerance,
-    corner_difference,
-    corner_differences,
-    corner_shape_vectors,
-    refine_corner,
-)
+from stereo_landmark.core.primitives.corner import Corner, CornerTolerance, corner_differences, refine_corner
 from stereo_landmark.core.primitives.ellipse import (
     Ellipse,
     EllipseTolerance,
-    ellipse_difference,
     ellipse_differences,
-    ellipse_shape_vectors,
     refine_ellipse,
 )
 from stereo_landmark.core.primitives.parallel_lines import (
     ParallelLines,
     ParallelLinesTolerance,
-    parallel_lines_difference,
     parallel_lines_differences,
-    parallel_lines_shape_vectors,
     refine_parallel_lines,
 )
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
     QuadrilateralTolerance,
     match_corner_order,
-    quadrilateral_difference,
     quadrilateral_differences,
-    quadrilateral_shape_vectors,
     refine_quadrilateral,
 )
 from stereo_landmark.core.primitives.shape import LazyShapes
 
 Primitive = Ellipse | Quadrilateral | ParallelLines | Corner
+
+DESCRIPTOR_SIZE = 9
+SIZE_TOLERANCE = 0.2
+"""Tolerance of the logarithm of a size between both cameras."""
+ANGLE_TOLERANCE = 0.2
+"""Tolerance of a direction [rad]."""
+CORNER_TOLERANCE = 0.15
+"""Tolerance of a corner of a quadrilateral, as a fraction of its size."""
+LENGTH_TOLERANCE = 0.7
+"""Tolerance of the logarithm of a length with uncertain end points."""
 
 
 class PrimitiveKind(Enum):
@@ -68,64 +64,23 @@ class Tolerances:
     corner: CornerTolerance = field(default_factory=CornerTolerance)
 
 
+_KINDS: dict[type[Primitive], PrimitiveKind] = {
+    Ellipse: PrimitiveKind.ELLIPSE,
+    Quadrilateral: PrimitiveKind.QUADRILATERAL,
+    ParallelLines: PrimitiveKind.PARALLEL_LINES,
+    Corner: PrimitiveKind.CORNER,
+}
+_VECTOR_SIZES = {
+    PrimitiveKind.ELLIPSE: 4,
+    PrimitiveKind.QUADRILATERAL: 9,
+    PrimitiveKind.PARALLEL_LINES: 4,
+    PrimitiveKind.CORNER: 3,
+}
+
+
 def primitive_kind(primitive: Primitive) -> PrimitiveKind:
     """Return the kind of a primitive."""
-    match primitive:
-        case Ellipse():
-            return PrimitiveKind.ELLIPSE
-        case Quadrilateral():
-            return PrimitiveKind.QUADRILATERAL
-        case ParallelLines():
-            return PrimitiveKind.PARALLEL_LINES
-        case Corner():
-            return PrimitiveKind.CORNER
-
-
-def refine_pair(
-    left: Primitive, right: Primitive, images: tuple[NDArray[np.uint8], NDArray[np.uint8]]
-) -> tuple[Primitive, Primitive] | None:
-    """Refine a primitive in both grey images, shapes (h, w); None if it is not visible in one of them."""
-    here, there = refine(left, images[0]), refine(right, images[1])
-    return None if here is None or there is None else (here, there)
-
-
-def align_point_order(found: Primitive, taught: Primitive) -> Primitive:
-    """Reorder the points of a detected primitive to correspond to those of a taught one."""
-    if isinstance(found, Quadrilateral) and isinstance(taught, Quadrilateral):
-        return match_corner_order(found, taught)
-    return found
-
-
-def difference(found: Primitive, taught: Primitive, tolerances: Tolerances) -> float:
-    """Return the shape difference: 0 for equal, 1 at the tolerance, infinite for another kind."""
-    match found, taught:
-        case Ellipse(), Ellipse():
-            return ellipse_difference(found, taught, tolerances.ellipse)
-        case Quadrilateral(), Quadrilateral():
-            return quadrilateral_difference(found, taught, tolerances.quadrilateral)
-        case ParallelLines(), ParallelLines():
-            return parallel_lines_difference(found, taught, tolerances.parallel_lines)
-        case Corner(), Corner():
-            return corner_difference(found, taught, tolerances.corner)
-    return math.inf
-
-
-def refine(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
-    """Refine a detected primitive in the grey image, shape (h, w); None if it is not visible."""
-    match primitive:
-        case Ellipse():
-            return refine_ellipse(primitive, image)
-        case Quadrilateral():
-            return refine_quadrilateral(primitive, image)
-        case ParallelLines():
-            return refine_parallel_lines(primitive, image)
-        case Corner():
-            return refine_corner(primitive, image)
-
-
-def drop_covariance(primitive: Primitive) -> Primitive:
-    """Return the shape without covariance, as it is taught; the covariance belongs to one image only."""
-    return replace(primitive, covariance=np.zeros_like(primitive.covariance))
+    return _KINDS[type(primitive)]
 
 
 def primitive_size(primitive: Primitive) -> float:
@@ -141,52 +96,78 @@ def primitive_size(primitive: Primitive) -> float:
             return 1.0
 
 
-DESCRIPTOR_SIZE = 9
-SIZE_TOLERANCE = 0.2
-"""Tolerance of the logarithm of a size between both cameras."""
-ANGLE_TOLERANCE = 0.2
-"""Tolerance of a direction [rad]."""
-CORNER_TOLERANCE = 0.15
-"""Tolerance of a corner of a quadrilateral, as a fraction of its size."""
-LENGTH_TOLERANCE = 0.7
-"""Tolerance of the logarithm of a length with uncertain end points."""
+def bounding_box(primitive: Primitive) -> NDArray[np.float64]:
+    """Return the upper left and lower right corner of a primitive's bounding box, shape (2, 2) [px]."""
+    points = np.vstack(primitive.outline())
+    return np.array([points.min(axis=0), points.max(axis=0)])
 
-_SHAPE_VECTORS: dict[PrimitiveKind, Callable[[Sequence[Any]], NDArray[np.float64]]] = {
-    PrimitiveKind.ELLIPSE: ellipse_shape_vectors,
-    PrimitiveKind.QUADRILATERAL: quadrilateral_shape_vectors,
-    PrimitiveKind.PARALLEL_LINES: parallel_lines_shape_vectors,
-    PrimitiveKind.CORNER: corner_shape_vectors,
-}
+
+def invariant_points(primitive: Primitive) -> tuple[str, ...]:
+    """Return the names of the points that are invariant to the viewpoint.
+
+    The mean of the corners of a quadrilateral is not: in an oblique view it moves towards the farther side.
+    """
+    names = primitive.image_points()
+    return tuple(name for name in names if not (isinstance(primitive, Quadrilateral) and name == 'centre'))
+
+
+def point_names(primitives: Iterable[tuple[str, Primitive]]) -> tuple[str, ...]:
+    """Return the names ``primitive/point`` of the invariant points of named primitives."""
+    return tuple(f'{name}/{point}' for name, shape in primitives for point in invariant_points(shape))
+
+
+def drop_covariance(primitive: Primitive) -> Primitive:
+    """Return the shape without covariance, as it is taught; the covariance belongs to one image only."""
+    return replace(primitive, covariance=np.zeros_like(primitive.covariance))
+
+
+def align_point_order(found: Primitive, taught: Primitive) -> Primitive:
+    """Reorder the points of a detected primitive to correspond to those of a taught one."""
+    if isinstance(found, Quadrilateral) and isinstance(taught, Quadrilateral):
+        return match_corner_order(found, taught)
+    return found
+
+
+def refine(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
+    """Refine a detected primitive in the grey image, shape (h, w); None if it is not visible."""
+    match primitive:
+        case Ellipse():
+            return refine_ellipse(primitive, image)
+        case Quadrilateral():
+            return refine_quadrilateral(primitive, image)
+        case ParallelLines():
+            return refine_parallel_lines(primitive, image)
+        case Corner():
+            return refine_corner(primitive, image)
 
 
 def shape_vectors(kind: PrimitiveKind, primitives: Sequence[Primitive]) -> NDArray[np.float64]:
     """Return the shape vectors of primitives of one kind, shape (n, d), independent of their positions."""
-    return _SHAPE_VECTORS[kind](primitives)
-
-
-def primitive_centres(kind: PrimitiveKind, primitives: Sequence[Primitive]) -> NDArray[np.float64]:
-    """Return the centres of primitives of one kind, shape (n, 2) [px]."""
     if isinstance(primitives, LazyShapes):
-        return primitives.centres
-    if kind is PrimitiveKind.QUADRILATERAL:
-        corners = [each.corners for each in primitives if isinstance(each, Quadrilateral)]
-        return np.asarray(np.array(corners).reshape(-1, 4, 2).mean(axis=1))
-    return np.array([each.centre for each in primitives]).reshape(-1, 2)
+        return primitives.shape_vectors
+    vectors = [each.shape_vector for each in primitives]
+    return np.array(vectors, dtype=np.float64).reshape(-1, _VECTOR_SIZES[kind])
+
+
+def difference(found: Primitive, taught: Primitive, tolerances: Tolerances) -> float:
+    """Return the shape difference: 0 for equal, 1 at the tolerance, infinite for another kind."""
+    kind = primitive_kind(taught)
+    if primitive_kind(found) is not kind:
+        return math.inf
+    vectors = shape_vectors(kind, [found]), shape_vectors(kind, [taught])
+    return float(shape_differences(kind, *vectors, tolerances)[0, 0])
 
 
 def shape_differences(
     kind: PrimitiveKind, found: NDArray[np.float64], taught: NDArray[np.float64], tolerances: Tolerances
 ) -> NDArray[np.float64]:
-    """Return the differences between detected and taught shapes: 0 for equal, 1 at the tolerance.
+    """Return the differences between detected and taught shapes, shape (k, n): 0 for equal, 1 at the tolerance.
 
     Args:
         kind: kind of all the primitives.
-        found: detected shapes, shape (n, d), see :func:`shape_vectors`.
-        taught: taught shapes, shape (k, d).
+        found: shape vectors of the detected primitives, shape (n, d).
+        taught: shape vectors of the taught primitives, shape (k, d).
         tolerances: tolerances of the shape comparison.
-
-    Returns:
-        differences, shape (k, n).
     """
     match kind:
         case PrimitiveKind.ELLIPSE:
@@ -200,14 +181,11 @@ def shape_differences(
 
 
 def shape_descriptors(kind: PrimitiveKind, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return descriptors: two primitives of a kind are similar if all their descriptors differ by less than one.
+    """Return descriptors, shape (n, DESCRIPTOR_SIZE): primitives are similar if all of theirs differ by less than one.
 
     Args:
         kind: kind of all the primitives.
-        vectors: shape vectors, shape (n, d), see :func:`shape_vectors`.
-
-    Returns:
-        descriptors, shape (n, DESCRIPTORS).
+        vectors: shape vectors, shape (n, d).
     """
     rows = np.zeros((len(vectors), DESCRIPTOR_SIZE))
     match kind:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +23,7 @@ from stereo_landmark.core.primitives.quadrilateral_search import (
     find_cycles,
     suppress_duplicates,
 )
-from stereo_landmark.core.primitives.shape import ImagePoint, LazyShapes, wrap_difference
+from stereo_landmark.core.primitives.shape import ImagePoint, LazyShapes
 from stereo_landmark.core.settings import PrimitiveSettings
 
 # Outlines whose corners differ by less are duplicates [px].
@@ -36,7 +35,7 @@ _LINKS_PER_END = 4
 _SHIFT_MAX = 6.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Quadrilateral:
     """A convex quadrilateral in an image; angles are counted from x (right) to y (down).
 
@@ -67,7 +66,7 @@ class Quadrilateral:
         """The paper's a: common direction of the two more parallel sides, in (-pi/2, pi/2] [rad]."""
         first, second = self._parallel_sides
         both = first - second
-        return math.pi / 2 - wrap_difference(math.pi / 2 - math.atan2(both[1], both[0]), math.pi)
+        return math.pi / 2 - math.remainder(math.pi / 2 - math.atan2(both[1], both[0]), math.pi)
 
     @property
     def length(self) -> float:
@@ -89,14 +88,23 @@ class Quadrilateral:
         steps = np.roll(self.corners, -1, axis=0) - self.corners
         angles = np.arctan2(steps[:, 1], steps[:, 0])
         return int(
-            abs(wrap_difference(angles[0] - angles[2], math.pi))
-            > abs(wrap_difference(angles[1] - angles[3], math.pi))
+            abs(math.remainder(angles[0] - angles[2], math.pi))
+            > abs(math.remainder(angles[1] - angles[3], math.pi))
         )
 
     @property
     def _parallel_sides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         steps = np.roll(self.corners, -1, axis=0) - self.corners
         return steps[self._first_parallel_side], steps[self._first_parallel_side + 2]
+
+    @property
+    def shape_vector(self) -> tuple[float, ...]:
+        """Corner vectors [px] and polarity."""
+        return *self.corner_vectors.ravel(), self.polarity
+
+    def outline(self) -> list[NDArray[np.float64]]:
+        """Return the closed outline as a polyline, shape (5, 2) [px]."""
+        return [np.vstack([self.corners, self.corners[:1]])]
 
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name: corners and centre."""
@@ -129,44 +137,24 @@ class QuadrilateralTolerance:
     )
 
 
-def quadrilateral_difference(
-    found: Quadrilateral, taught: Quadrilateral, tolerance: QuadrilateralTolerance
-) -> float:
-    """Return the difference from the taught quadrilateral: 0 equal, 1 at the tolerance, infinite for other polarity."""
-    numbers = quadrilateral_shape_vectors([found]), quadrilateral_shape_vectors([taught])
-    return float(quadrilateral_differences(*numbers, tolerance)[0, 0])
-
-
 def quadrilateral_differences(
     found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: QuadrilateralTolerance
 ) -> NDArray[np.float64]:
-    """Return the difference of each quadrilateral from each taught one, for any first corner, shape (k, n).
+    """Return the differences of detected from taught shape vectors, for any first corner, shape (k, n).
 
     Args:
-        found: parameters of the detected quadrilaterals, shape (n, 9), see :func:`quadrilateral_shape_vectors`.
-        taught: parameters of the taught quadrilaterals, shape (k, 9).
+        found: shape vectors of the detected quadrilaterals, shape (n, 9).
+        taught: shape vectors of the taught quadrilaterals, shape (k, 9).
         tolerance: tolerances, at which the difference is 1.
     """
     return np.asarray(compare_corners(found, taught, math.log1p(tolerance.size), tolerance.shape))
 
 
-def quadrilateral_shape_vectors(quadrilaterals: Sequence[Quadrilateral]) -> NDArray[np.float64]:
-    """Return the shape parameters, shape (n, 9): corner vectors [px] and polarity."""
-    if isinstance(quadrilaterals, LazyShapes):
-        return quadrilaterals.shape_vectors
-    corners = np.array([each.corners for each in quadrilaterals]).reshape(-1, 4, 2)
-    return _shape_vectors(corners, np.array([each.polarity for each in quadrilaterals]))
-
-
-def _shape_vectors(corners: NDArray[np.float64], polarities: NDArray[np.int64]) -> NDArray[np.float64]:
-    vectors = (corners - corners.mean(axis=1, keepdims=True)).reshape(-1, 8)
-    return np.column_stack([vectors, polarities])
-
-
 def match_corner_order(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
     """Return a detected quadrilateral with its corners in the order of the taught one."""
-    (mine,), (theirs,) = quadrilateral_shape_vectors([found]), quadrilateral_shape_vectors([taught])
-    return found.rotate_corners(best_corner_rotation(mine, theirs))
+    return found.rotate_corners(
+        best_corner_rotation(np.array(found.shape_vector), np.array(taught.shape_vector))
+    )
 
 
 def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Quadrilateral]:
@@ -195,7 +183,9 @@ def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> L
         covariance = _covariance(lines, cycles[k] // 2, corners[k])
         return Quadrilateral(corners[k], int(polarities[k]), float(seen[k]), covariance)
 
-    return LazyShapes(corners.mean(axis=1), _shape_vectors(corners, polarities), make)
+    centres = corners.mean(axis=1)
+    vectors = (corners - centres[:, None]).reshape(-1, 8)
+    return LazyShapes(centres, np.column_stack([vectors, polarities]), make)
 
 
 def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar, overload
@@ -59,11 +58,6 @@ class LazyShapes(Sequence[Shape], Generic[Shape]):
         if position not in self._cache:
             self._cache[position] = self._make(position)
         return self._cache[position]
-
-
-def wrap_difference(difference: float, period: float) -> float:
-    """Wrap an angle difference to half a period; the period is pi for lines, 2 pi for directions [rad]."""
-    return math.remainder(difference, period)
 
 
 def wrap_differences(differences: NDArray[np.float64], period: float) -> NDArray[np.float64]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.primitive import Primitive, align_point_order
-from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
+from stereo_landmark.core.primitives.primitive import Primitive, align_point_order, invariant_points, refine
 from stereo_landmark.core.stereo import MEASUREMENT_SIZE, StereoPoints
 
 NamedPair = tuple[str, Primitive, Primitive]
@@ -20,13 +20,12 @@ def align_pair(taught: Primitive, left: Primitive, right: Primitive) -> tuple[Pr
     return ordered, align_point_order(right, ordered)
 
 
-def invariant_points(primitive: Primitive) -> tuple[str, ...]:
-    """Return the names of the points that are invariant to the viewpoint.
-
-    The mean of the corners of a quadrilateral is not: in an oblique view it moves towards the farther side.
-    """
-    names = primitive.image_points()
-    return tuple(name for name in names if not (isinstance(primitive, Quadrilateral) and name == 'centre'))
+def refine_pair(
+    left: Primitive, right: Primitive, images: tuple[NDArray[np.uint8], NDArray[np.uint8]]
+) -> tuple[Primitive, Primitive] | None:
+    """Refine a primitive in both grey images, shapes (h, w); None if it is not visible in one of them."""
+    here, there = refine(left, images[0]), refine(right, images[1])
+    return None if here is None or there is None else (here, there)
 
 
 def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:

@@ -21,11 +21,11 @@ from stereo_landmark.core.primitives.primitive import (
     Primitive,
     PrimitiveKind,
     Tolerances,
-    primitive_centres,
     shape_descriptors,
     shape_vectors,
 )
 from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
+from stereo_landmark.core.primitives.shape import LazyShapes
 from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, match_pairs
 from stereo_landmark.core.settings import EdgeSettings, PrimitiveSettings
 from stereo_landmark.core.stereo import StereoRig
@@ -55,7 +55,9 @@ class DetectedPrimitives:
     @cached_property
     def centres(self) -> NDArray[np.float64]:
         """Centres of the primitives, shape (n, 2) [px]."""
-        return primitive_centres(self.kind, self.primitives)
+        if isinstance(self.primitives, LazyShapes):
+            return self.primitives.centres
+        return np.array([each.centre for each in self.primitives]).reshape(-1, 2)
 
     @cached_property
     def shape_vectors(self) -> NDArray[np.float64]:

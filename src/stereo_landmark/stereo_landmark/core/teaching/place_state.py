@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stereo_landmark.core.procedure.stereo_measurement import invariant_points
+from stereo_landmark.core.primitives.primitive import invariant_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
 from stereo_landmark.core.teaching.teaching_state import SelectedPrimitive, TargetDraft, TeachingState
 

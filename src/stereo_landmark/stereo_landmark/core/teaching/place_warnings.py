@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stereo_landmark.core.procedure.stereo_measurement import invariant_points
+from stereo_landmark.core.primitives.primitive import invariant_points
 from stereo_landmark.core.teaching.place_check import undetected_targets
 from stereo_landmark.core.teaching.teacher import TargetSelection
 from stereo_landmark.core.teaching.teaching_session import TeachingSession

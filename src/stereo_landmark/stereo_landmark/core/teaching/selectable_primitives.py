@@ -16,7 +16,6 @@ from stereo_landmark.core.primitives.primitive import (
     primitive_size,
 )
 from stereo_landmark.core.procedure.stereo_view import DetectedScene, StereoView
-from stereo_landmark.core.teaching.outline import primitive_outline
 from stereo_landmark.core.teaching.teaching_state import Region
 
 _SAME_CENTRE = 3.0
@@ -49,7 +48,7 @@ def selectable_primitives(
     found = []
     for kind in sorted(kinds, key=list(PrimitiveKind).index):
         for number, shape in enumerate(view.left.kinds[kind].primitives):
-            if region is None or region.contains(np.vstack(primitive_outline(shape))):
+            if region is None or region.contains(np.vstack(shape.outline())):
                 found.append(SelectablePrimitive(kind, number, shape, _depth(view, kind, number)))
     return found
 

@@ -10,12 +10,11 @@ from enum import Enum
 import numpy as np
 
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
-from stereo_landmark.core.primitives.primitive import Tolerances, difference, primitive_kind
+from stereo_landmark.core.primitives.primitive import Tolerances, bounding_box, difference, primitive_kind
 from stereo_landmark.core.procedure.stereo_view import DetectedScene, StereoView
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
 from stereo_landmark.core.teaching.geometry_hints import check_geometry, find_skewed_shapes
-from stereo_landmark.core.teaching.outline import bounding_box
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.core.teaching.target_measurement import MeasuredPrimitive, MeasuredTarget
 from stereo_landmark.core.teaching.teaching_state import TargetDraft

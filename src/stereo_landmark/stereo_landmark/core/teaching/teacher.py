@@ -15,10 +15,14 @@ from stereo_landmark.core.primitives.primitive import (
     PrimitiveKind,
     drop_covariance,
     primitive_kind,
-    refine_pair,
 )
 from stereo_landmark.core.procedure.prediction import wall_normal
-from stereo_landmark.core.procedure.stereo_measurement import NamedPair, align_pair, stereo_points
+from stereo_landmark.core.procedure.stereo_measurement import (
+    NamedPair,
+    align_pair,
+    refine_pair,
+    stereo_points,
+)
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.settings import PlaceSettings
