@@ -19,7 +19,8 @@ from stereo_landmark.core.primitives.primitive import invariant_points
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
+from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 TAUGHT = SE2(-3.0, 0.0, 0.0)
 """Where the robot stood: ``T_map_place``."""

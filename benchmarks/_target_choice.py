@@ -19,8 +19,9 @@ from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoVi
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.place_check import check_place
-from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
+from stereo_landmark.core.teaching.geometry_hints import check_place
+from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.CORNER)
 POINT_SIGMA_MAX = 0.03

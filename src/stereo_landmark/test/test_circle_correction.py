@@ -10,7 +10,8 @@ from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.prediction import centre_correction, wall_normal
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView
 from stereo_landmark.core.procedure.target_search import TargetSearch
-from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
+from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 
 def test_the_wall_is_the_line_with_most_things_on_it():

@@ -7,8 +7,9 @@ from taught_wall import RIG, TAUGHT, seen, taught_place
 
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
-from stereo_landmark.core.teaching.place_check import check_place
-from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
+from stereo_landmark.core.teaching.geometry_hints import check_place
+from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 
 def with_points(count):

@@ -6,7 +6,7 @@ from taught_wall import RIG, taught_place
 from teaching_wall import images_of, session_with_meters
 
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.place_state import state_from_place
+from stereo_landmark.core.teaching.teaching_state import state_from_place
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.page.pair_source import taught_pair
 from stereo_landmark.page.place_saver import PlaceSaver

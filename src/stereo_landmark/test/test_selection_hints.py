@@ -12,7 +12,7 @@ from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.place_warnings import find_place_warnings
 from stereo_landmark.core.teaching.procedure_check import Outcome
-from stereo_landmark.core.teaching.selection_hints import Severity, check_trials
+from stereo_landmark.core.teaching.hints import Severity, check_trials
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 
 

@@ -9,7 +9,8 @@ from drawn_wall import Plate, Wall, view_of
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.teaching.geometry_hints import find_skewed_shapes
-from stereo_landmark.core.teaching.teacher import TargetSelection, Teacher
+from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 WALL = Wall((Plate(0.4, 0.7, 0.5, 0.3, 60.0), Plate(-0.4, 0.7, 0.3, 0.2, 220.0)))
 

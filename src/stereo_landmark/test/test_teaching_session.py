@@ -13,8 +13,8 @@ from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import cached_pair, edits
-from stereo_landmark.core.teaching.selectable_primitives import find_same_primitive
-from stereo_landmark.core.teaching.target_measurement import NOT_DETECTED
+from stereo_landmark.core.teaching.teaching_session import find_same_primitive
+from stereo_landmark.core.teaching.hints import NOT_DETECTED
 from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import Region

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -35,7 +34,7 @@ def place_entries(place: TaughtPlace) -> dict[str, Any]:
     return {
         'name': place.name,
         'stereo_calibration': calibration_entry(place.rig),
-        'image_processing': nest(place.processing),
+        'image_processing': dataclasses.asdict(place.processing),
         'targets': {
             'wanted': target_entries,
             'surroundings': [primitive_entry(each) for each in place.context_landmarks],
@@ -212,16 +211,6 @@ def _number_or_array(name: str, value: Any) -> Any:
     if isinstance(value, list):
         return np.array(value, dtype=np.float64)
     return value if name == 'polarity' else float(value)
-
-
-def nest(settings: object) -> dict[str, Any]:
-    """Return all values of a settings instance as nested entries, one per group."""
-    entry: dict[str, Any] = {}
-    for description in describe_settings(type(settings)):
-        *groups, name = description.name.split('.')
-        inner = reduce(lambda part, group: part.setdefault(group, {}), groups, entry)
-        inner[name] = reduce(getattr, (*groups, name), settings)
-    return entry
 
 
 def flatten(entry: dict[str, Any], prefix: str = '') -> dict[str, object]:

@@ -34,19 +34,11 @@ _REMEDY = 'correct it'
 
 
 @dataclass(frozen=True)
-class FilePair:
-    """One file per camera."""
-
-    left: Path
-    right: Path
-
-
-@dataclass(frozen=True)
 class CalibratedImages:
-    """Images and calibrations of both cameras."""
+    """Image and calibration files of the left and the right camera."""
 
-    images: FilePair
-    calibrations: FilePair
+    images: tuple[Path, Path]
+    calibrations: tuple[Path, Path]
 
 
 @dataclass(frozen=True)
@@ -143,8 +135,8 @@ def _source(folder: Path, content: dict[str, Any]) -> CalibratedImages | BagStam
     return BagStamp(folder / bag.pop('path'), bag.pop('stamp', None), tolerance, bag)
 
 
-def _files(folder: Path, entry: dict[str, str]) -> FilePair:
-    return FilePair(folder / entry['left'], folder / entry['right'])
+def _files(folder: Path, entry: dict[str, str]) -> tuple[Path, Path]:
+    return folder / entry['left'], folder / entry['right']
 
 
 def _target(path: Path, entry: dict[str, Any]) -> TargetConfig:
@@ -175,21 +167,8 @@ CameraImage = tuple[NDArray[np.uint8], CameraCalibration]
 """Grey image, shape (h, w), and the calibration of its camera."""
 
 
-@dataclass(frozen=True)
-class RectifiedPair:
-    """A rectified stereo pair and its cameras.
-
-    Attributes:
-        images: rectified images with the tilt of the base.
-        rig: rectified cameras.
-    """
-
-    images: StereoImages
-    rig: StereoRig
-
-
-def load_pair(config: TeachConfig) -> RectifiedPair:
-    """Load the pair and rectify it if it is raw.
+def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig]:
+    """Load the pair of a config, rectified, and its cameras.
 
     Raises:
         StereoLandmarkError: the calibrations are not a stereo pair, or do not match the images.
@@ -212,16 +191,13 @@ def load_pair(config: TeachConfig) -> RectifiedPair:
     fault = pair_fault(images[0], images[1], rig)
     if fault is not None:
         raise StereoLandmarkError(fault.value)
-    return RectifiedPair(StereoImages(images[0], images[1], config.tilt or tilt or (0.0, 0.0)), rig)
+    return StereoImages(images[0], images[1], config.tilt or tilt or (0.0, 0.0)), rig
 
 
 def _load_from_files(source: CalibratedImages) -> tuple[CameraImage, CameraImage]:
     left, right = (
         (load_grey_image(image), load_camera_calibration(calibration))
-        for image, calibration in (
-            (source.images.left, source.calibrations.left),
-            (source.images.right, source.calibrations.right),
-        )
+        for image, calibration in zip(source.images, source.calibrations, strict=True)
     )
     return left, right
 

@@ -13,7 +13,7 @@ from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.selection_hints import Severity, check_trials
+from stereo_landmark.core.teaching.hints import Severity, check_trials
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.page import page_edits as read
@@ -64,8 +64,8 @@ class RequestHandler:
         self._handlers: dict[str, Callable[[Request], Answer]] = {
             'hello': lambda _: {'configuration': configuration(source), **self._state()},
             'snapshot': lambda _: self._state(),
-            'undo': lambda _: self._undo_or_redo(self.session.history.undo),
-            'redo': lambda _: self._undo_or_redo(self.session.history.redo),
+            'undo': lambda _: self._undo_or_redo(self.session.undo),
+            'redo': lambda _: self._undo_or_redo(self.session.redo),
             'toggle': self._toggle,
             'edges': self._edges,
             'select_pair': self._select_pair,
@@ -207,8 +207,8 @@ class RequestHandler:
     def _blocking_hints(self) -> Iterator[dict[str, str]]:
         """Yield the hints that prevent saving, the cheap checks first."""
         targets = self.session.state.targets
-        for draft in targets:
-            yield from _select_blocking(hint_entries(self.session.report(draft).hints))
+        for target in targets:
+            yield from _select_blocking(hint_entries(self.session.report(target).hints))
         for number in range(len(targets)):
             yield from _select_blocking(self._check_target(number)['hints'])
 

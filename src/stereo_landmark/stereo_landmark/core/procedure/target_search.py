@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stereo_landmark.core.landmark_fix import NoDetectionReason, NoTargetDetection, TargetDetection
-from stereo_landmark.core.primitives.primitive import invariant_points, refine_pair
+from stereo_landmark.core.primitives.primitive import invariant_points
 from stereo_landmark.core.procedure.candidate_search import StereoCandidates, find_stereo_candidates
 from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
 from stereo_landmark.core.procedure.guided_matching import GuidedMatcher

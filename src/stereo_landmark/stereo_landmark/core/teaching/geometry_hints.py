@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, NoTargetDetection
 from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.primitives.primitive import Primitive
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
@@ -142,3 +143,20 @@ def _side(corners: SpatialPoints, k: int) -> tuple[float, float]:
     length = float(np.linalg.norm(side))
     along = side / length
     return length, float(along @ (corners.covariances[k] + corners.covariances[other]) @ along)
+
+
+def undetected_targets(answer: LandmarkFix | NoLandmarkFix) -> list[str]:
+    """Return a line for each target that is not detected in the images used for teaching.
+
+    Args:
+        answer: localization result for those images.
+    """
+    undetected = [
+        f'target {detection.target}: {detection.reason.value} even in the taught images ({detection.detail}); '
+        'add primitives that distinguish it from similar objects'
+        for detection in answer.detections
+        if isinstance(detection, NoTargetDetection)
+    ]
+    if isinstance(answer, NoLandmarkFix) and not undetected:
+        undetected.append(f'{answer.reason} even in the taught images ({answer.detail}); select other points')
+    return undetected

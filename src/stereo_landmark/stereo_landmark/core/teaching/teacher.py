@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,12 @@ from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.primitive import (
     Primitive,
     PrimitiveKind,
+    Tolerances,
+    difference,
     drop_covariance,
+    point_names,
     primitive_kind,
+    primitive_size,
 )
 from stereo_landmark.core.procedure.prediction import wall_normal
 from stereo_landmark.core.procedure.stereo_measurement import (
@@ -23,7 +27,7 @@ from stereo_landmark.core.procedure.stereo_measurement import (
     refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, ImageProcessing, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import (
@@ -36,27 +40,17 @@ from stereo_landmark.core.stereo import (
     triangulate,
 )
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 CONTEXT_LANDMARKS_MAX = 40
 CONTEXT_LANDMARK_DISTANCE_MIN = 16.0
 """Minimum distance between context landmarks, so that each object counts once [px]."""
 CONTEXT_LANDMARK_KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.ELLIPSE, PrimitiveKind.CORNER)
 """Kinds of context landmarks, the most distinctive first."""
-
-
-@dataclass(frozen=True)
-class TargetSelection:
-    """The primitives and points selected for a target.
-
-    Attributes:
-        name: name of the target.
-        primitives: selected primitives of the left image by name, the most reliable first.
-        points: names ``primitive/point`` of the points used for the pose; None for all.
-    """
-
-    name: str
-    primitives: Mapping[str, Primitive]
-    points: tuple[str, ...] | None = None
+SAME_CENTRE = 3.0
+"""Maximum distance of the same primitive after a change of the image processing [px],"""
+SAME_SIZE = 0.15
+"""and maximum relative difference of its size."""
 
 
 class Teacher:
@@ -71,29 +65,43 @@ class Teacher:
     def __init__(
         self, view: StereoView, processing: ImageProcessing, pixel_sigma: float = PlaceSettings.pixel_sigma
     ) -> None:
-        self._view = view
-        self._processing = processing
+        self.view = view
+        self.processing = processing
         self._pixel_sigma = pixel_sigma
+        self._same: dict[Primitive, Primitive | None] = {}
+        self._measured: dict[Primitive, tuple[Primitive, Primitive] | str] = {}
+
+    def find_same(self, shape: Primitive) -> Primitive | None:
+        """Return a primitive of another detection of the left image as it is detected now, None if it is not."""
+        if shape not in self._same:
+            self._same[shape] = _find_same(shape, self.view.left.kinds[primitive_kind(shape)])
+        return self._same[shape]
 
     def measure(self, chosen: Primitive) -> tuple[Primitive, Primitive]:
-        """Return a primitive detected in the left image, refined in both grey images.
+        """Return a primitive detected in the left image, refined in both grey images; each is measured once.
 
         Raises:
             StereoLandmarkError: the right image has no match, or an outline cannot be measured.
         """
+        if chosen not in self._measured:
+            self._measured[chosen] = self._measure_or_fault(chosen)
+        measured = self._measured[chosen]
+        if isinstance(measured, str):
+            raise StereoLandmarkError(measured)
+        return measured
+
+    def _measure_or_fault(self, chosen: Primitive) -> tuple[Primitive, Primitive] | str:
         match = self._find_match(chosen)
         if match is None:
-            raise StereoLandmarkError('it has no match in the right image; select another primitive')
-        images = self._view.left.image, self._view.right.image
+            return 'it has no match in the right image; select another primitive'
+        images = self.view.left.image, self.view.right.image
         measured = refine_pair(*align_pair(chosen, chosen, match), images)
         if measured is None:
-            raise StereoLandmarkError(
-                'its outline cannot be measured in both images; select another primitive'
-            )
+            return 'its outline cannot be measured in both images; select another primitive'
         points = stereo_points([('it', *measured)])
         if not is_in_same_row(points, self._pixel_sigma).all():
             apart = float(np.median(np.abs(points.pixels[:, 3] - points.pixels[:, 1])))
-            raise StereoLandmarkError(
+            return (
                 f'its rows in both images differ by {apart:.2f} px, so it is mismatched; select another primitive, or '
                 'recalibrate the cameras as a pair if other primitives are apart too'
             )
@@ -113,14 +121,14 @@ class Teacher:
         Raises:
             StereoLandmarkError: a point is too far away.
         """
-        too_far = np.flatnonzero(~is_measurable(points, self._view.rig))
+        too_far = np.flatnonzero(~is_measurable(points, self.view.rig))
         if len(too_far):
             raise StereoLandmarkError(
                 f'{points.names[too_far[0]]} is too far away to be measured; exclude it'
             )
-        camera = self._view.camera
+        camera = self.view.camera
         points = add_calibration_noise(points, self._pixel_sigma)
-        return triangulate(points, self._view.rig).transform(camera.rotation, camera.position)
+        return triangulate(points, self.view.rig).transform(camera.rotation, camera.position)
 
     def teach(
         self, name: str, selections: Sequence[TargetSelection], T_map_place: SE2 | None = None
@@ -152,13 +160,13 @@ class Teacher:
         around = np.vstack([coordinates.positions, *(each.position[None] for each in context_landmarks)])
         return TaughtPlace(
             name,
-            self._view.rig,
+            self.view.rig,
             tuple(_add_wall_normals(target, around) for target in targets),
             coordinates,
             context_landmarks,
-            self._processing,
+            self.processing,
             T_map_place,
-            StereoImages(self._view.left.image, self._view.right.image, self._view.tilt),
+            StereoImages(self.view.left.image, self.view.right.image, self.view.tilt),
         )
 
     def _measure_named(self, selection: TargetSelection, part: str) -> tuple[Primitive, Primitive]:
@@ -174,37 +182,30 @@ class Teacher:
             TaughtPrimitive(part, drop_covariance(left), self._position(left, right))
             for part, (_, left, right) in zip(selection.primitives, pairs, strict=True)
         )
-        there = stereo_points(
-            (part.name, left, right) for part, (_, left, right) in zip(primitives, pairs, strict=True)
-        )
-        points = there.names if selection.points is None else selection.points
+        names = point_names(selection.primitives.items())
+        points = names if selection.points is None else selection.points
         if not points:
             raise StereoLandmarkError(
                 f'target {selection.name} has no point for the pose; use one or more of its points'
             )
         for point in points:
-            if point not in there.names:
-                known = ', '.join(there.names)
+            if point not in names:
                 raise StereoLandmarkError(
-                    f'target {selection.name} has no point {point}; its points are {known}'
+                    f'target {selection.name} has no point {point}; its points are {", ".join(names)}'
                 )
-        return TaughtTarget(selection.name, primitives, tuple(points))
+        return TaughtTarget(selection.name, primitives, points)
 
     def _position(self, left: Primitive, right: Primitive) -> NDArray[np.float64]:
         """Return the centre of a primitive in the place's frame, shape (3,) [m]."""
         (position,) = self.coordinates(_centre(left, right)).positions
         return position
 
-    def _has_position(self, left: Primitive, right: Primitive) -> bool:
-        """Return whether the disparity of a primitive is large enough for its position."""
-        return bool(is_measurable(_centre(left, right), self._view.rig).all())
-
     def _find_match(self, chosen: Primitive) -> Primitive | None:
         """Return the match of a left primitive in the right image, None if there is none."""
         kind = primitive_kind(chosen)
-        here, there = self._view.detected_pair(kind)
+        here, there = self.view.detected_pair(kind)
         number = next(i for i, primitive in enumerate(here.primitives) if primitive is chosen)
-        match = int(self._view.match_indices(kind)[number])
+        match = int(self.view.match_indices(kind)[number])
         return None if match < 0 else there.primitives[match]
 
     def _find_context_landmarks(self, taught: Iterable[Primitive]) -> tuple[TaughtPrimitive, ...]:
@@ -212,18 +213,38 @@ class Teacher:
         taken = list(taught)
         found: list[TaughtPrimitive] = []
         for kind in CONTEXT_LANDMARK_KINDS:
-            for primitive in self._view.left.kinds[kind].primitives:
+            for primitive in self.view.left.kinds[kind].primitives:
                 if len(found) == CONTEXT_LANDMARKS_MAX:
                     return tuple(found)
                 if any(_may_be_same_object(primitive, other) for other in taken):
                     continue
                 match = self._find_match(primitive)
-                if match is not None and self._has_position(primitive, match):
+                if match is not None and is_measurable(_centre(primitive, match), self.view.rig).all():
                     taken.append(primitive)
                     position = self._position(primitive, match)
                     name = f'{kind.value} {len(found) + 1}'
                     found.append(TaughtPrimitive(name, drop_covariance(primitive), position))
         return tuple(found)
+
+
+def _find_same(shape: Primitive, detected: DetectedPrimitives) -> Primitive | None:
+    if any(each is shape for each in detected.primitives):
+        return shape
+    if not detected.primitives:
+        return None
+
+    def misfit(each: Primitive) -> float:
+        distance = float(np.hypot(*(each.centre - shape.centre)))
+        return distance + abs(primitive_size(each) - primitive_size(shape))
+
+    near = [detected.primitives[i] for i in detected.kd_tree.query_ball_point(shape.centre, SAME_CENTRE)]
+    similar = [
+        each
+        for each in near
+        if abs(primitive_size(each) / primitive_size(shape) - 1.0) < SAME_SIZE
+        and difference(each, shape, Tolerances()) <= 1.0
+    ]
+    return min(similar, key=misfit, default=None)
 
 
 def _centre(left: Primitive, right: Primitive) -> StereoPoints:
@@ -245,17 +266,14 @@ def _add_wall_normals(target: TaughtTarget, around: NDArray[np.float64]) -> Taug
 
 def _may_be_same_object(one: Primitive, other: Primitive) -> bool:
     """Return whether two primitives may belong to one object, such as a corner on the outline of a plate."""
-    positions, others = _point_positions(one), _point_positions(other)
+    positions, others = (
+        np.array([point.position for point in each.image_points().values()]) for each in (one, other)
+    )
     gaps = np.linalg.norm(positions[:, None] - others[None], axis=2)
     radii = [float(each.semi_axes[0]) if isinstance(each, Ellipse) else 0.0 for each in (one, other)]
     # Ellipses that do not overlap are different objects: the next meter in a row is the most informative.
     apart = 0.0 if all(radii) else CONTEXT_LANDMARK_DISTANCE_MIN
     return bool(gaps.min() - sum(radii) < apart)
-
-
-def _point_positions(primitive: Primitive) -> NDArray[np.float64]:
-    """Return the points of a primitive, shape (n, 2) [px]."""
-    return np.array([point.position for point in primitive.image_points().values()])
 
 
 def _check_names(names: Sequence[str]) -> None:
