@@ -18,7 +18,7 @@ def ellipse(u):
 
 
 def names(state):
-    return [part.name for part in state.target.primitives]
+    return list(state.target.primitives)
 
 
 @pytest.fixture

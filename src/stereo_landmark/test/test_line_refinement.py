@@ -5,7 +5,12 @@ import pytest
 from seen_shapes import SIZE, polygon_photo, turned_rectangle
 
 from scene_simulator.antialiased_shapes import coverage, photograph, polygon_intervals
-from stereo_landmark.core.primitives.line_refinement import refine_line
+from stereo_landmark.core.primitives.line_refinement import refine_lines
+
+
+def refine_line(image, begin, end):
+    lines = refine_lines(image, np.array([[begin, end]]))
+    return None if lines is None else lines[0]
 
 
 @pytest.mark.parametrize('blur', [0.3, 0.7, 1.5, 2.5])

@@ -59,6 +59,11 @@ class TaughtTarget:
     primitives: tuple[TaughtPrimitive, ...]
     points: tuple[str, ...]
 
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Centres of the primitives in the place's frame, shape (k, 3) [m]."""
+        return np.array([primitive.position for primitive in self.primitives])
+
 
 @dataclass(frozen=True)
 class TaughtPlace:
