@@ -33,8 +33,7 @@ from shirube_ros.trigger_service import create_trigger_service
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_localizer import LocatedPair
-from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream, Side
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

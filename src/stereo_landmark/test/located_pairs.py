@@ -13,7 +13,7 @@ from stereo_landmark.core.landmark_fix import (
     NoTargetDetection,
     TargetDetection,
 )
-from stereo_landmark.core.pair.pair_localizer import LocatedPair
+from stereo_landmark.core.pair.pair_stream import LocatedPair
 from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.procedure.prediction import predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView

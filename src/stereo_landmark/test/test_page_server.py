@@ -10,7 +10,7 @@ from teaching_wall import images_of
 
 from stereo_landmark.page.access import is_loopback
 from stereo_landmark.page.page_server import PageServer
-from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler
 
@@ -21,7 +21,7 @@ def talk(tmp_path):
 
     def run(conversation, token=''):
         async def whole():
-            source = RecordedPairs(['taught', 'here'], images_of, RIG)
+            source = StereoPairs(['taught', 'here'], images_of, RIG)
             server = PageServer(RequestHandler(source, PlaceSaver(tmp_path)), token)
             async with TestClient(TestServer(server.application())) as client:
                 await asyncio.wait_for(conversation(client), 110.0)

@@ -10,10 +10,9 @@ from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 
 from shirube_core.geometry import CameraMount
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.pair import pair_localizer
+from stereo_landmark.core.pair import pair_stream
 from stereo_landmark.core.pair.epipolar_check import PairFault
-from stereo_landmark.core.pair.pair_localizer import check_cameras
-from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.pair.pair_stream import PairStream, Side, check_cameras
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo import calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -72,7 +71,7 @@ def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_e
         checked.append(None)
         return PairFault.SWAPPED if len(checked) in {2, 3} else None
 
-    monkeypatch.setattr(pair_localizer, 'pair_fault', fault)
+    monkeypatch.setattr(pair_stream, 'pair_fault', fault)
     monkeypatch.setattr(LandmarkLocalizer, 'locate', lambda *_: without_fix().result)
     robot = stream()
     for seconds in (0.0, 1.0, 2.0):

@@ -18,7 +18,7 @@ from stereo_landmark.core.teaching import edits, teacher
 from stereo_landmark.core.teaching.hints import NOT_DETECTED
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import Region, state_from_place
-from stereo_landmark.page.pair_source import RecordedPairs, taught_pair
+from stereo_landmark.page.pair_source import StereoPairs, taught_pair
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.snapshot import snapshot
 
@@ -121,7 +121,7 @@ def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_pa
             teacher, name, lambda *given, calls=calls, work=work: calls.append(given) or work(*given)
         )
     session = session_with_meters(2)
-    source = RecordedPairs(['taught', 'here'], images_of, RIG)
+    source = StereoPairs(['taught', 'here'], images_of, RIG)
     session.apply(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
     looked.clear()
     measured.clear()

@@ -19,8 +19,7 @@ from shirube_ros.file_errors import CameraFileError
 from shirube_ros.image_files import list_images
 from stereo_landmark.bag_localization import BagLocalization
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_localizer import LocatedPair
-from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream, Side
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings, PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import load_camera_calibration, load_grey_image

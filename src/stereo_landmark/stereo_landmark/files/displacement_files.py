@@ -17,7 +17,7 @@ from shirube_bags.tum_file import save_tum
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix, TargetDetection
-from stereo_landmark.core.pair.pair_localizer import LocatedPair
+from stereo_landmark.core.pair.pair_stream import LocatedPair
 
 
 @dataclass(frozen=True)

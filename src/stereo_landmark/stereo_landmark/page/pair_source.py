@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Protocol
 
 from tqdm import tqdm
 
@@ -23,38 +22,8 @@ from stereo_landmark.files.place_file import load_images, load_place
 from stereo_landmark.files.recording import RecordedPair, choose_topics, recorded_pairs
 
 
-class PairSource(Protocol):
-    """Stereo pairs, numbered from 0; a number always returns the same pair."""
-
-    @property
-    def rig(self) -> StereoRig:
-        """The rectified cameras."""
-
-    @property
-    def labels(self) -> Sequence[str]:
-        """Label of each pair on the page."""
-
-    @property
-    def is_live(self) -> bool:
-        """Whether `capture` adds pairs."""
-
-    def images(self, number: int) -> StereoImages:
-        """Return a pair.
-
-        Raises:
-            StereoLandmarkError: the number does not exist, or the pair is not rectified.
-        """
-
-    def capture(self) -> int:
-        """Capture a pair from the live cameras and return its number.
-
-        Raises:
-            StereoLandmarkError: there are no live cameras, or no images are received.
-        """
-
-
-class RecordedPairs:
-    """Recorded pairs.
+class StereoPairs:
+    """Recorded stereo pairs, numbered from 0; a number always returns the same pair.
 
     Args:
         labels: label of each pair.
@@ -64,6 +33,7 @@ class RecordedPairs:
     """
 
     is_live = False
+    """Whether `capture` adds pairs."""
 
     def __init__(
         self,
@@ -92,10 +62,10 @@ class RecordedPairs:
         return self._ready[number]
 
     def capture(self) -> int:
-        """Raise an error: recorded pairs have no live camera.
+        """Capture a pair from the live cameras and return its number.
 
         Raises:
-            StereoLandmarkError: always.
+            StereoLandmarkError: there are no live cameras, or no images are received.
         """
         raise StereoLandmarkError('pairs can be captured with --live only; select one of the recorded pairs')
 
@@ -109,7 +79,7 @@ class RecordedPairs:
         return StereoImages(left, right, pair.tilt)
 
 
-def file_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
+def file_pairs(options: argparse.Namespace, mount: CameraMount) -> StereoPairs:
     """Return the stereo pairs of the image files in the options.
 
     Raises:
@@ -133,14 +103,14 @@ def file_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs
         return StereoImages(load_grey_image(left[number]), load_grey_image(right[number]), (roll, pitch))
 
     raw = calibrations if options.rectify else None
-    return RecordedPairs([path.name for path in left], read, stereo_rig(*calibrations, mount), raw)
+    return StereoPairs([path.name for path in left], read, stereo_rig(*calibrations, mount), raw)
 
 
 PAIRS_MAX = 60
 """Maximum number of offered pairs; longer bags are subsampled."""
 
 
-def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
+def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> StereoPairs:
     """Return stereo pairs of a bag, evenly distributed over time.
 
     Raises:
@@ -163,7 +133,7 @@ def bag_pairs(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
 
     labels = [f'{each - seconds[0]:.1f} s' for each in seconds]
     raw = calibrations if options.rectify else None
-    return RecordedPairs(labels, read, stereo_rig(*calibrations, mount), raw)
+    return StereoPairs(labels, read, stereo_rig(*calibrations, mount), raw)
 
 
 def _read(options: argparse.Namespace) -> list[RecordedPair]:
@@ -176,8 +146,8 @@ def _read(options: argparse.Namespace) -> list[RecordedPair]:
         return list(islice(shown, None, None, step))
 
 
-class JoinedPairs:
-    """Recorded pairs of one or more bags of the same cameras.
+def join_pairs(first: StereoPairs, others: Sequence[tuple[str, StereoPairs]]) -> StereoPairs:
+    """Return pairs of several bags: a place taught in one can be tested on the others.
 
     Args:
         first: first pairs, which keep their numbers.
@@ -186,49 +156,28 @@ class JoinedPairs:
     Raises:
         StereoLandmarkError: a bag was recorded with other cameras.
     """
+    numbered = [(first, number) for number in range(len(first.labels))]
+    labels = list(first.labels)
+    for name, other in others:
+        if calibration_hash(other.rig) != calibration_hash(first.rig):
+            raise StereoLandmarkError(
+                f'{name} was recorded with other cameras; give a bag with the same calibration'
+            )
+        numbered += [(other, number) for number in range(len(other.labels))]
+        labels += [f'{name} {label}' for label in other.labels]
 
-    is_live = False
-
-    def __init__(self, first: RecordedPairs, others: Sequence[tuple[str, RecordedPairs]]) -> None:
-        for name, other in others:
-            if calibration_hash(other.rig) != calibration_hash(first.rig):
-                raise StereoLandmarkError(
-                    f'{name} was recorded with other cameras; give a bag with the same calibration'
-                )
-        self.rig = first.rig
-        self.labels = [*first.labels, *(f'{name} {label}' for name, each in others for label in each.labels)]
-        self._pairs = [
-            (each, number)
-            for each in (first, *(other for _, other in others))
-            for number in range(len(each.labels))
-        ]
-
-    def images(self, number: int) -> StereoImages:
-        """Return a rectified pair.
-
-        Raises:
-            StereoLandmarkError: the number does not exist, or the pair is not rectified.
-            CameraFileError: a file is not an image.
-        """
-        if not 0 <= number < len(self._pairs):
-            raise StereoLandmarkError(f'there is no pair {number + 1}, there are {len(self._pairs)}')
-        source, of_source = self._pairs[number]
+    def read(number: int) -> StereoImages:
+        source, of_source = numbered[number]
         return source.images(of_source)
 
-    def capture(self) -> int:
-        """Raise an error: recorded pairs have no live camera.
-
-        Raises:
-            StereoLandmarkError: always.
-        """
-        return self._pairs[0][0].capture()
+    return StereoPairs(labels, read, first.rig)
 
 
-def taught_pair(path: Path) -> RecordedPairs:
+def taught_pair(path: Path) -> StereoPairs:
     """Return the stereo pair used for teaching a place.
 
     Raises:
         LandmarkFileError: the place is malformed.
     """
     images = load_images(path)
-    return RecordedPairs(['as taught'], lambda _: images, load_place(path).rig)
+    return StereoPairs(['as taught'], lambda _: images, load_place(path).rig)

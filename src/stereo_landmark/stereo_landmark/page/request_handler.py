@@ -18,7 +18,7 @@ from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.page import page_edits as read
 from stereo_landmark.page.page_edits import EDITS, Request
-from stereo_landmark.page.pair_source import PairSource
+from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceExistsError, PlaceSaver
 from stereo_landmark.page.snapshot import configuration, edges, hint_entries, snapshot, test_result
 
@@ -49,7 +49,7 @@ class RequestHandler:
 
     def __init__(
         self,
-        source: PairSource,
+        source: StereoPairs,
         saver: PlaceSaver,
         state: TeachingState | None = None,
         settings: LandmarkSettings | None = None,

@@ -20,13 +20,13 @@ from stereo_landmark.core.teaching.geometry_hints import pose_sigmas
 from stereo_landmark.core.teaching.hints import Hint, TargetReport
 from stereo_landmark.core.teaching.teaching_session import SelectablePrimitive, TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TargetSelection
-from stereo_landmark.page.pair_source import PairSource
+from stereo_landmark.page.pair_source import StereoPairs
 
 _UNIT = 16.0
 """Edge points are sent as integers in this fraction of a pixel [1/px]."""
 
 
-def configuration(source: PairSource) -> dict[str, Any]:
+def configuration(source: StereoPairs) -> dict[str, Any]:
     """Return the constant configuration: cameras, settings, kinds of primitives."""
     rig = source.rig
     settings = [
@@ -53,7 +53,7 @@ def configuration(source: PairSource) -> dict[str, Any]:
     }
 
 
-def snapshot(session: TeachingSession, source: PairSource) -> dict[str, Any]:
+def snapshot(session: TeachingSession, source: StereoPairs) -> dict[str, Any]:
     """Return the whole state of a session with its results."""
     state, view = session.state, session.view
     pose = state.T_map_place

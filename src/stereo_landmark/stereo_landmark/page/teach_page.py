@@ -21,11 +21,10 @@ from stereo_landmark.node_settings import NodeSettings
 from stereo_landmark.page.access import is_loopback, new_token, reachable_host
 from stereo_landmark.page.page_server import PageServer, serve
 from stereo_landmark.page.pair_source import (
-    JoinedPairs,
-    PairSource,
-    RecordedPairs,
+    StereoPairs,
     bag_pairs,
     file_pairs,
+    join_pairs,
     taught_pair,
 )
 from stereo_landmark.page.place_saver import PlaceSaver
@@ -97,7 +96,7 @@ def _save_draft(answers: RequestHandler, options: argparse.Namespace) -> None:
     print(f'teach: {name} was not saved; continue from the draft with: teach --place {path}', file=sys.stderr)  # noqa: T201
 
 
-def _make_handler(source: PairSource, options: argparse.Namespace) -> RequestHandler:
+def _make_handler(source: StereoPairs, options: argparse.Namespace) -> RequestHandler:
     if options.place is None:
         return RequestHandler(source, PlaceSaver(options.places), TeachingState(name=options.name))
     folder = _folder(options)
@@ -106,7 +105,7 @@ def _make_handler(source: PairSource, options: argparse.Namespace) -> RequestHan
 
 
 @contextmanager
-def _source(options: argparse.Namespace) -> Iterator[PairSource]:
+def _source(options: argparse.Namespace) -> Iterator[StereoPairs]:
     xyz, rpy = tuple(options.camera_xyz), tuple(options.camera_rpy)
     check_settings(NodeSettings(camera_xyz=xyz, camera_rpy=rpy))
     mount = CameraMount(xyz, rpy)
@@ -120,17 +119,17 @@ def _source(options: argparse.Namespace) -> Iterator[PairSource]:
     yield _append_test_bags(_load_recorded(options, mount), options)
 
 
-def _load_recorded(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
+def _load_recorded(options: argparse.Namespace, mount: CameraMount) -> StereoPairs:
     if options.place is not None:
         return taught_pair(options.place)
     return bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
 
 
-def _append_test_bags(source: RecordedPairs, options: argparse.Namespace) -> PairSource:
+def _append_test_bags(source: StereoPairs, options: argparse.Namespace) -> StereoPairs:
     if not options.test_bag:
         return source
     drives = [argparse.Namespace(**{**vars(options), 'bag': path}) for path in options.test_bag]
-    return JoinedPairs(source, [(each.bag.name, bag_pairs(each, source.rig.mount)) for each in drives])
+    return join_pairs(source, [(each.bag.name, bag_pairs(each, source.rig.mount)) for each in drives])
 
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:
