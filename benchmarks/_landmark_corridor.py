@@ -19,7 +19,7 @@ from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoVi
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 
 TAUGHT = SE2(-3.0, 0.0, 0.0)
 """Where the robot stood: ``T_map_place``."""

@@ -27,7 +27,7 @@ from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoVi
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 
 VIEWS_PER_LESSON = 5
 CHOSEN_WITHIN = 5.0

@@ -18,7 +18,7 @@ from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.primitives.primitive import invariant_points
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoImages, StereoRig
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.files.place_file import save_place
 

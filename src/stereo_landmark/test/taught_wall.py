@@ -15,8 +15,8 @@ from stereo_landmark.core.pair.camera_calibration import CameraCalibration, ster
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoImages
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 from stereo_landmark.files.place_file import save_place
 
 CAMERA = PinholeCamera(376, 240, 350.0, 350.0, 187.5, 119.5)

@@ -10,8 +10,13 @@ from stereo_calibrations import RealPairs, raw_calibrations, rectified_calibrati
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from shirube_ros.file_errors import CalibrationError
 from shirube_ros.message_error import CameraInfoError
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, stereo_rig
-from stereo_landmark.core.pair.epipolar_check import PairFault, pair_fault
+from stereo_landmark.core.pair.camera_calibration import (
+    CameraCalibration,
+    PairFault,
+    Rectifier,
+    pair_fault,
+    stereo_rig,
+)
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import load_camera_calibration
 from stereo_landmark.files.recording import calibration_from_camera_info

@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 from seen_shapes import PRIMITIVES, mahalanobis, polygon_photo, sides_of, turned_rectangle
 
-from stereo_landmark.core.primitives.corner import (
-    Corner,
-    CornerTolerance,
-    detect_corners,
-    refine_corner,
-)
+from stereo_landmark.core.primitives.corner import Corner, CornerTolerance, detect_corners, refine_corner
 from stereo_landmark.core.primitives.primitive import Tolerances, difference
 
 CORNERS = np.array([[22.3, 18.6], [78.1, 24.9], [70.4, 69.7], [28.8, 62.2]])

@@ -13,12 +13,7 @@ from seen_shapes import (
 )
 
 from scene_simulator.antialiased_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
-from stereo_landmark.core.primitives.ellipse import (
-    Ellipse,
-    EllipseTolerance,
-    detect_ellipses,
-    refine_ellipse,
-)
+from stereo_landmark.core.primitives.ellipse import Ellipse, EllipseTolerance, detect_ellipses, refine_ellipse
 from stereo_landmark.core.primitives.primitive import Tolerances, difference
 
 

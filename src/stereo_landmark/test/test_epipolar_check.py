@@ -1,7 +1,7 @@
 import numpy as np
 from taught_wall import HERE, RIG, seen
 
-from stereo_landmark.core.pair.epipolar_check import PairFault, pair_fault
+from stereo_landmark.core.pair.camera_calibration import PairFault, pair_fault
 
 
 def test_a_good_pair_has_no_fault():

@@ -21,8 +21,8 @@ from stereo_landmark.core.teaching.geometry_hints import (
     pose_sigmas,
     undetected_targets,
 )
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 
 def warnings(points, noise=0.1):

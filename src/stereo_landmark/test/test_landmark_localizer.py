@@ -12,8 +12,8 @@ from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, detect_scene
 from stereo_landmark.core.settings import LandmarkSettings, SearchSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 PANELS = Wall(
     (Plate(0.35, 0.7, 0.4, 0.3, 80.0), Plate(-0.3, 0.75, 0.3, 0.4, 220.0), Disc(-0.75, 0.6, 0.08, 60.0))

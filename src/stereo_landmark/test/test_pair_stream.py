@@ -11,7 +11,7 @@ from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 from shirube_core.geometry import CameraMount
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair import pair_stream
-from stereo_landmark.core.pair.epipolar_check import PairFault
+from stereo_landmark.core.pair.camera_calibration import PairFault
 from stereo_landmark.core.pair.pair_stream import PairStream, Side, check_cameras
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo import calibration_hash

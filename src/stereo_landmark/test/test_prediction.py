@@ -20,8 +20,8 @@ from stereo_landmark.core.procedure.prediction import (
 )
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView
 from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 TILT = (0.04, -0.06)
 VIEW = StereoView(None, None, RIG, TILT)

@@ -12,8 +12,8 @@ from stereo_landmark.core.pair.camera_calibration import Rectifier, stereo_rig
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 """The body's x is up, y right and z ahead."""

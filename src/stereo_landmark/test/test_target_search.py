@@ -11,8 +11,8 @@ from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 FIELDS = tuple(
     Plate(0.27 - 0.27 * (i % 3), 0.7 + 0.33 * (i // 3), 0.18, 0.24, level)

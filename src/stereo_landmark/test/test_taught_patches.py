@@ -14,8 +14,8 @@ from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo import StereoPoints
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 PLATES = (Plate(0.45, 0.7, 0.4, 0.3, 60.0), Plate(-0.35, 0.75, 0.36, 0.44, 230.0))
 PRINT = tuple(

@@ -43,10 +43,7 @@ class TeachConfig:
             'camera_rpy': list(MOUNT.rpy),
             'T_map_place': {'x': T_MAP_PLACE.x, 'y': T_MAP_PLACE.y, 'yaw': T_MAP_PLACE.yaw},
             'targets': [
-                {
-                    'name': 'meters',
-                    'primitives': [{'kind': 'ellipse', 'near': centre} for centre in CENTRES],
-                }
+                {'name': 'meters', 'primitives': [{'kind': 'ellipse', 'near': centre} for centre in CENTRES]}
             ],
         }
 

@@ -5,12 +5,16 @@ from place_scenes import RIG
 
 from stereo_landmark.core import stereo as stereo_points_module
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_measurement import stereo_points
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.procedure.stereo_view import (
+    ImageProcessing,
+    StereoView,
+    detect_scene,
+    stereo_points,
+)
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 WALL = Wall((Plate(0.1, 0.7, 0.3, 0.2, 60.0),))
 CORNERS = np.array([[3.0, 0.1 + dy, 0.7 + dz] for dy in (-0.15, 0.15) for dz in (-0.1, 0.1)])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,12 +20,15 @@ from stereo_landmark.core.stereo import SpatialPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.geometry_hints import undetected_targets
 from stereo_landmark.core.teaching.hints import report_target
-from stereo_landmark.core.teaching.primitive_selection import select_primitives
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection, select_primitives
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 from stereo_landmark.files.place_file import place_path, save_place
 from stereo_landmark.files.teach_config_file import TargetConfig, load_pair, load_teach_config
-from stereo_landmark.page.teach_page import add_page_options, open_page
+from stereo_landmark.node_settings import NodeSettings
+from stereo_landmark.page.teach_page import open_page
+
+_NODE = NodeSettings()
+_PORT, _PORT_MAX = 8765, 65535
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -133,8 +136,52 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
     add('--replace', action='store_true', help='allow --batch to replace a place of the same name')
-    add_page_options(parser)
+    _add_page_options(add)
     return parser
+
+
+def _add_page_options(add: Callable[..., object]) -> None:
+    add('--right', type=Path, nargs='+', help='right images in the same order')
+    for side in ('left', 'right'):
+        add(
+            f'--{side}-calibration',
+            type=Path,
+            metavar='YAML',
+            help=f'calibration of the {side} camera, as camera_calibration writes it',
+        )
+    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
+        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
+    add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
+        help='further bags of the same cameras, for tests')  # fmt: skip
+    add('--rectify', action='store_true', help='rectify raw images')
+    add('--approximate-sync', type=float, metavar='SECONDS',
+        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
+    add('--image-transport', default=_NODE.image_transport, choices=('raw', 'compressed', 'auto'),
+        help='image transport of live images (default: %(default)s)')  # fmt: skip
+    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
+        help='roll and pitch of the robot, without imu [rad] (default: level)')  # fmt: skip
+    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
+        help='position of the left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
+        help='fixed-axis roll, pitch, yaw of the left optical frame [rad] (default: looking ahead)')  # fmt: skip
+    add('--name', default='place_1', help='initial name of the place (default: %(default)s)')
+    add(
+        '--host',
+        default='127.0.0.1',
+        help='listening address; non-loopback addresses require a token (default: %(default)s)',
+    )
+    add('--port', type=_port, default=_PORT, help='port, 0 for any free port (default: %(default)s)')
+
+
+def _port(text: str) -> int:
+    """Parse a port number; raise ArgumentTypeError if it is not a valid port."""
+    try:
+        port = int(text)
+    except ValueError:
+        port = -1
+    if not 0 <= port <= _PORT_MAX:
+        raise argparse.ArgumentTypeError(f'{text} is not a port; choose 0 to {_PORT_MAX}')
+    return port
 
 
 if __name__ == '__main__':

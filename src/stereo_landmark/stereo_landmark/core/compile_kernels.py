@@ -14,8 +14,8 @@ from stereo_landmark.core.primitives.corner_links import link_corners, nearest_l
 from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoRig
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 _CAMERA = PinholeCamera(320, 240, 300.0, 300.0, 159.5, 119.5)
 _MOUNT = CameraMount((0.0, 0.0, 1.0), (-math.pi / 2.0, 0.0, -math.pi / 2.0))

@@ -17,11 +17,7 @@ class EdgeSettings:
     """
 
     filter_sigma: float = setting(
-        1.0,
-        'standard deviation of the Gaussian derivative filter',
-        unit='px',
-        minimum=0.5,
-        maximum=5.0,
+        1.0, 'standard deviation of the Gaussian derivative filter', unit='px', minimum=0.5, maximum=5.0
     )
     threshold: float = setting(
         6.0,

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
 from shirube_core.settings import SettingsError, settings_from_values
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, stereo_rig
-from stereo_landmark.core.pair.epipolar_check import pair_fault
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.stereo import StereoImages, StereoRig

@@ -18,8 +18,8 @@ from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.teaching.edits import processing_values
 from stereo_landmark.core.teaching.geometry_hints import pose_sigmas
 from stereo_landmark.core.teaching.hints import Hint, TargetReport
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teaching_session import SelectablePrimitive, TeachingSession
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 from stereo_landmark.page.pair_source import StereoPairs
 
 _UNIT = 16.0

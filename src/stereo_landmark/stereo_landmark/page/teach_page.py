@@ -20,21 +20,12 @@ from stereo_landmark.files.place_file import load_place
 from stereo_landmark.node_settings import NodeSettings
 from stereo_landmark.page.access import is_loopback, new_token, reachable_host
 from stereo_landmark.page.page_server import PageServer, serve
-from stereo_landmark.page.pair_source import (
-    StereoPairs,
-    bag_pairs,
-    file_pairs,
-    join_pairs,
-    taught_pair,
-)
+from stereo_landmark.page.pair_source import StereoPairs, bag_pairs, file_pairs, join_pairs, taught_pair
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler, SaveStatus
 
-PORT = 8765
-PORT_MAX = 65535
 DRAFT_FOLDER = 'unsaved'
 """Subfolder of the places for unsaved drafts, which the localizer does not read."""
-_NODE = NodeSettings()
 
 
 def open_page(options: argparse.Namespace) -> None:
@@ -130,53 +121,3 @@ def _append_test_bags(source: StereoPairs, options: argparse.Namespace) -> Stere
         return source
     drives = [argparse.Namespace(**{**vars(options), 'bag': path}) for path in options.test_bag]
     return join_pairs(source, [(each.bag.name, bag_pairs(each, source.rig.mount)) for each in drives])
-
-
-def add_page_options(parser: argparse.ArgumentParser) -> None:
-    """Add the page's options besides the image source and the folder of places."""
-    add = parser.add_argument
-    add('--right', type=Path, nargs='+', help='right images in the same order')
-    for side in ('left', 'right'):
-        add(
-            f'--{side}-calibration',
-            type=Path,
-            metavar='YAML',
-            help=f'calibration of the {side} camera, as camera_calibration writes it',
-        )
-    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
-        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
-    add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
-        help='further bags of the same cameras, for tests')  # fmt: skip
-    add('--rectify', action='store_true', help='rectify raw images')
-    add('--approximate-sync', type=float, metavar='SECONDS',
-        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
-    add('--image-transport', default=_NODE.image_transport, choices=('raw', 'compressed', 'auto'),
-        help='image transport of live images (default: %(default)s)')  # fmt: skip
-    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
-        help='roll and pitch of the robot, without imu [rad] (default: level)')  # fmt: skip
-    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='position of the left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='fixed-axis roll, pitch, yaw of the left optical frame [rad] (default: looking ahead)')  # fmt: skip
-    add('--name', default='place_1', help='initial name of the place (default: %(default)s)')
-    add(
-        '--host',
-        default='127.0.0.1',
-        help='listening address; non-loopback addresses require a token (default: %(default)s)',
-    )
-    add('--port', type=_port, default=PORT, help='port, 0 for any free port (default: %(default)s)')
-
-
-def _port(text: str) -> int:
-    """Parse a port number.
-
-    Raises:
-        ArgumentTypeError: it is not a valid port.
-    """
-    try:
-        port = int(text)
-    except ValueError:
-        port = -1
-    if not 0 <= port <= PORT_MAX:
-        raise argparse.ArgumentTypeError(f'{text} is not a port; choose 0 to {PORT_MAX}')
-    return port

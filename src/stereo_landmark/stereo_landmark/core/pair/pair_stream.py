@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from shirube_core.geometry import CameraMount, TiltBuffer
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, stereo_rig
-from stereo_landmark.core.pair.epipolar_check import pair_fault
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
 from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings

@@ -23,8 +23,7 @@ from stereo_landmark.core.primitives.quadrilateral_comparison import order_corne
 from stereo_landmark.core.procedure.candidate_search import similar_primitives
 from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
 from stereo_landmark.core.procedure.prediction import predict_pixels
-from stereo_landmark.core.procedure.stereo_measurement import NamedPair
-from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, StereoView
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, NamedPair, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo import SpatialPoints
 
@@ -55,11 +54,7 @@ class GuidedMatcher:
     """
 
     def __init__(
-        self,
-        target: TaughtTarget,
-        points: Sequence[SpatialPoints],
-        view: StereoView,
-        tolerances: Tolerances,
+        self, target: TaughtTarget, points: Sequence[SpatialPoints], view: StereoView, tolerances: Tolerances
     ) -> None:
         self._target, self._points, self._view = target, points, view
         self._centres = np.array([taught.position for taught in target.primitives])

@@ -18,13 +18,13 @@ from stereo_landmark.core.procedure.guided_matching import GuidedMatcher
 from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, generate_hypotheses
 from stereo_landmark.core.procedure.pose_scorer import PoseScorer
 from stereo_landmark.core.procedure.prediction import centre_correction, image_distances
-from stereo_landmark.core.procedure.stereo_measurement import (
+from stereo_landmark.core.procedure.stereo_view import (
     NamedPair,
+    StereoView,
     align_pair,
     refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
 from stereo_landmark.core.settings import SearchSettings
 from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
@@ -132,11 +132,7 @@ class TargetSearch:
         return fits
 
     def _check_best(
-        self,
-        target: TaughtTarget,
-        states: NDArray[np.float64],
-        ratios: NDArray[np.float64],
-        view: StereoView,
+        self, target: TaughtTarget, states: NDArray[np.float64], ratios: NDArray[np.float64], view: StereoView
     ) -> NoTargetDetection | None:
         """Return why the first of the poses, the most likely first, is not accepted; None if it is."""
         needed = self._settings.log_likelihood_ratio_min
@@ -177,10 +173,7 @@ def _correct_circle_centres(
 
 
 def _matched_pairs(
-    target: TaughtTarget,
-    matched: NDArray[np.int64],
-    candidates: Sequence[StereoCandidates],
-    view: StereoView,
+    target: TaughtTarget, matched: NDArray[np.int64], candidates: Sequence[StereoCandidates], view: StereoView
 ) -> list[NamedPair]:
     """Return the primitives of both images that a hypothesis matched."""
     pairs: list[NamedPair] = []

@@ -12,7 +12,8 @@ from shirube_core.settings import SettingsError, describe_settings, settings_fro
 from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_kind
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teaching_state import Region, TargetSelection, TeachingState
+from stereo_landmark.core.teaching.primitive_selection import Region, TargetSelection
+from stereo_landmark.core.teaching.teaching_state import TeachingState
 
 _PLACE_NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_-]{0,63}')
 _NAME_MAX = 64

@@ -11,14 +11,14 @@ import numpy as np
 
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
 from stereo_landmark.core.primitives.primitive import Primitive, bounding_box, difference, primitive_kind
-from stereo_landmark.core.procedure.stereo_measurement import stereo_points
+from stereo_landmark.core.procedure.stereo_view import stereo_points
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.geometry_hints import check_geometry, find_skewed_shapes
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
 
 POINT_SIGMA_MAX = 0.1
 """Recommended maximum standard deviation of a point [m]."""

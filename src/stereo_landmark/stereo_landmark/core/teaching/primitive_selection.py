@@ -1,15 +1,16 @@
-"""Selects detected primitives by position, size and order instead of by mouse (paper 4b)."""
+"""The selection that makes a target (paper 4b and c), by mouse or by position, size and order in a lesson."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_size
+from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, point_names, primitive_size
 from stereo_landmark.core.procedure.stereo_view import DetectedScene
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -156,3 +157,52 @@ def _make_name(selection: Selection, number: int, taken: dict[str, Primitive]) -
     if name in taken:
         raise StereoLandmarkError(f'two primitives are called {name}; names must be unique')
     return name
+
+
+@dataclass(frozen=True)
+class Region:
+    """A rectangle of the left image that contains a target (paper 4b) [px]."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    def contains(self, points: NDArray[np.float64]) -> bool:
+        """Return whether all points, shape (n, 2), are inside [px]."""
+        low, high = points.min(axis=0), points.max(axis=0)
+        return bool(
+            self.left <= low[0] and self.top <= low[1] and high[0] <= self.right and high[1] <= self.bottom
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class TargetSelection:
+    """The primitives and points selected for a target.
+
+    Attributes:
+        name: name, unique in its place.
+        primitives: selected primitives of the left image by name, the most reliable first.
+        points: names ``primitive/point`` of the points used for the pose; None for all.
+        region: region that contains its primitives; None for the whole image.
+    """
+
+    name: str
+    primitives: Mapping[str, Primitive] = field(default_factory=dict)
+    points: tuple[str, ...] | None = None
+    region: Region | None = None
+
+    def uses(self, point: str) -> bool:
+        """Return whether a point is used for the pose."""
+        return self.points is None or point in self.points
+
+    @property
+    def excluded_points(self) -> frozenset[str]:
+        """Points that are not used for the pose."""
+        return frozenset(name for name in point_names(self.primitives.items()) if not self.uses(name))
+
+    def excluding(self, points: Collection[str]) -> TargetSelection:
+        """Return the selection that uses all but these points, in the order of its primitives."""
+        names = point_names(self.primitives.items())
+        used = tuple(name for name in names if name not in points)
+        return replace(self, points=None if used == names else used)

@@ -21,13 +21,15 @@ from stereo_landmark.core.primitives.primitive import (
     primitive_size,
 )
 from stereo_landmark.core.procedure.prediction import wall_normal
-from stereo_landmark.core.procedure.stereo_measurement import (
+from stereo_landmark.core.procedure.stereo_view import (
+    DetectedPrimitives,
+    ImageProcessing,
     NamedPair,
+    StereoView,
     align_pair,
     refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, ImageProcessing, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import (
@@ -40,7 +42,7 @@ from stereo_landmark.core.stereo import (
     triangulate,
 )
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teaching_state import TargetSelection
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 
 CONTEXT_LANDMARKS_MAX = 40
 CONTEXT_LANDMARK_DISTANCE_MIN = 16.0
