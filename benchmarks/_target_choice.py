@@ -16,14 +16,18 @@ from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import stereo_points
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.procedure.stereo_view import (
+    ImageProcessing,
+    StereoView,
+    detect_scene,
+    stereo_points,
+)
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.geometry_hints import check_geometry, undetected_targets
-from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.CORNER)
 POINT_SIGMA_MAX = 0.03

@@ -26,8 +26,8 @@ from stereo_landmark.core.primitives.primitive import PrimitiveKind, primitive_s
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 VIEWS_PER_LESSON = 5
 CHOSEN_WITHIN = 5.0

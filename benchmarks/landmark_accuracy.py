@@ -35,8 +35,8 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo import StereoPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 DISTANCES = (2.0, 3.0, 5.0)
 EXACT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)

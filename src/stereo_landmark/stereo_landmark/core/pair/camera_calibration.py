@@ -1,4 +1,4 @@
-"""Calibration of a stereo pair (fields of ``sensor_msgs/CameraInfo``), rectification by it, and the check of its rows."""
+"""Calibration of a stereo pair (fields of ``sensor_msgs/CameraInfo``), rectification and the check of its rows."""
 
 from __future__ import annotations
 
