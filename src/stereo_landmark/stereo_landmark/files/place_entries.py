@@ -160,8 +160,12 @@ def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
     Raises:
         StereoLandmarkError: the cameras are not a stereo pair, or do not match the hash.
     """
-    left, right = (_camera(entry[side]) for side in ('left', 'right'))
-    mount = CameraMount(_to_triple(entry['camera_xyz']), _to_triple(entry['camera_rpy']))
+    left, right = (
+        PinholeCamera(camera['width'], camera['height'], *(float(camera[name]) for name in INTRINSICS[2:]))
+        for camera in (entry['left'], entry['right'])
+    )
+    (x, y, z), (roll, pitch, yaw) = (map(float, entry[name]) for name in ('camera_xyz', 'camera_rpy'))
+    mount = CameraMount((x, y, z), (roll, pitch, yaw))
     try:
         rig = StereoRig(left, right, float(entry['baseline']), mount)
     except StereoLandmarkError as fault:
@@ -169,16 +173,6 @@ def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
     if calibration_hash(rig) != entry['hash']:
         raise StereoLandmarkError(f'stereo_calibration: hash does not match the calibration; {_REMEDY}')
     return rig
-
-
-def _camera(entry: dict[str, Any]) -> PinholeCamera:
-    fx, fy, cx, cy = (float(entry[name]) for name in INTRINSICS[2:])
-    return PinholeCamera(entry['width'], entry['height'], fx, fy, cx, cy)
-
-
-def _to_triple(values: list[float]) -> tuple[float, float, float]:
-    x, y, z = map(float, values)
-    return x, y, z
 
 
 _TYPES: dict[PrimitiveKind, tuple[type[Primitive], int]] = {

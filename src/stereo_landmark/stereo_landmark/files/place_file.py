@@ -93,9 +93,12 @@ def load_place(path: Path) -> TaughtPlace:
     Raises:
         LandmarkFileError: the file is malformed; the message names file, field and remedy.
     """
-    content = _read(path)
+    return _place_from(path, _read(path))
+
+
+def _place_from(path: Path, entries: dict[str, Any]) -> TaughtPlace:
     try:
-        return place_from_entries(content)
+        return place_from_entries(entries)
     except StereoLandmarkError as fault:
         raise LandmarkFileError(f'{path}: {fault}') from fault
 
@@ -158,10 +161,7 @@ def _validate_entries(path: Path, entries: dict[str, Any]) -> None:
     non_finite = find_non_finite(entries)
     if non_finite is not None:
         raise LandmarkFileError(f'{path}: {non_finite} is not a finite number; {remedy}')
-    try:
-        place_from_entries(entries)
-    except StereoLandmarkError as fault:
-        raise LandmarkFileError(f'{path}: {fault}') from fault
+    _place_from(path, entries)
 
 
 def write_images(folder: Path, name: str, images: StereoImages) -> dict[str, Any]:

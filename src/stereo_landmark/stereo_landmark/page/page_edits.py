@@ -19,91 +19,61 @@ NUMBER_MAX = 1e12
 
 
 def text(request: Request, name: str) -> str:
-    """Return a string field.
-
-    Raises:
-        StereoLandmarkError: it is missing or not a string.
-    """
-    value = request.get(name)
-    if not isinstance(value, str):
-        raise _field_error(name, 'a string')
-    return value
+    """Return a string field; StereoLandmarkError if it is none."""
+    return str(_field(request, name, 'a string', lambda value: isinstance(value, str)))
 
 
 def number(request: Request, name: str) -> float:
-    """Return a number field with an absolute value less than `NUMBER_MAX`.
-
-    Raises:
-        StereoLandmarkError: it is missing or not such a number.
-    """
-    value = request.get(name)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < NUMBER_MAX:
-        raise _field_error(name, 'a number')
+    """Return a number field with an absolute value less than `NUMBER_MAX`; StereoLandmarkError if it is none."""
+    value = _field(request, name, 'a number', _is_number)
     return float(value)
 
 
 def integer(request: Request, name: str) -> int:
-    """Return an integer field.
-
-    Raises:
-        StereoLandmarkError: it is missing or not an integer.
-    """
-    value = request.get(name)
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise _field_error(name, 'an integer')
-    return value
+    """Return an integer field; StereoLandmarkError if it is none."""
+    return int(
+        _field(request, name, 'an integer', lambda value: isinstance(value, int) and not _is_flag(value))
+    )
 
 
 def flag(request: Request, name: str) -> bool:
-    """Return a boolean field.
-
-    Raises:
-        StereoLandmarkError: it is missing or not a boolean.
-    """
-    value = request.get(name)
-    if not isinstance(value, bool):
-        raise _field_error(name, 'true or false')
-    return value
-
-
-def text_list(request: Request, name: str) -> list[str]:
-    """Return a field with a list of strings.
-
-    Raises:
-        StereoLandmarkError: it is missing or not a list of strings.
-    """
-    values = request.get(name)
-    if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
-        raise _field_error(name, 'a list of strings')
-    return values
+    """Return a boolean field; StereoLandmarkError if it is none."""
+    return bool(_field(request, name, 'true or false', _is_flag))
 
 
 def sides(request: Request) -> list[str]:
-    """Return the requested sides of the stereo pair.
-
-    Raises:
-        StereoLandmarkError: it is missing, or contains values other than left and right.
-    """
-    values = text_list(request, 'sides')
-    if not set(values) <= {'left', 'right'}:
-        raise _field_error('sides', 'left or right')
-    return values
+    """Return the requested sides of the stereo pair; StereoLandmarkError if there are others."""
+    values = _text_list(request, 'sides')
+    return list(_field({'sides': values}, 'sides', 'left or right', lambda _: {*values} <= {'left', 'right'}))
 
 
 def kind(request: Request) -> PrimitiveKind:
-    """Return the kind of a primitive.
-
-    Raises:
-        StereoLandmarkError: it is missing or not a kind.
-    """
-    try:
-        return PrimitiveKind(text(request, 'kind'))
-    except ValueError as fault:
-        raise _field_error('kind', ' or '.join(each.value for each in PrimitiveKind)) from fault
+    """Return the kind of a primitive; StereoLandmarkError if it is none."""
+    kinds = [each.value for each in PrimitiveKind]
+    text(request, 'kind')
+    return PrimitiveKind(_field(request, 'kind', ' or '.join(kinds), lambda value: value in kinds))
 
 
-def _field_error(name: str, expected: str) -> StereoLandmarkError:
-    return StereoLandmarkError(f'request: {name} must be {expected}; reload the page')
+def _text_list(request: Request, name: str) -> list[str]:
+    def is_valid(values: Any) -> bool:
+        return isinstance(values, list) and all(isinstance(value, str) for value in values)
+
+    return list(_field(request, name, 'a list of strings', is_valid))
+
+
+def _is_flag(value: Any) -> bool:
+    return isinstance(value, bool)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not _is_flag(value) and abs(value) < NUMBER_MAX
+
+
+def _field(request: Request, name: str, expected: str, is_valid: Callable[[Any], bool]) -> Any:
+    value = request.get(name)
+    if not is_valid(value):
+        raise StereoLandmarkError(f'request: {name} must be {expected}; reload the page')
+    return value
 
 
 def _pose(request: Request) -> SE2 | None:
@@ -120,9 +90,10 @@ def _region(request: Request) -> Region | None:
 
 
 def _numbers(request: Request, name: str, count: int) -> list[float]:
-    values = request[name]
-    if not isinstance(values, list) or len(values) != count:
-        raise StereoLandmarkError(f'request: {name} must be {count} numbers; reload the page')
+    def is_valid(values: Any) -> bool:
+        return isinstance(values, list) and len(values) == count
+
+    values = _field(request, name, f'{count} numbers', is_valid)
     return [number({name: value}, name) for value in values]
 
 
@@ -143,7 +114,7 @@ EDITS: dict[str, Edit] = {
     'rename_primitive': lambda state, r: edits.rename_primitive(state, text(r, 'name'), text(r, 'to')),
     'move': lambda state, r: edits.move_primitive(state, text(r, 'name'), integer(r, 'place')),
     'set_points_used': lambda state, r: edits.set_points_used(
-        state, text_list(r, 'points'), used=flag(r, 'used')
+        state, _text_list(r, 'points'), used=flag(r, 'used')
     ),
 }
 """Edits by the value of the field ``do``; each may raise a StereoLandmarkError."""

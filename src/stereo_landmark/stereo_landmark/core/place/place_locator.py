@@ -110,7 +110,11 @@ class PlaceLocator:
         known = np.array([name in taught.names for name in observed.names], dtype=np.bool_)
         observed = observed.subset(known & is_measurable(observed, self._rig))
         if len(observed) < self._settings.points_min:
-            return self._too_few_points(len(observed))
+            needed = self._settings.points_min
+            detail = (
+                f'{len(observed)} taught points are visible in both cameras, at least {needed} are needed'
+            )
+            return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
         in_same_row = is_in_same_row(observed, self._settings.pixel_sigma)
         if in_same_row.sum() < self._settings.points_min:
             dv = float(np.median(observed.pixels[:, 3] - observed.pixels[:, 1]))
@@ -204,10 +208,6 @@ class PlaceLocator:
         if sigma > self._settings.position_sigma_max:
             return NoPlaceFix(NoPlaceFixReason.UNCERTAIN, f'standard deviation {sigma:.3f} m')
         return fix
-
-    def _too_few_points(self, count: int) -> NoPlaceFix:
-        detail = f'{count} taught points are visible in both cameras, at least {self._settings.points_min} are needed'
-        return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
 
 
 def _make_fix(

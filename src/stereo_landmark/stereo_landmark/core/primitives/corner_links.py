@@ -31,12 +31,7 @@ class CornerLinks(NamedTuple):
 
 
 def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
-    """Return the links that are among the nearest links of one of their ends.
-
-    Args:
-        links: pairs of end points.
-        count: number of links to keep per end.
-    """
+    """Return the links that are among the ``count`` nearest links of one of their ends."""
     nodes = 2 * links.lines + links.ends
     kept = _are_nearest(nodes, np.abs(links.gaps).sum(axis=1), count)
     lines, ends, vertices = links.lines[kept], links.ends[kept], links.vertices[kept]
@@ -45,13 +40,7 @@ def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
 
 @njit(cache=True, error_model='numpy')
 def _are_nearest(nodes: NDArray[np.int64], gaps: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
-    """Return which links are among the nearest links of one of their ends, the first of equal ones, shape (n,).
-
-    Args:
-        nodes: node numbers of both ends, shape (n, 2).
-        gaps: gaps of the links, shape (n,) [px].
-        count: number of links to keep per end.
-    """
+    """Return which links are among the nearest links of one of their ends, the first of equal ones, shape (n,)."""
     kept = np.zeros(len(gaps), np.bool_)
     if not len(gaps):
         return kept
@@ -151,17 +140,10 @@ def _mark_intersecting(
     """Write which end points of a range form a corner with end point i."""
     x, y, u, v = end_points.xs[i], end_points.ys[i], end_points.outward_xs[i], end_points.outward_ys[i]
     gap_limit, overshoot_limit = end_points.gap_limits[i], end_points.overshoot_limits[i]
-    xs, ys, us, vs = (
-        end_points.xs[begin:end],
-        end_points.ys[begin:end],
-        end_points.outward_xs[begin:end],
-        end_points.outward_ys[begin:end],
-    )
-    gap_limits, overshoot_limits, marks = (
-        end_points.gap_limits[begin:end],
-        end_points.overshoot_limits[begin:end],
-        is_intersecting[begin:end],
-    )
+    xs, ys = end_points.xs[begin:end], end_points.ys[begin:end]
+    us, vs = end_points.outward_xs[begin:end], end_points.outward_ys[begin:end]
+    gap_limits, overshoot_limits = end_points.gap_limits[begin:end], end_points.overshoot_limits[begin:end]
+    marks = is_intersecting[begin:end]
     for m in range(len(marks)):
         # No branches and divisions, so that the compiler can vectorize the loop.
         dx, dy, cross = xs[m] - x, ys[m] - y, u * vs[m] - v * us[m]
@@ -182,12 +164,8 @@ def _mark_intersecting(
 def _gaps_between(end_points: _EndPoints, i: int, m: int) -> tuple[float, float]:
     """Return the distances of two end points from the intersection of their lines [px]."""
     dx, dy = end_points.xs[m] - end_points.xs[i], end_points.ys[m] - end_points.ys[i]
-    u, v, other_u, other_v = (
-        end_points.outward_xs[i],
-        end_points.outward_ys[i],
-        end_points.outward_xs[m],
-        end_points.outward_ys[m],
-    )
+    u, v = end_points.outward_xs[i], end_points.outward_ys[i]
+    other_u, other_v = end_points.outward_xs[m], end_points.outward_ys[m]
     cross = u * other_v - v * other_u
     return (dx * other_v - dy * other_u) / cross, (dx * v - dy * u) / cross
 
@@ -214,12 +192,7 @@ def _sort_by_x(
 def _sort_by_strip(
     rows: NDArray[np.float64], height: float
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return indices sorted by strip (stable), the start of each strip, and the strip of each row, shape (n,).
-
-    Args:
-        rows: y coordinates, shape (n,) [px].
-        height: height of a strip [px].
-    """
+    """Return indices sorted by strip (stable), the start of each strip, and the strip of each row, shape (n,)."""
     n = len(rows)
     strips = np.empty(n, np.int64)
     if not n:

@@ -1,4 +1,4 @@
-"""Quadrilaterals: panels, signs, doors; with the parameters of the paper's trapezoid (3.3c, fig. 5)."""
+"""Quadrilaterals: panels, signs, doors; the paper's trapezoid (3.3c, fig. 5) without parallel sides."""
 
 from __future__ import annotations
 
@@ -60,42 +60,6 @@ class Quadrilateral:
     def corner_vectors(self) -> NDArray[np.float64]:
         """The paper's v1 ... v4, from the centre to the corners, shape (4, 2) [px]."""
         return self.corners - self.centre
-
-    @property
-    def tilt(self) -> float:
-        """The paper's a: common direction of the two more parallel sides, in (-pi/2, pi/2] [rad]."""
-        first, second = self._parallel_sides
-        both = first - second
-        return math.pi / 2 - math.remainder(math.pi / 2 - math.atan2(both[1], both[0]), math.pi)
-
-    @property
-    def length(self) -> float:
-        """The paper's l: mean length of the two more parallel sides [px]."""
-        return float(np.mean([np.hypot(*side) for side in self._parallel_sides]))
-
-    @property
-    def height(self) -> float:
-        """The paper's h: distance between the midpoints of the two more parallel sides, across them [px]."""
-        across = np.array([-math.sin(self.tilt), math.cos(self.tilt)])
-        offsets = self.corner_vectors @ across
-        first = self._first_parallel_side
-        return float(
-            abs(offsets[[first, (first + 1) % 4]].mean() - offsets[[first - 2, (first + 3) % 4]].mean())
-        )
-
-    @property
-    def _first_parallel_side(self) -> int:
-        steps = np.roll(self.corners, -1, axis=0) - self.corners
-        angles = np.arctan2(steps[:, 1], steps[:, 0])
-        return int(
-            abs(math.remainder(angles[0] - angles[2], math.pi))
-            > abs(math.remainder(angles[1] - angles[3], math.pi))
-        )
-
-    @property
-    def _parallel_sides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        steps = np.roll(self.corners, -1, axis=0) - self.corners
-        return steps[self._first_parallel_side], steps[self._first_parallel_side + 2]
 
     @property
     def shape_vector(self) -> tuple[float, ...]:

@@ -88,24 +88,11 @@ def corner_graph(
         for sorted_ends in (from_ends, to_ends[incoming])
     )
     # The segment that is left was entered at its other end.
-    exit_positions, entry_positions = (
-        _positions_along(ends, from_ends ^ 1, vertices),
-        _positions_along(ends, to_ends, vertices),
-    )
+    exit_positions = _positions_along(ends, from_ends ^ 1, vertices)
+    entry_positions = _positions_along(ends, to_ends, vertices)
     return CornerGraph(
-        *(
-            starts,
-            from_ends,
-            to_ends,
-            vertices,
-            exit_positions,
-            entry_positions,
-            incoming,
-            incoming_starts,
-            support,
-        ),
-        side_seen_min=side_seen_min,
-        outline_seen_min=outline_seen_min,
+        *(starts, from_ends, to_ends, vertices, exit_positions, entry_positions, incoming, incoming_starts),
+        *(support, side_seen_min, outline_seen_min),
     )
 
 
@@ -116,10 +103,8 @@ def _positions_along(
     """Return the positions of vertices along segments from the ends where these are entered, shape (m,) [px]."""
     along = np.empty(len(entry_ends))
     for m in range(len(entry_ends)):
-        begin, end = (
-            ends[entry_ends[m] >> 1, entry_ends[m] & 1],
-            ends[entry_ends[m] >> 1, 1 - (entry_ends[m] & 1)],
-        )
+        line, side = entry_ends[m] >> 1, entry_ends[m] & 1
+        begin, end = ends[line, side], ends[line, 1 - side]
         dx, dy = end[0] - begin[0], end[1] - begin[1]
         product = dx * (vertices[m, 0] - begin[0]) + dy * (vertices[m, 1] - begin[1])
         along[m] = product / np.sqrt(dx * dx + dy * dy)

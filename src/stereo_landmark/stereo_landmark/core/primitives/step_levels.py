@@ -75,17 +75,10 @@ def _fit_level_line(
     variances: NDArray[np.float64],
     expected: NDArray[np.float64],
 ) -> float:
-    """Fit a line robustly to the levels, write its values and return the variance of the scatter about it.
-
-    Args:
-        numbers: indices of the profiles along the edge, shape (n,).
-        count: number of all profiles.
-        levels: measured levels, shape (n,) [grey levels].
-        variances: variances of the levels by image noise, shape (n,) [grey levels²].
-        expected: output, levels on the line, shape (n,) [grey levels].
+    """Fit a line robustly to the levels of some profiles and write its values, all of shape (n,) [grey levels].
 
     Returns:
-        variance that noise does not explain [grey levels²]; negative with too few inliers.
+        variance of the scatter that noise does not explain [grey levels²]; negative with too few inliers.
     """
     expected[:] = np.median(levels)
     scatter = (_MAD_TO_SIGMA * np.median(np.abs(levels - expected))) ** 2

@@ -161,12 +161,8 @@ def _match_nearest(
 ) -> NDArray[np.int64]:
     """Return the index of the nearest candidate for each row of predicted points; -1 outside of the window.
 
-    Args:
-        points: points of the candidates, shape (n, p, 2) [px].
-        point_sizes: sizes of the candidates, shape (n,), or (0,) to ignore sizes [px].
-        expected: predicted points, shape (h, p, 2); NaN matches nothing [px].
-        expected_sizes: predicted sizes, shape (h,) [px].
-        window: maximum misfit [px].
+    Candidates have the shape (n, p, 2) and sizes (n,), or (0,) to ignore sizes; predictions have the shape (h, p, 2) and
+    sizes (h,) [px]. NaN matches nothing.
     """
     nearest = np.full(len(expected), -1)
     for h in range(len(expected)):

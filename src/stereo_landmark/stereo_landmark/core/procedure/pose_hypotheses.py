@@ -109,14 +109,8 @@ def _match(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return the candidate of each primitive in its window, shape (h, k), -1 without one, and the mean misfit, (h,).
 
-    Args:
-        pixels: predicted pixels of the primitives, shape (h, k, 4) [px].
-        starts: start index of the candidates of each primitive, shape (k + 1,).
-        centres: u, v left and u right of the candidates, shape (n, 3) [px].
-        order: indices of the candidates of each primitive by ascending v, shape (n,).
-        path: index of the first primitive of the path.
-        window: half width of the window at the first primitive [px].
-        count_min: minimum number of matches; poses with fewer have an infinite misfit.
+    Predicted pixels have the shape (h, k, 4), candidates (u, v left and u right) the shape (n, 3), with ``starts`` of
+    each primitive, shape (k + 1,), and their ``order`` by v; poses with too few matches have an infinite misfit.
     """
     count = pixels.shape[1]
     matches = np.full(pixels.shape[:2], -1)
@@ -183,14 +177,7 @@ def _nearest(
 ) -> tuple[int, float]:
     """Return index and distance [px] of the candidate nearest to a predicted pixel; -1 if none is within the radius.
 
-    Args:
-        expected: predicted u, v left and u, v right, shape (4,) [px].
-        centres: candidates by ascending v, shape (3, n) [px].
-        firsts: first index of each row, shape (rows,), see `_sort_by_row`.
-        end: end index of the candidates of this primitive.
-        order: original indices of the candidates, shape (n,).
-        radius: search radius [px].
-        squared_distances: scratch array, shape (n,).
+    Candidates have the shape (3, n), by ascending v; ``firsts`` has the first one of each pixel row, see `_sort_by_row`.
     """
     top, bottom = max(expected[1] - radius, 0.0), expected[1] + radius + 1.0
     # False for NaN, which matches nothing.

@@ -94,10 +94,7 @@ def _squared_distances(
 ) -> NDArray[np.float64]:
     """Return squared distances to the nearest similar primitives, infinite outside of the window, shape (h, k) [px²].
 
-    Args:
-        pixels: predicted pixels, shape (h, k, 4) [px].
-        starts: start index in `centres` of the candidates of each primitive, shape (k + 1,).
-        centres: centres of similar primitives, shape (n, 2) [px].
+    Predicted pixels have the shape (h, k, 4), centres the shape (n, 2), with ``starts`` of each primitive, (k + 1,).
     """
     squared_distances = np.full(pixels.shape[:2], np.inf)
     for h in range(pixels.shape[0]):
