@@ -6,9 +6,9 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
 from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
@@ -41,7 +41,7 @@ def compile_kernels() -> None:
     nearest_links(link_corners(np.empty((0, 2, 2)), 1.0, 1.0, 1.0), 1)
 
 
-def _draw_wall(shift: int) -> NDArray[np.uint8]:
+def _draw_wall(shift: int) -> GreyImage:
     """Draw plates, discs and a slot, all shifted to the left by a disparity, shape (240, 320).
 
     Args:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, matrix_from_rpy
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo import StereoPoints
@@ -27,7 +27,7 @@ class TargetDetection:
     """
 
     target: str
-    state: NDArray[np.float64]
+    state: Floats
     points: StereoPoints
     found: tuple[str, ...]
     log_likelihood_ratio: float
@@ -84,7 +84,7 @@ class LandmarkFix:
         return None if T_map_place is None else T_map_place @ self.displacement.T_place_base
 
     @property
-    def map_covariance(self) -> NDArray[np.float64]:
+    def map_covariance(self) -> Floats:
         """Covariance of x, y [m] and yaw [rad] in the map, shape (3, 3); in the place's frame if it has no map pose."""
         T_map_place = self.place.T_map_place
         turn = matrix_from_rpy((0.0, 0.0, 0.0 if T_map_place is None else T_map_place.yaw))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection, describe_failure
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
@@ -47,8 +47,8 @@ class LandmarkLocalizer:
 
     def locate(
         self,
-        left: NDArray[np.uint8],
-        right: NDArray[np.uint8],
+        left: GreyImage,
+        right: GreyImage,
         tilt: tuple[float, float] = (0.0, 0.0),
         likely_places: Sequence[str] = (),
     ) -> LandmarkFix | NoLandmarkFix:
@@ -115,7 +115,7 @@ class LandmarkLocalizer:
         return fixes[0]
 
 
-def _check_sizes(place: TaughtPlace, images: tuple[NDArray[np.uint8], NDArray[np.uint8]]) -> None:
+def _check_sizes(place: TaughtPlace, images: tuple[GreyImage, GreyImage]) -> None:
     for name, image in zip(('left', 'right'), images, strict=True):
         if image.shape != (place.rig.left.height, place.rig.left.width):
             size = 'x'.join(str(side) for side in image.shape[1::-1])

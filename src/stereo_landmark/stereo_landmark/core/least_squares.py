@@ -6,14 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from stereo_landmark.core.arrays import Floats, Ints
 
 SINGULAR_TOLERANCE = 1e-10
 """Smallest pivot as a fraction of the diagonal entry; smaller pivots make the matrix singular."""
 
 
 @njit(cache=True, error_model='numpy')
-def invert_symmetric(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> bool:
+def invert_symmetric(matrix: Floats, inverse: Floats) -> bool:
     """Write the inverse of a positive definite matrix by Cholesky decomposition.
 
     Args:
@@ -45,7 +46,7 @@ def invert_symmetric(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) 
 
 
 @njit(cache=True, error_model='numpy')
-def _cholesky(matrix: NDArray[np.float64], lower: NDArray[np.float64]) -> bool:
+def _cholesky(matrix: Floats, lower: Floats) -> bool:
     """Write the lower triangle of the Cholesky decomposition; False if the matrix is not positive definite."""
     for j in range(len(matrix)):
         for i in range(j, len(matrix)):
@@ -82,18 +83,13 @@ class RobustStep(NamedTuple):
     """
 
     found: bool
-    step: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    step: Floats
+    covariance: Floats
     inlier_fraction: float
 
 
 @njit(cache=True, error_model='numpy')
-def robust_step(
-    jacobian: NDArray[np.float64],
-    offsets: NDArray[np.float64],
-    sigmas: NDArray[np.float64],
-    prior: NDArray[np.float64],
-) -> RobustStep:
+def robust_step(jacobian: Floats, offsets: Floats, sigmas: Floats, prior: Floats) -> RobustStep:
     """Fit a parameter step to the offsets of edge profiles.
 
     Args:
@@ -133,14 +129,14 @@ def robust_step(
 
 @njit(cache=True, error_model='numpy')
 def _solve(
-    jacobian: NDArray[np.float64],
-    offsets: NDArray[np.float64],
-    sigmas: NDArray[np.float64],
-    measured: NDArray[np.int64],
-    weights: NDArray[np.float64],
-    prior: NDArray[np.float64],
-    step: NDArray[np.float64],
-    inverse: NDArray[np.float64],
+    jacobian: Floats,
+    offsets: Floats,
+    sigmas: Floats,
+    measured: Ints,
+    weights: Floats,
+    prior: Floats,
+    step: Floats,
+    inverse: Floats,
 ) -> bool:
     """Write the weighted least squares step and the inverse of its normal matrix; False if that is singular."""
     unknowns = len(prior)

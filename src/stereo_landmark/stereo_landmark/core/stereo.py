@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.arrays import Floats, GreyImage, Masks
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 MEASUREMENT_SIZE = 4
@@ -53,7 +53,7 @@ class StereoRig:
                     'rectified cameras share it: calibrate them as a pair'
                 )
 
-    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def project(self, points: Floats) -> Floats:
         """Project points, shape (n, 4): u, v left and u, v right [px].
 
         Args:
@@ -65,7 +65,7 @@ class StereoRig:
         u_right = self.right.fx * (x - self.baseline) / z + self.right.cx
         return np.column_stack([u_left, v, u_right, v])
 
-    def jacobians(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def jacobians(self, points: Floats) -> Floats:
         """Return the derivatives of `project` by the points, shape (n, 4, 3) [px/m]."""
         x, y, z = points.T
         zero = np.zeros_like(z)
@@ -93,8 +93,8 @@ class StereoImages:
         tilt: roll and pitch of the base at the stamp of the images [rad].
     """
 
-    left: NDArray[np.uint8]
-    right: NDArray[np.uint8]
+    left: GreyImage
+    right: GreyImage
     tilt: tuple[float, float] = (0.0, 0.0)
 
 
@@ -115,13 +115,13 @@ class StereoPoints:
     """
 
     names: tuple[str, ...]
-    pixels: NDArray[np.float64]
-    covariances: NDArray[np.float64]
+    pixels: Floats
+    covariances: Floats
 
     def __len__(self) -> int:
         return len(self.names)
 
-    def subset(self, kept: NDArray[np.bool_]) -> StereoPoints:
+    def subset(self, kept: Masks) -> StereoPoints:
         """Return the points selected by a mask, shape (n,)."""
         names = tuple(name for name, is_kept in zip(self.names, kept, strict=True) if is_kept)
         return StereoPoints(names, self.pixels[kept], self.covariances[kept])
@@ -138,8 +138,8 @@ class SpatialPoints:
     """
 
     names: tuple[str, ...]
-    positions: NDArray[np.float64]
-    covariances: NDArray[np.float64]
+    positions: Floats
+    covariances: Floats
 
     def __len__(self) -> int:
         return len(self.names)
@@ -149,7 +149,7 @@ class SpatialPoints:
         index = [self.names.index(name) for name in names]
         return SpatialPoints(names, self.positions[index], self.covariances[index])
 
-    def transform(self, rotation: NDArray[np.float64], shift: NDArray[np.float64]) -> SpatialPoints:
+    def transform(self, rotation: Floats, shift: Floats) -> SpatialPoints:
         """Transform the points into another frame: rotation, shape (3, 3), then translation, shape (3,) [m]."""
         positions = self.positions @ rotation.T + shift
         return SpatialPoints(self.names, positions, rotation @ self.covariances @ rotation.T)
@@ -166,12 +166,12 @@ def concatenate(groups: Sequence[StereoPoints]) -> StereoPoints:
     )
 
 
-def is_measurable(points: StereoPoints, rig: StereoRig) -> NDArray[np.bool_]:
+def is_measurable(points: StereoPoints, rig: StereoRig) -> Masks:
     """Return the mask of points with enough disparity to be triangulated, shape (n,)."""
     return _disparities(points.pixels, rig) >= DISPARITY_MIN
 
 
-def is_in_same_row(points: StereoPoints, pixel_sigma: float) -> NDArray[np.bool_]:
+def is_in_same_row(points: StereoPoints, pixel_sigma: float) -> Masks:
     """Return the mask of points that satisfy the epipolar constraint (same row in both images), shape (n,).
 
     Args:
@@ -214,6 +214,6 @@ def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:
     return SpatialPoints(points.names, positions, np.asarray(np.linalg.inv(information)))
 
 
-def _disparities(pixels: NDArray[np.float64], rig: StereoRig) -> NDArray[np.float64]:
+def _disparities(pixels: Floats, rig: StereoRig) -> Floats:
     """Return the disparities, shape (n,), 0 at infinity [px]."""
     return np.asarray((pixels[:, 0] - rig.left.cx) - (pixels[:, 2] - rig.right.cx))

@@ -160,10 +160,7 @@ def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
     Raises:
         StereoLandmarkError: the cameras are not a stereo pair, or do not match the hash.
     """
-    left, right = (
-        PinholeCamera(camera['width'], camera['height'], *(float(camera[name]) for name in INTRINSICS[2:]))
-        for camera in (entry['left'], entry['right'])
-    )
+    left, right = (_camera(entry[side]) for side in ('left', 'right'))
     (x, y, z), (roll, pitch, yaw) = (map(float, entry[name]) for name in ('camera_xyz', 'camera_rpy'))
     mount = CameraMount((x, y, z), (roll, pitch, yaw))
     try:
@@ -173,6 +170,11 @@ def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
     if calibration_hash(rig) != entry['hash']:
         raise StereoLandmarkError(f'stereo_calibration: hash does not match the calibration; {_REMEDY}')
     return rig
+
+
+def _camera(entry: dict[str, Any]) -> PinholeCamera:
+    fx, fy, cx, cy = (float(entry[name]) for name in INTRINSICS[2:])
+    return PinholeCamera(entry['width'], entry['height'], fx, fy, cx, cy)
 
 
 _TYPES: dict[PrimitiveKind, tuple[type[Primitive], int]] = {

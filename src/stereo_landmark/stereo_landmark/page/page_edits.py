@@ -43,8 +43,8 @@ def flag(request: Request, name: str) -> bool:
 
 def sides(request: Request) -> list[str]:
     """Return the requested sides of the stereo pair; StereoLandmarkError if there are others."""
-    values = _text_list(request, 'sides')
-    return list(_field({'sides': values}, 'sides', 'left or right', lambda _: {*values} <= {'left', 'right'}))
+    _text_list(request, 'sides')
+    return list(_field(request, 'sides', 'left or right', lambda values: {*values} <= {'left', 'right'}))
 
 
 def kind(request: Request) -> PrimitiveKind:

@@ -61,17 +61,20 @@ class RequestHandler:
         self._saved_content = self._initial_content if saver.is_own(self.session.state.name) else None
         self._selection_numbers: dict[Hashable, int] = {}
         self._checks: dict[tuple[int, int], Answer] = {}
+        self._steps: dict[str, Callable[[Request], None]] = {
+            'snapshot': lambda _: None,
+            'undo': lambda _: self.session.undo(),
+            'redo': lambda _: self.session.redo(),
+            'toggle': lambda r: self.session.toggle(read.kind(r), read.integer(r, 'number')),
+            'select_pair': self._select_pair,
+            'take': lambda _: self._use_pair(source.capture()),
+        }
+        """Commands that are answered by the state after them, as edits are."""
         self._handlers: dict[str, Callable[[Request], Answer]] = {
             'hello': lambda _: {'configuration': configuration(source), **self._state()},
-            'snapshot': lambda _: self._state(),
-            'undo': lambda _: self._undo_or_redo(self.session.undo),
-            'redo': lambda _: self._undo_or_redo(self.session.redo),
-            'toggle': self._toggle,
             'edges': self._edges,
-            'select_pair': self._select_pair,
-            'take': self._capture,
             'check': self._check,
-            'test': self._test,
+            'test': lambda r: {'answer': test_result(self.session.locate(read.integer(r, 'pair')))},
             'save': self._save,
         }
 
@@ -113,6 +116,9 @@ class RequestHandler:
             if name in EDITS:
                 self._edit(name, request)
                 return self._state()
+            if name in self._steps:
+                self._steps[name](request)
+                return self._state()
             if name in self._handlers:
                 return self._handlers[name](request)
         except PlaceExistsError as fault:
@@ -146,14 +152,6 @@ class RequestHandler:
             self.session.state.selection_key, len(self._selection_numbers)
         )
 
-    def _undo_or_redo(self, step: Callable[[], None]) -> Answer:
-        step()
-        return self._state()
-
-    def _toggle(self, request: Request) -> Answer:
-        self.session.toggle(read.kind(request), read.integer(request, 'number'))
-        return self._state()
-
     def _edges(self, request: Request) -> Answer:
         """Return the edges with a setting that is being changed; the detectors run after the gesture ends."""
         if 'name' in request:
@@ -162,16 +160,13 @@ class RequestHandler:
         wanted = read.sides(request)
         return {'edges': {side: edges(self.session.segments(getattr(images, side))) for side in wanted}}
 
-    def _select_pair(self, request: Request) -> Answer:
+    def _select_pair(self, request: Request) -> None:
         number = read.integer(request, 'pair')
         self.images(number)
-        self.session.apply(partial(edits.select_pair, pair=number))
-        return self._state()
+        self._use_pair(number)
 
-    def _capture(self, _: Request) -> Answer:
-        number = self._source.capture()
+    def _use_pair(self, number: int) -> None:
         self.session.apply(partial(edits.select_pair, pair=number))
-        return self._state()
 
     def _check(self, request: Request) -> Answer:
         number = read.integer(request, 'target')
@@ -190,9 +185,6 @@ class RequestHandler:
             name = self.session.state.targets[number].name
             self._checks[key] = {'trials': rows, 'hints': hint_entries(check_trials(name, trials))}
         return self._checks[key]
-
-    def _test(self, request: Request) -> Answer:
-        return {'answer': test_result(self.session.locate(read.integer(request, 'pair')))}
 
     def _save(self, request: Request) -> Answer:
         replace = read.flag(request, 'replace')

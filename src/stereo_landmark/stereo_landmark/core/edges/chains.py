@@ -6,15 +6,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, Masks
+
 # Largest distance between linked edge points [px], and weight of the squared deviation across the edge.
 _LINK_DISTANCE_MAX = 2
 _ACROSS_WEIGHT = 4.0
 
 
 @njit(cache=True, error_model='numpy')
-def link_points(
-    points: NDArray[np.float64], gradients: NDArray[np.float64], index: NDArray[np.int32]
-) -> NDArray[np.int32]:
+def link_points(points: Floats, gradients: Floats, index: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the successor of each edge point, shape (n,), -1 at an end; the bright side is on the right.
 
     Two points are linked if each is the best match of the other (mutual nearest neighbours): the nearest one
@@ -46,8 +46,8 @@ def link_points(
 
 @njit(cache=True, error_model='numpy')
 def _link_adjacent(
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    points: Floats,
+    normals: Floats,
     index: NDArray[np.int32],
     successors: NDArray[np.int32],
     predecessors: NDArray[np.int32],
@@ -73,8 +73,8 @@ def _link_adjacent(
 
 @njit(cache=True, error_model='numpy')
 def _link_at_distance(
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
+    points: Floats,
+    normals: Floats,
     index: NDArray[np.int32],
     i: int,
     radius: int,
@@ -100,9 +100,7 @@ def _link_at_distance(
 
 
 @njit(cache=True, error_model='numpy')
-def _link_cost(
-    points: NDArray[np.float64], normals: NDArray[np.float64], i: int, j: int
-) -> tuple[float, float]:
+def _link_cost(points: Floats, normals: Floats, i: int, j: int) -> tuple[float, float]:
     """Return the signed position of j along the edge (0: not the same edge) and the cost of the link."""
     # The mean normal of both points makes the cost symmetric.
     nx, ny = normals[i, 0] + normals[j, 0], normals[i, 1] + normals[j, 1]
@@ -116,8 +114,8 @@ def _link_cost(
 
 @njit(cache=True, error_model='numpy')
 def extract_chains(
-    successors: NDArray[np.int32], magnitudes: NDArray[np.float64], threshold: float, count_min: int
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_]]:
+    successors: NDArray[np.int32], magnitudes: Floats, threshold: float, count_min: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32], Masks]:
     """Return the chains that reach the upper threshold and are long enough (the paper's noise removal).
 
     Args:
@@ -158,7 +156,7 @@ def extract_chains(
 
 
 @njit(cache=True, error_model='numpy')
-def index_points(points: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.int32]:
+def index_points(points: Floats, shape: tuple[int, int]) -> NDArray[np.int32]:
     """Return an image with the index of the point in each pixel, -1 where there is none.
 
     Args:

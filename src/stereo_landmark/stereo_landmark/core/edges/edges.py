@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, GreyImage, Masks
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -17,7 +18,7 @@ SIDE_MIN = 16
 """Minimum image width and height [px]."""
 
 
-def check_grey_image(image: NDArray[np.uint8]) -> None:
+def check_grey_image(image: GreyImage) -> None:
     """Check that an image is grey, 8 bit and large enough.
 
     Raises:
@@ -34,9 +35,7 @@ def check_grey_image(image: NDArray[np.uint8]) -> None:
         )
 
 
-def gaussian_gradient(
-    image: NDArray[np.uint8], sigma: float
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def gaussian_gradient(image: GreyImage, sigma: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the derivatives along x and y of the smoothed image, each shape (h, w) [grey levels / px].
 
     Args:
@@ -65,8 +64,8 @@ class Edges:
         index: index of the edge point in each pixel, -1 where there is none, shape (h, w).
     """
 
-    points: NDArray[np.float64]
-    gradients: NDArray[np.float64]
+    points: Floats
+    gradients: Floats
     index: NDArray[np.int32]
 
     def __len__(self) -> int:
@@ -74,7 +73,7 @@ class Edges:
         return len(self.points)
 
 
-def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
+def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
     """Detect edges (paper 3.3b: filter, binarise, thin) down to the lower hysteresis threshold.
 
     Args:
@@ -100,7 +99,7 @@ def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
 @njit(cache=True, error_model='numpy')
 def _suppress_non_maxima(
     gx: NDArray[np.float32], gy: NDArray[np.float32], magnitude: NDArray[np.float32], threshold: np.float32
-) -> NDArray[np.bool_]:
+) -> Masks:
     # Maxima along the image axis nearest to the gradient: one point per row of a steep edge, one per
     # column of a flat edge, so that edge linking never has two candidates in a row or column.
     height, width = gx.shape
@@ -123,9 +122,9 @@ def _collect_points(
     gx: NDArray[np.float32],
     gy: NDArray[np.float32],
     magnitude: NDArray[np.float32],
-    is_maximum: NDArray[np.bool_],
+    is_maximum: Masks,
     index: NDArray[np.int32],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats, Floats]:
     """Return pixels, gradients and the relative gradient magnitudes of both neighbours of the maxima.
 
     Writes the point indices into ``index``.
@@ -155,9 +154,7 @@ def _collect_points(
 
 
 @njit(cache=True, error_model='numpy')
-def _refine_subpixel(
-    points: NDArray[np.float64], gradients: NDArray[np.float64], log_ratios: NDArray[np.float64]
-) -> None:
+def _refine_subpixel(points: Floats, gradients: Floats, log_ratios: Floats) -> None:
     """Move points to the maxima of parabolas through the log magnitudes; exact for a Gaussian profile."""
     for i in range(len(points)):
         low, high = log_ratios[i, 0], log_ratios[i, 1]

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, Masks
 from stereo_landmark.core.edges.chains import extract_chains, index_points, link_points
 from stereo_landmark.core.edges.edges import Edges
 from stereo_landmark.core.settings import EdgeSettings
@@ -27,10 +28,10 @@ class Segments:
         index: index in ``points`` of the edge in each pixel, -1 where there is none, shape (h, w).
     """
 
-    points: NDArray[np.float64]
-    gradients: NDArray[np.float64]
+    points: Floats
+    gradients: Floats
     starts: NDArray[np.int32]
-    closed: NDArray[np.bool_]
+    closed: Masks
     vertex_indices: NDArray[np.int32]
     vertex_starts: NDArray[np.int32]
     index: NDArray[np.int32]
@@ -62,7 +63,7 @@ def trace_segments(edges: Edges, settings: EdgeSettings) -> Segments:
 
 @njit(cache=True, error_model='numpy')
 def polyline_vertices(
-    points: NDArray[np.float64], starts: NDArray[np.int32], tolerance: float
+    points: Floats, starts: NDArray[np.int32], tolerance: float
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Split each segment at the point farthest from its chord until all distances are within the tolerance.
 
@@ -100,9 +101,7 @@ def polyline_vertices(
 
 
 @njit(cache=True, error_model='numpy')
-def _remove_redundant(
-    points: NDArray[np.float64], first: int, last: int, tolerance: float, is_vertex: NDArray[np.bool_]
-) -> None:
+def _remove_redundant(points: Floats, first: int, last: int, tolerance: float, is_vertex: Masks) -> None:
     """Remove the vertices of a segment that its polyline does not need to stay within the tolerance."""
     previous, candidate = first, -1
     for i in range(first + 1, last + 1):
@@ -117,7 +116,7 @@ def _remove_redundant(
 
 
 @njit(cache=True, error_model='numpy')
-def _farthest_point(points: NDArray[np.float64], a: int, b: int) -> tuple[int, float]:
+def _farthest_point(points: Floats, a: int, b: int) -> tuple[int, float]:
     """Return the point farthest from the chord from a to b, and its distance [px]."""
     dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
     chord = np.hypot(dx, dy)

@@ -8,9 +8,9 @@ from enum import Enum
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -55,17 +55,7 @@ class CameraCalibration:
             )
 
     @property
-    def width(self) -> int:
-        """Image width [px]."""
-        return self.raw.width
-
-    @property
-    def height(self) -> int:
-        """Image height [px]."""
-        return self.raw.height
-
-    @property
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> Floats:
         """Camera matrix of the rectified image, shape (3, 3)."""
         return np.array(self.projection).reshape(3, 4)[:, :3]
 
@@ -73,7 +63,7 @@ class CameraCalibration:
     def rectified(self) -> PinholeCamera:
         """Intrinsics of the rectified image."""
         fx, _, cx, _, _, fy, cy, *_ = self.projection
-        return PinholeCamera(self.width, self.height, fx, fy, cx, cy)
+        return PinholeCamera(self.raw.width, self.raw.height, fx, fy, cx, cy)
 
     @property
     def x(self) -> float:
@@ -114,7 +104,7 @@ class Rectifier:
             cv2.CV_32FC1,
         )
 
-    def rectify(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def rectify(self, image: GreyImage) -> GreyImage:
         """Return the rectified image, shape (h, w).
 
         The border is replicated outside the raw image, because a black border would look like a landmark.
@@ -161,7 +151,7 @@ class PairFault(Enum):
     SWAPPED = 'disparities are negative, so left and right are swapped; swap the two cameras'
 
 
-def pair_fault(left: NDArray[np.uint8], right: NDArray[np.uint8], rig: StereoRig) -> PairFault | None:
+def pair_fault(left: GreyImage, right: GreyImage, rig: StereoRig) -> PairFault | None:
     """Return the fault of a stereo pair, None if it has none or the images have too few features.
 
     Args:
@@ -180,9 +170,7 @@ def pair_fault(left: NDArray[np.uint8], right: NDArray[np.uint8], rig: StereoRig
     return PairFault.SWAPPED if float(np.mean(is_negative)) > NEGATIVE_FRACTION_MAX else None
 
 
-def _match_features(
-    left: NDArray[np.uint8], right: NDArray[np.uint8]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _match_features(left: GreyImage, right: GreyImage) -> tuple[Floats, Floats]:
     """Return matching ORB keypoints in both images, each of shape (n, 2) [px]."""
     detector = cv2.ORB.create(FEATURES, nlevels=PYRAMID_LEVELS)
     (points, descriptors), (other_points, other_descriptors) = (

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, TiltBuffer
+from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
@@ -42,7 +42,7 @@ class LocatedPair:
     """
 
     stamp_ns: int
-    left: NDArray[np.uint8]
+    left: GreyImage
     result: LandmarkFix | NoLandmarkFix
     tilt: tuple[float, float]
     rig: StereoRig
@@ -78,7 +78,7 @@ class PairLocalizer:
         self._last_valid_stamp: int | None = None  # last stamp with a valid rectified pair [ns]
 
     def locate(
-        self, stamp_ns: int, left: NDArray[np.uint8], right: NDArray[np.uint8], tilt: tuple[float, float]
+        self, stamp_ns: int, left: GreyImage, right: GreyImage, tilt: tuple[float, float]
     ) -> LocatedPair:
         """Find the place and the displacement from it.
 
@@ -148,7 +148,7 @@ class _QueuedImage:
     """An image in the queue of the synchronizer."""
 
     stamp_ns: int
-    pixels: NDArray[np.uint8]
+    pixels: GreyImage
     calibration: CameraCalibration
 
 
@@ -193,7 +193,7 @@ class PairStream:
         self._has_imu = True
 
     def add_image(
-        self, side: Side, stamp_ns: int, pixels: NDArray[np.uint8], calibration: CameraCalibration
+        self, side: Side, stamp_ns: int, pixels: GreyImage, calibration: CameraCalibration
     ) -> LocatedPair | None:
         """Add an image; return the result of the pair that it completes, None if it completes none.
 

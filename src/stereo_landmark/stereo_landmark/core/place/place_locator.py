@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, gravity_aligned_camera, wrap_angle
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
 from stereo_landmark.core.place.consensus import consistent_points, find_consensus_set
 from stereo_landmark.core.place.reprojection import ReprojectionFit, fit_reprojection, reproject
@@ -41,9 +41,9 @@ class PlaceFix:
     T_place_base: SE2
     height: float
     tilt: tuple[float, float]
-    covariance: NDArray[np.float64]
+    covariance: Floats
     names: tuple[str, ...]
-    residuals: NDArray[np.float64]
+    residuals: Floats
 
 
 class NoPlaceFixReason(Enum):
@@ -190,7 +190,7 @@ class PlaceLocator:
 
     def _tilt_jacobian(
         self, observed: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
-    ) -> NDArray[np.float64]:
+    ) -> Floats:
         """Return the derivatives of the closed form's x, y, z and yaw by roll and pitch, shape (4, 2)."""
         columns = []
         for axis in np.eye(2):
@@ -210,12 +210,7 @@ class PlaceLocator:
         return fix
 
 
-def _make_fix(
-    state: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    residuals: NDArray[np.float64],
-    observed: StereoPoints,
-) -> PlaceFix:
+def _make_fix(state: Floats, covariance: Floats, residuals: Floats, observed: StereoPoints) -> PlaceFix:
     return PlaceFix(
         SE2(float(state[0]), float(state[1]), float(state[3])),
         float(state[2]),

@@ -12,9 +12,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import matrix_from_rpy, wrap_angle
+from stereo_landmark.core.arrays import Floats, Masks
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, StereoRig
 
@@ -35,13 +35,13 @@ class Reprojection:
         in_front: mask of the points in front of the cameras, shape (n,).
     """
 
-    pixels: NDArray[np.float64]
-    state_jacobian: NDArray[np.float64]
-    point_jacobian: NDArray[np.float64]
-    in_front: NDArray[np.bool_]
+    pixels: Floats
+    state_jacobian: Floats
+    point_jacobian: Floats
+    in_front: Masks
 
 
-def reproject(state: NDArray[np.float64], taught: NDArray[np.float64], rig: StereoRig) -> Reprojection:
+def reproject(state: Floats, taught: Floats, rig: StereoRig) -> Reprojection:
     """Project taught points into both cameras.
 
     Args:
@@ -92,18 +92,14 @@ class ReprojectionFit:
         mahalanobis_distances: Mahalanobis distances of the residuals, shape (n,); infinite behind the cameras.
     """
 
-    state: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    residuals: NDArray[np.float64]
-    mahalanobis_distances: NDArray[np.float64]
+    state: Floats
+    covariance: Floats
+    residuals: Floats
+    mahalanobis_distances: Floats
 
 
 def fit_reprojection(
-    observed: StereoPoints,
-    taught: SpatialPoints,
-    rig: StereoRig,
-    start: NDArray[np.float64],
-    settings: PlaceSettings,
+    observed: StereoPoints, taught: SpatialPoints, rig: StereoRig, start: Floats, settings: PlaceSettings
 ) -> ReprojectionFit | None:
     """Fit the state by iteratively reweighted Gauss-Newton steps.
 
@@ -150,12 +146,8 @@ def fit_reprojection(
 
 
 def _whiten(
-    observed: StereoPoints,
-    taught: SpatialPoints,
-    rig: StereoRig,
-    state: NDArray[np.float64],
-    noise: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    observed: StereoPoints, taught: SpatialPoints, rig: StereoRig, state: Floats, noise: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return whitened residuals (n, 4), whitened Jacobians (n, 4, 6) and Mahalanobis distances (n,)."""
     view = reproject(state, taught.positions, rig)
     total_covariances = noise + view.point_jacobian @ taught.covariances @ view.point_jacobian.transpose(
@@ -167,7 +159,7 @@ def _whiten(
     return residuals, sqrt_information @ view.state_jacobian, mahalanobis_distances
 
 
-def _invert(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
+def _invert(information: Floats) -> Floats | None:
     """Return the inverse of a symmetric matrix, None where it is singular."""
     diagonal = np.diag(information)
     if not np.isfinite(information).all() or not (diagonal > 0.0).all():

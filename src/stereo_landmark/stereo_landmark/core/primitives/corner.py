@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.settings import setting
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.primitives.corner_links import link_corners
 from stereo_landmark.core.primitives.line_intersection import (
     intersect_with_covariance,
@@ -36,20 +36,20 @@ class Corner:
         covariance: covariance of the vertex, shape (2, 2) [px²].
     """
 
-    vertex: NDArray[np.float64]
+    vertex: Floats
     angle: float
     bisector: float
-    arm_lengths: NDArray[np.float64]
+    arm_lengths: Floats
     polarity: int
-    covariance: NDArray[np.float64]
+    covariance: Floats
 
     @property
-    def centre(self) -> NDArray[np.float64]:
+    def centre(self) -> Floats:
         """The vertex, shape (2,) [px]."""
         return self.vertex
 
     @property
-    def arms(self) -> NDArray[np.float64]:
+    def arms(self) -> Floats:
         """Unit vectors from the vertex along both arms, shape (2, 2)."""
         angles = self.bisector + 0.5 * self.angle * np.array([-1.0, 1.0])
         return np.column_stack([np.cos(angles), np.sin(angles)])
@@ -59,7 +59,7 @@ class Corner:
         """Angle and bisector [rad] and polarity."""
         return self.angle, self.bisector, self.polarity
 
-    def outline(self) -> list[NDArray[np.float64]]:
+    def outline(self) -> list[Floats]:
         """Return both arms as one polyline, shape (3, 2) [px]."""
         ends = self.vertex + self.arms * self.arm_lengths[:, None]
         return [np.array([ends[0], self.vertex, ends[1]])]
@@ -77,9 +77,7 @@ class CornerTolerance:
     bisector: float = setting(0.35, 'tolerance of the bisector', unit='rad', minimum=0.01, maximum=3.2)
 
 
-def corner_differences(
-    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: CornerTolerance
-) -> NDArray[np.float64]:
+def corner_differences(found: Floats, taught: Floats, tolerance: CornerTolerance) -> Floats:
     """Return the differences of detected from taught shape vectors, shape (k, n); arm lengths do not count.
 
     Args:
@@ -136,7 +134,7 @@ def detect_corners(lines: LineSegments, settings: PrimitiveSettings) -> LazyShap
     return LazyShapes(links.vertices[kept], numbers, make)
 
 
-def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
+def refine_corner(corner: Corner, image: GreyImage) -> Corner | None:
     """Refine both arms in the grey image and intersect them.
 
     Args:
@@ -168,13 +166,11 @@ def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
     )
 
 
-def _cross(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+def _cross(one: Floats, other: Floats) -> float:
     return float(one[0] * other[1] - one[1] * other[0])
 
 
-def _suppress_duplicates(
-    vertices: NDArray[np.float64], bisectors: NDArray[np.float64], lengths: NDArray[np.float64]
-) -> NDArray[np.int64]:
+def _suppress_duplicates(vertices: Floats, bisectors: Floats, lengths: Floats) -> Ints:
     """Return one corner per cell of position and direction, the one with the longest arms, by falling arm length."""
     cells = np.column_stack([vertices / 2.0, bisectors / 0.3])
     keys = np.rint(cells).astype(np.int64) @ [1 << 40, 1 << 16, 1]

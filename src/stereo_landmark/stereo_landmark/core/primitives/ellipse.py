@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.settings import setting
+from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.edges.segments import Segments
 from stereo_landmark.core.primitives.arcs import find_arcs
 from stereo_landmark.core.primitives.ellipse_fit import normal_jacobian
@@ -42,15 +42,15 @@ class Ellipse:
         covariance: covariance of centre x, y, both semi-axes [px] and tilt [rad], shape (5, 5).
     """
 
-    centre: NDArray[np.float64]
-    semi_axes: NDArray[np.float64]
+    centre: Floats
+    semi_axes: Floats
     tilt: float
     polarity: int
     seen: float
-    covariance: NDArray[np.float64]
+    covariance: Floats
 
     @property
-    def parameters(self) -> NDArray[np.float64]:
+    def parameters(self) -> Floats:
         """Centre x, y, both semi-axes [px] and tilt [rad], shape (5,)."""
         return np.array([*self.centre, *self.semi_axes, self.tilt])
 
@@ -59,7 +59,7 @@ class Ellipse:
         """Semi-axes [px], tilt [rad] and polarity."""
         return *self.semi_axes, self.tilt, self.polarity
 
-    def outline(self) -> list[NDArray[np.float64]]:
+    def outline(self) -> list[Floats]:
         """Return the closed outline as a polyline, shape (n, 2) [px]."""
         angles = np.linspace(0.0, math.tau, _OUTLINE_STEPS + 1)
         cos, sin = math.cos(self.tilt), math.sin(self.tilt)
@@ -85,9 +85,7 @@ class EllipseTolerance:
     )
 
 
-def ellipse_differences(
-    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: EllipseTolerance
-) -> NDArray[np.float64]:
+def ellipse_differences(found: Floats, taught: Floats, tolerance: EllipseTolerance) -> Floats:
     """Return the differences of detected from taught shape vectors, shape (k, n).
 
     Args:
@@ -124,7 +122,7 @@ def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ell
     return [_make_ellipse(rows[k]) for k in _suppress_duplicates(rows)]
 
 
-def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None:
+def refine_ellipse(ellipse: Ellipse, image: GreyImage) -> Ellipse | None:
     """Refine an ellipse in the grey image by edge profiles across its outline.
 
     Args:
@@ -151,7 +149,7 @@ def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None
     )
 
 
-def _suppress_duplicates(rows: NDArray[np.float64]) -> list[int]:
+def _suppress_duplicates(rows: Floats) -> list[int]:
     """Return the indices of the ellipses to keep, the first of each group of duplicates."""
     kept: list[int] = []
     for k, row in enumerate(rows):
@@ -164,7 +162,7 @@ def _suppress_duplicates(rows: NDArray[np.float64]) -> list[int]:
 _DUPLICATE_DISTANCE = 2.0
 
 
-def _make_ellipse(row: NDArray[np.float64]) -> Ellipse:
+def _make_ellipse(row: Floats) -> Ellipse:
     parameters = np.ascontiguousarray(row[:5])
     step = max(1.0, 2.0 * math.pi * row[2] / 64.0)
     jacobian = normal_jacobian(parameters, 64)

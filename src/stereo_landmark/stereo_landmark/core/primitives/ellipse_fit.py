@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from stereo_landmark.core.arrays import Floats
 
 
 @njit(cache=True, error_model='numpy')
-def ellipse_point(parameters: NDArray[np.float64], t: float) -> tuple[float, float, float, float, float]:
+def ellipse_point(parameters: Floats, t: float) -> tuple[float, float, float, float, float]:
     """Return a point of the ellipse, its outward unit normal and the speed |dP/dt|.
 
     Args:
@@ -32,7 +33,7 @@ def ellipse_point(parameters: NDArray[np.float64], t: float) -> tuple[float, flo
 
 
 @njit(cache=True, error_model='numpy')
-def normal_jacobian_row(parameters: NDArray[np.float64], t: float, row: NDArray[np.float64]) -> None:
+def normal_jacobian_row(parameters: Floats, t: float, row: Floats) -> None:
     """Write the derivatives of the outline's position along its normal by the parameters, shape (5,)."""
     a, b = parameters[2], parameters[3]
     _, _, nx, ny, speed = ellipse_point(parameters, t)
@@ -44,7 +45,7 @@ def normal_jacobian_row(parameters: NDArray[np.float64], t: float, row: NDArray[
 
 
 @njit(cache=True, error_model='numpy')
-def normal_jacobian(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def normal_jacobian(parameters: Floats, count: int) -> Floats:
     """Return the rows of `normal_jacobian_row` at ``count`` evenly spaced curve parameters, shape (count, 5)."""
     rows = np.empty((count, 5))
     for k in range(count):
@@ -90,7 +91,7 @@ _COLLINEAR_TOLERANCE = 1e-9
 
 
 @njit(cache=True, error_model='numpy')
-def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) -> bool:
+def fit_ellipse(points: Floats, parameters: Floats) -> bool:
     """Fit an ellipse to points of its outline and write its parameters.
 
     Args:
@@ -137,7 +138,7 @@ def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _moments(points: NDArray[np.float64], mx: float, my: float, scale: float) -> NDArray[np.float64]:
+def _moments(points: Floats, mx: float, my: float, scale: float) -> Floats:
     """Return the moments, sums of x^i y^j of centred and scaled points, up to the fourth order, shape (5, 5)."""
     sums = np.zeros((5, 5))
     for k in range(len(points)):
@@ -153,7 +154,7 @@ def _moments(points: NDArray[np.float64], mx: float, my: float, scale: float) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _ellipse_eigenvector(m: NDArray[np.float64], vector: NDArray[np.float64]) -> bool:
+def _ellipse_eigenvector(m: Floats, vector: Floats) -> bool:
     """Write the eigenvector a, b, c of a 3 x 3 matrix with real eigenvalues for which 4 a c > b²."""
     third = (m[0, 0] + m[1, 1] + m[2, 2]) / 3.0
     a, b, c = m[0, 0] - third, m[1, 1] - third, m[2, 2] - third
@@ -171,7 +172,7 @@ def _ellipse_eigenvector(m: NDArray[np.float64], vector: NDArray[np.float64]) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _null_vector(m: NDArray[np.float64], value: float, vector: NDArray[np.float64]) -> bool:
+def _null_vector(m: Floats, value: float, vector: Floats) -> bool:
     """Write the unit null vector of m - value I: the longest cross product of two of its rows."""
     longest = 0.0
     for r in range(3):
@@ -188,9 +189,7 @@ def _null_vector(m: NDArray[np.float64], value: float, vector: NDArray[np.float6
 
 
 @njit(cache=True, error_model='numpy')
-def _axes(
-    quadratic: NDArray[np.float64], linear: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> bool:
+def _axes(quadratic: Floats, linear: Floats, parameters: Floats) -> bool:
     """Convert a x² + b xy + c y² + d x + e y + f = 0 to centre, semi-axes and tilt."""
     a, b, c = quadratic
     d, e, f = linear

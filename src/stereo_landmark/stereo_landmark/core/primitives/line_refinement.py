@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, GreyImage, Masks
 from stereo_landmark.core.least_squares import robust_step
 from stereo_landmark.core.primitives.edge_profiles import BandPixels, fit_edge_profiles
 from stereo_landmark.core.primitives.edge_response import (
@@ -50,9 +50,9 @@ class RefinedLine:
         inlier_fraction: inlier fraction of the profiles.
     """
 
-    middle: NDArray[np.float64]
-    direction: NDArray[np.float64]
-    variances: NDArray[np.float64]
+    middle: Floats
+    direction: Floats
+    variances: Floats
     blur: float
     inlier_fraction: float
 
@@ -60,17 +60,15 @@ class RefinedLine:
 class _RefinedLines(NamedTuple):
     """Arrays of the same values for several lines, and whether each refinement succeeded."""
 
-    found: NDArray[np.bool_]
-    middles: NDArray[np.float64]
-    directions: NDArray[np.float64]
-    variances: NDArray[np.float64]
-    blurs: NDArray[np.float64]
-    inlier_fraction: NDArray[np.float64]
+    found: Masks
+    middles: Floats
+    directions: Floats
+    variances: Floats
+    blurs: Floats
+    inlier_fraction: Floats
 
 
-def refine_lines(
-    image: NDArray[np.uint8], ends: NDArray[np.float64], is_closed: bool = False
-) -> list[RefinedLine] | None:
+def refine_lines(image: GreyImage, ends: Floats, is_closed: bool = False) -> list[RefinedLine] | None:
     """Refine straight edges between two points each; None if the image does not show all of them.
 
     Args:
@@ -107,9 +105,7 @@ def next_blur(blur: float, step: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _refine(
-    image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64], is_closed: bool
-) -> _RefinedLines:
+def _refine(image: GreyImage, ends: Floats, table: Floats, is_closed: bool) -> _RefinedLines:
     """Iterate the refinement of lines with end points of shape (n, 2, 2)."""
     n = len(ends)
     lines = _RefinedLines(
@@ -136,7 +132,7 @@ def _refine(
 
 
 @njit(cache=True, error_model='numpy')
-def _write_line_equation(ends: NDArray[np.float64], line: NDArray[np.float64]) -> None:
+def _write_line_equation(ends: Floats, line: Floats) -> None:
     """Write the right normal of a line and its offset along the normal, shape (3,)."""
     dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
@@ -146,11 +142,11 @@ def _write_line_equation(ends: NDArray[np.float64], line: NDArray[np.float64]) -
 
 @njit(cache=True, error_model='numpy')
 def _refine_once(
-    image: NDArray[np.uint8],
-    line: NDArray[np.float64],
+    image: GreyImage,
+    line: Floats,
     blur_index: int,
-    table: NDArray[np.float64],
-    adjacent_edges: NDArray[np.float64],
+    table: Floats,
+    adjacent_edges: Floats,
     k: int,
     lines: _RefinedLines,
 ) -> tuple[int, float]:
@@ -190,9 +186,7 @@ def _refine_once(
 
 
 @njit(cache=True, error_model='numpy')
-def _write_decorrelated(
-    line: NDArray[np.float64], covariance: NDArray[np.float64], k: int, lines: _RefinedLines
-) -> None:
+def _write_decorrelated(line: Floats, covariance: Floats, k: int, lines: _RefinedLines) -> None:
     # The fit correlates offset and direction at the midpoint; find the point where they are independent.
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
@@ -206,13 +200,13 @@ def _write_decorrelated(
 
 @njit(cache=True, error_model='numpy')
 def apply_adjacent_edge(
-    other: NDArray[np.float64],
+    other: Floats,
     middle: tuple[float, float],
     direction: tuple[float, float],
-    curves: NDArray[np.float64],
+    curves: Floats,
     variance: float,
     pixels: BandPixels,
-    positions: NDArray[np.float64],
+    positions: Floats,
 ) -> None:
     """Model the effect of an adjacent edge on the pixels near a corner.
 
@@ -244,13 +238,13 @@ def apply_adjacent_edge(
 
 @njit(cache=True, error_model='numpy')
 def line_band(
-    image: NDArray[np.uint8],
+    image: GreyImage,
     middle: tuple[float, float],
     direction: tuple[float, float],
     span: float,
     width: float,
     count: int,
-) -> tuple[BandPixels, NDArray[np.float64]]:
+) -> tuple[BandPixels, Floats]:
     """Return the pixels in a band along the middle part of a line, and their positions along it [px]."""
     height, columns = image.shape
     dx, dy = direction

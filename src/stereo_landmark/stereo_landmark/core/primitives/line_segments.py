@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, Ints
 from stereo_landmark.core.edges.segments import Segments
 from stereo_landmark.core.settings import PrimitiveSettings
 
@@ -22,9 +23,9 @@ class LineSegments:
         variances: variances of the offset at the middle [px²] and of the direction [rad²], shape (n, 2).
     """
 
-    ends: NDArray[np.float64]
-    support: NDArray[np.float64]
-    variances: NDArray[np.float64]
+    ends: Floats
+    support: Floats
+    variances: Floats
 
     def __len__(self) -> int:
         """Return the number of line segments."""
@@ -52,7 +53,7 @@ def fit_line_segments(segments: Segments, settings: PrimitiveSettings) -> LineSe
     )
 
 
-def _sum_groups(sums: NDArray[np.float64], starts: NDArray[np.int64]) -> NDArray[np.float64]:
+def _sum_groups(sums: Floats, starts: Ints) -> Floats:
     """Return the moments of groups of runs; ``starts`` has the start of each group, shape (m + 1,)."""
     if not len(sums):
         return sums
@@ -77,11 +78,8 @@ _NOISE_CORRELATION = 3.0
 
 @njit(cache=True, error_model='numpy')
 def sum_moments(
-    points: NDArray[np.float64],
-    vertex_indices: NDArray[np.int32],
-    vertex_starts: NDArray[np.int32],
-    length_min: float,
-) -> NDArray[np.float64]:
+    points: Floats, vertex_indices: NDArray[np.int32], vertex_starts: NDArray[np.int32], length_min: float
+) -> Floats:
     """Return the moments of each straight run: n, Σx, Σy, Σx², Σxy, Σy², first point, last point, length.
 
     Args:
@@ -121,9 +119,7 @@ def sum_moments(
 
 
 @njit(cache=True, error_model='numpy')
-def _is_in_arc(
-    points: NDArray[np.float64], vertex_indices: NDArray[np.int32], b: int, first: int, end: int
-) -> bool:
+def _is_in_arc(points: Floats, vertex_indices: NDArray[np.int32], b: int, first: int, end: int) -> bool:
     if b == first or b + 2 >= end:
         return False
     before, after = _turning_angle(points, vertex_indices, b - 1), _turning_angle(points, vertex_indices, b)
@@ -144,7 +140,7 @@ def _is_in_arc(
 
 
 @njit(cache=True, error_model='numpy')
-def _turning_angle(points: NDArray[np.float64], vertex_indices: NDArray[np.int32], b: int) -> float:
+def _turning_angle(points: Floats, vertex_indices: NDArray[np.int32], b: int) -> float:
     """Return the angle between the polyline edge after a vertex and the next edge [rad]."""
     ax, ay = points[vertex_indices[b + 1]] - points[vertex_indices[b]]
     bx, by = points[vertex_indices[b + 2]] - points[vertex_indices[b + 1]]
@@ -152,9 +148,7 @@ def _turning_angle(points: NDArray[np.float64], vertex_indices: NDArray[np.int32
 
 
 @njit(cache=True, error_model='numpy')
-def fit_lines(
-    sums: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def fit_lines(sums: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the total least squares lines: ends (k, 2, 2), lengths (k,), variances (k, 2).
 
     Args:
@@ -186,9 +180,7 @@ _ANGLE_MAX = 0.07
 
 
 @njit(cache=True, error_model='numpy')
-def join_collinear(
-    ends: NDArray[np.float64], gap_max: float, offset_max: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def join_collinear(ends: Floats, gap_max: float, offset_max: float) -> tuple[Ints, Ints]:
     """Return groups of collinear segments in order: each pair of neighbours, and each whole row of three or more.
 
     Args:
@@ -227,7 +219,7 @@ def join_collinear(
 
 
 @njit(cache=True, error_model='numpy')
-def _find_successors(ends: NDArray[np.float64], gap_max: float, offset_max: float) -> NDArray[np.int64]:
+def _find_successors(ends: Floats, gap_max: float, offset_max: float) -> Ints:
     """Return the successor of each segment, -1 for none; successors are mutual nearest neighbours."""
     n = len(ends)
     steps = ends[:, 1] - ends[:, 0]
@@ -260,13 +252,7 @@ def _find_successors(ends: NDArray[np.float64], gap_max: float, offset_max: floa
 
 @njit(cache=True, error_model='numpy')
 def _gap(
-    ends: NDArray[np.float64],
-    steps: NDArray[np.float64],
-    lengths: NDArray[np.float64],
-    i: int,
-    j: int,
-    offset_max: float,
-    gap_max: float,
+    ends: Floats, steps: Floats, lengths: Floats, i: int, j: int, offset_max: float, gap_max: float
 ) -> float:
     """Return the gap from the end of i to the start of j [px], infinite if they are not collinear or too far apart."""
     dx, dy = ends[j, 0, 0] - ends[i, 1, 0], ends[j, 0, 1] - ends[i, 1, 1]

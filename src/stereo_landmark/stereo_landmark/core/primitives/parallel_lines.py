@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from shirube_core.settings import setting
+from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
 from stereo_landmark.core.primitives.shape import ImagePoint, wrap_differences
@@ -36,18 +36,18 @@ class ParallelLines:
     width: float
     length: float
     tilt: float
-    centre: NDArray[np.float64]
+    centre: Floats
     polarity: int
-    covariance: NDArray[np.float64]
+    covariance: Floats
     end_sigma: float
 
     @property
-    def direction(self) -> NDArray[np.float64]:
+    def direction(self) -> Floats:
         """Unit vector along the lines, shape (2,)."""
         return np.array([math.cos(self.tilt), math.sin(self.tilt)])
 
     @property
-    def lines(self) -> NDArray[np.float64]:
+    def lines(self) -> Floats:
         """End points of both lines, shape (2, 2, 2) [px]: the one on the side of -normal first."""
         along = 0.5 * self.length * self.direction
         across = 0.5 * self.width * np.array([-self.direction[1], self.direction[0]])
@@ -60,7 +60,7 @@ class ParallelLines:
         """Width and length [px], tilt [rad] and polarity."""
         return self.width, self.length, self.tilt, self.polarity
 
-    def outline(self) -> list[NDArray[np.float64]]:
+    def outline(self) -> list[Floats]:
         """Return both lines, each of shape (2, 2) [px]."""
         return list(self.lines)
 
@@ -80,9 +80,7 @@ class ParallelLinesTolerance:
     length: float = setting(1.0, 'relative tolerance of the length', minimum=0.01, maximum=10.0)
 
 
-def parallel_lines_differences(
-    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: ParallelLinesTolerance
-) -> NDArray[np.float64]:
+def parallel_lines_differences(found: Floats, taught: Floats, tolerance: ParallelLinesTolerance) -> Floats:
     """Return the differences of detected from taught shape vectors, shape (k, n).
 
     Args:
@@ -125,7 +123,7 @@ def detect_parallel_lines(lines: LineSegments, settings: PrimitiveSettings) -> l
     ]
 
 
-def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> ParallelLines | None:
+def refine_parallel_lines(found: ParallelLines, image: GreyImage) -> ParallelLines | None:
     """Refine both lines in the grey image; their ends remain unchanged.
 
     Args:
@@ -160,10 +158,7 @@ def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> Par
 
 
 def _offset_at_centre(
-    line: RefinedLine,
-    centre: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    normal: NDArray[np.float64],
+    line: RefinedLine, centre: Floats, direction: Floats, normal: Floats
 ) -> tuple[float, float]:
     """Return a line's offset from the centre along the normal [px], and its variance [px²]."""
     along = float((centre - line.middle) @ direction) / float(line.direction @ direction)
@@ -173,13 +168,8 @@ def _offset_at_centre(
 
 @njit(cache=True, error_model='numpy')
 def _find_pairs(
-    ends: NDArray[np.float64],
-    variances: NDArray[np.float64],
-    length_min: float,
-    angle_max: float,
-    width_max: float,
-    overlap_min: float,
-) -> NDArray[np.float64]:
+    ends: Floats, variances: Floats, length_min: float, angle_max: float, width_max: float, overlap_min: float
+) -> Floats:
     """Return width, length, tilt, centre, polarity and summed variances of each pair, shape (n, 8)."""
     steps = ends[:, 1] - ends[:, 0]
     lengths = np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2)
@@ -205,14 +195,14 @@ def _find_pairs(
 
 @njit(cache=True, error_model='numpy')
 def _measure_pair(
-    ends: NDArray[np.float64],
-    steps: NDArray[np.float64],
-    lengths: NDArray[np.float64],
+    ends: Floats,
+    steps: Floats,
+    lengths: Floats,
     i: int,
     j: int,
     width_max: float,
     overlap_min: float,
-    row: NDArray[np.float64],
+    row: Floats,
 ) -> bool:
     # The common direction is that of the sum; offsets are taken at the middle of the overlap.
     same = steps[i, 0] * steps[j, 0] + steps[i, 1] * steps[j, 1] > 0.0
@@ -241,7 +231,7 @@ def _measure_pair(
 
 
 @njit(cache=True, error_model='numpy')
-def _offset(line: NDArray[np.float64], dx: float, dy: float, along: float) -> float:
+def _offset(line: Floats, dx: float, dy: float, along: float) -> float:
     """Return a line's offset along the normal (-dy, dx) at a position along the direction (dx, dy) [px]."""
     s0, s1 = dx * line[0, 0] + dy * line[0, 1], dx * line[1, 0] + dy * line[1, 1]
     t0, t1 = dx * line[0, 1] - dy * line[0, 0], dx * line[1, 1] - dy * line[1, 0]

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.primitives.corner import Corner, CornerTolerance, corner_differences, refine_corner
 from stereo_landmark.core.primitives.ellipse import (
     Ellipse,
@@ -96,7 +96,7 @@ def primitive_size(primitive: Primitive) -> float:
             return 1.0
 
 
-def bounding_box(primitive: Primitive) -> NDArray[np.float64]:
+def bounding_box(primitive: Primitive) -> Floats:
     """Return the upper left and lower right corner of a primitive's bounding box, shape (2, 2) [px]."""
     points = np.vstack(primitive.outline())
     return np.array([points.min(axis=0), points.max(axis=0)])
@@ -128,7 +128,7 @@ def align_point_order(found: Primitive, taught: Primitive) -> Primitive:
     return found
 
 
-def refine(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
+def refine(primitive: Primitive, image: GreyImage) -> Primitive | None:
     """Refine a detected primitive in the grey image, shape (h, w); None if it is not visible."""
     match primitive:
         case Ellipse():
@@ -141,7 +141,7 @@ def refine(primitive: Primitive, image: NDArray[np.uint8]) -> Primitive | None:
             return refine_corner(primitive, image)
 
 
-def shape_vectors(kind: PrimitiveKind, primitives: Sequence[Primitive]) -> NDArray[np.float64]:
+def shape_vectors(kind: PrimitiveKind, primitives: Sequence[Primitive]) -> Floats:
     """Return the shape vectors of primitives of one kind, shape (n, d), independent of their positions."""
     if isinstance(primitives, LazyShapes):
         return primitives.shape_vectors
@@ -158,9 +158,7 @@ def difference(found: Primitive, taught: Primitive, tolerances: Tolerances) -> f
     return float(shape_differences(kind, *vectors, tolerances)[0, 0])
 
 
-def shape_differences(
-    kind: PrimitiveKind, found: NDArray[np.float64], taught: NDArray[np.float64], tolerances: Tolerances
-) -> NDArray[np.float64]:
+def shape_differences(kind: PrimitiveKind, found: Floats, taught: Floats, tolerances: Tolerances) -> Floats:
     """Return the differences between detected and taught shapes, shape (k, n): 0 for equal, 1 at the tolerance.
 
     Args:
@@ -180,7 +178,7 @@ def shape_differences(
             return corner_differences(found, taught, tolerances.corner)
 
 
-def shape_descriptors(kind: PrimitiveKind, vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def shape_descriptors(kind: PrimitiveKind, vectors: Floats) -> Floats:
     """Return descriptors, shape (n, DESCRIPTOR_SIZE): primitives are similar if all of theirs differ by less than one.
 
     Args:
@@ -210,6 +208,6 @@ def shape_descriptors(kind: PrimitiveKind, vectors: NDArray[np.float64]) -> NDAr
     return rows
 
 
-def _doubled_angle_vectors(tilts: NDArray[np.float64]) -> NDArray[np.float64]:
+def _doubled_angle_vectors(tilts: Floats) -> Floats:
     """Return undirected angles as half unit vectors of the doubled angle, shape (n, 2)."""
     return 0.5 * np.column_stack([np.cos(2.0 * tilts), np.sin(2.0 * tilts)])

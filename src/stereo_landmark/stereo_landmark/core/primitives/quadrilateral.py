@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.settings import setting
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
 from stereo_landmark.core.primitives.line_intersection import (
     intersect_lines,
@@ -46,18 +46,18 @@ class Quadrilateral:
         covariance: joint covariance of the corners, shape (8, 8) [px²].
     """
 
-    corners: NDArray[np.float64]
+    corners: Floats
     polarity: int
     seen: float
-    covariance: NDArray[np.float64]
+    covariance: Floats
 
     @property
-    def centre(self) -> NDArray[np.float64]:
+    def centre(self) -> Floats:
         """Centre between the parallel sides, the mean of the corners, shape (2,) [px]."""
         return np.asarray(self.corners.mean(axis=0), dtype=np.float64)
 
     @property
-    def corner_vectors(self) -> NDArray[np.float64]:
+    def corner_vectors(self) -> Floats:
         """The paper's v1 ... v4, from the centre to the corners, shape (4, 2) [px]."""
         return self.corners - self.centre
 
@@ -66,7 +66,7 @@ class Quadrilateral:
         """Corner vectors [px] and polarity."""
         return *self.corner_vectors.ravel(), self.polarity
 
-    def outline(self) -> list[NDArray[np.float64]]:
+    def outline(self) -> list[Floats]:
         """Return the closed outline as a polyline, shape (5, 2) [px]."""
         return [np.vstack([self.corners, self.corners[:1]])]
 
@@ -101,9 +101,7 @@ class QuadrilateralTolerance:
     )
 
 
-def quadrilateral_differences(
-    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: QuadrilateralTolerance
-) -> NDArray[np.float64]:
+def quadrilateral_differences(found: Floats, taught: Floats, tolerance: QuadrilateralTolerance) -> Floats:
     """Return the differences of detected from taught shape vectors, for any first corner, shape (k, n).
 
     Args:
@@ -152,7 +150,7 @@ def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> L
     return LazyShapes(centres, np.column_stack([vectors, polarities]), make)
 
 
-def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
+def refine_quadrilateral(found: Quadrilateral, image: GreyImage) -> Quadrilateral | None:
     """Refine the four sides in the grey image and intersect them.
 
     Args:
@@ -175,9 +173,7 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
     )
 
 
-def _start_at_upper_left(
-    corners: NDArray[np.float64], cycles: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _start_at_upper_left(corners: Floats, cycles: Ints) -> tuple[Floats, Ints]:
     """Return corners and cycles rotated so that the upper left corner is the first."""
     vectors = corners - corners.mean(axis=1, keepdims=True)
     first = np.argmin(vectors.sum(axis=2) / np.linalg.norm(vectors, axis=2), axis=1)
@@ -185,9 +181,7 @@ def _start_at_upper_left(
     return np.take_along_axis(corners, order[..., None], axis=1), np.take_along_axis(cycles, order, axis=1)
 
 
-def _covariance(
-    lines: LineSegments, cycle: NDArray[np.int64], corners: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _covariance(lines: LineSegments, cycle: Ints, corners: Floats) -> Floats:
     """Return the covariance of the corners of one cycle of line segments, shape (8, 8) [px²]."""
     pairs = np.stack([np.roll(cycle, 1), cycle], axis=1)
     ends = lines.ends[pairs]

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar, overload
 
 import numpy as np
-from numpy.typing import NDArray
+
+from stereo_landmark.core.arrays import Floats
 
 
 @dataclass(frozen=True)
@@ -19,8 +20,8 @@ class ImagePoint:
         covariance: covariance of the position, shape (2, 2) [px²].
     """
 
-    position: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    position: Floats
+    covariance: Floats
 
 
 Shape = TypeVar('Shape')
@@ -35,9 +36,7 @@ class LazyShapes(Sequence[Shape], Generic[Shape]):
         make: factory that creates the shape of an index; called once per index.
     """
 
-    def __init__(
-        self, centres: NDArray[np.float64], shape_vectors: NDArray[np.float64], make: Callable[[int], Shape]
-    ) -> None:
+    def __init__(self, centres: Floats, shape_vectors: Floats, make: Callable[[int], Shape]) -> None:
         self.centres, self.shape_vectors = centres, shape_vectors
         self._make = make
         self._cache: dict[int, Shape] = {}
@@ -60,6 +59,6 @@ class LazyShapes(Sequence[Shape], Generic[Shape]):
         return self._cache[position]
 
 
-def wrap_differences(differences: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+def wrap_differences(differences: Floats, period: float) -> Floats:
     """Wrap an array of angle differences to half a period [rad]."""
     return np.asarray(differences - period * np.rint(differences / period), dtype=np.float64)

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 
@@ -16,9 +16,7 @@ DEPTH_MIN = 0.2
 """Nearer points are not visible [m]."""
 
 
-def predict_pixels(
-    states: NDArray[np.float64], positions: NDArray[np.float64], view: StereoView
-) -> NDArray[np.float64]:
+def predict_pixels(states: Floats, positions: Floats, view: StereoView) -> Floats:
     """Return predicted pixels, shape (h, k, 4): u, v left and u, v right [px]; NaN behind the cameras.
 
     Args:
@@ -31,9 +29,7 @@ def predict_pixels(
     )
 
 
-def image_distances(
-    states: NDArray[np.float64], positions: NDArray[np.float64], view: StereoView
-) -> NDArray[np.float64]:
+def image_distances(states: Floats, positions: Floats, view: StereoView) -> Floats:
     """Return the largest image distance of the points between each pose and the first pose, shape (h,) [px].
 
     Points behind the cameras of one of both poses are ignored; the distance is infinite if no point is visible in both.
@@ -49,15 +45,13 @@ def image_distances(
     return np.where(np.isnan(farthest), np.inf, farthest)
 
 
-def stereo_intrinsics(view: StereoView) -> NDArray[np.float64]:
+def stereo_intrinsics(view: StereoView) -> Floats:
     """Return the intrinsics for the kernels: fx, fy, cx, cy, fx and cx of the right camera [px], baseline [m]."""
     left, right = view.rig.left, view.rig.right
     return np.array([left.fx, left.fy, left.cx, left.cy, right.fx, right.cx, view.rig.baseline])
 
 
-def poses_from_match(
-    taught: NDArray[np.float64], found: NDArray[np.float64], yaws: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def poses_from_match(taught: Floats, found: Floats, yaws: Floats) -> Floats:
     """Return the poses that map a taught point to its matches, shape (n, h, 4): x, y, z [m], yaw [rad].
 
     Args:
@@ -77,12 +71,8 @@ def poses_from_match(
 
 @njit(cache=True, error_model='numpy')
 def _project(
-    states: NDArray[np.float64],
-    positions: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    position: NDArray[np.float64],
-    intrinsics: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    states: Floats, positions: Floats, rotation: Floats, position: Floats, intrinsics: Floats
+) -> Floats:
     pixels = np.full((len(states), len(positions), 4), np.nan)
     optical = np.empty(3)
     for h in range(len(states)):
@@ -107,7 +97,7 @@ WALL_WIDTH_MIN = 0.2
 """Minimum horizontal distance of two landmarks that determine the direction of a wall [m]."""
 
 
-def wall_normal(position: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+def wall_normal(position: Floats, others: Floats) -> Floats:
     """Return the normal of the vertical wall that a landmark is on, shape (3,), towards the robot.
 
     Walls are vertical, so landmarks on a wall are collinear in the horizontal plane. Of the lines through the landmark
@@ -131,9 +121,7 @@ def wall_normal(position: NDArray[np.float64], others: NDArray[np.float64]) -> N
     return np.array([*(normal if normal @ facing > 0.0 else -normal), 0.0])
 
 
-def centre_correction(
-    taught: TaughtPrimitive, state: NDArray[np.float64], view: StereoView
-) -> NDArray[np.float64]:
+def centre_correction(taught: TaughtPrimitive, state: Floats, view: StereoView) -> Floats:
     """Return how far the apparent centre of a circle moved on the wall since it was taught.
 
     Args:
@@ -150,9 +138,7 @@ def centre_correction(
     return now - at_teaching
 
 
-def _centre_offsets(
-    taught: TaughtPrimitive, normal_place: NDArray[np.float64], state: NDArray[np.float64], view: StereoView
-) -> NDArray[np.float64]:
+def _centre_offsets(taught: TaughtPrimitive, normal_place: Floats, state: Floats, view: StereoView) -> Floats:
     """Return the ellipse centre minus the circle centre in both images, shape (4,) [px]."""
     R_place_camera = matrix_from_rpy((0.0, 0.0, float(state[3]))) @ view.camera.rotation
     camera_position = state[:3] + matrix_from_rpy((0.0, 0.0, float(state[3]))) @ view.camera.position
@@ -171,7 +157,7 @@ def _centre_offsets(
     )
 
 
-def _line_normal(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
+def _line_normal(offsets: Floats) -> Floats:
     """Return the unit normal of the line through points and the origin, shape (2,)."""
     angle = 0.5 * math.atan2(
         2.0 * float(offsets[:, 0] @ offsets[:, 1]),
@@ -180,9 +166,7 @@ def _line_normal(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array([-math.sin(angle), math.cos(angle)])
 
 
-def ellipse_centre_offset(
-    centre: NDArray[np.float64], normal: NDArray[np.float64], radius: float, camera: PinholeCamera
-) -> NDArray[np.float64]:
+def ellipse_centre_offset(centre: Floats, normal: Floats, radius: float, camera: PinholeCamera) -> Floats:
     """Return the ellipse centre minus the projected circle centre, shape (2,) [px].
 
     The plane's homography maps the circle's conic into the image; the ellipse's centre is the pole of the

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from shirube_core.geometry import GravityAlignedCamera, gravity_aligned_camera
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.segments import Segments, trace_segments
 from stereo_landmark.core.primitives.corner import detect_corners
@@ -56,19 +56,19 @@ class DetectedPrimitives:
     primitives: Sequence[Primitive]
 
     @cached_property
-    def centres(self) -> NDArray[np.float64]:
+    def centres(self) -> Floats:
         """Centres of the primitives, shape (n, 2) [px]."""
         if isinstance(self.primitives, LazyShapes):
             return self.primitives.centres
         return np.array([each.centre for each in self.primitives]).reshape(-1, 2)
 
     @cached_property
-    def shape_vectors(self) -> NDArray[np.float64]:
+    def shape_vectors(self) -> Floats:
         """Shape vectors of the primitives, shape (n, d), see `shape_vectors`."""
         return shape_vectors(self.kind, self.primitives)
 
     @cached_property
-    def descriptors(self) -> NDArray[np.float64]:
+    def descriptors(self) -> Floats:
         """Shape descriptors of the primitives, shape (n, DESCRIPTOR_SIZE)."""
         return shape_descriptors(self.kind, self.shape_vectors)
 
@@ -88,15 +88,13 @@ class DetectedScene:
         kinds: detected primitives by kind.
     """
 
-    image: NDArray[np.uint8]
+    image: GreyImage
     segments: Segments
     kinds: dict[PrimitiveKind, DetectedPrimitives]
 
 
 def detect_scene(
-    image: NDArray[np.uint8],
-    processing: ImageProcessing,
-    kinds: Iterable[PrimitiveKind] = tuple(PrimitiveKind),
+    image: GreyImage, processing: ImageProcessing, kinds: Iterable[PrimitiveKind] = tuple(PrimitiveKind)
 ) -> DetectedScene:
     """Detect the primitives of an image.
 
@@ -164,7 +162,7 @@ class StereoView:
         """Return the primitives of a kind in the left and in the right image."""
         return self.left.kinds[kind], self.right.kinds[kind]
 
-    def match_indices(self, kind: PrimitiveKind) -> NDArray[np.int64]:
+    def match_indices(self, kind: PrimitiveKind) -> Ints:
         """Return the index of the right primitive matched to each left one, shape (n,); -1 without a match."""
         if kind not in self._matches:
             # Primitives of all kinds support each other, but only those of this kind are matched now.
@@ -180,16 +178,16 @@ class StereoView:
         return self._matches[kind]
 
     @cached_property
-    def _matches(self) -> dict[PrimitiveKind, NDArray[np.int64]]:
+    def _matches(self) -> dict[PrimitiveKind, Ints]:
         """Cached matches by kind."""
         return {}
 
     @cached_property
-    def _candidates(self) -> dict[PrimitiveKind, NDArray[np.int64]]:
+    def _candidates(self) -> dict[PrimitiveKind, Ints]:
         """Candidate pairs by kind, each of shape (m, 2)."""
         return {kind: self._candidate_pairs(kind) for kind in self.left.kinds}
 
-    def _candidate_pairs(self, kind: PrimitiveKind) -> NDArray[np.int64]:
+    def _candidate_pairs(self, kind: PrimitiveKind) -> Ints:
         here, there = self.detected_pair(kind)
         scale = self.rig.left.fx * self.rig.baseline
         return candidate_pairs(
@@ -200,7 +198,7 @@ class StereoView:
             (scale / DEPTH_RANGE[1], scale / DEPTH_RANGE[0]),
         )
 
-    def _disparities(self, kind: PrimitiveKind, indices: NDArray[np.int64]) -> NDArray[np.float64]:
+    def _disparities(self, kind: PrimitiveKind, indices: Ints) -> Floats:
         here, there = self.detected_pair(kind)
         left, right = here.centres[indices[:, 0], 0], there.centres[indices[:, 1], 0]
         return np.asarray((left - self.rig.left.cx) - (right - self.rig.right.cx))
@@ -217,7 +215,7 @@ def align_pair(taught: Primitive, left: Primitive, right: Primitive) -> tuple[Pr
 
 
 def refine_pair(
-    left: Primitive, right: Primitive, images: tuple[NDArray[np.uint8], NDArray[np.uint8]]
+    left: Primitive, right: Primitive, images: tuple[GreyImage, GreyImage]
 ) -> tuple[Primitive, Primitive] | None:
     """Refine a primitive in both grey images, shapes (h, w); None if it is not visible in one of them."""
     here, there = refine(left, images[0]), refine(right, images[1])

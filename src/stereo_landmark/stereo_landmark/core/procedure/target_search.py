@@ -8,8 +8,8 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, Ints
 from stereo_landmark.core.landmark_fix import NoDetectionReason, NoTargetDetection, TargetDetection
 from stereo_landmark.core.primitives.primitive import point_names
 from stereo_landmark.core.procedure.candidate_search import StereoCandidates, find_stereo_candidates
@@ -41,7 +41,7 @@ DEPTH_TOLERANCE = 0.3
 class _Fit(NamedTuple):
     """A fitted pose hypothesis: state, shape (4,), and a function that returns its matched primitives."""
 
-    state: NDArray[np.float64]
+    state: Floats
     pairs: Callable[[], list[NamedPair]]
 
 
@@ -101,7 +101,7 @@ class TargetSearch:
         seen = _correct_circle_centres(stereo_points(measured), target, best.state, view)
         return TargetDetection(target.name, best.state, seen, tuple(name for name, *_ in measured), ratio)
 
-    def _depth_ranges(self, positions: NDArray[np.float64], view: StereoView) -> NDArray[np.float64]:
+    def _depth_ranges(self, positions: Floats, view: StereoView) -> Floats:
         """Return the smallest and largest depth of each primitive, shape (k, 2) [m]."""
         distances = np.linalg.norm(positions - view.camera.position, axis=1)
         margins = self._settings.distance_max + DEPTH_TOLERANCE * distances
@@ -118,7 +118,7 @@ class TargetSearch:
     def _match_again(self, matcher: GuidedMatcher, fits: list[_Fit]) -> list[_Fit]:
         """Match and fit again, where guided matching finds enough primitives."""
         # Hypotheses near the same pose converge to the same matches, which are fitted only once.
-        states: dict[bytes, NDArray[np.float64] | None] = {}
+        states: dict[bytes, Floats | None] = {}
         for window in GUIDED_MATCHING_WINDOWS:
             chosen = matcher.match(np.array([fit.state for fit in fits]), window)
             least = max(2.0, self._settings.found_fraction_min * chosen.shape[1])
@@ -132,7 +132,7 @@ class TargetSearch:
         return fits
 
     def _check_best(
-        self, target: TaughtTarget, states: NDArray[np.float64], ratios: NDArray[np.float64], view: StereoView
+        self, target: TaughtTarget, states: Floats, ratios: Floats, view: StereoView
     ) -> NoTargetDetection | None:
         """Return why the first of the poses, the most likely first, is not accepted; None if it is."""
         needed = self._settings.log_likelihood_ratio_min
@@ -151,7 +151,7 @@ def _fit_pose(
     taught: Sequence[SpatialPoints],
     candidates: Sequence[StereoCandidates],
     view: StereoView,
-) -> NDArray[np.float64] | None:
+) -> Floats | None:
     """Fit the pose to the matched primitives as detected; None if it is not observable."""
     matched = [(k, i) for k, i in enumerate(hypothesis.matches.tolist()) if i >= 0]
     positions = np.concatenate([taught[k].positions for k, _ in matched])
@@ -161,7 +161,7 @@ def _fit_pose(
 
 
 def _correct_circle_centres(
-    points: StereoPoints, target: TaughtTarget, state: NDArray[np.float64], view: StereoView
+    points: StereoPoints, target: TaughtTarget, state: Floats, view: StereoView
 ) -> StereoPoints:
     """Return points with the centres of circles corrected for the change of viewpoint."""
     pixels = points.pixels.copy()
@@ -173,7 +173,7 @@ def _correct_circle_centres(
 
 
 def _matched_pairs(
-    target: TaughtTarget, matched: NDArray[np.int64], candidates: Sequence[StereoCandidates], view: StereoView
+    target: TaughtTarget, matched: Ints, candidates: Sequence[StereoCandidates], view: StereoView
 ) -> list[NamedPair]:
     """Return the primitives of both images that a hypothesis matched."""
     pairs: list[NamedPair] = []

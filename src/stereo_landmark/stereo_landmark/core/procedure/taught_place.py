@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_kind, primitive_size
 from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
@@ -26,8 +26,8 @@ class TaughtPrimitive:
 
     name: str
     shape: Primitive
-    position: NDArray[np.float64]
-    normal: NDArray[np.float64] | None = None
+    position: Floats
+    normal: Floats | None = None
 
     @property
     def kind(self) -> PrimitiveKind:
@@ -55,7 +55,7 @@ class TaughtTarget:
     points: tuple[str, ...]
 
     @property
-    def positions(self) -> NDArray[np.float64]:
+    def positions(self) -> Floats:
         """Centres of the primitives in the place's frame, shape (k, 3) [m]."""
         return np.array([primitive.position for primitive in self.primitives])
 

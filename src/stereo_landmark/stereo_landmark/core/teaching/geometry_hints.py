@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, NoTargetDetection
 from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.primitives.primitive import Primitive
@@ -26,7 +26,7 @@ EXTENT_MIN = 0.3
 """Recommended minimum horizontal extent of the points, for an observable yaw [m]."""
 
 
-def check_geometry(positions: NDArray[np.float64], fix: PlaceFix | None) -> list[str]:
+def check_geometry(positions: Floats, fix: PlaceFix | None) -> list[str]:
     """Return warnings with remedies, one line each, none for a good geometry.
 
     Args:
@@ -53,7 +53,7 @@ def check_geometry(positions: NDArray[np.float64], fix: PlaceFix | None) -> list
     return warnings
 
 
-def count_distinct_points(positions: NDArray[np.float64]) -> int:
+def count_distinct_points(positions: Floats) -> int:
     """Return the number of distinct positions of points, shape (n, 3) [m]."""
     distinct = np.empty((0, 3))
     for position in positions:
@@ -62,7 +62,7 @@ def count_distinct_points(positions: NDArray[np.float64]) -> int:
     return len(distinct)
 
 
-def horizontal_extent(positions: NDArray[np.float64]) -> float:
+def horizontal_extent(positions: Floats) -> float:
     """Return the horizontal extent of points, shape (n, 3) with n > 0 [m]."""
     middle = positions[:, :2] - positions[:, :2].mean(axis=0)
     return float(np.ptp(middle @ np.linalg.svd(middle)[2][0]))
@@ -74,7 +74,7 @@ def pose_sigmas(fix: PlaceFix) -> tuple[float, float]:
     return position, math.sqrt(float(fix.covariance[3, 3]))
 
 
-def _check_uncertainty(positions: NDArray[np.float64], fix: PlaceFix) -> list[str]:
+def _check_uncertainty(positions: Floats, fix: PlaceFix) -> list[str]:
     warnings = []
     position, yaw = pose_sigmas(fix)
     if position > POSITION_SIGMA_MAX:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, point_names, primitive_size
 from stereo_landmark.core.procedure.stereo_view import DetectedScene
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -168,7 +168,7 @@ class Region:
     right: float
     bottom: float
 
-    def contains(self, points: NDArray[np.float64]) -> bool:
+    def contains(self, points: Floats) -> bool:
         """Return whether all points, shape (n, 2), are inside [px]."""
         low, high = points.min(axis=0), points.max(axis=0)
         return bool(

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.primitive import (
     Primitive,
@@ -197,7 +197,7 @@ class Teacher:
                 )
         return TaughtTarget(selection.name, primitives, points)
 
-    def _position(self, left: Primitive, right: Primitive) -> NDArray[np.float64]:
+    def _position(self, left: Primitive, right: Primitive) -> Floats:
         """Return the centre of a primitive in the place's frame, shape (3,) [m]."""
         (position,) = self.coordinates(_centre(left, right)).positions
         return position
@@ -255,7 +255,7 @@ def _centre(left: Primitive, right: Primitive) -> StereoPoints:
     return StereoPoints(('centre',), pixels, np.eye(4)[None])
 
 
-def _add_wall_normals(target: TaughtTarget, around: NDArray[np.float64]) -> TaughtTarget:
+def _add_wall_normals(target: TaughtTarget, around: Floats) -> TaughtTarget:
     """Return a target whose circles have wall normals, estimated from surrounding points, shape (n, 3) [m]."""
     primitives = tuple(
         replace(each, normal=wall_normal(each.position, around))

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.segments import Segments, trace_segments
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
@@ -117,7 +117,7 @@ class TeachingSession:
         """Stereo pair used for teaching."""
         return self._load_images(self.state.pair)
 
-    def segments(self, image: NDArray[np.uint8]) -> Segments:
+    def segments(self, image: GreyImage) -> Segments:
         """Return the edge segments of an image with the current image processing (paper 4a)."""
         settings = self.state.processing.edges
         return trace_segments(extract_edges(image, settings), settings)
