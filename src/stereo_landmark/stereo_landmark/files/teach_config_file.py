@@ -181,11 +181,10 @@ def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig]:
     rig = stereo_rig(left[1], right[1], config.mount)
     images = []
     for image, calibration in (left, right):
-        camera = calibration.raw
-        if image.shape != (camera.height, camera.width):
+        if image.shape != (calibration.height, calibration.width):
             raise StereoLandmarkError(
                 f'an image is {image.shape[1]} x {image.shape[0]} px, its calibration is for '
-                f'{camera.width} x {camera.height} px; calibrate at the resolution in use'
+                f'{calibration.width} x {calibration.height} px; calibrate at the resolution in use'
             )
         images.append(Rectifier(calibration).rectify(image) if config.is_raw else image)
     fault = pair_fault(images[0], images[1], rig)

@@ -113,21 +113,21 @@ class RequestHandler:
         """Handle a request and return the response."""
         name = str(request.get('do'))
         try:
-            if name in EDITS:
-                self._edit(name, request)
-                return self._state()
-            if name in self._steps:
-                self._steps[name](request)
-                return self._state()
             if name in self._handlers:
                 return self._handlers[name](request)
+            if name in EDITS:
+                self._edit(name, request)
+            elif name in self._steps:
+                self._steps[name](request)
+            else:
+                return {'error': f'request: unknown command {name!r}; reload the page'}
+            return self._state()
         except PlaceExistsError as fault:
             return {'error': str(fault), 'exists': True}
         except (StereoLandmarkError, CameraFileError) as fault:
             return {'error': str(fault)}
         except OSError as fault:
             return {'error': f'{fault.filename or "the place"}: {fault.strerror}; choose a writable place'}
-        return {'error': f'request: unknown command {name!r}; reload the page'}
 
     def _edit(self, name: str, request: Request) -> None:
         self.session.apply(lambda state: EDITS[name](state, request), str(request.get('gesture', '')))

@@ -55,6 +55,16 @@ class CameraCalibration:
             )
 
     @property
+    def width(self) -> int:
+        """Image width [px]."""
+        return self.raw.width
+
+    @property
+    def height(self) -> int:
+        """Image height [px]."""
+        return self.raw.height
+
+    @property
     def matrix(self) -> Floats:
         """Camera matrix of the rectified image, shape (3, 3)."""
         return np.array(self.projection).reshape(3, 4)[:, :3]
@@ -63,7 +73,7 @@ class CameraCalibration:
     def rectified(self) -> PinholeCamera:
         """Intrinsics of the rectified image."""
         fx, _, cx, _, _, fy, cy, *_ = self.projection
-        return PinholeCamera(self.raw.width, self.raw.height, fx, fy, cx, cy)
+        return PinholeCamera(self.width, self.height, fx, fy, cx, cy)
 
     @property
     def x(self) -> float:
