@@ -23,13 +23,7 @@ from stereo_landmark.core.stereo import is_measurable
 
 
 def displacement_message(fix: LandmarkFix, stamp: Time, base_frame: str) -> TransformStamped:
-    """Return the pose of the gravity-aligned base in the place frame, whose frame ID is the name of the place.
-
-    Args:
-        fix: localization result.
-        stamp: stamp of the left image.
-        base_frame: frame ID of the robot base.
-    """
+    """Return the pose of the gravity-aligned base in the place frame, whose frame ID is the name of the place."""
     pose = fix.displacement.T_place_base
     x, y, z, w = quaternion_from_yaw(pose.yaw)
     return TransformStamped(
@@ -49,12 +43,7 @@ _DIAMETER, _TEXT_HEIGHT = 0.04, 0.12
 
 
 def target_markers(located: LocatedPair, header: Header) -> MarkerArray:
-    """Return markers with the measured points and name of each detected target; deletes the previous markers.
-
-    Args:
-        located: localization result of the pair.
-        header: header with the stamp of the image and the base frame.
-    """
+    """Return markers with the measured points and name of each detected target; deletes the previous markers."""
     markers = [Marker(header=header, action=Marker.DELETEALL)]
     locator = PlaceLocator(located.rig)
     for number, detection in enumerate(located.result.detections):
@@ -139,12 +128,6 @@ class LocalizerReport:
     """Keeps the latest result and counts the results by place and failure reason."""
 
     def __init__(self, places_dir: str, now: Callable[[], float] = monotonic) -> None:
-        """Start without results.
-
-        Args:
-            places_dir: folder of the taught places, for display.
-            now: monotonic clock [s].
-        """
         self._places_dir = places_dir
         self._now = now
         self._latest: LocatedPair | None = None
@@ -154,12 +137,7 @@ class LocalizerReport:
         self._no_fixes: Counter[str] = Counter()
 
     def add(self, located: LocatedPair, duration: float) -> None:
-        """Add the result of a pair.
-
-        Args:
-            located: localization result.
-            duration: processing time [s].
-        """
+        """Add the result of a pair and its processing time [s]."""
         self._latest, self._latest_at, self._duration = located, self._now(), duration
         if isinstance(located.result, LandmarkFix):
             self._fixes[located.result.place.name] += 1

@@ -42,11 +42,7 @@ def compile_kernels() -> None:
 
 
 def _draw_wall(shift: int) -> GreyImage:
-    """Draw plates, discs and a slot, all shifted to the left by a disparity, shape (240, 320).
-
-    Args:
-        shift: disparity [px].
-    """
+    """Draw plates, discs and a slot, all shifted to the left by a disparity [px], shape (240, 320)."""
     picture = np.full((_CAMERA.height, _CAMERA.width), 120, dtype=np.uint8)
     for left, top, right, bottom, level in (
         (60, 40, 130, 90, 40),

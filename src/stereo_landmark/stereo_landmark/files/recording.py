@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,7 +108,9 @@ def recorded_pairs(
                 yield _attach_tilt(pending, tilts)
                 pending = None
         elif isinstance(message, RecordedImage) and (begin_ns is None or message.stamp_ns >= begin_ns):
-            pair = _add_image(synchronizer, message)
+            pair = None
+            with suppress(StereoLandmarkError):  # the caller reports a bag without pairs
+                pair = synchronizer.add(Side(message.camera), message.stamp_ns, message)
             if pair is None:
                 continue
             if pending is not None:
@@ -116,13 +119,6 @@ def recorded_pairs(
             pending = pair
     if pending is not None:
         yield _attach_tilt(pending, tilts)
-
-
-def _add_image(synchronizer: StampSynchronizer[_Image], image: _Image) -> tuple[_Image, _Image] | None:
-    try:
-        return synchronizer.add(Side(image.camera), image.stamp_ns, image)
-    except StereoLandmarkError:
-        return None  # the caller reports a bag without pairs
 
 
 def _attach_tilt(pair: tuple[_Image, _Image], tilts: TiltBuffer) -> RecordedPair:

@@ -29,17 +29,8 @@ _UNIT = 16.0
 def configuration(source: StereoPairs) -> dict[str, Any]:
     """Return the constant configuration: cameras, settings, kinds of primitives."""
     rig = source.rig
-    settings = [
-        {
-            'name': each.name,
-            'description': each.description,
-            'unit': each.unit,
-            'minimum': each.minimum,
-            'maximum': each.maximum,
-            'default': each.default,
-        }
-        for each in describe_settings(ImageProcessing)
-    ]
+    fields = ('name', 'description', 'unit', 'minimum', 'maximum', 'default')
+    settings = [{name: getattr(each, name) for name in fields} for each in describe_settings(ImageProcessing)]
     return {
         'width': rig.left.width,
         'height': rig.left.height,
@@ -98,8 +89,10 @@ def test_result(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
     used = answer.displacement.names if isinstance(answer, LandmarkFix) else ()
     detections: list[dict[str, Any]] = []
     for each in answer.detections:
+        entry = {'target': each.target, 'found': [], 'log_likelihood_ratio': 0.0, 'points': []}
         if isinstance(each, TargetDetection):
-            points = [
+            entry['found'], entry['log_likelihood_ratio'] = list(each.found), each.log_likelihood_ratio
+            entry['points'] = [
                 {
                     'name': name,
                     'left': _rounded(pixels[:2]),
@@ -108,19 +101,9 @@ def test_result(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
                 }
                 for name, pixels in zip(each.points.names, each.points.pixels, strict=True)
             ]
-            detections.append(
-                {
-                    'target': each.target,
-                    'found': list(each.found),
-                    'log_likelihood_ratio': each.log_likelihood_ratio,
-                    'points': points,
-                }
-            )
         else:
-            text = f'{each.reason.value} ({each.detail})'
-            detections.append(
-                {'target': each.target, 'found': [], 'log_likelihood_ratio': 0.0, 'points': [], 'text': text}
-            )
+            entry['text'] = f'{each.reason.value} ({each.detail})'
+        detections.append(entry)
     if isinstance(answer, NoLandmarkFix):
         return {'is_fix': False, 'text': f'{answer.reason}: {answer.detail}', 'detections': detections}
     pose = answer.displacement.T_place_base

@@ -51,12 +51,7 @@ def processing_values(processing: ImageProcessing) -> dict[str, float]:
 
 
 def set_processing(state: TeachingState, name: str, value: float) -> TeachingState:
-    """Change one parameter of the image processing (paper 4a).
-
-    Args:
-        state: state before the edit.
-        name: name of the setting, such as ``edges.threshold``.
-        value: new value in the unit of the setting.
+    """Change one parameter of the image processing, such as ``edges.threshold`` (paper 4a).
 
     Raises:
         StereoLandmarkError: there is no such setting, or the value is out of range.
@@ -164,13 +159,7 @@ def rename_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
 
 
 def move_primitive(state: TeachingState, name: str, place: int) -> TeachingState:
-    """Move a primitive in the order of detection (paper 4b).
-
-    Args:
-        state: state before the edit.
-        name: name of the primitive.
-        place: new index, 0 for the first; values beyond the end for the last.
-    """
+    """Move a primitive in the order of detection (paper 4b): 0 for the first, beyond the end for the last."""
     target = state.target
     _check_primitive(target, name)
     names = [other for other in target.primitives if other != name]
