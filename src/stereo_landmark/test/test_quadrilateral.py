@@ -77,24 +77,6 @@ def test_refined_corners_are_unbiased_with_consistent_joint_covariance():
     assert 0.7 < math.sqrt(np.mean(squares)) < 1.25
 
 
-def test_the_papers_trapezoid():
-    trapezoid = _ideal([[10, 10], [40, 10], [34, 30], [20, 30]])
-    assert trapezoid.tilt == pytest.approx(0.0, abs=1e-12)
-    assert trapezoid.length == pytest.approx(22.0)
-    assert trapezoid.height == pytest.approx(20.0)
-    np.testing.assert_allclose(trapezoid.centre, [26, 20])
-    np.testing.assert_allclose(trapezoid.corner_vectors.sum(axis=0), 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize('angle', [0.3, 1.2, -0.7])
-def test_the_trapezoid_turns_with_the_image(angle):
-    shape = np.array([[10, 10], [40, 10], [34, 30], [20, 30.0]])
-    c, s = math.cos(angle), math.sin(angle)
-    turned = _ideal(shape @ np.array([[c, s], [-s, c]]))
-    assert math.remainder(turned.tilt - angle, math.pi) == pytest.approx(0.0, abs=1e-9)
-    assert (turned.length, turned.height) == pytest.approx((22.0, 20.0))
-
-
 def test_order_of_the_taught_one_is_found_again():
     taught = _ideal(turned_rectangle((50, 45), 40.0, 30.0, 0.7))
     turned = taught.rotate_corners(3)

@@ -278,10 +278,3 @@ def test_a_bag_without_pairs_is_one_line(config, tmp_path, capsys):
     assert 'no pair of valid images with matching stamps; correct stamp' in config.refusal(capsys)
     config.content['approximate_sync_tolerance_seconds'] = 0.006
     assert config.run() == 0
-
-
-def test_an_earlier_place_survives_a_lesson_that_fails(config):
-    first = config.place()
-    config.primitives.append({'kind': 'ellipse', 'near': [0, 0]})
-    assert config.run('--replace') == 1
-    assert is_same(load_place(config.places / 'wall.yaml'), first)

@@ -77,13 +77,6 @@ def test_only_shown_kinds_within_the_region_are_selectable():
     assert {each.kind for each in session.selectable()} == {PrimitiveKind.QUADRILATERAL}
 
 
-def test_the_order_is_that_of_the_place():
-    session = session_with_meters()
-    session.apply(lambda state: edits.move_primitive(state, 'ellipse 4', 0))
-    target = session.place().targets[0]
-    assert [part.name for part in target.primitives] == ['ellipse 4', 'ellipse 1', 'ellipse 2', 'ellipse 3']
-
-
 def test_points_that_are_left_out_make_no_pose():
     session = session_with_meters()
     session.apply(lambda state: edits.set_points_used(state, ['ellipse 2/centre'], used=False))
@@ -135,16 +128,6 @@ def test_a_step_that_changes_nothing_is_none():
     session = new_session()
     session.apply(lambda state: edits.set_region(state, None))
     assert not session.can_undo
-
-
-def test_a_step_that_is_refused_changes_nothing():
-    session = session_with_meters(2)
-    before = session.state
-    with pytest.raises(StereoLandmarkError):
-        session.apply(lambda state: edits.remove_primitive(state, 'nothing'))
-    with pytest.raises(StereoLandmarkError, match='there is no ellipse of number 999'):
-        session.toggle(PrimitiveKind.ELLIPSE, 999)
-    assert session.state is before
 
 
 def test_images_of_another_size_are_refused():
