@@ -5,8 +5,13 @@ from __future__ import annotations
 import numpy as np
 from _real_pairs import Moment
 
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_size
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    primitive_size,
+)
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo import StereoRig

@@ -15,13 +15,8 @@ from numpy.typing import NDArray
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.primitives.corner import Corner
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import (
-    ImageProcessing,
-    StereoView,
-    detect_scene,
-    stereo_points,
-)
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene, stereo_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -28,9 +28,9 @@ from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
 from stereo_landmark.core.place.reprojection import reproject
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo import StereoPoints

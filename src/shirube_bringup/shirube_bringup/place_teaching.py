@@ -14,8 +14,13 @@ from scene_simulator.mission_layout import NOMINAL
 from scene_simulator.mission_sensors import STEREO_RIG
 from scene_simulator.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, invariant_points
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    invariant_points,
+)
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher

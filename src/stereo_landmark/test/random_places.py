@@ -10,9 +10,8 @@ from shirube_core.settings import describe_settings, settings_from_values
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
-from stereo_landmark.core.primitives.primitive import invariant_points
+from stereo_landmark.core.primitives.primitive import ImageProcessing, invariant_points
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
 

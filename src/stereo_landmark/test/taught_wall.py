@@ -12,8 +12,8 @@ from stereo_calibrations import rectified_calibration, write_calibration
 
 from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
-from stereo_landmark.core.primitives.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher

@@ -10,8 +10,8 @@ from taught_wall import RIG as SMALL_RIG
 
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.primitives.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.teaching.geometry_hints import (
     check_geometry,

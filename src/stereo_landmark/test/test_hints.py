@@ -10,8 +10,8 @@ from test_target_search import ALL, ALONE, METERS
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.hints import Severity, check_trials
-from stereo_landmark.core.teaching.procedure_check import Outcome
+from stereo_landmark.core.teaching.hints import Severity
+from stereo_landmark.core.teaching.procedure_check import Outcome, check_trials
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 
 

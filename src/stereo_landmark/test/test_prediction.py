@@ -9,7 +9,7 @@ from place_scenes import CAMERA, RIG, panel
 
 from stereo_landmark.core.landmark_fix import TargetDetection
 from stereo_landmark.core.place.reprojection import reproject
-from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.prediction import (
     centre_correction,
     ellipse_centre_offset,
@@ -18,7 +18,7 @@ from stereo_landmark.core.procedure.prediction import (
     predict_pixels,
     wall_normal,
 )
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView
+from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.target_search import TargetSearch
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher

@@ -4,13 +4,8 @@ from drawn_wall import Plate, Wall, look, view_of
 from place_scenes import RIG
 
 from stereo_landmark.core import stereo as stereo_points_module
-from stereo_landmark.core.primitives.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import (
-    ImageProcessing,
-    StereoView,
-    detect_scene,
-    stereo_points,
-)
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene, stereo_points
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection

@@ -11,8 +11,8 @@ from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher

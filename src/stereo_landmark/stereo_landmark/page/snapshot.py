@@ -13,8 +13,12 @@ from shirube_core.settings import describe_settings
 from stereo_landmark.core.edges.segments import Segments
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_kind
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    primitive_kind,
+)
 from stereo_landmark.core.teaching.edits import processing_values
 from stereo_landmark.core.teaching.geometry_hints import pose_sigmas
 from stereo_landmark.core.teaching.hints import Hint, TargetReport

@@ -31,6 +31,7 @@ from stereo_landmark.core.primitives.quadrilateral import (
     refine_quadrilateral,
 )
 from stereo_landmark.core.primitives.shape import LazyShapes
+from stereo_landmark.core.settings import EdgeSettings, PrimitiveSettings
 
 Primitive = Ellipse | Quadrilateral | ParallelLines | Corner
 
@@ -62,6 +63,15 @@ class Tolerances:
     quadrilateral: QuadrilateralTolerance = field(default_factory=QuadrilateralTolerance)
     parallel_lines: ParallelLinesTolerance = field(default_factory=ParallelLinesTolerance)
     corner: CornerTolerance = field(default_factory=CornerTolerance)
+
+
+@dataclass(frozen=True)
+class ImageProcessing:
+    """Image processing parameters of a place, from grey images to primitives (paper 3.3b and c)."""
+
+    edges: EdgeSettings = field(default_factory=EdgeSettings)
+    primitives: PrimitiveSettings = field(default_factory=PrimitiveSettings)
+    tolerances: Tolerances = field(default_factory=Tolerances)
 
 
 _KINDS: dict[type[Primitive], PrimitiveKind] = {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,9 +18,9 @@ from stereo_landmark.core.primitives.ellipse import detect_ellipses
 from stereo_landmark.core.primitives.line_segments import fit_line_segments
 from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines
 from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
     Primitive,
     PrimitiveKind,
-    Tolerances,
     align_point_order,
     invariant_points,
     refine,
@@ -30,17 +30,7 @@ from stereo_landmark.core.primitives.primitive import (
 from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
 from stereo_landmark.core.primitives.shape import LazyShapes
 from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, match_pairs
-from stereo_landmark.core.settings import EdgeSettings, PrimitiveSettings
 from stereo_landmark.core.stereo import MEASUREMENT_SIZE, StereoPoints, StereoRig
-
-
-@dataclass(frozen=True)
-class ImageProcessing:
-    """Image processing parameters of a place, from grey images to primitives (paper 3.3b and c)."""
-
-    edges: EdgeSettings = field(default_factory=EdgeSettings)
-    primitives: PrimitiveSettings = field(default_factory=PrimitiveSettings)
-    tolerances: Tolerances = field(default_factory=Tolerances)
 
 
 @dataclass(frozen=True)

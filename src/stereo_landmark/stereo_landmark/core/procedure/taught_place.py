@@ -8,8 +8,13 @@ import numpy as np
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core.arrays import Floats
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_kind, primitive_size
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    primitive_kind,
+    primitive_size,
+)
 from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
 
 

@@ -9,8 +9,12 @@ from functools import reduce
 
 from shirube_core.geometry import SE2
 from shirube_core.settings import SettingsError, describe_settings, settings_from_values
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, primitive_kind
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    primitive_kind,
+)
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import Region, TargetSelection
 from stereo_landmark.core.teaching.teaching_state import TeachingState

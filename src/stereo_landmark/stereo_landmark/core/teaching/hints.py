@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -17,7 +17,6 @@ from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.geometry_hints import check_geometry, find_skewed_shapes
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
-from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.core.teaching.teacher import Teacher
 
 POINT_SIGMA_MAX = 0.1
@@ -108,24 +107,6 @@ def report_target(
     hints = [Hint(severity, selection.name, about, text) for severity, about, text in found]
     hints.sort(key=lambda hint: list(Severity).index(hint.severity))
     return TargetReport(measured, points, coordinates, fix, hints)
-
-
-def check_trials(target: str, trials: Sequence[TrialRun]) -> Iterator[Hint]:
-    """Yield hints about failed trial runs of a target's procedure tree."""
-    for trial in trials:
-        if trial.outcome is Outcome.FOUND:
-            continue
-        without = f'without {" and ".join(trial.hidden)} ' if trial.hidden else ''
-        severity = (Severity.STOP, Severity.WEAK, Severity.NOTE)[min(len(trial.hidden), 2)]
-        match trial.outcome:
-            case Outcome.AMBIGUOUS:
-                text = f'{without}several poses match about equally well ({trial.detail}); add a distinctive primitive'
-            case Outcome.WRONG_POSE:
-                text = f'{without}a wrong pose is found ({trial.detail}); add a distinctive primitive'
-                severity = Severity.STOP
-            case _:
-                text = f'{without}it is not detected ({trial.detail}); add a primitive'
-        yield Hint(severity, target, trial.hidden[0] if len(trial.hidden) == 1 else '', text)
 
 
 _Remark = tuple[Severity, str, str]

@@ -11,6 +11,7 @@ from shirube_core.geometry import SE2
 from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
     Primitive,
     PrimitiveKind,
     Tolerances,
@@ -23,7 +24,6 @@ from stereo_landmark.core.primitives.primitive import (
 from stereo_landmark.core.procedure.prediction import wall_normal
 from stereo_landmark.core.procedure.stereo_view import (
     DetectedPrimitives,
-    ImageProcessing,
     NamedPair,
     StereoView,
     align_pair,

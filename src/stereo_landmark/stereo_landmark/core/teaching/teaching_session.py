@@ -12,8 +12,8 @@ from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.segments import Segments, trace_segments
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing, StereoView, detect_scene
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo import StereoImages, StereoRig

@@ -6,8 +6,7 @@ from collections.abc import Hashable
 from dataclasses import dataclass, field
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.primitives.primitive import PrimitiveKind, point_names
-from stereo_landmark.core.procedure.stereo_view import ImageProcessing
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind, point_names
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 
