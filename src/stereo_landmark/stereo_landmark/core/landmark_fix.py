@@ -125,13 +125,7 @@ class NoLandmarkFix:
 def describe_failure(
     place: TaughtPlace, detections: tuple[TargetResult, ...], fault: NoPlaceFix
 ) -> NoLandmarkFix:
-    """Return why a place gave no pose: its points were rejected, or no target was detected.
-
-    Args:
-        place: searched place.
-        detections: detection results of its targets.
-        fault: reason why the points of the detected targets were rejected.
-    """
+    """Return why a place gave no pose: the points of its targets were rejected, or no target was detected."""
     missing = [each for each in detections if isinstance(each, NoTargetDetection)]
     if len(missing) < len(detections):
         return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', detections)

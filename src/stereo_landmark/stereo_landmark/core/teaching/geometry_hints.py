@@ -146,11 +146,7 @@ def _side(corners: SpatialPoints, k: int) -> tuple[float, float]:
 
 
 def undetected_targets(answer: LandmarkFix | NoLandmarkFix) -> list[str]:
-    """Return a line for each target that is not detected in the images used for teaching.
-
-    Args:
-        answer: localization result for those images.
-    """
+    """Return a line for each target that is not detected in the images used for teaching, by their result."""
     undetected = [
         f'target {detection.target}: {detection.reason.value} even in the taught images ({detection.detail}); '
         'add primitives that distinguish it from similar objects'

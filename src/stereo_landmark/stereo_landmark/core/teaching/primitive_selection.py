@@ -16,8 +16,6 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 DISTANCE_MAX = 20.0
 """Maximum distance of the selected primitive from the given pixel [px]."""
-
-
 ANY_SIZE = (0.0, math.inf)
 
 
