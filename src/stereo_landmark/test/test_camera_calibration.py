@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from place_scenes import CAMERA, MOUNT
 from stereo_calibrations import RealPairs, raw_calibrations, rectified_calibration, write_calibration
+from taught_wall import HERE, RIG, seen
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from shirube_ros.file_errors import CalibrationError
@@ -166,3 +167,25 @@ def test_the_rows_of_real_pairs_agree_only_after_rectification():
         assert pair_fault(left, right, rig) is None
         assert pair_fault(*raw, rig) is PairFault.NOT_RECTIFIED
         assert pair_fault(right, left, rig) is PairFault.SWAPPED
+
+
+def test_a_good_pair_has_no_fault():
+    assert pair_fault(*seen(HERE), RIG) is None
+
+
+def test_row_differences_of_some_pixels_are_detected():
+    left, right = seen(HERE)
+    assert pair_fault(left, np.roll(right, 3, axis=0), RIG) is PairFault.NOT_RECTIFIED
+    assert pair_fault(left, np.roll(right, -4, axis=0), RIG) is PairFault.NOT_RECTIFIED
+
+
+def test_swapped_images_are_detected():
+    assert pair_fault(*seen(HERE)[::-1], RIG) is PairFault.SWAPPED
+
+
+def test_where_there_is_nothing_to_see_nothing_is_said():
+    blank = np.full((240, 376), 90, np.uint8)
+    assert pair_fault(blank, blank, RIG) is None
+    assert pair_fault(blank, seen(HERE)[1], RIG) is None
+    noise = np.random.default_rng(1).integers(0, 256, (2, 240, 376), dtype=np.uint8)
+    assert pair_fault(*noise, RIG) is None
