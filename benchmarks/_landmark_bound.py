@@ -20,7 +20,7 @@ from scipy.special import ndtr
 from scene_simulator.corridor.stereo_camera import StereoCamera
 from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import SE2
-from stereo_landmark.core.place.reprojection_model import Reprojection, reproject
+from stereo_landmark.core.place.reprojection import Reprojection, reproject
 
 CAMERAS = product_rig(RIG)
 STATE = 4

@@ -14,13 +14,17 @@ from scene_simulator.corridor.shapes import Landmark, RoundLandmark
 from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_measurement import invariant_points
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    invariant_points,
+)
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 TAUGHT = SE2(-3.0, 0.0, 0.0)
 """Where the robot stood: ``T_map_place``."""

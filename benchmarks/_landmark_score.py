@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.place.place_fix import PlaceFix
+from stereo_landmark.core.place.place_locator import PlaceFix
 
 OURS = 'shirube'
 WITHIN_95 = 7.815

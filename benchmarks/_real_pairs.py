@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_core.geometry import CameraMount, PinholeCamera, wrap_angle
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
-from stereo_landmark.core.pair.rectification import Rectifier
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, stereo_rig
+from stereo_landmark.core.stereo import StereoRig
 
 # The body is an IMU with x up, y right and z ahead; the base has x ahead, y left and z up.
 _R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])

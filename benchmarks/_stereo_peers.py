@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, gravity_aligned_camera
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo import StereoRig
 
 RATIO = 0.8
 """Lowe's, of the best match to the second best."""

@@ -10,10 +10,9 @@ from _stereo_peers import planar_displacement
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints
+from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
+from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.stereo import StereoPoints
 
 ID = 7
 CELLS = 8

@@ -22,12 +22,12 @@ from tqdm import tqdm
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind, primitive_size
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind, primitive_size
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 VIEWS_PER_LESSON = 5
 CHOSEN_WITHIN = 5.0

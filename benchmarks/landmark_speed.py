@@ -26,7 +26,6 @@ from _stage_clock import time_stages
 from _timed_answers import use_one_core
 from tqdm import tqdm
 
-import stereo_landmark.core.procedure.detected_scene as scene_module
 import stereo_landmark.core.procedure.stereo_view as view_module
 import stereo_landmark.core.procedure.target_search as search_module
 from scene_simulator.corridor.generator import CorridorDesign, corridor
@@ -37,7 +36,7 @@ from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.procedure.detected_scene import detect_scene
+from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
 WANTED = 100.0
@@ -45,12 +44,12 @@ WANTED = 100.0
 LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
 DISPLACEMENT = SE2(0.2, -0.25, 0.1)
 STAGES: dict[str, tuple[object, str]] = {
-    'edges': (scene_module, 'extract_edges'),
-    'segments': (scene_module, 'trace_segments'),
-    'sides': (scene_module, 'fit_line_segments'),
-    'ellipses': (scene_module, 'detect_ellipses'),
-    'quadrilaterals': (scene_module, 'detect_quadrilaterals'),
-    'corners': (scene_module, 'detect_corners'),
+    'edges': (view_module, 'extract_edges'),
+    'segments': (view_module, 'trace_segments'),
+    'sides': (view_module, 'fit_line_segments'),
+    'ellipses': (view_module, 'detect_ellipses'),
+    'quadrilaterals': (view_module, 'detect_quadrilaterals'),
+    'corners': (view_module, 'detect_corners'),
     'left with right': (view_module, 'match_pairs'),
     'candidates': (search_module, 'find_stereo_candidates'),
     'paths of the tree': (search_module, 'generate_hypotheses'),

@@ -30,20 +30,19 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.edges.segments import Segments, trace_segments
 from stereo_landmark.core.primitives.corner import detect_corners
 from stereo_landmark.core.primitives.ellipse import detect_ellipses, refine_ellipse
 from stereo_landmark.core.primitives.line_segments import fit_line_segments
 from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines
+from stereo_landmark.core.primitives.primitive import Primitive, refine
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
     detect_quadrilaterals,
     refine_quadrilateral,
 )
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.procedure.primitive import Primitive, refine
-from stereo_landmark.core.segments.segments import Segments, trace_segments
-from stereo_landmark.files.grey_image import load_grey_image
+from stereo_landmark.core.settings import EdgeSettings, PrimitiveSettings
+from stereo_landmark.files.camera_files import load_grey_image
 
 CONDITIONS = (
     Condition(),

@@ -23,9 +23,9 @@ from tqdm import tqdm
 
 from shirube_core.geometry import wrap_angle
 from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.place.settings import CLOSED_FORM, PlaceSettings
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import CLOSED_FORM, LandmarkSettings, PlaceSettings
 
 OURS = {
     'targets, roll and pitch given': PlaceSettings(),

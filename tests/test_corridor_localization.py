@@ -13,13 +13,12 @@ from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.commands.locate import locate_bag
 from stereo_landmark.commands.teach import main as teach
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.pair_stream import PairStream
-from stereo_landmark.core.pair.settings import PairSettings
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import LandmarkSettings, PairSettings
+from stereo_landmark.files.displacement_files import LocatedFrame
 from stereo_landmark.files.place_file import load_places
-from stereo_landmark.located_frame import LocatedFrame
-from stereo_landmark.pair_recording import choose_topics
+from stereo_landmark.files.recording import choose_topics
 
 pytestmark = pytest.mark.newest_set_only
 

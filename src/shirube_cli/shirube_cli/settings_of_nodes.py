@@ -13,8 +13,8 @@ from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward.reward_settings import RewardSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
+from stereo_landmark.core.primitives.primitive import ImageProcessing
+from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
 from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.receiver.settings import ReceiverSettings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -18,31 +18,30 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from shirube_core.settings import SettingsError
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
-from shirube_ros.camera.image import image_from_array
-from shirube_ros.camera.input import ImageInput
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.node import drain_subscription, run_node
+from shirube_ros.drain_subscription import drain_subscription
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.image_input import ImageInput
+from shirube_ros.node_main import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
-from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped, tilt_from_imu
+from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
-from shirube_ros.stamps import StampValidator
-from stereo_landmark.calibration_message import calibration_from_camera_info
+from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.tilt_conversion import tilt_from_imu
+from shirube_ros.trigger_service import create_trigger_service
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_localizer import LocatedPair
-from stereo_landmark.core.pair.pair_stream import PairStream, Side
+from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream, Side
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.debug_picture import debug_picture
-from stereo_landmark.displacement_message import displacement_message
-from stereo_landmark.files.grey_image import to_grey
-from stereo_landmark.files.place_file import load_places
-from stereo_landmark.localizer_report import LocalizerReport
+from stereo_landmark.files.camera_files import to_grey
+from stereo_landmark.files.place_file import load_images, load_places, place_path
+from stereo_landmark.files.recording import calibration_from_camera_info
+from stereo_landmark.node_output import LocalizerReport, debug_picture, displacement_message, target_markers
 from stereo_landmark.node_settings import NodeSettings
-from stereo_landmark.place_validation import validate_places
-from stereo_landmark.target_markers import target_markers
 
 _LOG_INTERVAL = 1.0
 """Minimum time between log lines about place changes [s]."""
@@ -205,6 +204,29 @@ class StereoLandmarkNode(Node):
     def _reset_stream(self) -> None:
         self.get_logger().warning('clock jumped back; queued images and the last place were reset')
         self._stream = self._new_stream()
+
+
+def validate_places(folder: Path, places: Iterable[TaughtPlace], settings: LandmarkSettings) -> list[str]:
+    """Return a warning for each place that is not found in its own taught images.
+
+    Args:
+        folder: folder of the place files.
+        places: places loaded from this folder.
+        settings: settings of the search and the pose fit.
+
+    Raises:
+        StereoLandmarkError: an image is missing, corrupted or has the wrong size.
+    """
+    lines = []
+    for place in places:
+        images = load_images(place_path(folder, place.name))
+        result = LandmarkLocalizer([place], settings).locate(images.left, images.right, images.tilt)
+        if isinstance(result, NoLandmarkFix):
+            lines.append(
+                f'place {place.name} is not found in the images it was taught from: {result.reason} ({result.detail}); '
+                'teach it with other targets, or correct the parameters'
+            )
+    return lines
 
 
 def _check_frames(places: Sequence[TaughtPlace], settings: NodeSettings) -> None:

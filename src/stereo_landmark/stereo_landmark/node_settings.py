@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from shirube_core.settings import setting
-from shirube_ros.camera.settings import CameraSettings
-from stereo_landmark.core.pair.settings import PairSettings
+from shirube_ros.camera_settings import CameraSettings
+from stereo_landmark.core.settings import PairSettings
 
 
 @dataclass(frozen=True)

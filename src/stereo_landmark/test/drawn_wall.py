@@ -7,8 +7,8 @@ from numba import njit
 from place_scenes import RIG
 
 from shirube_core.geometry import matrix_from_rpy
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.primitives.primitive import ImageProcessing
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 
 FINE = 4
 """Rays along each side of a pixel."""

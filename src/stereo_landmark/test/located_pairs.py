@@ -6,17 +6,18 @@ import numpy as np
 from taught_wall import HERE, RIG, TAUGHT, taught_place
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.pair.pair_localizer import LocatedPair
-from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.place.stereo_points import StereoPoints
-from stereo_landmark.core.procedure.prediction import predict_pixels
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_detection import (
+from stereo_landmark.core.landmark_fix import (
+    LandmarkFix,
     NoDetectionReason,
+    NoLandmarkFix,
     NoTargetDetection,
     TargetDetection,
 )
+from stereo_landmark.core.pair.pair_stream import LocatedPair
+from stereo_landmark.core.place.place_locator import PlaceFix
+from stereo_landmark.core.procedure.prediction import predict_pixels
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.stereo import StereoPoints
 
 IMAGE = np.full((240, 376), 100, np.uint8)
 COVARIANCE = np.diag([1e-6, 4e-6, 9e-6, 1e-4])

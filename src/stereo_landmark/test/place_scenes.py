@@ -6,9 +6,8 @@ import numpy as np
 
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.stereo import SpatialPoints, StereoPoints, StereoRig
 
 CAMERA = PinholeCamera(752, 480, 700.0, 700.0, 375.5, 239.5)
 MOUNT = CameraMount((0.2, 0.1, 0.6), (-math.pi / 2.0, 0.0, -math.pi / 2.0))

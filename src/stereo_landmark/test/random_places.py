@@ -7,16 +7,13 @@ import numpy as np
 
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.settings import describe_settings, settings_from_values
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.stereo_points import SpatialPoints
-from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
+from stereo_landmark.core.primitives.primitive import ImageProcessing, invariant_points
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.stereo_measurement import invariant_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
 
 NAMES = ('meter 1', 'yes', '0x1f', 'door: left', "it's", 'Zähler № 3', '- a')
 """Strings that need quoting in YAML."""

@@ -13,10 +13,9 @@ from scene_simulator.imaging.antialiased_shapes import (
     polygon_intervals,
 )
 from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.edges.segments import trace_segments
 from stereo_landmark.core.primitives.line_segments import fit_line_segments
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.segments.segments import trace_segments
+from stereo_landmark.core.settings import EdgeSettings, PrimitiveSettings
 
 PRIMITIVES = PrimitiveSettings()
 SIZE = (100, 90)

@@ -12,11 +12,11 @@ from stereo_calibrations import rectified_calibration, write_calibration
 
 from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
+from stereo_landmark.core.stereo import StereoImages
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.files.place_file import save_place
 
 CAMERA = PinholeCamera(376, 240, 350.0, 350.0, 187.5, 119.5)

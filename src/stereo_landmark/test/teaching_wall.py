@@ -2,8 +2,8 @@
 
 from taught_wall import HERE, METERS, RIG, TAUGHT, seen
 
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 
 PAIRS = (TAUGHT, HERE)

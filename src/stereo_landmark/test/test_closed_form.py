@@ -7,7 +7,7 @@ from place_scenes import RIG, panel, random_state, state_of, teach, view
 from shirube_core.geometry import SE2
 from stereo_landmark.core.place.closed_form import Displacement, closed_form, closed_form_covariance
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.stereo import SpatialPoints
 
 
 def test_a_robot_that_drove_ahead_and_turned_left_is_there():

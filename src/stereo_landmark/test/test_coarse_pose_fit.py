@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.reprojection_fit import fit_reprojection
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints
+from stereo_landmark.core.place.reprojection import fit_reprojection
 from stereo_landmark.core.procedure.coarse_pose_fit import DETECTED_SIGMA, fit_coarse_pose
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.stereo import StereoPoints
 
 VIEW = StereoView(None, None, RIG)
 KNOWN_TILT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)

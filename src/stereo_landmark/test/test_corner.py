@@ -4,13 +4,8 @@ import numpy as np
 import pytest
 from seen_shapes import PRIMITIVES, mahalanobis, polygon_photo, sides_of, turned_rectangle
 
-from stereo_landmark.core.primitives.corner import (
-    Corner,
-    CornerTolerance,
-    corner_difference,
-    detect_corners,
-    refine_corner,
-)
+from stereo_landmark.core.primitives.corner import Corner, CornerTolerance, detect_corners, refine_corner
+from stereo_landmark.core.primitives.primitive import Tolerances, difference
 
 CORNERS = np.array([[22.3, 18.6], [78.1, 24.9], [70.4, 69.7], [28.8, 62.2]])
 
@@ -49,15 +44,15 @@ def test_a_bright_inside_has_the_other_polarity_and_is_no_match():
         for g, c in ((180.0, -80.0), (80.0, 90.0))
     )
     assert (dark.polarity, bright.polarity) == (-1, 1)
-    assert corner_difference(bright, dark, CornerTolerance()) == math.inf
-    assert corner_difference(dark, dark, CornerTolerance()) == 0.0
+    assert difference(bright, dark, Tolerances()) == math.inf
+    assert difference(dark, dark, Tolerances()) == 0.0
 
 
 def test_difference_reaches_one_at_the_tolerance():
     taught = Corner(np.zeros(2), 1.5, 3.1, np.ones(2), 1, np.eye(2))
     found = Corner(np.zeros(2), 1.5, -3.1, np.ones(2), 1, np.eye(2))
     gap = 2 * math.pi - 6.2
-    assert corner_difference(found, taught, CornerTolerance(bisector=gap)) == pytest.approx(1.0)
+    assert difference(found, taught, Tolerances(corner=CornerTolerance(bisector=gap))) == pytest.approx(1.0)
 
 
 def test_refined_vertices_are_unbiased_with_consistent_covariance():

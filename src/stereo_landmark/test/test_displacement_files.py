@@ -8,8 +8,7 @@ from located_pairs import COVARIANCE, HERE, with_fix, without_fix
 
 from stereo_landmark.commands import locate
 from stereo_landmark.files import displacement_files
-from stereo_landmark.files.displacement_files import save_displacements
-from stereo_landmark.located_frame import LocatedFrame
+from stereo_landmark.files.displacement_files import LocatedFrame, save_displacements
 
 
 def frame(pair):

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from seen_shapes import ellipse_photo, polygon_photo
 
-from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.edges.chains import extract_chains, link_points
+from stereo_landmark.core.edges.edges import check_grey_image, extract_edges, gaussian_gradient
+from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
@@ -48,3 +49,58 @@ def test_an_even_image_has_no_edges():
 def test_colour_is_refused():
     with pytest.raises(StereoLandmarkError, match='mono8'):
         extract_edges(np.zeros((40, 50, 3), np.uint8), EdgeSettings())
+
+
+@pytest.mark.parametrize('sigma', [0.7, 1.0, 2.5])
+def test_a_ramp_has_its_slope_everywhere(sigma):
+    y, x = np.indices((60, 70))
+    gx, gy = gaussian_gradient((20 + 2 * x + y).astype(np.uint8), sigma)
+    np.testing.assert_allclose(gx[10:-10, 10:-10], 2.0, atol=1e-4)
+    np.testing.assert_allclose(gy[10:-10, 10:-10], 1.0, atol=1e-4)
+
+
+def test_noise_is_reduced_as_the_filter_predicts():
+    image = np.clip(128 + 10 * np.random.default_rng(0).standard_normal((300, 300)), 0, 255).astype(np.uint8)
+    gx, _ = gaussian_gradient(image, 1.5)
+    assert gx.std() == pytest.approx(10.0 / (np.sqrt(8.0 * np.pi) * 1.5**2), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ('image', 'expected'),
+    [
+        (np.zeros((40, 40)), 'float64'),
+        ([[1]], 'list'),
+        (np.zeros((40, 40, 3), np.uint8), r'\(40, 40, 3\)'),
+        (np.zeros((40, 8), np.uint8), '8 x 40 px'),
+    ],
+)
+def test_refuses_what_is_no_grey_image_in_one_line(image, expected):
+    with pytest.raises(StereoLandmarkError, match=expected) as caught:
+        check_grey_image(image)
+    assert '\n' not in str(caught.value)
+
+
+def test_takes_a_grey_image():
+    check_grey_image(np.zeros((16, 16), np.uint8))
+
+
+def test_links_go_to_one_point_from_one_point():
+    edges = extract_edges(ellipse_photo((50, 45), (30.0, 20.0), 0.3, noise=8.0), EdgeSettings(threshold=3.0))
+    successors = link_points(edges.points, edges.gradients, edges.index)
+    linked = successors[successors >= 0]
+    assert len(np.unique(linked)) == len(linked)
+
+
+def test_chains_hold_each_point_once_open_ones_first():
+    successors = np.array([1, 2, -1, 4, 3, -1], np.int32)
+    order, starts, closed = extract_chains(successors, np.full(6, 10.0), 5.0, 2)
+    assert order.tolist() == [0, 1, 2, 3, 4]
+    assert starts.tolist() == [0, 3, 5]
+    assert closed.tolist() == [False, True]
+
+
+def test_one_strong_point_keeps_a_chain():
+    successors = np.array([1, 2, -1, 4, -1], np.int32)
+    order, starts, _ = extract_chains(successors, np.array([1.0, 9.0, 1.0, 4.0, 4.0]), 5.0, 2)
+    assert order.tolist() == [0, 1, 2]
+    assert starts.tolist() == [0, 3]

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from stereo_landmark.core.primitives.ellipse import Ellipse
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.processing_values import processing_values
-from stereo_landmark.core.teaching.teaching_state import Region, TeachingState
+from stereo_landmark.core.teaching.edits import processing_values
+from stereo_landmark.core.teaching.primitive_selection import Region
+from stereo_landmark.core.teaching.teaching_state import TeachingState
 
 
 def ellipse(u):
@@ -18,7 +19,7 @@ def ellipse(u):
 
 
 def names(state):
-    return [part.name for part in state.target.primitives]
+    return list(state.target.primitives)
 
 
 @pytest.fixture

@@ -12,19 +12,9 @@ from seen_shapes import (
     turned_rectangle,
 )
 
-from scene_simulator.imaging.antialiased_shapes import (
-    coverage,
-    ellipse_intervals,
-    photograph,
-    polygon_intervals,
-)
-from stereo_landmark.core.primitives.ellipse import (
-    Ellipse,
-    EllipseTolerance,
-    detect_ellipses,
-    ellipse_difference,
-    refine_ellipse,
-)
+from scene_simulator.antialiased_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
+from stereo_landmark.core.primitives.ellipse import Ellipse, EllipseTolerance, detect_ellipses, refine_ellipse
+from stereo_landmark.core.primitives.primitive import Tolerances, difference
 
 
 def _detect(image):
@@ -120,10 +110,8 @@ def test_tilt_counts_for_flat_ones_only():
     def ellipse(a, b, tilt, polarity=1):
         return Ellipse(np.zeros(2), np.array([a, b]), tilt, polarity, 1.0, np.eye(5))
 
-    tolerance = EllipseTolerance(axes=0.5, tilt=0.2)
-    assert ellipse_difference(ellipse(20.0, 20.0, 0.9), ellipse(20.0, 20.0, 0.0), tolerance) == 0.0
-    assert ellipse_difference(ellipse(20.0, 5.0, 0.9), ellipse(20.0, 5.0, 0.0), tolerance) > 1.0
-    assert ellipse_difference(ellipse(30.0, 20.0, 0.0), ellipse(20.0, 20.0, 0.0), tolerance) == pytest.approx(
-        1.0
-    )
-    assert ellipse_difference(ellipse(20.0, 20.0, 0.0, -1), ellipse(20.0, 20.0, 0.0), tolerance) == math.inf
+    tolerance = Tolerances(ellipse=EllipseTolerance(axes=0.5, tilt=0.2))
+    assert difference(ellipse(20.0, 20.0, 0.9), ellipse(20.0, 20.0, 0.0), tolerance) == 0.0
+    assert difference(ellipse(20.0, 5.0, 0.9), ellipse(20.0, 5.0, 0.0), tolerance) > 1.0
+    assert difference(ellipse(30.0, 20.0, 0.0), ellipse(20.0, 20.0, 0.0), tolerance) == pytest.approx(1.0)
+    assert difference(ellipse(20.0, 20.0, 0.0, -1), ellipse(20.0, 20.0, 0.0), tolerance) == math.inf

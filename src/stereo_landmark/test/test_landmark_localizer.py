@@ -7,12 +7,13 @@ from drawn_wall import Disc, Plate, Wall, look, view_of
 from shirube_core.geometry import SE2
 from stereo_landmark.core import landmark_localizer
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.settings import SearchSettings
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import detect_scene
+from stereo_landmark.core.settings import LandmarkSettings, SearchSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 PANELS = Wall(
     (Plate(0.35, 0.7, 0.4, 0.3, 80.0), Plate(-0.3, 0.75, 0.3, 0.4, 220.0), Disc(-0.75, 0.6, 0.08, 60.0))

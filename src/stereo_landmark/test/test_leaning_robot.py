@@ -4,15 +4,15 @@ import csv
 
 import cv2
 import pytest
-from pair_bag import write_pairs
-from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place, write_files
+from taught_wall import TAUGHT, seen, taught_place, write_files
 
 from stereo_landmark.commands.locate import main
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.pair.stereo_images import StereoImages
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.files.place_file import load_places, save_place
-from stereo_landmark.page.taught_pair import taught_pair
-from stereo_landmark.place_validation import validate_places
+from stereo_landmark.node import validate_places
+from stereo_landmark.page.pair_source import taught_pair
 
 TILT = (0.04, -0.03)
 LEANING = (0.15, -0.1, 0.05, 0.06, *TILT)
@@ -35,14 +35,6 @@ def files(tmp_path_factory):
 def test_the_option_sets_the_tilt_of_image_files(files, tmp_path):
     assert main(files.options('--tilt', *map(str, TILT), '--out', str(tmp_path))) == 0
     assert pose_of(tmp_path) == pytest.approx(LEANING[:4], abs=0.01)
-
-
-def test_the_imu_gives_the_tilt_of_a_bag(files, tmp_path):
-    write_pairs(tmp_path / 'bag', [(STAMP, STAMP, *seen(LEANING))], CALIBRATIONS, TILT)
-    mount = ('--camera-xyz', '0.2', '0.1', '0.6')
-    where = ('--places', str(files.places), '--bag', str(tmp_path / 'bag'), '--out', str(tmp_path / 'out'))
-    assert main([*where, *mount]) == 0
-    assert pose_of(tmp_path / 'out') == pytest.approx(LEANING[:4], abs=0.01)
 
 
 def test_the_tilt_at_teaching_is_used_in_validation_and_further_teaching(tmp_path, monkeypatch):

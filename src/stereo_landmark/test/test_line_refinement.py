@@ -1,11 +1,19 @@
+"""Straight edges alone, and four sides that are refined jointly up to the corners."""
+
 import math
 
 import numpy as np
 import pytest
 from seen_shapes import SIZE, polygon_photo, turned_rectangle
 
-from scene_simulator.imaging.antialiased_shapes import coverage, photograph, polygon_intervals
-from stereo_landmark.core.primitives.line_refinement import refine_line
+from scene_simulator.antialiased_shapes import coverage, photograph, polygon_intervals
+from stereo_landmark.core.primitives.line_intersection import intersect_lines, joint_corner_covariance
+from stereo_landmark.core.primitives.line_refinement import refine_lines
+
+
+def refine_line(image, begin, end):
+    lines = refine_lines(image, np.array([[begin, end]]))
+    return None if lines is None else lines[0]
 
 
 @pytest.mark.parametrize('blur', [0.3, 0.7, 1.5, 2.5])
@@ -51,3 +59,57 @@ def test_a_short_or_empty_place_has_no_line():
     image = np.full((90, 100), 120, np.uint8)
     assert refine_line(image, np.array([20.0, 20.0]), np.array([60.0, 30.0])) is None
     assert refine_line(image, np.array([20.0, 20.0]), np.array([24.0, 20.0])) is None
+
+
+PICTURES = 40
+ROWS, COLUMNS = np.mgrid[: SIZE[1], : SIZE[0]]
+
+
+def square(number):
+    rng = np.random.default_rng(number)
+    return turned_rectangle(rng.uniform(44.0, 48.0, 2), 32.0, 28.0, rng.uniform(-0.3, 0.3))
+
+
+def measured(corners, light, number, is_closed):
+    """Return the errors of the corners, shape (8,) [px], and their covariance."""
+    image = photograph(light, 2.0, number)
+    lines = refine_lines(image, np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), is_closed)
+    found = np.array([intersect_lines(lines[k - 1], lines[k]) for k in range(4)])
+    return (found - corners).ravel(), joint_corner_covariance(lines, found)
+
+
+def light_of(corners, shade):
+    return (180.0 - 80.0 * coverage(polygon_intervals(corners), SIZE, 0.7)) * shade
+
+
+def test_joint_refinement_is_more_accurate_and_consistent():
+    squares, stated, alone = [], [], []
+    for number in range(PICTURES):
+        corners = square(number)
+        light = light_of(corners, 1.0)
+        errors, covariance = measured(corners, light, number, True)
+        squares.append(np.mean(errors**2))
+        stated.append(errors @ np.linalg.solve(covariance, errors) / 8.0)
+        alone.append(np.mean(measured(corners, light, number, False)[0] ** 2))
+    assert np.mean(squares) < 0.8 * np.mean(alone)
+    assert 0.5 < np.mean(stated) < 1.5
+
+
+@pytest.mark.parametrize(
+    'shade',
+    [1.0 + 0.002 * (COLUMNS - 46.0), 1.0 + 0.002 * (ROWS - 46.0), np.where(COLUMNS < 46.0, 1.0, 0.85)],
+    ids=['across', 'down', 'shadow'],
+)
+@pytest.mark.newest_set_only
+def test_uneven_light_moves_corners_by_hardly_anything(shade):
+    errors = []
+    for number in range(PICTURES):
+        corners = turned_rectangle((46.3, 45.6), 32.0, 28.0, 0.1)
+        errors.append(measured(corners, light_of(corners, shade), number, True)[0])
+    assert np.abs(np.mean(errors, axis=0)).max() < 0.025
+
+
+def test_a_skewed_corner_is_where_its_sides_meet():
+    corners = np.array([[30.0, 30.0], [66.0, 26.0], [72.0, 58.0], [28.0, 52.0]])
+    errors = [measured(corners, light_of(corners, 1.0), number, True)[0] for number in range(PICTURES)]
+    assert np.abs(np.mean(errors, axis=0)).max() < 0.012

@@ -22,7 +22,6 @@ from visualization_msgs.msg import Marker, MarkerArray
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import planar_pose
-from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 
 @pytest.fixture(scope='module')
@@ -147,12 +146,6 @@ def test_wrong_pairs_and_cameras_are_reported_in_the_diagnostics(graph: Isolated
     assert robot.displacements == []
 
 
-def test_places_of_another_mount_are_refused(graph: IsolatedGraph, places: Path) -> None:
-    robot = Robot(graph, places, is_real=True, camera_xyz=[0.0, 0.0, 1.0])
-    robot.send_pair()
-    assert 'place wall was taught with camera_xyz' in robot.report().message
-
-
 def test_tilt_and_relocalize_reach_the_stream(graph: IsolatedGraph, places: Path) -> None:
     robot = Robot(graph, places)
     leaning = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
@@ -206,13 +199,6 @@ def test_found_and_lost_places_are_logged_once(
     assert [line[:6] for line in lines] == ['at wal', 'at no ', 'at no ', 'at no ']
 
 
-def test_a_jump_back_in_time_starts_a_new_stream(graph: IsolatedGraph, places: Path) -> None:
-    robot = Robot(graph, places)
-    robot.send_pair(100.0)
-    robot.send_pair(5.0)
-    assert [len(stream.calls) for stream in robot.streams] == [2, 2]
-
-
 def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, places: Path) -> None:
     robot = Robot(graph, places)
     pictures, markers = robot.listen(Image, 'debug_image'), robot.listen(MarkerArray, 'targets')
@@ -227,10 +213,3 @@ def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, place
         ('names', 'meters', 0),
     ]
     assert {marker.header.frame_id for marker in markers[0].markers} == {'base_link'}
-
-
-def test_errors_of_the_package_are_counted_by_their_line(graph: IsolatedGraph, places: Path) -> None:
-    robot = Robot(graph, places)
-    robot.stream.answer = StereoLandmarkError('the line')
-    robot.send_pair()
-    assert robot.report().message.endswith('the line')

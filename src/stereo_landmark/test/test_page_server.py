@@ -1,6 +1,7 @@
 """The web server: one session for all pages, and access control."""
 
 import asyncio
+import inspect
 
 import pytest
 from aiohttp import WSServerHandshakeError
@@ -10,56 +11,58 @@ from teaching_wall import images_of
 
 from stereo_landmark.page.access import is_loopback
 from stereo_landmark.page.page_server import PageServer
-from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler
 
 
-@pytest.fixture
-def talk(tmp_path):
-    """Run a client against a server."""
+def talking(token=''):
+    """Run a test, given a client, against a new server."""
 
-    def run(conversation, token=''):
-        async def whole():
-            source = RecordedPairs(['taught', 'here'], images_of, RIG)
-            server = PageServer(RequestHandler(source, PlaceSaver(tmp_path)), token)
-            async with TestClient(TestServer(server.application())) as client:
-                await asyncio.wait_for(conversation(client), 110.0)
+    def decorate(conversation):
+        def test(tmp_path, **fixtures):
+            async def whole():
+                source = StereoPairs(['taught', 'here'], images_of, RIG)
+                server = PageServer(RequestHandler(source, PlaceSaver(tmp_path)), token)
+                async with TestClient(TestServer(server.application())) as client:
+                    await asyncio.wait_for(conversation(client, **fixtures), 110.0)
 
-        asyncio.run(whole())
+            asyncio.run(whole())
 
-    return run
+        _, *fixtures = inspect.signature(conversation).parameters  # the client, then what pytest gives
+        names = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY) for name in ('tmp_path', *fixtures)]
+        test.__signature__ = inspect.Signature(names)
+        return test
 
-
-def test_the_page_its_files_and_its_images_are_there(talk):
-    async def conversation(client):
-        page = await client.get('/')
-        assert 'Teach a place' in await page.text()
-        assert "default-src 'self'" in page.headers['Content-Security-Policy']
-        for name in ('main.js', 'page.css', 'mark.svg'):
-            assert (await client.get(f'/static/{name}')).status == 200
-        image = await client.get('/image/1/right.png')
-        assert (await image.read()).startswith(b'\x89PNG')
-        assert (await client.get('/image/2/left.png')).status == 404
-        assert (await client.get('/static/../page_server.py')).status == 404
-
-    talk(conversation)
+    return decorate
 
 
-def test_pages_see_the_steps_of_each_other(talk):
-    async def conversation(client):
-        async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
-            await one.send_json({'id': 7, 'do': 'rename_place', 'name': 'hall'})
-            answer = await one.receive_json()
-            assert (answer['id'], answer['state']['place']) == (7, 'hall')
-            assert await two.receive_json() == {'changed': True}
-            await two.send_json({'id': 1, 'do': 'snapshot'})
-            assert (await two.receive_json())['state']['place'] == 'hall'
+@talking()
+async def test_the_page_its_files_and_its_images_are_there(client):
+    page = await client.get('/')
+    assert 'Teach a place' in await page.text()
+    assert "default-src 'self'" in page.headers['Content-Security-Policy']
+    for name in ('main.js', 'page.css', 'mark.svg'):
+        assert (await client.get(f'/static/{name}')).status == 200
+    image = await client.get('/image/1/right.png')
+    assert (await image.read()).startswith(b'\x89PNG')
+    assert (await client.get('/image/2/left.png')).status == 404
+    assert (await client.get('/static/../page_server.py')).status == 404
 
-    talk(conversation)
+
+@talking()
+async def test_pages_see_the_steps_of_each_other(client):
+    async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
+        await one.send_json({'id': 7, 'do': 'rename_place', 'name': 'hall'})
+        answer = await one.receive_json()
+        assert (answer['id'], answer['state']['place']) == (7, 'hall')
+        assert await two.receive_json() == {'changed': True}
+        await two.send_json({'id': 1, 'do': 'snapshot'})
+        assert (await two.receive_json())['state']['place'] == 'hall'
 
 
-def test_an_answer_from_before_a_step_of_another_page_is_followed_by_news(talk, monkeypatch):
+@talking()
+async def test_an_answer_from_before_a_step_of_another_page_is_followed_by_news(client, monkeypatch):
     """Both responses are computed before either is sent, and the older one is sent first."""
     in_worker = PageServer._run_in_worker
     found, sent = ([asyncio.Event(), asyncio.Event()] for _ in range(2))
@@ -71,70 +74,60 @@ def test_an_answer_from_before_a_step_of_another_page_is_followed_by_news(talk, 
         await sent[number].wait()
         return answer
 
-    async def conversation(client):
-        monkeypatch.setattr(PageServer, '_run_in_worker', held)
-        async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
-            await two.send_json({'id': 1, 'do': 'snapshot'})
-            await found[0].wait()
-            await one.send_json({'id': 2, 'do': 'rename_place', 'name': 'hall'})
-            await found[1].wait()
-            sent[0].set()
-            assert (await two.receive_json())['state']['place'] != 'hall'
-            sent[1].set()
-            assert await two.receive_json(timeout=5.0) == {'changed': True}
-            monkeypatch.setattr(PageServer, '_run_in_worker', in_worker)
-
-    talk(conversation)
+    monkeypatch.setattr(PageServer, '_run_in_worker', held)
+    async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
+        await two.send_json({'id': 1, 'do': 'snapshot'})
+        await found[0].wait()
+        await one.send_json({'id': 2, 'do': 'rename_place', 'name': 'hall'})
+        await found[1].wait()
+        sent[0].set()
+        assert (await two.receive_json())['state']['place'] != 'hall'
+        sent[1].set()
+        assert await two.receive_json(timeout=5.0) == {'changed': True}
+        monkeypatch.setattr(PageServer, '_run_in_worker', in_worker)
 
 
-def test_other_pages_are_notified_of_a_slider_after_the_drag(talk):
-    async def conversation(client):
-        async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
-            for value in (7.0, 8.0):
-                fields = {'name': 'edges.threshold', 'value': value, 'gesture': 'a', 'sides': []}
-                await one.send_json({'do': 'edges', **fields})
-                assert 'edges' in await one.receive_json()
-            with pytest.raises(asyncio.TimeoutError):
-                await two.receive_json(timeout=0.05)
-            await one.send_json({'do': 'snapshot'})
-            await one.receive_json()
-            assert await two.receive_json() == {'changed': True}
-            await two.send_json({'do': 'snapshot'})
-            assert (await two.receive_json())['state']['processing']['edges.threshold'] == 8.0
-            with pytest.raises(asyncio.TimeoutError):
-                await one.receive_json(timeout=0.05)
-
-    talk(conversation)
+@talking()
+async def test_other_pages_are_notified_of_a_slider_after_the_drag(client):
+    async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
+        for value in (7.0, 8.0):
+            fields = {'name': 'edges.threshold', 'value': value, 'gesture': 'a', 'sides': []}
+            await one.send_json({'do': 'edges', **fields})
+            assert 'edges' in await one.receive_json()
+        with pytest.raises(asyncio.TimeoutError):
+            await two.receive_json(timeout=0.05)
+        await one.send_json({'do': 'snapshot'})
+        await one.receive_json()
+        assert await two.receive_json() == {'changed': True}
+        await two.send_json({'do': 'snapshot'})
+        assert (await two.receive_json())['state']['processing']['edges.threshold'] == 8.0
+        with pytest.raises(asyncio.TimeoutError):
+            await one.receive_json(timeout=0.05)
 
 
-def test_nonsense_is_answered_and_the_server_goes_on(talk):
-    async def conversation(client):
-        async with client.ws_connect('/socket') as socket:
-            deep = '[' * 200_000
-            for nonsense in ('{', '[]', '7', '"x"', '{"do": {}}', deep, f'{{"id": {"9" * 5000}}}'):
-                await socket.send_str(nonsense)
-                assert 'error' in await socket.receive_json()
-            await socket.send_json({'do': 'hello'})
-            assert 'configuration' in await socket.receive_json()
-
-    talk(conversation)
+@talking()
+async def test_nonsense_is_answered_and_the_server_goes_on(client):
+    async with client.ws_connect('/socket') as socket:
+        deep = '[' * 200_000
+        for nonsense in ('{', '[]', '7', '"x"', '{"do": {}}', deep, f'{{"id": {"9" * 5000}}}'):
+            await socket.send_str(nonsense)
+            assert 'error' in await socket.receive_json()
+        await socket.send_json({'do': 'hello'})
+        assert 'configuration' in await socket.receive_json()
 
 
-def test_a_fault_of_the_program_ends_no_session(talk, monkeypatch, caplog):
+@talking()
+async def test_a_fault_of_the_program_ends_no_session(client, monkeypatch, caplog):
     def fault(*_):
         raise ZeroDivisionError
 
     monkeypatch.setattr(RequestHandler, 'answer', fault)
-
-    async def conversation(client):
-        async with client.ws_connect('/socket') as socket:
-            for number in (1, 2):
-                await socket.send_json({'id': number, 'do': 'hello'})
-                answer = await socket.receive_json()
-                assert answer['id'] == number
-                assert 'internal error' in answer['error']
-
-    talk(conversation)
+    async with client.ws_connect('/socket') as socket:
+        for number in (1, 2):
+            await socket.send_json({'id': number, 'do': 'hello'})
+            answer = await socket.receive_json()
+            assert answer['id'] == number
+            assert 'internal error' in answer['error']
     assert 'ZeroDivisionError' in caplog.text
 
 
@@ -146,84 +139,69 @@ def test_a_fault_of_the_program_ends_no_session(talk, monkeypatch, caplog):
         (f'/image/{"9" * 5000}/left.png', {}, 404),
     ],
 )
-def test_headers_and_addresses_that_are_none_are_refused(talk, path, headers, status):
-    async def conversation(client):
-        assert (await client.get(path, headers=headers)).status == status
-
-    talk(conversation)
+@talking()
+async def test_headers_and_addresses_that_are_none_are_refused(client, path, headers, status):
+    assert (await client.get(path, headers=headers)).status == status
 
 
-def test_a_cookie_that_is_no_text_is_no_token(talk):
-    async def conversation(client):
-        where = client.make_url('/')
-        reader, writer = await asyncio.open_connection(where.host, where.port)
-        writer.write(b'GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: shirube_token=\xff\xfe\r\n\r\n')
-        assert b' 403 ' in await reader.readline()
-        writer.close()
-
-    talk(conversation, 'secret')
+@talking('secret')
+async def test_a_cookie_that_is_no_text_is_no_token(client):
+    where = client.make_url('/')
+    reader, writer = await asyncio.open_connection(where.host, where.port)
+    writer.write(b'GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nCookie: shirube_token=\xff\xfe\r\n\r\n')
+    assert b' 403 ' in await reader.readline()
+    writer.close()
 
 
-def test_pages_of_other_sites_and_foreign_names_are_refused(talk):
-    async def conversation(client):
-        with pytest.raises(WSServerHandshakeError):
-            await client.ws_connect('/socket', headers={'Origin': 'http://elsewhere.example'})
-        assert (await client.get('/', headers={'Host': 'elsewhere.example'})).status == 403
-
-    talk(conversation)
+@talking()
+async def test_pages_of_other_sites_and_foreign_names_are_refused(client):
+    with pytest.raises(WSServerHandshakeError):
+        await client.ws_connect('/socket', headers={'Origin': 'http://elsewhere.example'})
+    assert (await client.get('/', headers={'Host': 'elsewhere.example'})).status == 403
 
 
-def test_other_sites_cannot_show_what_the_cameras_see(talk):
-    async def conversation(client):
-        image = await client.get('/image/0/left.png')
-        assert image.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
-        assert image.headers['X-Content-Type-Options'] == 'nosniff'
-        shown = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch-Dest': 'image'}
-        assert (await client.get('/image/0/left.png', headers=shown)).status == 403
-        own = {**shown, 'Sec-Fetch-Site': 'same-origin'}
-        assert (await client.get('/image/0/left.png', headers=own)).status == 200
-        link = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'navigate', 'Sec-Fetch-Dest': 'document'}
-        assert (await client.get('/', headers=link)).status == 200
-
-    talk(conversation)
+@talking()
+async def test_other_sites_cannot_show_what_the_cameras_see(client):
+    image = await client.get('/image/0/left.png')
+    assert image.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
+    assert image.headers['X-Content-Type-Options'] == 'nosniff'
+    shown = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch-Dest': 'image'}
+    assert (await client.get('/image/0/left.png', headers=shown)).status == 403
+    own = {**shown, 'Sec-Fetch-Site': 'same-origin'}
+    assert (await client.get('/image/0/left.png', headers=own)).status == 200
+    link = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'navigate', 'Sec-Fetch-Dest': 'document'}
+    assert (await client.get('/', headers=link)).status == 200
 
 
-def test_two_servers_on_one_host_keep_their_tokens_apart(talk):
+def test_two_servers_on_one_host_keep_their_tokens_apart(tmp_path):
     names = set()
+    for token in ('one', 'other'):
 
-    def enter(token):
-        async def conversation(client):
+        async def enter(client, token=token):
             names.update((await client.get(f'/?token={token}', allow_redirects=False)).cookies)
 
-        talk(conversation, token)
-
-    enter('one')
-    enter('other')
+        talking(token)(enter)(tmp_path)
     assert len(names) == 2
 
 
-def test_scripts_and_other_sites_do_not_get_the_token(talk):
-    async def conversation(client):
-        way_in = await client.get('/?token=secret', allow_redirects=False)
-        (cookie,) = way_in.cookies.values()
-        assert cookie['httponly']
-        assert cookie['samesite'] == 'Strict'
-        assert way_in.headers['Location'] == '/'
-
-    talk(conversation, 'secret')
+@talking('secret')
+async def test_scripts_and_other_sites_do_not_get_the_token(client):
+    way_in = await client.get('/?token=secret', allow_redirects=False)
+    (cookie,) = way_in.cookies.values()
+    assert cookie['httponly']
+    assert cookie['samesite'] == 'Strict'
+    assert way_in.headers['Location'] == '/'
 
 
-def test_requests_without_the_token_are_rejected(talk):
-    async def conversation(client):
-        for path in ('/', '/?token=wrong', '/static/main.js', '/image/0/left.png', '/socket'):
-            assert (await client.get(path)).status == 403
-        assert (await client.get('/?token=secret')).status == 200
-        assert (await client.get('/image/0/left.png')).status == 200
-        async with client.ws_connect('/socket') as socket:
-            await socket.send_json({'do': 'hello'})
-            assert 'state' in await socket.receive_json()
-
-    talk(conversation, 'secret')
+@talking('secret')
+async def test_requests_without_the_token_are_rejected(client):
+    for path in ('/', '/?token=wrong', '/static/main.js', '/image/0/left.png', '/socket'):
+        assert (await client.get(path)).status == 403
+    assert (await client.get('/?token=secret')).status == 200
+    assert (await client.get('/image/0/left.png')).status == 200
+    async with client.ws_connect('/socket') as socket:
+        await socket.send_json({'do': 'hello'})
+        assert 'state' in await socket.receive_json()
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from teaching_wall import meters_of
 from stereo_landmark.commands.teach import main
 from stereo_landmark.files.place_file import load_place, load_places
 from stereo_landmark.page import teach_page
-from stereo_landmark.page.reachable_host import reachable_host
+from stereo_landmark.page.access import reachable_host
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -5,14 +5,16 @@ from dataclasses import replace
 import pytest
 from located_pairs import with_fix, without_fix
 from place_scenes import MOUNT
+from random_places import random_place
 from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 
 from shirube_core.geometry import CameraMount
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.pair import pair_localizer
-from stereo_landmark.core.pair.epipolar_check import PairFault
-from stereo_landmark.core.pair.pair_stream import PairStream, Side
-from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.pair import pair_stream
+from stereo_landmark.core.pair.camera_calibration import PairFault
+from stereo_landmark.core.pair.pair_stream import PairStream, Side, check_cameras
+from stereo_landmark.core.settings import LandmarkSettings, PairSettings
+from stereo_landmark.core.stereo import calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 SECOND = 1_000_000_000
@@ -69,7 +71,7 @@ def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_e
         checked.append(None)
         return PairFault.SWAPPED if len(checked) in {2, 3} else None
 
-    monkeypatch.setattr(pair_localizer, 'pair_fault', fault)
+    monkeypatch.setattr(pair_stream, 'pair_fault', fault)
     monkeypatch.setattr(LandmarkLocalizer, 'locate', lambda *_: without_fix().result)
     robot = stream()
     for seconds in (0.0, 1.0, 2.0):
@@ -103,3 +105,39 @@ def test_all_places_must_be_of_these_cameras():
     places = [taught_place(), replace(taught_place(), name='door')]
     with pytest.raises(StereoLandmarkError, match=r'was taught with camera_xyz \[0.2, 0.1, 0.6\]'):
         add_pair(stream(places, CameraMount((0.0, 0.0, 0.6), MOUNT.rpy)), 0.0)
+
+
+PLACE = random_place(1)
+RIG = PLACE.rig
+
+
+def test_the_cameras_of_the_place_are_taken():
+    check_cameras(PLACE, RIG)
+    assert calibration_hash(replace(RIG, baseline=RIG.baseline * (1.0 + 3e-12))) == calibration_hash(RIG)
+
+
+@pytest.mark.parametrize(
+    'other',
+    [
+        replace(RIG, baseline=RIG.baseline * 1.001),
+        replace(RIG, left=replace(RIG.left, cx=RIG.left.cx + 0.01)),
+        replace(RIG, right=replace(RIG.right, fx=RIG.right.fx * (1.0 + 5e-7)), left=RIG.left),
+    ],
+)
+def test_other_cameras_are_refused_with_both_hashes(other):
+    with pytest.raises(StereoLandmarkError, match='hall was taught with other cameras') as fault:
+        check_cameras(PLACE, other)
+    assert calibration_hash(RIG) in str(fault.value)
+    assert calibration_hash(other) in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ('mount', 'name'),
+    [
+        (CameraMount((0.0, 0.0, 1.0), RIG.mount.rpy), 'camera_xyz'),
+        (CameraMount(RIG.mount.xyz, (0.0, 0.0, 0.0)), 'camera_rpy'),
+    ],
+)
+def test_another_mount_is_refused(mount, name):
+    with pytest.raises(StereoLandmarkError, match=f'was taught with {name} '):
+        check_cameras(PLACE, replace(RIG, mount=mount))

@@ -4,13 +4,9 @@ import numpy as np
 import pytest
 from seen_shapes import PRIMITIVES, SIZE, polygon_photo, sides_of, turned_rectangle
 
-from scene_simulator.imaging.antialiased_shapes import coverage, photograph, polygon_intervals
-from stereo_landmark.core.primitives.parallel_lines import (
-    ParallelLinesTolerance,
-    detect_parallel_lines,
-    parallel_lines_difference,
-    refine_parallel_lines,
-)
+from scene_simulator.antialiased_shapes import coverage, photograph, polygon_intervals
+from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines, refine_parallel_lines
+from stereo_landmark.core.primitives.primitive import Tolerances, difference
 
 
 def _found(corners, **photo):
@@ -42,17 +38,15 @@ def test_polarity_distinguishes_bright_dark_and_steps():
     second = coverage(polygon_intervals([[-9, 50], [109, 50], [109, 99], [-9, 99]]), SIZE, 0.7)
     steps = detect_parallel_lines(sides_of(photograph(60 + 60 * first + 60 * second, 1.0)), PRIMITIVES)[0]
     assert (dark.polarity, bright.polarity, steps.polarity) == (-1, 1, 0)
-    assert parallel_lines_difference(bright, dark, ParallelLinesTolerance()) == math.inf
+    assert difference(bright, dark, Tolerances()) == math.inf
 
 
 def test_difference_grows_with_the_width():
     _, taught = _found(turned_rectangle((50, 45), 60.0, 12.0, 0.4))
     _, wider = _found(turned_rectangle((50, 45), 60.0, 16.0, 0.4))
-    assert parallel_lines_difference(taught, taught, ParallelLinesTolerance()) == 0.0
+    assert difference(taught, taught, Tolerances()) == 0.0
     expected = math.log(16 / 12) / math.log1p(0.45)
-    assert parallel_lines_difference(wider, taught, ParallelLinesTolerance()) == pytest.approx(
-        expected, rel=0.1
-    )
+    assert difference(wider, taught, Tolerances()) == pytest.approx(expected, rel=0.1)
 
 
 def test_refined_lines_are_unbiased_across_with_consistent_sigmas():

@@ -61,14 +61,6 @@ def test_what_was_taught_before_survives_a_failure_at_any_file(tmp_path, saved, 
     assert is_same(load_images(saved), random_images(1))
 
 
-def test_a_file_that_is_no_place_is_not_written_over(tmp_path):
-    path = place_path(tmp_path, 'hall')
-    path.write_text('hall: opening hours')
-    with pytest.raises(LandmarkFileError, match='so it is not a taught place'):
-        save_place(tmp_path, random_place(1), random_images(1))
-    assert path.read_text() == 'hall: opening hours'
-
-
 @pytest.mark.parametrize('damage', ['', '{', 'format: shirube/taught_place\nversion: 1\nname: 7'])
 def test_a_damaged_place_is_replaced_only_on_purpose(tmp_path, saved, damage):
     text = damage or saved.read_text()[:500]

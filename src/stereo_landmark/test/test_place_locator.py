@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.place_fix import NoPlaceFix, NoPlaceFixReason, PlaceFix
-from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints
+from stereo_landmark.core.place.place_locator import NoPlaceFix, NoPlaceFixReason, PlaceFix, PlaceLocator
+from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.stereo import StereoPoints
 
 NOISE = 0.1
 

@@ -7,7 +7,7 @@ import pytest
 from taught_wall import taught_place
 from teaching_wall import images_of
 
-from stereo_landmark.core.pair.stereo_images import StereoImages
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.files.place_file import load_images
 from stereo_landmark.page.place_saver import PlaceExistsError, PlaceSaver
 

@@ -1,13 +1,27 @@
 import math
 import warnings
 
+import cv2
 import numpy as np
 import pytest
-from place_scenes import RIG, panel
+from drawn_wall import Disc, Plate, Wall, view_of
+from place_scenes import CAMERA, RIG, panel
 
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.procedure.prediction import image_distances, poses_from_match, predict_pixels
+from stereo_landmark.core.landmark_fix import TargetDetection
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.prediction import (
+    centre_correction,
+    ellipse_centre_offset,
+    image_distances,
+    poses_from_match,
+    predict_pixels,
+    wall_normal,
+)
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 TILT = (0.04, -0.06)
 VIEW = StereoView(None, None, RIG, TILT)
@@ -41,3 +55,74 @@ def test_poses_are_apart_by_what_they_have_before_them_in_common():
     assert math.isinf(away)
     assert 0.0 < beyond < 60.0
     assert np.isinf(behind).all()
+
+
+def test_the_wall_is_the_line_with_most_things_on_it():
+    rng = np.random.default_rng(1)
+    for angle in (-0.7, -0.2, 0.0, 0.5):
+        along = np.array([-math.sin(angle), math.cos(angle)])
+        wall = np.array([3.0, 0.3]) + np.linspace(-0.6, 0.6, 7)[:, None] * along
+        heights = rng.uniform(0.0, 1.0, (7, 1))
+        things = np.vstack([np.hstack([wall, heights]), [[2.0, 0.5, 0.3], [1.5, -0.8, 1.0]]])
+        normal = wall_normal(things[3], things)
+        assert normal == pytest.approx([-math.cos(angle), -math.sin(angle), 0.0], abs=1e-6)
+
+
+def test_a_thing_alone_faces_the_robot():
+    position = np.array([3.0, 4.0, 1.0])
+    assert wall_normal(position, position[None]) == pytest.approx([-0.6, -0.8, 0.0])
+
+
+def test_centres_of_circles_are_measured_where_they_were_taught():
+    """From a viewpoint 15 degrees to the side, the ellipse centre of a large disc is biased by half a pixel."""
+    wall = Wall((Disc(0.3, 0.7, 0.2, 60.0), Plate(-0.4, 0.7, 0.4, 0.3, 220.0)))
+    view = view_of(wall, np.zeros(6), tuple(PrimitiveKind), noise=0.5)
+    seen = view.left.kinds
+    parts = {
+        'dial': seen[PrimitiveKind.ELLIPSE].primitives[0],
+        'panel': seen[PrimitiveKind.QUADRILATERAL].primitives[0],
+    }
+    place = Teacher(view, ImageProcessing()).teach('wall', [TargetSelection('target', parts)])
+    assert place.targets[0].primitives[0].normal == pytest.approx([-1.0, 0.0, 0.0], abs=0.02)
+    state = np.array([0.3, -0.5, 0.0, 0.26, 0.0, 0.0])
+    found = TargetSearch(place).search(place.targets[0], view_of(wall, state, place.kinds, noise=0.5))
+    assert isinstance(found, TargetDetection)
+    seen = found.points.pixels[found.points.names.index('target/dial/centre')]
+    true = reproject(state, np.array([[3.0, 0.3, 0.7]]), place.rig).pixels[0]
+    assert seen == pytest.approx(true, abs=0.08)
+    moved = centre_correction(
+        place.targets[0].primitives[0], state[:4], StereoView(view.left, view.right, place.rig)
+    )
+    assert np.hypot(*moved[:2]) > 0.4
+
+
+def outline(centre, normal, radius, count=720):
+    """Return points of the circle, shape (count, 3)."""
+    first = np.cross(normal, [0.0, 1.0, 0.0])
+    first /= np.linalg.norm(first)
+    second = np.cross(normal, first)
+    second /= np.linalg.norm(second)
+    angles = np.linspace(0.0, 2.0 * math.pi, count, endpoint=False)[:, None]
+    return centre + radius * (np.cos(angles) * first + np.sin(angles) * second)
+
+
+@pytest.mark.parametrize('seed', range(10))
+def test_an_ellipse_fitted_to_the_outline_has_its_centre_there(seed):
+    rng = np.random.default_rng(seed)
+    centre = np.array([*rng.uniform(-0.5, 0.5, 2), rng.uniform(1.0, 4.0)])
+    normal = np.array([*rng.uniform(-0.8, 0.8, 2), -1.0])
+    pixels = CAMERA.pixels_from_points(outline(centre, normal, 0.12))
+    # Centred coordinates, because OpenCV's fit uses single precision.
+    middle = CAMERA.pixels_from_points(centre[None])[0]
+    (u, v), _, _ = cv2.fitEllipseDirect((pixels - middle).astype(np.float32))
+    assert ellipse_centre_offset(centre, normal, 0.12, CAMERA) == pytest.approx([u, v], abs=0.003)
+
+
+def test_the_shift_is_towards_the_nearer_half_and_as_large_as_is_said():
+    angle, centre = math.radians(10.0), np.array([0.0, 0.0, 3.0])
+    # The right side is nearer.
+    shift = ellipse_centre_offset(centre, np.array([-math.sin(angle), 0.0, -math.cos(angle)]), 0.09, CAMERA)
+    size = CAMERA.fx * 0.09**2 / 9.0 * math.sin(angle)
+    assert abs(shift[0]) == pytest.approx(size, rel=0.05)
+    near = outline(centre, np.array([-math.sin(angle), 0.0, -math.cos(angle)]), 0.09)
+    assert np.sign(shift[0]) == np.sign(near[np.argmin(near[:, 2]), 0])

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from seen_shapes import PRIMITIVES, SIZE, mahalanobis, polygon_photo, sides_of, turned_rectangle
 
-from scene_simulator.imaging.antialiased_shapes import coverage, photograph, polygon_intervals
+from scene_simulator.antialiased_shapes import coverage, photograph, polygon_intervals
+from stereo_landmark.core.primitives.primitive import Tolerances, difference
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
     QuadrilateralTolerance,
     detect_quadrilaterals,
     match_corner_order,
-    quadrilateral_difference,
     refine_quadrilateral,
 )
 
@@ -77,31 +77,11 @@ def test_refined_corners_are_unbiased_with_consistent_joint_covariance():
     assert 0.7 < math.sqrt(np.mean(squares)) < 1.25
 
 
-def test_the_papers_trapezoid():
-    trapezoid = _ideal([[10, 10], [40, 10], [34, 30], [20, 30]])
-    assert trapezoid.tilt == pytest.approx(0.0, abs=1e-12)
-    assert trapezoid.length == pytest.approx(22.0)
-    assert trapezoid.height == pytest.approx(20.0)
-    np.testing.assert_allclose(trapezoid.centre, [26, 20])
-    np.testing.assert_allclose(trapezoid.corner_vectors.sum(axis=0), 0.0, atol=1e-12)
-
-
-@pytest.mark.parametrize('angle', [0.3, 1.2, -0.7])
-def test_the_trapezoid_turns_with_the_image(angle):
-    shape = np.array([[10, 10], [40, 10], [34, 30], [20, 30.0]])
-    c, s = math.cos(angle), math.sin(angle)
-    turned = _ideal(shape @ np.array([[c, s], [-s, c]]))
-    assert math.remainder(turned.tilt - angle, math.pi) == pytest.approx(0.0, abs=1e-9)
-    assert (turned.length, turned.height) == pytest.approx((22.0, 20.0))
-
-
 def test_order_of_the_taught_one_is_found_again():
     taught = _ideal(turned_rectangle((50, 45), 40.0, 30.0, 0.7))
     turned = taught.rotate_corners(3)
     np.testing.assert_array_equal(match_corner_order(turned, taught).corners, taught.corners)
-    assert (
-        quadrilateral_difference(match_corner_order(turned, taught), taught, QuadrilateralTolerance()) < 1e-9
-    )
+    assert difference(match_corner_order(turned, taught), taught, Tolerances()) < 1e-9
 
 
 def test_turning_takes_the_covariance_along():
@@ -113,8 +93,10 @@ def test_turning_takes_the_covariance_along():
 def test_difference_counts_size_and_shape_apart():
     taught = _ideal(turned_rectangle((50, 45), 40.0, 30.0, 0.1))
     larger = _ideal(turned_rectangle((10, 20), 60.0, 45.0, 0.1))
-    assert quadrilateral_difference(larger, taught, QuadrilateralTolerance(size=0.5)) == pytest.approx(1.0)
-    assert quadrilateral_difference(_ideal(taught.corners, -1), taught, QuadrilateralTolerance()) == math.inf
+    assert difference(
+        larger, taught, Tolerances(quadrilateral=QuadrilateralTolerance(size=0.5))
+    ) == pytest.approx(1.0)
+    assert difference(_ideal(taught.corners, -1), taught, Tolerances()) == math.inf
 
 
 def test_corners_and_centre_are_points_to_choose():

@@ -8,13 +8,12 @@ from stereo_calibrations import RealPairs
 from shirube_core.geometry import CameraMount, wrap_angle
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.pair.camera_calibration import stereo_rig
-from stereo_landmark.core.pair.rectification import Rectifier
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.pair.camera_calibration import Rectifier, stereo_rig
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 """The body's x is up, y right and z ahead."""

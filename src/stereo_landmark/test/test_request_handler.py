@@ -9,7 +9,7 @@ from teaching_wall import PAIRS, images_of, meters_of, new_session
 
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.files.place_file import load_images, load_place
-from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.newest_set_only
 
 @pytest.fixture
 def answers(tmp_path):
-    source = RecordedPairs(['taught', 'here'], images_of, RIG)
+    source = StereoPairs(['taught', 'here'], images_of, RIG)
     return RequestHandler(source, PlaceSaver(tmp_path))
 
 
@@ -155,7 +155,7 @@ def test_a_place_from_elsewhere_is_replaced_only_on_purpose(answers, tmp_path):
     path = tmp_path / 'place_1.yaml'
     assert ask(answers, 'save', replace=False)['saved']
     assert ask(answers, 'save', replace=False)['saved']
-    other = RequestHandler(RecordedPairs(['taught'], images_of, RIG), PlaceSaver(tmp_path))
+    other = RequestHandler(StereoPairs(['taught'], images_of, RIG), PlaceSaver(tmp_path))
     choose_meters(other, 3)
     answer = ask(other, 'save', replace=False)
     assert answer['exists']

@@ -5,18 +5,13 @@ import pytest
 from drawn_wall import Disc, Plate, Wall, view_of
 from place_scenes import RIG
 
-from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.target_detection import (
-    NoDetectionReason,
-    NoTargetDetection,
-    TargetDetection,
-)
+from stereo_landmark.core.landmark_fix import NoDetectionReason, NoTargetDetection, TargetDetection
+from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.target_search import TargetSearch
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 FIELDS = tuple(
     Plate(0.27 - 0.27 * (i % 3), 0.7 + 0.33 * (i // 3), 0.18, 0.24, level)

@@ -7,15 +7,15 @@ from drawn_wall import Plate, Wall, look
 from place_scenes import RIG
 
 from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind, primitive_size
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
+from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
+from stereo_landmark.core.stereo import StereoPoints
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 PLATES = (Plate(0.45, 0.7, 0.4, 0.3, 60.0), Plate(-0.35, 0.75, 0.36, 0.44, 230.0))
 PRINT = tuple(
@@ -49,7 +49,7 @@ def seen(wall, state, noise=1.5, seed=1):
 def taught(seed=1, state=(0.0,) * 6):
     view = StereoView(*(detect_scene(each, ImageProcessing()) for each in seen(WALL, state, seed=seed)), RIG)
     plates = sorted(
-        view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives, key=lambda each: -each.length * each.height
+        view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives, key=lambda each: -primitive_size(each)
     )
     parts = {'one': plates[0], 'other': plates[1]}
     return Teacher(view, ImageProcessing(), 0.0).teach('wall', [TargetSelection('plates', parts)])
@@ -98,23 +98,22 @@ def test_the_displacement_follows_from_patches(place):
     assert np.mean(squares) < 3.0
 
 
-def test_a_place_without_images_is_measured_by_its_outlines(place):
-    corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
-    measured = TaughtPatches(replace(place, images=None), 0.0).measure(corners, images)
-    points, coordinates = measured.seen, measured.taught
-    assert np.array_equal(points.pixels, corners.pixels)
-    assert np.array_equal(coordinates.positions, place.coordinates.positions)
+def halved(images):
+    """Return replaced image files that do not match the taught corners."""
+    left, right = (cv2.resize(each, None, fx=0.5, fy=0.5) for each in (images.left, images.right))
+    return replace(images, left=left, right=right)
 
 
-def test_taught_images_of_another_size_give_no_patches(place):
-    """Replaced image files do not match the taught corners."""
-    small = [cv2.resize(each, None, fx=0.5, fy=0.5) for each in (place.images.left, place.images.right)]
-    replaced = replace(place, images=replace(place.images, left=small[0], right=small[1]))
-    corners, images = outlines(place, STATES[0]), seen(WALL, STATES[0])
-    measured = TaughtPatches(replaced, 0.0).measure(corners, images)
-    points, coordinates = measured.seen, measured.taught
-    assert np.array_equal(points.pixels, corners.pixels)
-    assert np.array_equal(coordinates.positions, place.coordinates.positions)
+@pytest.mark.parametrize(
+    ('images_of', 'off'), [(lambda _: None, 0.0), (halved, 0.0), (lambda kept: kept, 0.4)]
+)
+def test_without_patches_or_beside_them_the_outlines_stay(place, images_of, off):
+    """No images, images of another size, or outlines that disagree with the patches."""
+    corners, images = outlines(place, STATES[0], off), seen(WALL, STATES[0])
+    measured = TaughtPatches(replace(place, images=images_of(place.images)), 0.0).measure(corners, images)
+    assert np.array_equal(measured.seen.pixels, corners.pixels)
+    assert np.array_equal(measured.seen.covariances, corners.covariances)
+    assert np.array_equal(measured.taught.positions, place.coordinates.positions)
 
 
 def test_a_pair_leaves_no_trace(place):
@@ -126,15 +125,6 @@ def test_a_pair_leaves_no_trace(place):
     again = patches.measure(corners, images).seen
     assert np.array_equal(first.pixels, again.pixels)
     assert np.array_equal(first.covariances, again.covariances)
-
-
-def test_a_patch_that_disagrees_with_its_outline_is_left_out(place):
-    corners, images = outlines(place, STATES[0], off=0.4), seen(WALL, STATES[0])
-    measured = TaughtPatches(place, 0.0).measure(corners, images)
-    points, coordinates = measured.seen, measured.taught
-    assert np.array_equal(points.pixels, corners.pixels)
-    assert np.array_equal(points.covariances, corners.covariances)
-    assert np.array_equal(coordinates.positions, place.coordinates.positions)
 
 
 def test_a_plate_with_another_print_is_measured_by_its_outline(place):

@@ -16,7 +16,7 @@ from taught_wall import CALIBRATIONS, HERE, METERS, RAW, RIG, T_MAP_PLACE, TAUGH
 from stereo_landmark.commands import teach as teach_command
 from stereo_landmark.commands.locate import main as locate
 from stereo_landmark.commands.teach import main
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.files.place_file import load_images, load_place
 
 CENTRES = (
@@ -43,10 +43,7 @@ class TeachConfig:
             'camera_rpy': list(MOUNT.rpy),
             'T_map_place': {'x': T_MAP_PLACE.x, 'y': T_MAP_PLACE.y, 'yaw': T_MAP_PLACE.yaw},
             'targets': [
-                {
-                    'name': 'meters',
-                    'primitives': [{'kind': 'ellipse', 'near': centre} for centre in CENTRES],
-                }
+                {'name': 'meters', 'primitives': [{'kind': 'ellipse', 'near': centre} for centre in CENTRES]}
             ],
         }
 
@@ -281,10 +278,3 @@ def test_a_bag_without_pairs_is_one_line(config, tmp_path, capsys):
     assert 'no pair of valid images with matching stamps; correct stamp' in config.refusal(capsys)
     config.content['approximate_sync_tolerance_seconds'] = 0.006
     assert config.run() == 0
-
-
-def test_an_earlier_place_survives_a_lesson_that_fails(config):
-    first = config.place()
-    config.primitives.append({'kind': 'ellipse', 'near': [0, 0]})
-    assert config.run('--replace') == 1
-    assert is_same(load_place(config.places / 'wall.yaml'), first)

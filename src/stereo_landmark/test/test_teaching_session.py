@@ -4,26 +4,28 @@ from functools import partial
 
 import numpy as np
 import pytest
-from taught_wall import HERE, METERS, RIG, T_MAP_PLACE
+from hypothesis import given
+from hypothesis import strategies as st
+from taught_wall import HERE, METERS, RIG, T_MAP_PLACE, taught_place
 from teaching_wall import images_of, meters_of, new_session, session_with_meters
 
 from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.teaching import Teacher
+from stereo_landmark.core.place.place_locator import PlaceFix
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching import cached_pair, edits
-from stereo_landmark.core.teaching.selectable_primitives import find_same_primitive
-from stereo_landmark.core.teaching.target_measurement import NOT_DETECTED
+from stereo_landmark.core.teaching import edits, teacher
+from stereo_landmark.core.teaching.hints import NOT_DETECTED
+from stereo_landmark.core.teaching.primitive_selection import Region
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
-from stereo_landmark.core.teaching.teaching_state import Region
-from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.core.teaching.teaching_state import state_from_place
+from stereo_landmark.page.pair_source import StereoPairs, taught_pair
+from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.snapshot import snapshot
 
 
 def names(session):
-    return [part.name for part in session.state.target.primitives]
+    return list(session.state.target.primitives)
 
 
 @pytest.fixture(scope='module')
@@ -38,7 +40,7 @@ def test_points_are_measured_where_the_meters_are(taught):
     report = taught.report(taught.state.target)
     true = np.array([[3.0, meter.y, meter.z] for meter in METERS])
     true = true[np.argsort(-true[:, 1])]
-    assert report.measured.coordinates.positions == pytest.approx(true, abs=0.01)
+    assert report.coordinates.positions == pytest.approx(true, abs=0.01)
     assert isinstance(report.fix, PlaceFix)
     assert abs(report.fix.T_place_base.x) < 1e-3
 
@@ -57,12 +59,12 @@ def test_a_click_chooses_and_another_click_takes_out():
     meter = meters_of(session)[0]
     session.toggle(*meter)
     assert names(session) == ['ellipse 1']
-    (chosen,) = (each for each in session.selectable() if session.selected_name(each) == 'ellipse 1')
+    (chosen,) = (each for each in session.selectable() if session.selected_name(each.shape) == 'ellipse 1')
     assert (chosen.kind, chosen.number) == meter
     assert chosen.depth == pytest.approx(3.0 - RIG.mount.xyz[0], abs=0.05)
     session.toggle(*meter)
     assert names(session) == []
-    session.history.undo()
+    session.undo()
     assert names(session) == ['ellipse 1']
 
 
@@ -73,13 +75,6 @@ def test_only_shown_kinds_within_the_region_are_selectable():
     assert all(each.shape.centre[0] < 187.0 for each in session.selectable())
     session.apply(lambda state: edits.show_kind(state, PrimitiveKind.ELLIPSE, shown=False))
     assert {each.kind for each in session.selectable()} == {PrimitiveKind.QUADRILATERAL}
-
-
-def test_the_order_is_that_of_the_place():
-    session = session_with_meters()
-    session.apply(lambda state: edits.move_primitive(state, 'ellipse 4', 0))
-    target = session.place().targets[0]
-    assert [part.name for part in target.primitives] == ['ellipse 4', 'ellipse 1', 'ellipse 2', 'ellipse 3']
 
 
 def test_points_that_are_left_out_make_no_pose():
@@ -93,38 +88,34 @@ def test_points_that_are_left_out_make_no_pose():
 def test_chosen_primitives_outlive_a_change_of_the_image_processing_or_are_called_lost():
     session = session_with_meters()
     session.apply(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
-    parts = session.report(session.state.target).measured.primitives
-    assert all(part.pair is not None for part in parts)
+    measured = session.report(session.state.target).measured
+    assert not any(isinstance(each, str) for each in measured.values())
     session.apply(lambda state: edits.set_processing(state, 'edges.threshold', 200.0))
-    parts = session.report(session.state.target).measured.primitives
-    assert {part.fault for part in parts} == {NOT_DETECTED}
+    assert set(session.report(session.state.target).measured.values()) == {NOT_DETECTED}
     with pytest.raises(StereoLandmarkError, match='ellipse 1: it is not detected with this image processing'):
         session.place()
-    session.history.undo()
+    session.undo()
     assert len(session.place().targets[0].primitives) == len(METERS)
 
 
 def test_what_was_found_is_found_again_in_the_same_image_only_where_it_is():
     session = session_with_meters(1)
-    meter = session.state.target.primitives[0].shape
-    assert find_same_primitive(meter, session.view.left) is meter
+    (meter,) = session.state.target.primitives.values()
+    assert session.report(session.state.target).measured['ellipse 1'] != NOT_DETECTED
     session.apply(partial(edits.select_pair, pair=1))
-    assert find_same_primitive(meter, session.view.left) is None
+    assert session.report(session.state.target).measured['ellipse 1'] == NOT_DETECTED
+    assert session.selected_name(meter) is None
 
 
 def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_page_asks(monkeypatch):
     looked, measured = [], []
-    measure = Teacher.measure
-    monkeypatch.setattr(
-        cached_pair,
-        'find_same_primitive',
-        lambda shape, scene: looked.append(shape) or find_same_primitive(shape, scene),
-    )
-    monkeypatch.setattr(
-        Teacher, 'measure', lambda teacher, shape: measured.append(shape) or measure(teacher, shape)
-    )
+    for calls, name in ((looked, '_find_same'), (measured, 'refine_pair')):
+        work = getattr(teacher, name)
+        monkeypatch.setattr(
+            teacher, name, lambda *given, calls=calls, work=work: calls.append(given) or work(*given)
+        )
     session = session_with_meters(2)
-    source = RecordedPairs(['taught', 'here'], images_of, RIG)
+    source = StereoPairs(['taught', 'here'], images_of, RIG)
     session.apply(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
     looked.clear()
     measured.clear()
@@ -136,17 +127,7 @@ def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_pa
 def test_a_step_that_changes_nothing_is_none():
     session = new_session()
     session.apply(lambda state: edits.set_region(state, None))
-    assert not session.history.can_undo
-
-
-def test_a_step_that_is_refused_changes_nothing():
-    session = session_with_meters(2)
-    before = session.state
-    with pytest.raises(StereoLandmarkError):
-        session.apply(lambda state: edits.remove_primitive(state, 'nothing'))
-    with pytest.raises(StereoLandmarkError, match='there is no ellipse of number 999'):
-        session.toggle(PrimitiveKind.ELLIPSE, 999)
-    assert session.state is before
+    assert not session.can_undo
 
 
 def test_images_of_another_size_are_refused():
@@ -156,3 +137,74 @@ def test_images_of_another_size_are_refused():
         StereoLandmarkError, match='the left image is 376 x 200 px, the calibration is for 376 x 240'
     ):
         session.selectable()
+
+
+ACTIONS = st.lists(st.one_of(st.integers(0, 99), st.sampled_from(['undo', 'redo'])), max_size=30)
+
+
+def new_history(first):
+    return TeachingSession(images_of, RIG, first)
+
+
+@given(ACTIONS)
+def test_undo_and_redo_walk_along_the_states(actions):
+    history, past, future = new_history(-1), [-1], []
+    for action in actions:
+        if action == 'undo':
+            history.undo()
+            if len(past) > 1:
+                future.append(past.pop())
+        elif action == 'redo':
+            history.redo()
+            if future:
+                past.append(future.pop())
+        elif action != past[-1]:
+            history.apply(lambda _, action=action: action)
+            past, future = [*past, action], []
+        assert history.state == past[-1]
+        assert history.can_undo == (len(past) > 1)
+        assert history.can_redo == bool(future)
+
+
+def test_a_movement_is_one_step_and_does_not_go_on_over_an_undo():
+    history = new_history(9)
+    for value, gesture in ((1, 'first'), (2, 'first'), (3, 'first'), (4, 'second'), (5, ''), (6, '')):
+        history.apply(lambda _, value=value: value, gesture)
+    states = []
+    while history.can_undo:
+        history.undo()
+        states.append(history.state)
+    assert states == [5, 4, 3, 9]
+    for value in (1, 2):
+        history.apply(lambda _, value=value: value, 'drag')
+        history.undo()
+    assert history.state == 9
+
+
+def assert_same(place, other):
+    assert (place.name, place.processing, place.T_map_place) == (
+        other.name,
+        other.processing,
+        other.T_map_place,
+    )
+    assert [target.points for target in place.targets] == [target.points for target in other.targets]
+    assert place.coordinates.names == other.coordinates.names
+    assert place.coordinates.positions == pytest.approx(other.coordinates.positions, abs=1e-6)
+
+
+def test_what_was_taught_is_taught_again():
+    place = taught_place()
+    again = TeachingSession(images_of, RIG, state_from_place(place))
+    assert_same(again.place(), place)
+
+
+def test_points_that_were_left_out_stay_so(tmp_path):
+    session = session_with_meters()
+    session.apply(lambda state: edits.set_points_used(state, ['ellipse 3/centre'], used=False))
+    path = PlaceSaver(tmp_path).save(session.place(), session.images)
+    source = taught_pair(path)
+    assert source.rig == RIG
+    assert np.array_equal(source.images(0).right, session.images.right)
+    again = TeachingSession(source.images, source.rig, state_from_place(session.place()))
+    assert again.state.target.excluded_points == {'ellipse 3/centre'}
+    assert_same(again.place(), session.place())

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,19 +14,21 @@ from shirube_core.settings import SettingsError
 from shirube_ros.errors import CameraFileError
 from stereo_landmark.core.landmark_fix import NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.procedure.detected_scene import DetectedScene
-from stereo_landmark.core.procedure.primitive_selection import select_primitives
-from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.procedure.stereo_view import DetectedScene, StereoView, detect_scene
+from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.stereo import SpatialPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.place_warnings import find_place_warnings, make_draft
-from stereo_landmark.core.teaching.teaching_session import TeachingSession
-from stereo_landmark.core.teaching.teaching_state import TeachingState
+from stereo_landmark.core.teaching.geometry_hints import undetected_targets
+from stereo_landmark.core.teaching.hints import report_target
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection, select_primitives
+from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.files.place_file import place_path, save_place
-from stereo_landmark.files.teach_config_file import TargetConfig, TeachConfig, load_teach_config
-from stereo_landmark.page.teach_page import add_page_options, open_page
-from stereo_landmark.rectified_pair import RectifiedPair, load_pair
+from stereo_landmark.files.teach_config_file import TargetConfig, load_pair, load_teach_config
+from stereo_landmark.node_settings import NodeSettings
+from stereo_landmark.page.teach_page import open_page
+
+_NODE = NodeSettings()
+_PORT, _PORT_MAX = 8765, 65535
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -59,7 +60,7 @@ def _error_message(fault: OSError, options: argparse.Namespace) -> str:
 
 
 def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
-    """Teach the place of a teach config, save it and print warnings.
+    """Teach the place of a teach config, save it and print warnings (paper 4, fig. 9).
 
     Args:
         path: path of the teach config.
@@ -73,48 +74,25 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     file = place_path(places, config.name)
     if file.exists() and not replace:
         raise StereoLandmarkError(f'{file} exists; give --replace, or another name')
-    pair = load_pair(config)
-    session, selections = open_session(config, pair)
-    place = Teacher(session.view, config.processing).teach(config.name, selections, config.T_map_place)
-    if file.exists():
-        _check_found(place, pair, file)
-    saved = save_place(places, place, pair.images, replace_damaged=replace)
-    for name, position, covariance in zip(
-        place.coordinates.names, place.coordinates.positions, place.coordinates.covariances, strict=True
-    ):
-        x, y, z = position
-        sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
-        print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
-    for line in find_place_warnings(session):
-        print(f'warning: {line}')
-    print(f'{place.name} is taught, with {len(place.context_landmarks)} context landmarks; see {saved}')
-
-
-def _check_found(place: TaughtPlace, pair: RectifiedPair, file: Path) -> None:
-    """Reject the replacement of a file by a place that is not recognized in its own images."""
-    images = pair.images
+    # (a) Image processing: the primitives of the rectified pair.
+    images, rig = load_pair(config)
+    left, right = (detect_scene(image, config.processing) for image in (images.left, images.right))
+    teacher = Teacher(StereoView(left, right, rig, images.tilt), config.processing)
+    # (b) Targets: primitives in their order of detection; (c) corresponding points with their 3D coordinates.
+    selections = [_select_target(target, left) for target in config.targets]
+    place = teacher.teach(config.name, selections, config.T_map_place)
+    # (d) Procedure tree: the place must be recognized in its own images.
     answer = LandmarkLocalizer([place]).locate(images.left, images.right, images.tilt)
-    if isinstance(answer, NoLandmarkFix):
+    if file.exists() and isinstance(answer, NoLandmarkFix):
         raise StereoLandmarkError(
             f'{place.name} is not recognized in its own images: {answer.reason} ({answer.detail}); '
             f'{file} is kept, teach other targets'
         )
-
-
-def open_session(config: TeachConfig, pair: RectifiedPair) -> tuple[TeachingSession, list[TargetSelection]]:
-    """Return a teaching session with the selections of a teach config, and these selections.
-
-    Raises:
-        StereoLandmarkError: a primitive is not detected.
-    """
-    images = StereoImages(pair.images.left, pair.images.right, pair.images.tilt)
-    state = TeachingState(config.name, processing=config.processing, T_map_place=config.T_map_place)
-    session = TeachingSession(lambda _: images, pair.rig, state)
-    selections = [_select_target(target, session.view.left) for target in config.targets]
-    session.apply(
-        lambda before: replace(before, targets=tuple(make_draft(selection) for selection in selections))
-    )
-    return session, selections
+    saved = save_place(places, place, images, replace_damaged=replace)
+    _print_points(place.coordinates)
+    for line in (*undetected_targets(answer), *_selection_warnings(selections, teacher)):
+        print(f'warning: {line}')
+    print(f'{place.name} is taught, with {len(place.context_landmarks)} context landmarks; see {saved}')
 
 
 def _select_target(target: TargetConfig, scene: DetectedScene) -> TargetSelection:
@@ -122,6 +100,20 @@ def _select_target(target: TargetConfig, scene: DetectedScene) -> TargetSelectio
         return TargetSelection(target.name, select_primitives(target.selections, scene), target.points)
     except StereoLandmarkError as fault:
         raise StereoLandmarkError(f'target {target.name}: {fault}') from fault
+
+
+def _print_points(points: SpatialPoints) -> None:
+    for name, position, covariance in zip(points.names, points.positions, points.covariances, strict=True):
+        x, y, z = position
+        sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+        print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
+
+
+def _selection_warnings(selections: Sequence[TargetSelection], teacher: Teacher) -> Iterator[str]:
+    """Yield the hints of the page, one line each."""
+    for selection in selections:
+        report = report_target(selection, selection.primitives, teacher, PlaceSettings())
+        yield from (f'target {hint.target}: {hint.text}' for hint in report.hints)
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -144,8 +136,52 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
     add('--replace', action='store_true', help='allow --batch to replace a place of the same name')
-    add_page_options(parser)
+    _add_page_options(add)
     return parser
+
+
+def _add_page_options(add: Callable[..., object]) -> None:
+    add('--right', type=Path, nargs='+', help='right images in the same order')
+    for side in ('left', 'right'):
+        add(
+            f'--{side}-calibration',
+            type=Path,
+            metavar='YAML',
+            help=f'calibration of the {side} camera, as camera_calibration writes it',
+        )
+    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
+        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
+    add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
+        help='further bags of the same cameras, for tests')  # fmt: skip
+    add('--rectify', action='store_true', help='rectify raw images')
+    add('--approximate-sync', type=float, metavar='SECONDS',
+        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
+    add('--image-transport', default=_NODE.image_transport, choices=('raw', 'compressed', 'auto'),
+        help='image transport of live images (default: %(default)s)')  # fmt: skip
+    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
+        help='roll and pitch of the robot, without imu [rad] (default: level)')  # fmt: skip
+    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
+        help='position of the left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
+    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
+        help='fixed-axis roll, pitch, yaw of the left optical frame [rad] (default: looking ahead)')  # fmt: skip
+    add('--name', default='place_1', help='initial name of the place (default: %(default)s)')
+    add(
+        '--host',
+        default='127.0.0.1',
+        help='listening address; non-loopback addresses require a token (default: %(default)s)',
+    )
+    add('--port', type=_port, default=_PORT, help='port, 0 for any free port (default: %(default)s)')
+
+
+def _port(text: str) -> int:
+    """Parse a port number; raise ArgumentTypeError if it is not a valid port."""
+    try:
+        port = int(text)
+    except ValueError:
+        port = -1
+    if not 0 <= port <= _PORT_MAX:
+        raise argparse.ArgumentTypeError(f'{text} is not a port; choose 0 to {_PORT_MAX}')
+    return port
 
 
 if __name__ == '__main__':

@@ -6,16 +6,16 @@ import math
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
+from stereo_landmark.core.stereo import StereoRig
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 _CAMERA = PinholeCamera(320, 240, 300.0, 300.0, 159.5, 119.5)
 _MOUNT = CameraMount((0.0, 0.0, 1.0), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
@@ -41,12 +41,8 @@ def compile_kernels() -> None:
     nearest_links(link_corners(np.empty((0, 2, 2)), 1.0, 1.0, 1.0), 1)
 
 
-def _draw_wall(shift: int) -> NDArray[np.uint8]:
-    """Draw plates, discs and a slot, all shifted to the left by a disparity, shape (240, 320).
-
-    Args:
-        shift: disparity [px].
-    """
+def _draw_wall(shift: int) -> GreyImage:
+    """Draw plates, discs and a slot, all shifted to the left by a disparity [px], shape (240, 320)."""
     picture = np.full((_CAMERA.height, _CAMERA.width), 120, dtype=np.uint8)
     for left, top, right, bottom, level in (
         (60, 40, 130, 90, 40),

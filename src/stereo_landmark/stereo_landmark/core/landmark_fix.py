@@ -1,20 +1,60 @@
-"""Result of localization: the place, the displacement and the detected targets, or why there is no pose."""
+"""Results of localization: the place, the displacement and the detected targets, or why there is no pose."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, matrix_from_rpy
-from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
-from stereo_landmark.core.procedure.target_detection import (
-    NoDetectionReason,
-    NoTargetDetection,
-    TargetDetection,
-)
+from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo import StereoPoints
+
+
+@dataclass(frozen=True)
+class TargetDetection:
+    """A detected target.
+
+    Attributes:
+        target: name of the target.
+        state: coarse x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+        points: points refined in the grey images, named ``target/primitive/point``.
+        found: names of the detected primitives.
+        log_likelihood_ratio: log-likelihood ratio against chance.
+    """
+
+    target: str
+    state: Floats
+    points: StereoPoints
+    found: tuple[str, ...]
+    log_likelihood_ratio: float
+
+
+class NoDetectionReason(Enum):
+    """Why a target is not detected."""
+
+    NO_CANDIDATE = 'no similar shapes in view'
+    NOT_SIGNIFICANT = 'the match could be due to chance'
+    AMBIGUOUS = 'ambiguous: several poses match'
+
+
+@dataclass(frozen=True)
+class NoTargetDetection:
+    """A target that was not detected, and why.
+
+    Attributes:
+        target: name of the target.
+        reason: kind of failure.
+        detail: numbers for the diagnostics.
+    """
+
+    target: str
+    reason: NoDetectionReason
+    detail: str
+
 
 TargetResult = TargetDetection | NoTargetDetection
 _STAGES = (NoDetectionReason.NO_CANDIDATE, NoDetectionReason.NOT_SIGNIFICANT, NoDetectionReason.AMBIGUOUS)
@@ -44,7 +84,7 @@ class LandmarkFix:
         return None if T_map_place is None else T_map_place @ self.displacement.T_place_base
 
     @property
-    def map_covariance(self) -> NDArray[np.float64]:
+    def map_covariance(self) -> Floats:
         """Covariance of x, y [m] and yaw [rad] in the map, shape (3, 3); in the place's frame if it has no map pose."""
         T_map_place = self.place.T_map_place
         turn = matrix_from_rpy((0.0, 0.0, 0.0 if T_map_place is None else T_map_place.yaw))
@@ -85,13 +125,7 @@ class NoLandmarkFix:
 def describe_failure(
     place: TaughtPlace, detections: tuple[TargetResult, ...], fault: NoPlaceFix
 ) -> NoLandmarkFix:
-    """Return why a place gave no pose: its points were rejected, or no target was detected.
-
-    Args:
-        place: searched place.
-        detections: detection results of its targets.
-        fault: reason why the points of the detected targets were rejected.
-    """
+    """Return why a place gave no pose: the points of its targets were rejected, or no target was detected."""
     missing = [each for each in detections if isinstance(each, NoTargetDetection)]
     if len(missing) < len(detections):
         return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', detections)

@@ -3,34 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, describe_failure
+from stereo_landmark.core.arrays import GreyImage
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection, describe_failure
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
-from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.settings import PlaceSettings
-from stereo_landmark.core.place.stereo_points import StereoPoints, concatenate
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.settings import SearchSettings
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_detection import TargetDetection
+from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import TargetSearch
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.stereo import StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-
-@dataclass(frozen=True)
-class LandmarkSettings:
-    """Settings of the target search and of the displacement estimate, in groups."""
-
-    search: SearchSettings = field(default_factory=SearchSettings)
-    place: PlaceSettings = field(default_factory=PlaceSettings)
+_ViewKey = tuple[ImageProcessing, frozenset[PrimitiveKind], StereoRig]
 
 
 class LandmarkLocalizer:
@@ -59,12 +47,12 @@ class LandmarkLocalizer:
 
     def locate(
         self,
-        left: NDArray[np.uint8],
-        right: NDArray[np.uint8],
+        left: GreyImage,
+        right: GreyImage,
         tilt: tuple[float, float] = (0.0, 0.0),
         likely_places: Sequence[str] = (),
     ) -> LandmarkFix | NoLandmarkFix:
-        """Recognize the place and estimate the displacement from it.
+        """Recognize the place and estimate the displacement from it (paper 3.4, fig. 6).
 
         Args:
             left: rectified grey image of the left camera, shape (h, w).
@@ -75,17 +63,45 @@ class LandmarkLocalizer:
         Raises:
             StereoLandmarkError: an image has another type or size than those of the place's cameras.
         """
-        likely = [place for place in self.places if place.name in likely_places]
-        others = [place for place in self.places if place.name not in likely_places]
+        views: dict[_ViewKey, StereoView] = {}
         failures: list[NoLandmarkFix] = []
-        views = _ViewCache(left, right, tilt)
-        for group in (likely, others):
-            results = [self._locate_at(place, views.get(place)) for place in group]
-            fixes = [result for result in results if isinstance(result, LandmarkFix)]
+        for is_likely in (True, False):
+            fixes: list[LandmarkFix] = []
+            for place in self.places:
+                if (place.name in likely_places) is not is_likely:
+                    continue
+                # Edges, segments and primitives by the taught parameters (3.3b), once for places with the same ones.
+                key = place.processing, frozenset(place.kinds), place.rig
+                if key not in views:
+                    _check_sizes(place, (left, right))
+                    scenes = [detect_scene(image, place.processing, place.kinds) for image in (left, right)]
+                    views[key] = StereoView(scenes[0], scenes[1], place.rig, tilt)
+                result = self._locate_at(place, views[key])
+                if isinstance(result, LandmarkFix):
+                    fixes.append(result)
+                else:
+                    failures.append(result)
+            # Of several matching places the most likely one, unless two are about equally likely.
             if fixes:
                 return self._select_best(fixes)
-            failures += [result for result in results if isinstance(result, NoLandmarkFix)]
+        # No place: the reason of the one that came nearest to a fix.
         return max(failures, key=lambda failure: failure.progress)
+
+    def _locate_at(self, place: TaughtPlace, view: StereoView) -> LandmarkFix | NoLandmarkFix:
+        # Each target by its procedure tree (figs 7 and 8), and its corresponding points in both images (3.3d).
+        detections = tuple(self._searches[place.name].search(target, view) for target in place.targets)
+        points = concatenate([each.points for each in detections if isinstance(each, TargetDetection)])
+        # Points inside of quadrilaterals again by their texture, with their own taught coordinates.
+        measured = self._patches[place.name].measure(points, (view.left.image, view.right.image))
+        # The points that were selected for the pose (4c).
+        selected = {f'{target.name}/{point}' for target in place.targets for point in target.points}
+        is_selected = np.array([name in selected for name in measured.seen.names], dtype=np.bool_)
+        # Points at inconsistent distances are excluded (end of 3.4); the others determine the displacement (3.1).
+        locator = PlaceLocator(place.rig, self._settings.place)
+        result = locator.locate(measured.seen.subset(is_selected), measured.taught, view.tilt)
+        if isinstance(result, PlaceFix):
+            return LandmarkFix(place, result, detections, measured.matched_patches)
+        return describe_failure(place, detections, result)
 
     def _select_best(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
         """Return the fix with the highest log-likelihood ratio, unless it is ambiguous."""
@@ -98,56 +114,12 @@ class LandmarkLocalizer:
             )
         return fixes[0]
 
-    def _locate_at(self, place: TaughtPlace, view: StereoView) -> LandmarkFix | NoLandmarkFix:
-        detections = tuple(self._searches[place.name].search(target, view) for target in place.targets)
-        points = concatenate([each.points for each in detections if isinstance(each, TargetDetection)])
-        images = view.left.image, view.right.image
-        measured = self._patches[place.name].measure(points, images)
-        points = measured.seen.subset(_is_pose_point(place, measured.seen))
-        result = PlaceLocator(place.rig, self._settings.place).locate(points, measured.taught, view.tilt)
-        if isinstance(result, PlaceFix):
-            return LandmarkFix(place, result, detections, measured.matched_patches)
-        return describe_failure(place, detections, result)
 
-
-class _ViewCache:
-    """Detected primitives of both images, cached for all places with the same image processing.
-
-    Args:
-        left: rectified grey image of the left camera, shape (h, w).
-        right: rectified grey image of the right camera, shape (h, w).
-        tilt: known roll and pitch of the base [rad].
-    """
-
-    def __init__(self, left: NDArray[np.uint8], right: NDArray[np.uint8], tilt: tuple[float, float]) -> None:
-        self._images = left, right
-        self._tilt = tilt
-        self._views: dict[tuple[ImageProcessing, frozenset[PrimitiveKind], StereoRig], StereoView] = {}
-
-    def get(self, place: TaughtPlace) -> StereoView:
-        """Return the view with the image processing of a place.
-
-        Raises:
-            StereoLandmarkError: an image has another type or size than those of the place's cameras.
-        """
-        key = place.processing, frozenset(place.kinds), place.rig
-        if key not in self._views:
-            self._check_size(place)
-            left, right = (detect_scene(image, place.processing, place.kinds) for image in self._images)
-            self._views[key] = StereoView(left, right, place.rig, self._tilt)
-        return self._views[key]
-
-    def _check_size(self, place: TaughtPlace) -> None:
-        for name, image in zip(('left', 'right'), self._images, strict=True):
-            if image.shape != (place.rig.left.height, place.rig.left.width):
-                size = 'x'.join(str(side) for side in image.shape[1::-1])
-                raise StereoLandmarkError(
-                    f'the {name} image is {size}, place {place.name} was taught with '
-                    f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
-                )
-
-
-def _is_pose_point(place: TaughtPlace, points: StereoPoints) -> NDArray[np.bool_]:
-    """Return the mask of the points that were selected for the pose, shape (n,)."""
-    pose_points = {f'{target.name}/{point}' for target in place.targets for point in target.points}
-    return np.array([name in pose_points for name in points.names], dtype=np.bool_)
+def _check_sizes(place: TaughtPlace, images: tuple[GreyImage, GreyImage]) -> None:
+    for name, image in zip(('left', 'right'), images, strict=True):
+        if image.shape != (place.rig.left.height, place.rig.left.width):
+            size = 'x'.join(str(side) for side in image.shape[1::-1])
+            raise StereoLandmarkError(
+                f'the {name} image is {size}, place {place.name} was taught with '
+                f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
+            )

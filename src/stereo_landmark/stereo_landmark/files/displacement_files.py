@@ -6,6 +6,7 @@ import csv
 import io
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,39 @@ from shirube_bags.trajectory import planar_trajectory
 from shirube_bags.trajectory_files import save_tum
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.procedure.target_detection import TargetDetection
-from stereo_landmark.located_frame import LocatedFrame
+from stereo_landmark.core.landmark_fix import LandmarkFix, TargetDetection
+from stereo_landmark.core.pair.pair_stream import LocatedPair
+
+
+@dataclass(frozen=True)
+class LocatedFrame:
+    """A stereo pair and its result.
+
+    Attributes:
+        name: file name or topic of the left image.
+        stamp_ns: stamp of the pair [ns]; for files their index divided by the rate.
+        outcome: localization result, or the error message if the pair was invalid.
+    """
+
+    name: str
+    stamp_ns: int
+    outcome: LocatedPair | str
+
+    @property
+    def fix(self) -> LandmarkFix | None:
+        """Place and displacement, None without a fix."""
+        if isinstance(self.outcome, LocatedPair) and isinstance(self.outcome.result, LandmarkFix):
+            return self.outcome.result
+        return None
+
+    @property
+    def failure(self) -> tuple[str, str]:
+        """Reason why there is no fix, and its details; empty strings with a fix."""
+        if isinstance(self.outcome, str):
+            return self.outcome, ''
+        result = self.outcome.result
+        return ('', '') if isinstance(result, LandmarkFix) else (result.reason, result.detail)
+
 
 _DISPLACEMENT = ('x', 'y', 'z', 'yaw', 'sigma_x', 'sigma_y', 'sigma_z', 'sigma_yaw')
 _RESULT_COLUMNS = ('place', *_DISPLACEMENT, 'map_x', 'map_y', 'map_yaw', 'targets', 'points')

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 
-from shirube_core.geometry import SE2
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.settings import SettingsError, describe_settings, settings_from_values
-from stereo_landmark.core.place.stereo_points import SpatialPoints
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.stereo_measurement import invariant_points
-from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
+from stereo_landmark.core.primitives.corner import Corner
+from stereo_landmark.core.primitives.ellipse import Ellipse
+from stereo_landmark.core.primitives.parallel_lines import ParallelLines
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    invariant_points,
+)
+from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
+from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.stereo import INTRINSICS, SpatialPoints, StereoRig, calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.calibration_entry import calibration_entry, rig_from_entry
-from stereo_landmark.files.settings_entry import flatten, nest
-from stereo_landmark.files.shape_entry import primitive_entry, primitive_from_entry
 
 _REMEDY = 'restore the file or teach the place again'
 _OBSOLETE_SETTINGS = frozenset({'edges.neighbour_distance'})
@@ -32,7 +38,7 @@ def place_entries(place: TaughtPlace) -> dict[str, Any]:
     return {
         'name': place.name,
         'stereo_calibration': calibration_entry(place.rig),
-        'image_processing': nest(place.processing),
+        'image_processing': dataclasses.asdict(place.processing),
         'targets': {
             'wanted': target_entries,
             'surroundings': [primitive_entry(each) for each in place.context_landmarks],
@@ -134,3 +140,85 @@ def _check_names(field: str, names: list[str]) -> None:
     for name in names:
         if names.count(name) > 1:
             raise StereoLandmarkError(f'{field}: {name} is duplicate; {_REMEDY}')
+
+
+def calibration_entry(rig: StereoRig) -> dict[str, Any]:
+    """Return the file entry of the stereo calibration."""
+    left, right = (
+        {name: value for name, value in dataclasses.asdict(camera).items() if name in INTRINSICS}
+        for camera in (rig.left, rig.right)
+    )
+    return {
+        'hash': calibration_hash(rig),
+        'left': left,
+        'right': right,
+        'baseline': rig.baseline,
+        'camera_xyz': rig.mount.xyz,
+        'camera_rpy': rig.mount.rpy,
+    }
+
+
+def rig_from_entry(entry: dict[str, Any]) -> StereoRig:
+    """Return the stereo calibration of an entry that passed the schema check.
+
+    Raises:
+        StereoLandmarkError: the cameras are not a stereo pair, or do not match the hash.
+    """
+    left, right = (_camera(entry[side]) for side in ('left', 'right'))
+    (x, y, z), (roll, pitch, yaw) = (map(float, entry[name]) for name in ('camera_xyz', 'camera_rpy'))
+    mount = CameraMount((x, y, z), (roll, pitch, yaw))
+    try:
+        rig = StereoRig(left, right, float(entry['baseline']), mount)
+    except StereoLandmarkError as fault:
+        raise StereoLandmarkError(f'stereo_calibration: {fault}') from fault
+    if calibration_hash(rig) != entry['hash']:
+        raise StereoLandmarkError(f'stereo_calibration: hash does not match the calibration; {_REMEDY}')
+    return rig
+
+
+def _camera(entry: dict[str, Any]) -> PinholeCamera:
+    fx, fy, cx, cy = (float(entry[name]) for name in INTRINSICS[2:])
+    return PinholeCamera(entry['width'], entry['height'], fx, fy, cx, cy)
+
+
+_TYPES: dict[PrimitiveKind, tuple[type[Primitive], int]] = {
+    PrimitiveKind.ELLIPSE: (Ellipse, 5),
+    PrimitiveKind.QUADRILATERAL: (Quadrilateral, 8),
+    PrimitiveKind.PARALLEL_LINES: (ParallelLines, 3),
+    PrimitiveKind.CORNER: (Corner, 2),
+}
+"""Class of each kind and size of its covariance matrix, which is not stored."""
+
+
+def primitive_entry(taught: TaughtPrimitive) -> dict[str, Any]:
+    """Return the file entry of a primitive."""
+    names = [field.name for field in dataclasses.fields(taught.shape) if field.name != 'covariance']
+    shape = {name: getattr(taught.shape, name) for name in names}
+    entry = {'name': taught.name, 'kind': taught.kind.value, 'position': taught.position, 'shape': shape}
+    return entry if taught.normal is None else {**entry, 'normal': taught.normal}
+
+
+def primitive_from_entry(entry: dict[str, Any]) -> TaughtPrimitive:
+    """Return the primitive of an entry that passed the schema check."""
+    kind, rows = _TYPES[PrimitiveKind(entry['kind'])]
+    values = {name: _number_or_array(name, value) for name, value in entry['shape'].items()}
+    shape = kind(**values, covariance=np.zeros((rows, rows)))
+    normal = np.array(entry['normal'], dtype=np.float64) if 'normal' in entry else None
+    return TaughtPrimitive(entry['name'], shape, np.array(entry['position'], dtype=np.float64), normal)
+
+
+def _number_or_array(name: str, value: Any) -> Any:
+    if isinstance(value, list):
+        return np.array(value, dtype=np.float64)
+    return value if name == 'polarity' else float(value)
+
+
+def flatten(entry: dict[str, Any], prefix: str = '') -> dict[str, object]:
+    """Return the values of nested entries by their full names, ``group.name``."""
+    values: dict[str, object] = {}
+    for name, value in entry.items():
+        if isinstance(value, dict):
+            values |= flatten(value, f'{prefix}{name}.')
+        else:
+            values[f'{prefix}{name}'] = value
+    return values

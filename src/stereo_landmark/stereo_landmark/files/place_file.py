@@ -1,22 +1,23 @@
-"""Reads and writes taught places: one YAML file with the paper's five sections (3.3), plus its stereo pair."""
+"""Reads and writes taught places: one YAML file with the five sections of the paper (3.3), and its stereo pair."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
-from shirube_core.files import write_text
-from stereo_landmark.core.pair.stereo_images import StereoImages
+from shirube_core.files import atomic_write, write_text
+from shirube_ros.file_errors import ImageFileError
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.camera_files import encode_png, load_grey_image
 from stereo_landmark.files.place_entries import place_entries, place_from_entries
-from stereo_landmark.files.schema_check import check_schema
-from stereo_landmark.files.taught_images import read_images, write_images
-from stereo_landmark.files.yaml_content import to_plain
-from stereo_landmark.files.yaml_file import LandmarkFileError, find_non_finite, read_yaml
+from stereo_landmark.files.yaml_file import LandmarkFileError, check_schema, find_non_finite, read_yaml
 
 FORMAT, VERSION = 'shirube/taught_place', 1
 _REMEDY = 'restore the file or teach the place again'
@@ -92,9 +93,12 @@ def load_place(path: Path) -> TaughtPlace:
     Raises:
         LandmarkFileError: the file is malformed; the message names file, field and remedy.
     """
-    content = _read(path)
+    return _place_from(path, _read(path))
+
+
+def _place_from(path: Path, entries: dict[str, Any]) -> TaughtPlace:
     try:
-        return place_from_entries(content)
+        return place_from_entries(entries)
     except StereoLandmarkError as fault:
         raise LandmarkFileError(f'{path}: {fault}') from fault
 
@@ -157,7 +161,46 @@ def _validate_entries(path: Path, entries: dict[str, Any]) -> None:
     non_finite = find_non_finite(entries)
     if non_finite is not None:
         raise LandmarkFileError(f'{path}: {non_finite} is not a finite number; {remedy}')
-    try:
-        place_from_entries(entries)
-    except StereoLandmarkError as fault:
-        raise LandmarkFileError(f'{path}: {fault}') from fault
+    _place_from(path, entries)
+
+
+def write_images(folder: Path, name: str, images: StereoImages) -> dict[str, Any]:
+    """Write the images and return the file entry that refers to them.
+
+    File names contain a hash of the content, so that images of the previous state stay valid until it is replaced.
+
+    Raises:
+        OSError: the folder is not writable.
+    """
+    entry: dict[str, Any] = {}
+    for side, image in (('left', images.left), ('right', images.right)):
+        data = encode_png(image)
+        entry[side] = f'{name}_{side}_{hashlib.sha256(data).hexdigest()[:8]}.png'
+        with atomic_write(folder / entry[side]) as file:
+            file.write(data)
+    return {**entry, 'tilt': [float(angle) for angle in images.tilt]}
+
+
+def read_images(path: Path, entry: dict[str, Any]) -> StereoImages:
+    """Return the images that the entry of a place file refers to.
+
+    Raises:
+        LandmarkFileError: an image is missing or corrupted.
+    """
+    loaded = []
+    for side in ('left', 'right'):
+        try:
+            loaded.append(load_grey_image(path.parent / entry[side]))
+        except ImageFileError as fault:
+            raise LandmarkFileError(f'{path}: images.{side}: {fault}') from fault
+    roll, pitch = map(float, entry['tilt'])
+    return StereoImages(loaded[0], loaded[1], (roll, pitch))
+
+
+def to_plain(content: Any) -> Any:
+    """Return nested content with lists instead of arrays and tuples, and Python numbers, without loss of precision."""
+    if isinstance(content, dict):
+        return {name: to_plain(value) for name, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [to_plain(value) for value in content]
+    return content.tolist() if isinstance(content, (np.ndarray, np.generic)) else content

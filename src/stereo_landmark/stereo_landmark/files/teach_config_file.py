@@ -1,4 +1,4 @@
-"""Loads the teach config of ``teach --batch``: a YAML file with the selections otherwise made on the teaching page."""
+"""Loads a lesson of ``teach --batch``: the selections otherwise made on the teaching page, and its stereo pair."""
 
 from __future__ import annotations
 
@@ -6,38 +6,37 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
 from shirube_core.settings import SettingsError, settings_from_values
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.primitive_selection import (
+from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.stereo import StereoImages, StereoRig
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import (
     ANY_SIZE,
     NearestSelection,
     RegionSelection,
     Selection,
     SortOrder,
 )
-from stereo_landmark.files.schema_check import check_schema
-from stereo_landmark.files.settings_entry import flatten
-from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml
+from stereo_landmark.files.camera_files import load_camera_calibration, load_grey_image, to_grey
+from stereo_landmark.files.place_entries import flatten
+from stereo_landmark.files.recording import choose_topics, recorded_pairs
+from stereo_landmark.files.yaml_file import LandmarkFileError, check_schema, read_yaml
 
 _REMEDY = 'correct it'
 
 
 @dataclass(frozen=True)
-class FilePair:
-    """One file per camera."""
-
-    left: Path
-    right: Path
-
-
-@dataclass(frozen=True)
 class CalibratedImages:
-    """Images and calibrations of both cameras."""
+    """Image and calibration files of the left and the right camera."""
 
-    images: FilePair
-    calibrations: FilePair
+    images: tuple[Path, Path]
+    calibrations: tuple[Path, Path]
 
 
 @dataclass(frozen=True)
@@ -134,8 +133,8 @@ def _source(folder: Path, content: dict[str, Any]) -> CalibratedImages | BagStam
     return BagStamp(folder / bag.pop('path'), bag.pop('stamp', None), tolerance, bag)
 
 
-def _files(folder: Path, entry: dict[str, str]) -> FilePair:
-    return FilePair(folder / entry['left'], folder / entry['right'])
+def _files(folder: Path, entry: dict[str, str]) -> tuple[Path, Path]:
+    return folder / entry['left'], folder / entry['right']
 
 
 def _target(path: Path, entry: dict[str, Any]) -> TargetConfig:
@@ -160,3 +159,60 @@ def _selection(where: str, entry: dict[str, Any]) -> Selection:
     order = SortOrder(entry.get('order', SortOrder.LEFT_TO_RIGHT.value))
     region = (left, top, right, bottom)
     return RegionSelection(kind, region, (smallest, largest), order, entry.get('count'), name)
+
+
+CameraImage = tuple[NDArray[np.uint8], CameraCalibration]
+"""Grey image, shape (h, w), and the calibration of its camera."""
+
+
+def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig]:
+    """Load the pair of a config, rectified, and its cameras.
+
+    Raises:
+        StereoLandmarkError: the calibrations are not a stereo pair, or do not match the images.
+        CameraFileError: an image or calibration file is missing, truncated or malformed.
+        BagError: the bag cannot be read.
+    """
+    if isinstance(config.source, BagStamp):
+        left, right, tilt = _load_from_bag(config.source, is_raw=config.is_raw)
+    else:
+        (left, right), tilt = _load_from_files(config.source), None
+    rig = stereo_rig(left[1], right[1], config.mount)
+    images = []
+    for image, calibration in (left, right):
+        if image.shape != (calibration.height, calibration.width):
+            raise StereoLandmarkError(
+                f'an image is {image.shape[1]} x {image.shape[0]} px, its calibration is for '
+                f'{calibration.width} x {calibration.height} px; calibrate at the resolution in use'
+            )
+        images.append(Rectifier(calibration).rectify(image) if config.is_raw else image)
+    fault = pair_fault(images[0], images[1], rig)
+    if fault is not None:
+        raise StereoLandmarkError(fault.value)
+    return StereoImages(images[0], images[1], config.tilt or tilt or (0.0, 0.0)), rig
+
+
+def _load_from_files(source: CalibratedImages) -> tuple[CameraImage, CameraImage]:
+    left, right = (
+        (load_grey_image(image), load_camera_calibration(calibration))
+        for image, calibration in zip(source.images, source.calibrations, strict=True)
+    )
+    return left, right
+
+
+def _load_from_bag(
+    moment: BagStamp, *, is_raw: bool
+) -> tuple[CameraImage, CameraImage, tuple[float, float] | None]:
+    """Return the first pair from the stamp on, and the tilt that the IMU measured near it."""
+    begin = None if moment.stamp is None else round(moment.stamp * 1e9)
+    with BagReader(moment.path) as bag:
+        topics = choose_topics(bag, moment.topics, is_raw=is_raw)
+        pair = next(recorded_pairs(bag, topics, moment.sync_tolerance, begin), None)
+    if pair is not None:
+        left, right = pair.left, pair.right
+        return (to_grey(left.pixels), left.calibration), (to_grey(right.pixels), right.calibration), pair.tilt
+    when = '' if moment.stamp is None else f' at or after {moment.stamp:.9g} s'
+    raise StereoLandmarkError(
+        f'{moment.path}: no pair of valid images with matching stamps{when}; '
+        'correct stamp, or set approximate_sync_tolerance_seconds'
+    )

@@ -21,19 +21,18 @@ from std_msgs.msg import Header
 
 from shirube_core.geometry import CameraMount, TiltBuffer
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.camera.input import ImageInput
-from shirube_ros.pose_conversion import tilt_from_imu
+from shirube_ros.image_input import ImageInput
 from shirube_ros.quality_of_service import odometry_profile
-from shirube_ros.stamps import StampValidator
-from stereo_landmark.calibration_message import calibration_from_camera_info
+from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.tilt_conversion import tilt_from_imu
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.grey_image import to_grey
-from stereo_landmark.page.pair_source import RecordedPairs
+from stereo_landmark.files.camera_files import to_grey
+from stereo_landmark.files.recording import calibration_from_camera_info
+from stereo_landmark.page.pair_source import StereoPairs
 
 FIRST_PAIR_TIMEOUT = 30.0
 """Timeout for the first pair [s]."""
@@ -139,7 +138,7 @@ class CameraSubscriber:
             self._condition.notify_all()
 
 
-class LivePairs:
+class LivePairs(StereoPairs):
     """Stereo pairs captured from the page.
 
     Args:
@@ -156,28 +155,12 @@ class LivePairs:
     def __init__(self, listener: CameraSubscriber, mount: CameraMount, *, rectify: bool) -> None:
         self._listener = listener
         self._captured: list[StereoImages] = []
-        self.labels: list[str] = []
+        self._labels: list[str] = []
         first, self._calibrations = listener.next_pair(FIRST_PAIR_TIMEOUT)
-        self._recorded = RecordedPairs(
-            self.labels,
-            self._captured.__getitem__,
-            stereo_rig(*self._calibrations, mount),
-            self._calibrations if rectify else None,
-        )
+        rig = stereo_rig(*self._calibrations, mount)
+        raw = self._calibrations if rectify else None
+        super().__init__(self._labels, self._captured.__getitem__, rig, raw)
         self._add(first)
-
-    @property
-    def rig(self) -> StereoRig:
-        """The rectified cameras."""
-        return self._recorded.rig
-
-    def images(self, number: int) -> StereoImages:
-        """Return a captured pair, rectified.
-
-        Raises:
-            StereoLandmarkError: the number does not exist, or the pair is not rectified.
-        """
-        return self._recorded.images(number)
 
     def capture(self) -> int:
         """Capture a pair and return its number.
@@ -192,7 +175,7 @@ class LivePairs:
 
     def _add(self, images: StereoImages) -> int:
         self._captured.append(images)
-        self.labels.append(f'captured {datetime.now().astimezone():%H:%M:%S}')
+        self._labels.append(f'captured {datetime.now().astimezone():%H:%M:%S}')
         return len(self._captured) - 1
 
 

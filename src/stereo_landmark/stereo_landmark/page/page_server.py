@@ -17,7 +17,7 @@ from aiohttp import WSMsgType, web
 
 from shirube_ros.errors import CameraFileError
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.grey_image import encode_png
+from stereo_landmark.files.camera_files import encode_png
 from stereo_landmark.page.access import access_middleware
 from stereo_landmark.page.request_handler import RequestHandler
 

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from shirube_core.files import exclusive_lock
-from stereo_landmark.core.pair.stereo_images import StereoImages
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.place_file import place_path, save_place
 

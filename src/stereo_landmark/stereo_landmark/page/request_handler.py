@@ -8,19 +8,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from shirube_ros.errors import CameraFileError
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
-from stereo_landmark.core.pair.stereo_images import StereoImages
+from shirube_ros.file_errors import CameraFileError
+from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.selection_hints import Severity, check_trials
+from stereo_landmark.core.teaching.hints import Severity
+from stereo_landmark.core.teaching.procedure_check import check_trials
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
 from stereo_landmark.core.teaching.teaching_state import TeachingState
-from stereo_landmark.page import request_fields as read
-from stereo_landmark.page.page_edits import EDITS
-from stereo_landmark.page.pair_source import PairSource
+from stereo_landmark.page import page_edits as read
+from stereo_landmark.page.page_edits import EDITS, Request
+from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceExistsError, PlaceSaver
-from stereo_landmark.page.request_fields import Request
 from stereo_landmark.page.snapshot import configuration, edges, hint_entries, snapshot, test_result
 
 Answer = dict[str, Any]
@@ -50,7 +50,7 @@ class RequestHandler:
 
     def __init__(
         self,
-        source: PairSource,
+        source: StereoPairs,
         saver: PlaceSaver,
         state: TeachingState | None = None,
         settings: LandmarkSettings | None = None,
@@ -62,17 +62,20 @@ class RequestHandler:
         self._saved_content = self._initial_content if saver.is_own(self.session.state.name) else None
         self._selection_numbers: dict[Hashable, int] = {}
         self._checks: dict[tuple[int, int], Answer] = {}
+        self._steps: dict[str, Callable[[Request], None]] = {
+            'snapshot': lambda _: None,
+            'undo': lambda _: self.session.undo(),
+            'redo': lambda _: self.session.redo(),
+            'toggle': lambda r: self.session.toggle(read.kind(r), read.integer(r, 'number')),
+            'select_pair': self._select_pair,
+            'take': lambda _: self._use_pair(source.capture()),
+        }
+        """Commands that are answered by the state after them, as edits are."""
         self._handlers: dict[str, Callable[[Request], Answer]] = {
             'hello': lambda _: {'configuration': configuration(source), **self._state()},
-            'snapshot': lambda _: self._state(),
-            'undo': lambda _: self._undo_or_redo(self.session.history.undo),
-            'redo': lambda _: self._undo_or_redo(self.session.history.redo),
-            'toggle': self._toggle,
             'edges': self._edges,
-            'select_pair': self._select_pair,
-            'take': self._capture,
             'check': self._check,
-            'test': self._test,
+            'test': lambda r: {'answer': test_result(self.session.locate(read.integer(r, 'pair')))},
             'save': self._save,
         }
 
@@ -111,18 +114,21 @@ class RequestHandler:
         """Handle a request and return the response."""
         name = str(request.get('do'))
         try:
-            if name in EDITS:
-                self._edit(name, request)
-                return self._state()
             if name in self._handlers:
                 return self._handlers[name](request)
+            if name in EDITS:
+                self._edit(name, request)
+            elif name in self._steps:
+                self._steps[name](request)
+            else:
+                return {'error': f'request: unknown command {name!r}; reload the page'}
+            return self._state()
         except PlaceExistsError as fault:
             return {'error': str(fault), 'exists': True}
         except (StereoLandmarkError, CameraFileError) as fault:
             return {'error': str(fault)}
         except OSError as fault:
             return {'error': f'{fault.filename or "the place"}: {fault.strerror}; choose a writable place'}
-        return {'error': f'request: unknown command {name!r}; reload the page'}
 
     def _edit(self, name: str, request: Request) -> None:
         self.session.apply(lambda state: EDITS[name](state, request), str(request.get('gesture', '')))
@@ -147,14 +153,6 @@ class RequestHandler:
             self.session.state.selection_key, len(self._selection_numbers)
         )
 
-    def _undo_or_redo(self, step: Callable[[], None]) -> Answer:
-        step()
-        return self._state()
-
-    def _toggle(self, request: Request) -> Answer:
-        self.session.toggle(read.kind(request), read.integer(request, 'number'))
-        return self._state()
-
     def _edges(self, request: Request) -> Answer:
         """Return the edges with a setting that is being changed; the detectors run after the gesture ends."""
         if 'name' in request:
@@ -163,16 +161,13 @@ class RequestHandler:
         wanted = read.sides(request)
         return {'edges': {side: edges(self.session.segments(getattr(images, side))) for side in wanted}}
 
-    def _select_pair(self, request: Request) -> Answer:
+    def _select_pair(self, request: Request) -> None:
         number = read.integer(request, 'pair')
         self.images(number)
-        self.session.apply(partial(edits.select_pair, pair=number))
-        return self._state()
+        self._use_pair(number)
 
-    def _capture(self, _: Request) -> Answer:
-        number = self._source.capture()
+    def _use_pair(self, number: int) -> None:
         self.session.apply(partial(edits.select_pair, pair=number))
-        return self._state()
 
     def _check(self, request: Request) -> Answer:
         number = read.integer(request, 'target')
@@ -192,9 +187,6 @@ class RequestHandler:
             self._checks[key] = {'trials': rows, 'hints': hint_entries(check_trials(name, trials))}
         return self._checks[key]
 
-    def _test(self, request: Request) -> Answer:
-        return {'answer': test_result(self.session.locate(read.integer(request, 'pair')))}
-
     def _save(self, request: Request) -> Answer:
         replace = read.flag(request, 'replace')
         place = self.session.place()
@@ -208,8 +200,8 @@ class RequestHandler:
     def _blocking_hints(self) -> Iterator[dict[str, str]]:
         """Yield the hints that prevent saving, the cheap checks first."""
         targets = self.session.state.targets
-        for draft in targets:
-            yield from _select_blocking(hint_entries(self.session.report(draft).hints))
+        for target in targets:
+            yield from _select_blocking(hint_entries(self.session.report(target).hints))
         for number in range(len(targets)):
             yield from _select_blocking(self._check_target(number)['hints'])
 

@@ -10,40 +10,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.settings import describe_settings
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.place.place_fix import NoPlaceFix, PlaceFix
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.geometry_check import pose_sigmas
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind
-from stereo_landmark.core.procedure.target_detection import TargetDetection
-from stereo_landmark.core.segments.segments import Segments
-from stereo_landmark.core.teaching.outline import primitive_outline
-from stereo_landmark.core.teaching.processing_values import processing_values
-from stereo_landmark.core.teaching.selectable_primitives import SelectablePrimitive
-from stereo_landmark.core.teaching.selection_hints import Hint
-from stereo_landmark.core.teaching.target_measurement import MeasuredPrimitive, MeasuredTarget
-from stereo_landmark.core.teaching.teaching_session import TargetReport, TeachingSession
-from stereo_landmark.core.teaching.teaching_state import TargetDraft
-from stereo_landmark.page.pair_source import PairSource
+from stereo_landmark.core.edges.segments import Segments
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection
+from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    primitive_kind,
+)
+from stereo_landmark.core.teaching.edits import processing_values
+from stereo_landmark.core.teaching.geometry_hints import pose_sigmas
+from stereo_landmark.core.teaching.hints import Hint, TargetReport
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teaching_session import SelectablePrimitive, TeachingSession
+from stereo_landmark.page.pair_source import StereoPairs
 
 _UNIT = 16.0
 """Edge points are sent as integers in this fraction of a pixel [1/px]."""
 
 
-def configuration(source: PairSource) -> dict[str, Any]:
+def configuration(source: StereoPairs) -> dict[str, Any]:
     """Return the constant configuration: cameras, settings, kinds of primitives."""
     rig = source.rig
-    settings = [
-        {
-            'name': each.name,
-            'description': each.description,
-            'unit': each.unit,
-            'minimum': each.minimum,
-            'maximum': each.maximum,
-            'default': each.default,
-        }
-        for each in describe_settings(ImageProcessing)
-    ]
+    fields = ('name', 'description', 'unit', 'minimum', 'maximum', 'default')
+    settings = [{name: getattr(each, name) for name in fields} for each in describe_settings(ImageProcessing)]
     return {
         'width': rig.left.width,
         'height': rig.left.height,
@@ -57,7 +48,7 @@ def configuration(source: PairSource) -> dict[str, Any]:
     }
 
 
-def snapshot(session: TeachingSession, source: PairSource) -> dict[str, Any]:
+def snapshot(session: TeachingSession, source: StereoPairs) -> dict[str, Any]:
     """Return the whole state of a session with its results."""
     state, view = session.state, session.view
     pose = state.T_map_place
@@ -66,14 +57,14 @@ def snapshot(session: TeachingSession, source: PairSource) -> dict[str, Any]:
         'pair': state.pair,
         'pairs': list(source.labels),
         'pose': None if pose is None else {'x': pose.x, 'y': pose.y, 'yaw': pose.yaw},
-        'can_undo': session.history.can_undo,
-        'can_redo': session.history.can_redo,
+        'can_undo': session.can_undo,
+        'can_redo': session.can_redo,
         'processing': processing_values(state.processing),
         'segments': len(view.left.segments),
         'kinds': sorted(kind.value for kind in state.kinds),
         'counts': {kind.value: len(view.left.kinds[kind].primitives) for kind in PrimitiveKind},
         'found': [_found(session, each) for each in session.selectable()],
-        'targets': [_target(draft, session.report(draft)) for draft in state.targets],
+        'targets': [_target(target, session.report(target)) for target in state.targets],
         'active': state.active,
     }
 
@@ -102,8 +93,10 @@ def test_result(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
     used = answer.displacement.names if isinstance(answer, LandmarkFix) else ()
     detections: list[dict[str, Any]] = []
     for each in answer.detections:
+        entry = {'target': each.target, 'found': [], 'log_likelihood_ratio': 0.0, 'points': []}
         if isinstance(each, TargetDetection):
-            points = [
+            entry['found'], entry['log_likelihood_ratio'] = list(each.found), each.log_likelihood_ratio
+            entry['points'] = [
                 {
                     'name': name,
                     'left': _rounded(pixels[:2]),
@@ -112,19 +105,9 @@ def test_result(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
                 }
                 for name, pixels in zip(each.points.names, each.points.pixels, strict=True)
             ]
-            detections.append(
-                {
-                    'target': each.target,
-                    'found': list(each.found),
-                    'log_likelihood_ratio': each.log_likelihood_ratio,
-                    'points': points,
-                }
-            )
         else:
-            text = f'{each.reason.value} ({each.detail})'
-            detections.append(
-                {'target': each.target, 'found': [], 'log_likelihood_ratio': 0.0, 'points': [], 'text': text}
-            )
+            entry['text'] = f'{each.reason.value} ({each.detail})'
+        detections.append(entry)
     if isinstance(answer, NoLandmarkFix):
         return {'is_fix': False, 'text': f'{answer.reason}: {answer.detail}', 'detections': detections}
     pose = answer.displacement.T_place_base
@@ -146,41 +129,42 @@ def _found(session: TeachingSession, found: SelectablePrimitive) -> dict[str, An
         'number': found.number,
         'outline': _lines(found.shape),
         'depth': found.depth,
-        'chosen': session.selected_name(found),
+        'chosen': session.selected_name(found.shape),
     }
 
 
-def _target(draft: TargetDraft, report: TargetReport) -> dict[str, Any]:
-    region = draft.region
-    parts = zip(draft.primitives, report.measured.primitives, strict=True)
+def _target(target: TargetSelection, report: TargetReport) -> dict[str, Any]:
+    region = target.region
     return {
-        'name': draft.name,
+        'name': target.name,
         'region': None if region is None else [region.left, region.top, region.right, region.bottom],
-        'primitives': [_primitive(part.shape, measured) for part, measured in parts],
-        'points': _points(draft, report.measured),
+        'primitives': [
+            _primitive(name, shape, report.measured[name]) for name, shape in target.primitives.items()
+        ],
+        'points': _points(target, report),
         'expected': _expected(report.fix),
         'hints': hint_entries(report.hints),
     }
 
 
-def _primitive(shape: Primitive, measured: MeasuredPrimitive) -> dict[str, Any]:
-    left, right = measured.pair if measured.pair is not None else (shape, None)
+def _primitive(name: str, shape: Primitive, measured: tuple[Primitive, Primitive] | str) -> dict[str, Any]:
+    left, right = (shape, None) if isinstance(measured, str) else measured
     return {
-        'name': measured.name,
+        'name': name,
         'kind': primitive_kind(shape).value,
         'centre': _rounded(left.centre),
         'left': _lines(left),
         'right': [] if right is None else _lines(right),
-        'fault': measured.fault,
+        'fault': measured if isinstance(measured, str) else '',
     }
 
 
-def _points(draft: TargetDraft, measured: MeasuredTarget) -> list[dict[str, Any]]:
-    points, space = measured.points, measured.coordinates
+def _points(target: TargetSelection, report: TargetReport) -> list[dict[str, Any]]:
+    points, space = report.points, report.coordinates
     return [
         {
             'name': name,
-            'used': name not in draft.excluded_points,
+            'used': target.uses(name),
             'left': _rounded(pixels[:2]),
             'right': _rounded(pixels[2:]),
             'xyz': position.tolist(),
@@ -205,7 +189,7 @@ def _sigmas(fix: PlaceFix) -> dict[str, float]:
 
 
 def _lines(primitive: Primitive) -> list[list[list[float]]]:
-    return [_rounded(line) for line in primitive_outline(primitive)]
+    return [_rounded(line) for line in primitive.outline()]
 
 
 def _rounded(pixels: NDArray[np.float64]) -> Any:

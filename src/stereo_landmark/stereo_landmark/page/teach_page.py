@@ -15,26 +15,17 @@ from shirube_core.geometry import CameraMount
 from shirube_core.settings import check_settings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.edits import rename_place
-from stereo_landmark.core.teaching.place_state import state_from_place
-from stereo_landmark.core.teaching.teaching_state import TeachingState
+from stereo_landmark.core.teaching.teaching_state import TeachingState, state_from_place
 from stereo_landmark.files.place_file import load_place
 from stereo_landmark.node_settings import NodeSettings
-from stereo_landmark.page.access import is_loopback, new_token
-from stereo_landmark.page.bag_pairs import bag_pairs
-from stereo_landmark.page.file_pairs import file_pairs
-from stereo_landmark.page.joined_pairs import JoinedPairs
+from stereo_landmark.page.access import is_loopback, new_token, reachable_host
 from stereo_landmark.page.page_server import PageServer, serve
-from stereo_landmark.page.pair_source import PairSource, RecordedPairs
+from stereo_landmark.page.pair_source import StereoPairs, bag_pairs, file_pairs, join_pairs, taught_pair
 from stereo_landmark.page.place_saver import PlaceSaver
-from stereo_landmark.page.reachable_host import reachable_host
 from stereo_landmark.page.request_handler import RequestHandler, SaveStatus
-from stereo_landmark.page.taught_pair import taught_pair
 
-PORT = 8765
-PORT_MAX = 65535
 DRAFT_FOLDER = 'unsaved'
 """Subfolder of the places for unsaved drafts, which the localizer does not read."""
-_NODE = NodeSettings()
 
 
 def open_page(options: argparse.Namespace) -> None:
@@ -96,7 +87,7 @@ def _save_draft(answers: RequestHandler, options: argparse.Namespace) -> None:
     print(f'teach: {name} was not saved; continue from the draft with: teach --place {path}', file=sys.stderr)  # noqa: T201
 
 
-def _make_handler(source: PairSource, options: argparse.Namespace) -> RequestHandler:
+def _make_handler(source: StereoPairs, options: argparse.Namespace) -> RequestHandler:
     if options.place is None:
         return RequestHandler(source, PlaceSaver(options.places), TeachingState(name=options.name))
     folder = _folder(options)
@@ -105,7 +96,7 @@ def _make_handler(source: PairSource, options: argparse.Namespace) -> RequestHan
 
 
 @contextmanager
-def _source(options: argparse.Namespace) -> Iterator[PairSource]:
+def _source(options: argparse.Namespace) -> Iterator[StereoPairs]:
     xyz, rpy = tuple(options.camera_xyz), tuple(options.camera_rpy)
     check_settings(NodeSettings(camera_xyz=xyz, camera_rpy=rpy))
     mount = CameraMount(xyz, rpy)
@@ -119,64 +110,14 @@ def _source(options: argparse.Namespace) -> Iterator[PairSource]:
     yield _append_test_bags(_load_recorded(options, mount), options)
 
 
-def _load_recorded(options: argparse.Namespace, mount: CameraMount) -> RecordedPairs:
+def _load_recorded(options: argparse.Namespace, mount: CameraMount) -> StereoPairs:
     if options.place is not None:
         return taught_pair(options.place)
     return bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
 
 
-def _append_test_bags(source: RecordedPairs, options: argparse.Namespace) -> PairSource:
+def _append_test_bags(source: StereoPairs, options: argparse.Namespace) -> StereoPairs:
     if not options.test_bag:
         return source
     drives = [argparse.Namespace(**{**vars(options), 'bag': path}) for path in options.test_bag]
-    return JoinedPairs(source, [(each.bag.name, bag_pairs(each, source.rig.mount)) for each in drives])
-
-
-def add_page_options(parser: argparse.ArgumentParser) -> None:
-    """Add the page's options besides the image source and the folder of places."""
-    add = parser.add_argument
-    add('--right', type=Path, nargs='+', help='right images in the same order')
-    for side in ('left', 'right'):
-        add(
-            f'--{side}-calibration',
-            type=Path,
-            metavar='YAML',
-            help=f'calibration of the {side} camera, as camera_calibration writes it',
-        )
-    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
-        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
-    add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
-        help='further bags of the same cameras, for tests')  # fmt: skip
-    add('--rectify', action='store_true', help='rectify raw images')
-    add('--approximate-sync', type=float, metavar='SECONDS',
-        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
-    add('--image-transport', default=_NODE.image_transport, choices=('raw', 'compressed', 'auto'),
-        help='image transport of live images (default: %(default)s)')  # fmt: skip
-    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
-        help='roll and pitch of the robot, without imu [rad] (default: level)')  # fmt: skip
-    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='position of the left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='fixed-axis roll, pitch, yaw of the left optical frame [rad] (default: looking ahead)')  # fmt: skip
-    add('--name', default='place_1', help='initial name of the place (default: %(default)s)')
-    add(
-        '--host',
-        default='127.0.0.1',
-        help='listening address; non-loopback addresses require a token (default: %(default)s)',
-    )
-    add('--port', type=_port, default=PORT, help='port, 0 for any free port (default: %(default)s)')
-
-
-def _port(text: str) -> int:
-    """Parse a port number.
-
-    Raises:
-        ArgumentTypeError: it is not a valid port.
-    """
-    try:
-        port = int(text)
-    except ValueError:
-        port = -1
-    if not 0 <= port <= PORT_MAX:
-        raise argparse.ArgumentTypeError(f'{text} is not a port; choose 0 to {PORT_MAX}')
-    return port
+    return join_pairs(source, [(each.bag.name, bag_pairs(each, source.rig.mount)) for each in drives])

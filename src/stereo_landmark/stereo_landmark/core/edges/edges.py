@@ -1,7 +1,8 @@
-"""Subpixel edge detection: non-maximum suppression of the gradient magnitude."""
+"""Subpixel edge detection: non-maximum suppression of the gradient magnitude (paper 3.3b)."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -9,9 +10,48 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.edges.gradient import gaussian_gradient
-from stereo_landmark.core.edges.settings import EdgeSettings
-from stereo_landmark.core.grey_image import check_grey_image
+from stereo_landmark.core.arrays import Floats, GreyImage, Masks
+from stereo_landmark.core.settings import EdgeSettings
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+SIDE_MIN = 16
+"""Minimum image width and height [px]."""
+
+
+def check_grey_image(image: GreyImage) -> None:
+    """Check that an image is grey, 8 bit and large enough.
+
+    Raises:
+        StereoLandmarkError: wrong type, shape or size; one line that names both it and the expected one.
+    """
+    if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
+        kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
+        raise StereoLandmarkError(f'the image holds {kind}, it must be an array of uint8 (mono8)')
+    if image.ndim != 2:
+        raise StereoLandmarkError(f'the image has the shape {image.shape}, it must be grey, (h, w) (mono8)')
+    if min(image.shape) < SIDE_MIN:
+        raise StereoLandmarkError(
+            f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SIDE_MIN} px'
+        )
+
+
+def gaussian_gradient(image: GreyImage, sigma: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the derivatives along x and y of the smoothed image, each shape (h, w) [grey levels / px].
+
+    Args:
+        image: grey image, shape (h, w).
+        sigma: standard deviation of the Gaussian [px].
+    """
+    radius = math.ceil(3.0 * sigma)
+    offsets = np.arange(-radius, radius + 1, dtype=np.float64)
+    gaussian = np.exp(-0.5 * (offsets / sigma) ** 2)
+    gaussian /= gaussian.sum()
+    derivative = offsets * gaussian
+    derivative /= np.sum(offsets * derivative)  # a ramp of one grey level per pixel has gradient 1
+    border = cv2.BORDER_REPLICATE
+    gx = cv2.sepFilter2D(image, cv2.CV_32F, derivative, gaussian, borderType=border)
+    gy = cv2.sepFilter2D(image, cv2.CV_32F, gaussian, derivative, borderType=border)
+    return gx, gy
 
 
 @dataclass(frozen=True)
@@ -24,8 +64,8 @@ class Edges:
         index: index of the edge point in each pixel, -1 where there is none, shape (h, w).
     """
 
-    points: NDArray[np.float64]
-    gradients: NDArray[np.float64]
+    points: Floats
+    gradients: Floats
     index: NDArray[np.int32]
 
     def __len__(self) -> int:
@@ -33,7 +73,7 @@ class Edges:
         return len(self.points)
 
 
-def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
+def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
     """Detect edges (paper 3.3b: filter, binarise, thin) down to the lower hysteresis threshold.
 
     Args:
@@ -59,7 +99,7 @@ def extract_edges(image: NDArray[np.uint8], settings: EdgeSettings) -> Edges:
 @njit(cache=True, error_model='numpy')
 def _suppress_non_maxima(
     gx: NDArray[np.float32], gy: NDArray[np.float32], magnitude: NDArray[np.float32], threshold: np.float32
-) -> NDArray[np.bool_]:
+) -> Masks:
     # Maxima along the image axis nearest to the gradient: one point per row of a steep edge, one per
     # column of a flat edge, so that edge linking never has two candidates in a row or column.
     height, width = gx.shape
@@ -82,9 +122,9 @@ def _collect_points(
     gx: NDArray[np.float32],
     gy: NDArray[np.float32],
     magnitude: NDArray[np.float32],
-    is_maximum: NDArray[np.bool_],
+    is_maximum: Masks,
     index: NDArray[np.int32],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Floats, Floats, Floats]:
     """Return pixels, gradients and the relative gradient magnitudes of both neighbours of the maxima.
 
     Writes the point indices into ``index``.
@@ -114,9 +154,7 @@ def _collect_points(
 
 
 @njit(cache=True, error_model='numpy')
-def _refine_subpixel(
-    points: NDArray[np.float64], gradients: NDArray[np.float64], log_ratios: NDArray[np.float64]
-) -> None:
+def _refine_subpixel(points: Floats, gradients: Floats, log_ratios: Floats) -> None:
     """Move points to the maxima of parabolas through the log magnitudes; exact for a Gaussian profile."""
     for i in range(len(points)):
         low, high = log_ratios[i, 0], log_ratios[i, 1]

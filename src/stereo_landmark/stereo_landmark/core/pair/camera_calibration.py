@@ -1,15 +1,17 @@
-"""Calibration of one camera of a stereo pair: the fields of ``sensor_msgs/CameraInfo``."""
+"""Calibration of a stereo pair (fields of ``sensor_msgs/CameraInfo``), rectification and the check of its rows."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 
+import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.arrays import Floats, GreyImage
+from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 _REMEDY = 'calibrate both cameras as a pair (camera_calibration, stereo)'
@@ -63,7 +65,7 @@ class CameraCalibration:
         return self.raw.height
 
     @property
-    def matrix(self) -> NDArray[np.float64]:
+    def matrix(self) -> Floats:
         """Camera matrix of the rectified image, shape (3, 3)."""
         return np.array(self.projection).reshape(3, 4)[:, :3]
 
@@ -91,3 +93,106 @@ def stereo_rig(left: CameraCalibration, right: CameraCalibration, mount: CameraM
         StereoLandmarkError: the baseline is zero or negative, or the cameras were not calibrated together.
     """
     return StereoRig(left.rectified, right.rectified, right.x - left.x, mount)
+
+
+class Rectifier:
+    """Rectifies the images of one camera.
+
+    Args:
+        calibration: calibration of the camera.
+    """
+
+    def __init__(self, calibration: CameraCalibration) -> None:
+        camera = calibration.raw
+        self._size = (camera.width, camera.height)
+        self._u, self._v = cv2.initUndistortRectifyMap(
+            camera.matrix,
+            np.array(camera.distortion),
+            np.array(calibration.rotation).reshape(3, 3),
+            calibration.matrix,
+            self._size,
+            cv2.CV_32FC1,
+        )
+
+    def rectify(self, image: GreyImage) -> GreyImage:
+        """Return the rectified image, shape (h, w).
+
+        The border is replicated outside the raw image, because a black border would look like a landmark.
+
+        Args:
+            image: raw grey image, shape (h, w).
+
+        Raises:
+            StereoLandmarkError: the image size differs from the calibration.
+        """
+        if image.shape[::-1] != self._size:
+            raise StereoLandmarkError(
+                f'the image is {image.shape[1]} x {image.shape[0]} px, the calibration is for '
+                f'{self._size[0]} x {self._size[1]} px; calibrate at the resolution in use'
+            )
+        rectified = cv2.remap(image, self._u, self._v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        return np.asarray(rectified, dtype=np.uint8)
+
+
+FEATURES = 600
+PYRAMID_LEVELS = 3
+"""Levels of the ORB pyramid; keypoints of higher levels are too coarse."""
+HAMMING_DISTANCE_MAX = 48
+"""Largest Hamming distance between matching descriptors."""
+MATCH_ROW_DIFFERENCE_MAX = 60.0
+"""Largest row difference of a match [px]."""
+MATCHES_MIN = 25
+"""Minimum number of matches for a decision."""
+ROW_DIFFERENCE_MAX = 1.6
+"""Largest median row difference of a rectified pair [px]; about 0.4 px is usual."""
+NEGATIVE_FRACTION_MAX = 0.7
+"""Largest fraction of matches with a negative disparity."""
+NEGATIVE_DISPARITY = -1.0
+"""Matches with a smaller disparity count as negative [px]."""
+
+
+class PairFault(Enum):
+    """Fault of a stereo pair and its remedy."""
+
+    NOT_RECTIFIED = (
+        'matching points are in different rows of the left and the right image, so they are not rectified; '
+        'give rectified images, or raw ones with rectify, or calibrate the pair again'
+    )
+    SWAPPED = 'disparities are negative, so left and right are swapped; swap the two cameras'
+
+
+def pair_fault(left: GreyImage, right: GreyImage, rig: StereoRig) -> PairFault | None:
+    """Return the fault of a stereo pair, None if it has none or the images have too few features.
+
+    Args:
+        left: rectified grey image of the left camera, shape (h, w).
+        right: rectified grey image of the right camera, shape (h, w).
+        rig: rectified cameras.
+    """
+    left_points, right_points = _match_features(left, right)
+    row_differences = np.abs(left_points[:, 1] - right_points[:, 1])
+    if len(row_differences) < MATCHES_MIN:
+        return None
+    if float(np.median(row_differences)) > ROW_DIFFERENCE_MAX:
+        return PairFault.NOT_RECTIFIED
+    disparities = (left_points[:, 0] - rig.left.cx) - (right_points[:, 0] - rig.right.cx)
+    is_negative = disparities[row_differences < ROW_DIFFERENCE_MAX] < NEGATIVE_DISPARITY
+    return PairFault.SWAPPED if float(np.mean(is_negative)) > NEGATIVE_FRACTION_MAX else None
+
+
+def _match_features(left: GreyImage, right: GreyImage) -> tuple[Floats, Floats]:
+    """Return matching ORB keypoints in both images, each of shape (n, 2) [px]."""
+    detector = cv2.ORB.create(FEATURES, nlevels=PYRAMID_LEVELS)
+    (points, descriptors), (other_points, other_descriptors) = (
+        detector.detectAndCompute(i, None) for i in (left, right)
+    )
+    if descriptors is None or other_descriptors is None:
+        return np.empty((0, 2)), np.empty((0, 2))
+    found = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True).match(descriptors, other_descriptors)
+    near = [match for match in found if match.distance <= HAMMING_DISTANCE_MAX]
+    left_points = np.array([points[match.queryIdx].pt for match in near], dtype=np.float64).reshape(-1, 2)
+    right_points = np.array([other_points[match.trainIdx].pt for match in near], dtype=np.float64).reshape(
+        -1, 2
+    )
+    kept = np.abs(left_points[:, 1] - right_points[:, 1]) < MATCH_ROW_DIFFERENCE_MAX
+    return left_points[kept], right_points[kept]

@@ -46,11 +46,6 @@ class StampSynchronizer(Generic[Item]):
         own_queue.clear()
         return (item, nearest[1]) if side == 0 else (nearest[1], item)
 
-    def clear(self) -> None:
-        """Empty both queues."""
-        for queue in self._queues:
-            queue.clear()
-
     def _limit_queue(self, side: int) -> None:
         own_queue, other_queue = self._queues[side], self._queues[1 - side]
         if len(own_queue) <= self._queue_size:

@@ -11,11 +11,15 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.patches.patch_fit import HOMOGRAPHY_DOF, fit_patch
-from stereo_landmark.core.patches.patch_template import PatchTemplate, homography_jacobian
-from stereo_landmark.core.patches.smoothing import NOISE_GAIN, spline_coefficients
+from stereo_landmark.core.patches.patch_template import (
+    NOISE_GAIN,
+    PatchTemplate,
+    homography_jacobian,
+    spline_coefficients,
+)
 
 SEARCH_MARGIN = 5
 """Margin of the image window around the predicted patch [px]."""
@@ -37,15 +41,13 @@ class AlignedPatch:
         corners: corners of the patch, shape (4, 2) [px].
     """
 
-    points: NDArray[np.float64]
-    covariance: NDArray[np.float64]
-    taught_covariance: NDArray[np.float64]
-    corners: NDArray[np.float64]
+    points: Floats
+    covariance: Floats
+    taught_covariance: Floats
+    corners: Floats
 
 
-def align_patch(
-    template: PatchTemplate, image: NDArray[np.uint8], start: NDArray[np.float64]
-) -> AlignedPatch | None:
+def align_patch(template: PatchTemplate, image: GreyImage, start: Floats) -> AlignedPatch | None:
     """Align a patch with an image.
 
     Args:
@@ -83,11 +85,7 @@ def align_patch(
 
 
 def _aligned_patch(
-    template: PatchTemplate,
-    homography: NDArray[np.float64],
-    low: NDArray[np.int64],
-    inverse: NDArray[np.float64],
-    residual_variance: float,
+    template: PatchTemplate, homography: Floats, low: Ints, inverse: Floats, residual_variance: float
 ) -> AlignedPatch:
     """Return the points with their covariances; half of the noise is attributed to each image."""
     pixels, jacobians = _project(homography, template.points)
@@ -106,9 +104,7 @@ def _aligned_patch(
     )
 
 
-def _project(
-    homography: NDArray[np.float64], coordinates: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _project(homography: Floats, coordinates: Floats) -> tuple[Floats, Floats]:
     """Return the projections of patch coordinates, shape (n, 2), and their Jacobians, shape (n, 2, 2)."""
     projected = coordinates @ homography[:, :2].T + homography[:, 2]
     pixels = projected[:, :2] / projected[:, 2:]

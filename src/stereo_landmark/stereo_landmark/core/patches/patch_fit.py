@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.symmetric_matrix import invert_symmetric
+from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.least_squares import invert_symmetric
 
 HOMOGRAPHY_DOF = 8
 """Degrees of freedom of a homography."""
@@ -36,12 +37,12 @@ GAIN_COLUMN, SOFT_COLUMN = HOMOGRAPHY_DOF, HOMOGRAPHY_DOF + 1
 @njit(cache=True, error_model='numpy')
 def fit_patch(
     image: NDArray[np.float32],
-    coordinates: NDArray[np.float64],
-    jacobian: NDArray[np.float64],
+    coordinates: Floats,
+    jacobian: Floats,
     soft_slope_ratio: float,
     scale: float,
-    homography: NDArray[np.float64],
-    inverse: NDArray[np.float64],
+    homography: Floats,
+    inverse: Floats,
 ) -> tuple[float, float, float]:
     """Align the homography with the image.
 
@@ -88,10 +89,7 @@ def fit_patch(
 
 @njit(cache=True, error_model='numpy')
 def _sample_image(
-    image: NDArray[np.float32],
-    coordinates: NDArray[np.float64],
-    homography: NDArray[np.float64],
-    values: NDArray[np.float64],
+    image: NDArray[np.float32], coordinates: Floats, homography: Floats, values: Floats
 ) -> bool:
     """Write the image values at the patch coordinates; False if one is outside the image."""
     height, width = image.shape
@@ -128,12 +126,7 @@ def _spline_weights(f: np.float32) -> tuple[np.float32, np.float32, np.float32, 
 
 
 @njit(cache=True, error_model='numpy')
-def _write_residuals(
-    jacobian: NDArray[np.float64],
-    values: NDArray[np.float64],
-    solution: NDArray[np.float64],
-    residuals: NDArray[np.float64],
-) -> None:
+def _write_residuals(jacobian: Floats, values: Floats, solution: Floats, residuals: Floats) -> None:
     """Write the residuals after gain, offset and blur, without the motion."""
     for n in range(len(values)):
         residuals[n] = values[n]
@@ -142,7 +135,7 @@ def _write_residuals(
 
 
 @njit(cache=True, error_model='numpy')
-def _write_weights(residuals: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
+def _write_weights(residuals: Floats, weights: Floats) -> None:
     limit = TUKEY_CONSTANT * max(MAD_TO_SIGMA * np.median(np.abs(residuals[::SCALE_SUBSAMPLING])), SCALE_MIN)
     for n in range(len(residuals)):
         z = residuals[n] / limit
@@ -150,9 +143,7 @@ def _write_weights(residuals: NDArray[np.float64], weights: NDArray[np.float64])
 
 
 @njit(cache=True, error_model='numpy')
-def _invert_normal(
-    jacobian: NDArray[np.float64], weights: NDArray[np.float64], inverse: NDArray[np.float64]
-) -> bool:
+def _invert_normal(jacobian: Floats, weights: Floats, inverse: Floats) -> bool:
     """Write the inverse of the weighted normal matrix; False if it is singular."""
     count = jacobian.shape[1]
     normal, row = np.zeros((count, count)), np.empty(count)
@@ -173,11 +164,7 @@ def _invert_normal(
 
 @njit(cache=True, error_model='numpy')
 def _write_solution(
-    jacobian: NDArray[np.float64],
-    values: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    inverse: NDArray[np.float64],
-    solution: NDArray[np.float64],
+    jacobian: Floats, values: Floats, weights: Floats, inverse: Floats, solution: Floats
 ) -> None:
     """Write the weighted least squares solution."""
     count = jacobian.shape[1]
@@ -193,7 +180,7 @@ def _write_solution(
 
 
 @njit(cache=True, error_model='numpy')
-def _update_homography(homography: NDArray[np.float64], m: NDArray[np.float64], scale: float) -> float:
+def _update_homography(homography: Floats, m: Floats, scale: float) -> float:
     """Compose the homography with the inverse update; return the approximate largest motion of the patch [px]."""
     motion = np.array([[1.0 + m[1], m[2], m[0]], [m[4], 1.0 + m[5], m[3]], [-m[6], -m[7], 1.0]])
     moved = homography @ np.linalg.inv(motion)
@@ -202,9 +189,7 @@ def _update_homography(homography: NDArray[np.float64], m: NDArray[np.float64], 
 
 
 @njit(cache=True, error_model='numpy')
-def _inlier_variance(
-    values: NDArray[np.float64], weights: NDArray[np.float64], residuals: NDArray[np.float64], unknowns: int
-) -> float:
+def _inlier_variance(values: Floats, weights: Floats, residuals: Floats, unknowns: int) -> float:
     """Return the residual variance of the inliers, -1 if they are too few or correlate too little with the patch."""
     total, mean, squares, residual_variance, inlier_count = 0.0, 0.0, 0.0, 0.0, 0
     for n in range(len(values)):
@@ -227,12 +212,7 @@ def _inlier_variance(
 
 
 @njit(cache=True, error_model='numpy')
-def _strain(
-    coordinates: NDArray[np.float64],
-    jacobian: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    residuals: NDArray[np.float64],
-) -> float:
+def _strain(coordinates: Floats, jacobian: Floats, weights: Floats, residuals: Floats) -> float:
     """Return the part of the residual variance that separate motions of the cells would explain."""
     sums, pixels = np.zeros((STRAIN_CELLS**2, 5)), np.zeros(STRAIN_CELLS**2, np.int64)
     for n in range(len(residuals)):

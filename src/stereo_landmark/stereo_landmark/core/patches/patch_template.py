@@ -8,9 +8,44 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, GreyImage, Masks
+from stereo_landmark.core.least_squares import invert_symmetric
 from stereo_landmark.core.patches.patch_fit import HOMOGRAPHY_DOF
-from stereo_landmark.core.patches.smoothing import smooth_images, spline_coefficients, spline_derivatives
-from stereo_landmark.core.symmetric_matrix import invert_symmetric
+
+SPLINE_KERNEL = np.array([1.0, 4.0, 1.0]) / 6.0
+"""Cubic B-spline at its knots."""
+NOISE_GAIN = float(np.sum(np.convolve(SPLINE_KERNEL, SPLINE_KERNEL) ** 2) ** 2)
+"""Variance of a smoothed value for pixels with variance 1."""
+
+
+def spline_coefficients(image: GreyImage | NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the spline coefficients of an image, shape (h, w)."""
+    return _separable_filter(image, SPLINE_KERNEL, SPLINE_KERNEL)
+
+
+def spline_derivatives(coefficients: NDArray[np.float32]) -> tuple[NDArray[np.float32], ...]:
+    """Return the spline, its first and its second derivatives along x and y at the pixels, each of shape (h, w)."""
+    slope, bend = np.array([-0.5, 0.0, 0.5]), np.array([1.0, -2.0, 1.0])
+    return (
+        _separable_filter(coefficients, SPLINE_KERNEL, SPLINE_KERNEL),
+        _separable_filter(coefficients, slope, SPLINE_KERNEL),
+        _separable_filter(coefficients, SPLINE_KERNEL, slope),
+        _separable_filter(coefficients, bend, SPLINE_KERNEL),
+        _separable_filter(coefficients, SPLINE_KERNEL, bend),
+    )
+
+
+def smooth_images(images: Floats) -> Floats:
+    """Return images, shape (h, w, n), with the smoothing of the spline at the pixels."""
+    twice = np.convolve(SPLINE_KERNEL, SPLINE_KERNEL)
+    return np.dstack([cv2.sepFilter2D(images[..., k], -1, twice, twice) for k in range(images.shape[2])])
+
+
+def _separable_filter(
+    image: GreyImage | NDArray[np.float32], along: Floats, down: Floats
+) -> NDArray[np.float32]:
+    return np.asarray(cv2.sepFilter2D(image, cv2.CV_32F, along, down), dtype=np.float32)
+
 
 MARGIN = 3.0
 """Margin around the outline that belongs to the patch [px]."""
@@ -46,27 +81,27 @@ class PatchTemplate:
         noise_factor: motion variance by the correlated noise of smoothed pixels, relative to independent noise.
     """
 
-    centre: NDArray[np.float64]
-    half_size: NDArray[np.float64]
-    corners: NDArray[np.float64]
-    coordinates: NDArray[np.float64]
-    jacobian: NDArray[np.float64]
+    centre: Floats
+    half_size: Floats
+    corners: Floats
+    coordinates: Floats
+    jacobian: Floats
     soft_slope_ratio: float
-    inverse: NDArray[np.float64]
+    inverse: Floats
     noise_factor: float
 
     @property
-    def points(self) -> NDArray[np.float64]:
+    def points(self) -> Floats:
         """Patch coordinates of the measured points, one for each corner, shape (4, 2)."""
         return INSET * self.corners
 
     @property
-    def pixels(self) -> NDArray[np.float64]:
+    def pixels(self) -> Floats:
         """The measured points in the taught image, shape (4, 2) [px]."""
         return self.centre + self.half_size * self.points
 
 
-def homography_jacobian(coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+def homography_jacobian(coordinates: Floats) -> Floats:
     """Return the derivatives of patch coordinates by the eight homography parameters, shape (n, 2, 8)."""
     s, t = coordinates.T
     fields = np.zeros((len(coordinates), 2, HOMOGRAPHY_DOF))
@@ -76,7 +111,7 @@ def homography_jacobian(coordinates: NDArray[np.float64]) -> NDArray[np.float64]
     return fields
 
 
-def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> PatchTemplate | None:
+def patch_template(image: GreyImage, corners: Floats) -> PatchTemplate | None:
     """Create the template of the patch within four corners.
 
     Args:
@@ -124,7 +159,7 @@ def patch_template(image: NDArray[np.uint8], corners: NDArray[np.float64]) -> Pa
     )
 
 
-def _select_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+def _select_pixels(slopes: NDArray[np.float32], corners: Floats) -> Masks | None:
     """Return the mask of the pixels to compare, None if there are too few."""
     inside = np.zeros(slopes.shape, dtype=np.uint8)
     cv2.fillConvexPoly(inside, np.rint(corners).astype(np.int32), 1)
@@ -145,7 +180,7 @@ def _select_pixels(slopes: NDArray[np.float32], corners: NDArray[np.float64]) ->
     return np.asarray(selected)
 
 
-def _noise_factor(jacobian: NDArray[np.float64], selected: NDArray[np.bool_]) -> float:
+def _noise_factor(jacobian: Floats, selected: Masks) -> float:
     """Return the motion variance by pixel noise relative to that by independent noise of the smoothed pixels."""
     picture = np.zeros((*selected.shape, jacobian.shape[1]))
     picture[selected] = jacobian

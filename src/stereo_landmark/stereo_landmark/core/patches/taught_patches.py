@@ -12,13 +12,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import gravity_aligned_camera
+from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.patches.patch_alignment import AlignedPatch, align_patch
 from stereo_landmark.core.patches.patch_template import PatchTemplate, patch_template
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.stereo_points import (
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.stereo import (
+    MEASUREMENT_SIZE,
     SpatialPoints,
     StereoPoints,
     add_calibration_noise,
@@ -26,11 +29,8 @@ from stereo_landmark.core.place.stereo_points import (
     is_measurable,
     triangulate,
 )
-from stereo_landmark.core.place.stereo_rig import MEASUREMENT_SIZE
-from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
-ImagePair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
+ImagePair = tuple[GreyImage, GreyImage]
 CORNER_COUNT = 4
 GATE_SIGMAS = 4.0
 OUTLINE_SIGMA = 0.03
@@ -130,7 +130,7 @@ class TaughtPatches:
                         yield TaughtPatch(name, template, points)
 
     def _triangulate_points(
-        self, template: PatchTemplate, names: tuple[str, ...], right: NDArray[np.uint8]
+        self, template: PatchTemplate, names: tuple[str, ...], right: GreyImage
     ) -> SpatialPoints | None:
         """Triangulate the points of a patch; None if it cannot be aligned with the taught right image."""
         place, rig = self._place, self._place.rig
@@ -150,18 +150,11 @@ class TaughtPatches:
 
 
 def _align_in_both(
-    template: PatchTemplate, corners: NDArray[np.float64], covariances: NDArray[np.float64], images: ImagePair
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    template: PatchTemplate, corners: Floats, covariances: Floats, images: ImagePair
+) -> tuple[Floats, Floats] | None:
     """Return the points of a patch in both images and their covariances, shapes (4, 4) and (4, 4, 4).
 
-    Args:
-        template: taught patch.
-        corners: corners measured by the outline, u, v left and u, v right, shape (4, 4) [px].
-        covariances: covariances of the corners, shape (4, 4, 4) [px²].
-        images: present left and right grey images.
-
-    Returns:
-        None if the patch cannot be aligned with one of the images.
+    The corners are measured by the outline: u, v left and u, v right, with covariances; None without an alignment.
     """
     found = []
     for image, part in zip(images, (slice(0, 2), slice(2, 4)), strict=True):
@@ -173,16 +166,14 @@ def _align_in_both(
     return np.hstack([left.points, right.points]), _stereo_covariances(left.covariance, right.covariance)
 
 
-def _agrees_with_outline(
-    aligned: AlignedPatch, corners: NDArray[np.float64], covariances: NDArray[np.float64]
-) -> bool:
+def _agrees_with_outline(aligned: AlignedPatch, corners: Floats, covariances: Floats) -> bool:
     """Return whether a patch agrees with its outline within the uncertainty of both."""
     variances = 2.0 * np.diagonal(covariances, axis1=1, axis2=2) + OUTLINE_SIGMA**2
     variances = variances + np.diag(aligned.covariance).reshape(CORNER_COUNT, 2)
     return bool((np.abs(aligned.corners - corners) <= GATE_SIGMAS * np.sqrt(variances)).all())
 
 
-def _stereo_covariances(left: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def _stereo_covariances(left: Floats, right: Floats) -> Floats:
     """Return the stereo covariance of each of four points, shape (4, 4, 4), from two of shape (8, 8)."""
     blocks = np.zeros((CORNER_COUNT, MEASUREMENT_SIZE, MEASUREMENT_SIZE))
     for k in range(CORNER_COUNT):

@@ -10,10 +10,10 @@ import cmath
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, wrap_angle
-from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.stereo import SpatialPoints
 
 SPREAD_MIN = 0.005
 """Minimum horizontal RMS distance of the points from their mean; below it the yaw is not observable [m]."""
@@ -36,7 +36,7 @@ class Displacement:
     dz: float
     theta_z: float
 
-    def apply(self, taught: NDArray[np.float64]) -> NDArray[np.float64]:
+    def apply(self, taught: Floats) -> Floats:
         """Transform taught points into the current frame, both of shape (n, 3) [m] (the paper's equation)."""
         cos, sin = np.cos(self.theta_z), np.sin(self.theta_z)
         turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
@@ -54,13 +54,13 @@ class Displacement:
         return -self.dz
 
     @property
-    def state(self) -> NDArray[np.float64]:
+    def state(self) -> Floats:
         """x, y, z [m] and yaw [rad] of the robot in the taught frame, shape (4,)."""
         pose = self.pose
         return np.array([pose.x, pose.y, self.height, pose.yaw])
 
 
-def closed_form(found: NDArray[np.float64], taught: NDArray[np.float64]) -> Displacement | None:
+def closed_form(found: Floats, taught: Floats) -> Displacement | None:
     """Return the least-squares displacement from taught to current points.
 
     Args:
@@ -82,7 +82,7 @@ def closed_form(found: NDArray[np.float64], taught: NDArray[np.float64]) -> Disp
     return Displacement(shift.real, shift.imag, float(mean[2] - taught_mean[2]), turn)
 
 
-def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> NDArray[np.float64]:
+def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> Floats:
     """Propagate the noise of the points to the covariance of the closed-form displacement.
 
     Args:
@@ -104,9 +104,7 @@ def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> NDArr
     return covariance
 
 
-def _jacobian_column(
-    found: NDArray[np.float64], taught: NDArray[np.float64], i: int, axis: int, perturb_found: bool
-) -> NDArray[np.float64]:
+def _jacobian_column(found: Floats, taught: Floats, i: int, axis: int, perturb_found: bool) -> Floats:
     """Return the numerical derivatives of x, y, z and yaw by one coordinate of a point, shape (4,)."""
     states = []
     for step in (-_STEP, _STEP):

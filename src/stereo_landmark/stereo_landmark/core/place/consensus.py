@@ -1,9 +1,9 @@
-"""Consensus set of the displacement: RANSAC over all pairs of points.
+"""Inliers of the displacement: RANSAC over all pairs of points, then the paper's test of distances (3.4, end).
 
 Two points determine x, y, z and yaw of the robot; all other points are inliers or outliers of that hypothesis (Fischler
 and Bolles 1981, but with all pairs instead of random samples, because a target has few points). In repetitive scenes,
 outliers are consistent with each other: a whole row of squares is matched to the next row. All distances within such a
-group are right, so the distance check does not detect it, but its displacement differs from that of the inliers.
+group are right, so the distance test does not detect it, but its displacement differs from that of the inliers.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.arrays import Floats, Ints, Masks
+from stereo_landmark.core.stereo import SpatialPoints
 
 GATE_SIGMAS = 4.0
 BEARING_ERROR = 0.002
@@ -33,7 +33,7 @@ class ConsensusSet(NamedTuple):
         support: number of inliers, each weighted by how well it fits (MSAC score).
     """
 
-    inliers: NDArray[np.bool_]
+    inliers: Masks
     support: float
 
 
@@ -63,12 +63,12 @@ def find_consensus_set(found: SpatialPoints, taught: SpatialPoints, tilt_sigma: 
 
 @njit(cache=True, error_model='numpy')
 def _score_pairs(
-    found: NDArray[np.float64],
-    taught: NDArray[np.float64],
-    found_covariances: NDArray[np.float64],
-    taught_covariances: NDArray[np.float64],
-    pairs: NDArray[np.int64],
-    support: NDArray[np.float64],
+    found: Floats,
+    taught: Floats,
+    found_covariances: Floats,
+    taught_covariances: Floats,
+    pairs: Ints,
+    support: Floats,
 ) -> None:
     """Write the score of each point under the hypothesis of each pair, shape (m, n), from 1 (exact) to 0 (outlier)."""
     # The trace bounds the variance along any direction: points beyond it are outliers without a full test.
@@ -100,9 +100,7 @@ def _score_pairs(
 
 
 @njit(cache=True, error_model='numpy')
-def _rotate_covariance(
-    covariance: NDArray[np.float64], cos: float, sin: float, rotated: NDArray[np.float64]
-) -> None:
+def _rotate_covariance(covariance: Floats, cos: float, sin: float, rotated: Floats) -> None:
     """Write a covariance, shape (3, 3), rotated about z."""
     xx, xy, yy = covariance[0, 0], covariance[0, 1], covariance[1, 1]
     rotated[0, 0] = cos * cos * xx - 2.0 * cos * sin * xy + sin * sin * yy
@@ -114,7 +112,7 @@ def _rotate_covariance(
 
 
 @njit(cache=True, error_model='numpy')
-def _squared_mahalanobis(residual: NDArray[np.float64], noise: NDArray[np.float64]) -> float:
+def _squared_mahalanobis(residual: Floats, noise: Floats) -> float:
     """Return the squared Mahalanobis distance of a residual, shape (3,), with covariance, shape (3, 3)."""
     total, determinant = 0.0, 0.0
     for r in range(3):
@@ -125,3 +123,49 @@ def _squared_mahalanobis(residual: NDArray[np.float64], noise: NDArray[np.float6
             total += residual[r] * minor * residual[c]
             determinant += noise[r, c] * minor / 3.0
     return total / determinant
+
+
+DISTANCE_ERROR = 0.002
+"""Systematic error of a distance, from illumination, viewpoint and the detected centre [m]."""
+
+
+def consistent_points(found: SpatialPoints, taught: SpatialPoints) -> Masks:
+    """Return the mask of points with consistent pairwise distances, shape (n,).
+
+    While some distance is inconsistent, the point with the most inconsistent distances is rejected; in a tie, the one
+    with the largest error. If only two points are left and disagree, both are rejected.
+
+    Args:
+        found: n current points in any frame.
+        taught: the same points as taught, in the same order, in any frame.
+    """
+    errors = _distance_errors(found, taught)
+    kept = np.ones(len(found), dtype=np.bool_)
+    while kept.any():
+        wrong = (errors > GATE_SIGMAS) & kept & kept[:, None]
+        counts = wrong.sum(axis=1)
+        if not counts.any():
+            break
+        worst = np.flatnonzero(counts == counts.max())
+        if counts.max() == 1 and kept.sum() == 2:
+            kept[:] = False
+            break
+        sums = np.where(wrong, errors, 0.0).sum(axis=1)
+        kept[worst[np.argmax(sums[worst])]] = False
+    return kept
+
+
+def _distance_errors(found: SpatialPoints, taught: SpatialPoints) -> Floats:
+    """Return the error of each distance in standard deviations, shape (n, n)."""
+    (lengths, spreads), (taught_lengths, taught_spreads) = _distances(found), _distances(taught)
+    spread = np.sqrt(spreads + taught_spreads + DISTANCE_ERROR**2)
+    return np.asarray(np.abs(lengths - taught_lengths) / spread)
+
+
+def _distances(points: SpatialPoints) -> tuple[Floats, Floats]:
+    """Return the distances [m] and their variances [m²], both of shape (n, n)."""
+    offsets = points.positions[:, None] - points.positions[None]
+    lengths = np.linalg.norm(offsets, axis=2)
+    along = offsets / np.maximum(lengths, 1e-9)[:, :, None]
+    covariances = points.covariances[:, None] + points.covariances[None]
+    return lengths, np.einsum('ijk,ijkl,ijl->ij', along, covariances, along)

@@ -1,29 +1,73 @@
-"""Estimates the robot's displacement from the points of taught targets (paper 3.1 and 3.4)."""
+"""Estimates the displacement of the robot from the points of taught targets (paper 3.1 and 3.4)."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, gravity_aligned_camera, wrap_angle
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
-from stereo_landmark.core.place.consensus import find_consensus_set
-from stereo_landmark.core.place.consistency import consistent_points
-from stereo_landmark.core.place.place_fix import NoPlaceFix, NoPlaceFixReason, PlaceFix
-from stereo_landmark.core.place.reprojection_fit import ReprojectionFit, fit_reprojection
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.settings import CLOSED_FORM, PlaceSettings
-from stereo_landmark.core.place.stereo_points import (
+from stereo_landmark.core.place.consensus import consistent_points, find_consensus_set
+from stereo_landmark.core.place.reprojection import ReprojectionFit, fit_reprojection, reproject
+from stereo_landmark.core.settings import CLOSED_FORM, PlaceSettings
+from stereo_landmark.core.stereo import (
     SpatialPoints,
     StereoPoints,
+    StereoRig,
     add_calibration_noise,
     is_in_same_row,
     is_measurable,
     triangulate,
 )
-from stereo_landmark.core.place.stereo_rig import StereoRig
+
+
+@dataclass(frozen=True)
+class PlaceFix:
+    """Pose of the robot in the frame of a taught place, which is the gravity-aligned base frame at teaching time.
+
+    Attributes:
+        T_place_base: pose of the robot in the frame of the place.
+        height: height of the base above the taught pose [m].
+        tilt: estimated roll and pitch of the base [rad].
+        covariance: covariance of x, y, z [m] and yaw [rad], shape (4, 4).
+        names: names of the inlier points.
+        residuals: reprojection residuals of these points, u, v left and u, v right, shape (n, 4) [px].
+    """
+
+    T_place_base: SE2
+    height: float
+    tilt: tuple[float, float]
+    covariance: Floats
+    names: tuple[str, ...]
+    residuals: Floats
+
+
+class NoPlaceFixReason(Enum):
+    """Why there is no displacement."""
+
+    TOO_FEW_POINTS = 'too few points'
+    ROW_MISMATCH = 'left and right show the points in different rows; calibrate the cameras as a pair'
+    INCONSISTENT = 'the distances between the points are not the taught ones'
+    POOR_GEOMETRY = 'the points do not determine the displacement'
+    UNCERTAIN = 'the displacement is too uncertain'
+
+
+@dataclass(frozen=True)
+class NoPlaceFix:
+    """No displacement, and why.
+
+    Attributes:
+        reason: the kind of failure.
+        detail: numbers for the diagnostics.
+    """
+
+    reason: NoPlaceFixReason
+    detail: str
+
 
 RUNNER_UP_RATIO = 0.7
 """A runner-up hypothesis with at least this fraction of the best support makes the displacement ambiguous."""
@@ -66,7 +110,11 @@ class PlaceLocator:
         known = np.array([name in taught.names for name in observed.names], dtype=np.bool_)
         observed = observed.subset(known & is_measurable(observed, self._rig))
         if len(observed) < self._settings.points_min:
-            return self._too_few_points(len(observed))
+            needed = self._settings.points_min
+            detail = (
+                f'{len(observed)} taught points are visible in both cameras, at least {needed} are needed'
+            )
+            return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
         in_same_row = is_in_same_row(observed, self._settings.pixel_sigma)
         if in_same_row.sum() < self._settings.points_min:
             dv = float(np.median(observed.pixels[:, 3] - observed.pixels[:, 1]))
@@ -142,7 +190,7 @@ class PlaceLocator:
 
     def _tilt_jacobian(
         self, observed: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
-    ) -> NDArray[np.float64]:
+    ) -> Floats:
         """Return the derivatives of the closed form's x, y, z and yaw by roll and pitch, shape (4, 2)."""
         columns = []
         for axis in np.eye(2):
@@ -161,17 +209,8 @@ class PlaceLocator:
             return NoPlaceFix(NoPlaceFixReason.UNCERTAIN, f'standard deviation {sigma:.3f} m')
         return fix
 
-    def _too_few_points(self, count: int) -> NoPlaceFix:
-        detail = f'{count} taught points are visible in both cameras, at least {self._settings.points_min} are needed'
-        return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
 
-
-def _make_fix(
-    state: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    residuals: NDArray[np.float64],
-    observed: StereoPoints,
-) -> PlaceFix:
+def _make_fix(state: Floats, covariance: Floats, residuals: Floats, observed: StereoPoints) -> PlaceFix:
     return PlaceFix(
         SE2(float(state[0]), float(state[1]), float(state[3])),
         float(state[2]),

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, Ints
+
 # A larger turning angle is a corner [rad]; a polyline edge this many times longer than the next one is straight.
 _TURNING_ANGLE_MAX = 1.2
 _LENGTH_RATIO_MAX = 5.0
@@ -16,8 +18,8 @@ _TURN_MIN = 0.4
 
 @njit(cache=True, error_model='numpy')
 def find_arcs(
-    points: NDArray[np.float64], vertex_indices: NDArray[np.int32], vertex_starts: NDArray[np.int32]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    points: Floats, vertex_indices: NDArray[np.int32], vertex_starts: NDArray[np.int32]
+) -> tuple[Ints, Floats]:
     """Return the arcs by falling product of turn and length.
 
     Args:
@@ -49,7 +51,7 @@ def find_arcs(
 
 
 @njit(cache=True, error_model='numpy')
-def _smooth_turning_angle(points: NDArray[np.float64], vertex_indices: NDArray[np.int32], b: int) -> float:
+def _smooth_turning_angle(points: Floats, vertex_indices: NDArray[np.int32], b: int) -> float:
     """Return the turning angle at a vertex, 0 at a corner or the end of a straight run [rad]."""
     ax, ay = points[vertex_indices[b]] - points[vertex_indices[b - 1]]
     bx, by = points[vertex_indices[b + 1]] - points[vertex_indices[b]]
@@ -61,14 +63,7 @@ def _smooth_turning_angle(points: NDArray[np.float64], vertex_indices: NDArray[n
 
 
 @njit(cache=True, error_model='numpy')
-def _append_arc(
-    points: NDArray[np.float64],
-    first: int,
-    last: int,
-    total_turn: float,
-    span: NDArray[np.int64],
-    shape: NDArray[np.float64],
-) -> int:
+def _append_arc(points: Floats, first: int, last: int, total_turn: float, span: Ints, shape: Floats) -> int:
     length = 0.0
     for i in range(first, last):
         length += np.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])

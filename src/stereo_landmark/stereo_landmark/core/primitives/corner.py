@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.settings import setting
-from stereo_landmark.core.primitives.angle_wrapping import wrap_differences
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.primitives.corner_links import link_corners
-from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.lazy_shapes import LazyShapes
 from stereo_landmark.core.primitives.line_intersection import (
     intersect_with_covariance,
     intersection_covariance,
 )
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.shape import ImagePoint, LazyShapes, wrap_differences
+from stereo_landmark.core.settings import PrimitiveSettings
 
 # The intersection of arms with a smaller angle is ill-conditioned.
 _SINE_MIN = 0.1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Corner:
     """A corner in an image; angles are counted from x (right) to y (down).
 
@@ -39,23 +36,33 @@ class Corner:
         covariance: covariance of the vertex, shape (2, 2) [px²].
     """
 
-    vertex: NDArray[np.float64]
+    vertex: Floats
     angle: float
     bisector: float
-    arm_lengths: NDArray[np.float64]
+    arm_lengths: Floats
     polarity: int
-    covariance: NDArray[np.float64]
+    covariance: Floats
 
     @property
-    def centre(self) -> NDArray[np.float64]:
+    def centre(self) -> Floats:
         """The vertex, shape (2,) [px]."""
         return self.vertex
 
     @property
-    def arms(self) -> NDArray[np.float64]:
+    def arms(self) -> Floats:
         """Unit vectors from the vertex along both arms, shape (2, 2)."""
         angles = self.bisector + 0.5 * self.angle * np.array([-1.0, 1.0])
         return np.column_stack([np.cos(angles), np.sin(angles)])
+
+    @property
+    def shape_vector(self) -> tuple[float, ...]:
+        """Angle and bisector [rad] and polarity."""
+        return self.angle, self.bisector, self.polarity
+
+    def outline(self) -> list[Floats]:
+        """Return both arms as one polyline, shape (3, 2) [px]."""
+        ends = self.vertex + self.arms * self.arm_lengths[:, None]
+        return [np.array([ends[0], self.vertex, ends[1]])]
 
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name."""
@@ -70,37 +77,18 @@ class CornerTolerance:
     bisector: float = setting(0.35, 'tolerance of the bisector', unit='rad', minimum=0.01, maximum=3.2)
 
 
-def corner_difference(found: Corner, taught: Corner, tolerance: CornerTolerance) -> float:
-    """Return the difference from the taught corner: 0 equal, 1 at the tolerance, infinite for other polarity.
-
-    The arm lengths do not count, as occlusion changes them.
-    """
-    return float(
-        corner_differences(corner_shape_vectors([found]), corner_shape_vectors([taught]), tolerance)[0, 0]
-    )
-
-
-def corner_differences(
-    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: CornerTolerance
-) -> NDArray[np.float64]:
-    """Return the difference of each corner from each taught one, shape (k, n).
+def corner_differences(found: Floats, taught: Floats, tolerance: CornerTolerance) -> Floats:
+    """Return the differences of detected from taught shape vectors, shape (k, n); arm lengths do not count.
 
     Args:
-        found: parameters of the detected corners, shape (n, 3), see :func:`corner_shape_vectors`.
-        taught: parameters of the taught corners, shape (k, 3).
+        found: shape vectors of the detected corners, shape (n, 3).
+        taught: shape vectors of the taught corners, shape (k, 3).
         tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     angles = np.abs(mine[0] - theirs[0]) / tolerance.angle
     bisectors = np.abs(wrap_differences(mine[1] - theirs[1], 2.0 * math.pi)) / tolerance.bisector
     return np.where(mine[2] == theirs[2], np.maximum(angles, bisectors), math.inf)
-
-
-def corner_shape_vectors(corners: Sequence[Corner]) -> NDArray[np.float64]:
-    """Return the shape parameters, shape (n, 3): angle and bisector [rad] and polarity."""
-    if isinstance(corners, LazyShapes):
-        return corners.shape_vectors
-    return np.array([(each.angle, each.bisector, each.polarity) for each in corners]).reshape(-1, 3)
 
 
 def detect_corners(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Corner]:
@@ -146,7 +134,7 @@ def detect_corners(lines: LineSegments, settings: PrimitiveSettings) -> LazyShap
     return LazyShapes(links.vertices[kept], numbers, make)
 
 
-def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
+def refine_corner(corner: Corner, image: GreyImage) -> Corner | None:
     """Refine both arms in the grey image and intersect them.
 
     Args:
@@ -178,13 +166,11 @@ def refine_corner(corner: Corner, image: NDArray[np.uint8]) -> Corner | None:
     )
 
 
-def _cross(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+def _cross(one: Floats, other: Floats) -> float:
     return float(one[0] * other[1] - one[1] * other[0])
 
 
-def _suppress_duplicates(
-    vertices: NDArray[np.float64], bisectors: NDArray[np.float64], lengths: NDArray[np.float64]
-) -> NDArray[np.int64]:
+def _suppress_duplicates(vertices: Floats, bisectors: Floats, lengths: Floats) -> Ints:
     """Return one corner per cell of position and direction, the one with the longest arms, by falling arm length."""
     cells = np.column_stack([vertices / 2.0, bisectors / 0.3])
     keys = np.rint(cells).astype(np.int64) @ [1 << 40, 1 << 16, 1]

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from stereo_landmark.core.arrays import Floats, Ints, Masks
 
 # Largest overshoot of a segment beyond the vertex, as a fraction of its length.
 _OVERSHOOT_FRACTION = 0.5
@@ -23,20 +24,15 @@ class CornerLinks(NamedTuple):
         turns: turning angles when leaving along the first segment and entering the second, shape (n,) [rad].
     """
 
-    lines: NDArray[np.int64]
-    ends: NDArray[np.int64]
-    vertices: NDArray[np.float64]
-    gaps: NDArray[np.float64]
-    turns: NDArray[np.float64]
+    lines: Ints
+    ends: Ints
+    vertices: Floats
+    gaps: Floats
+    turns: Floats
 
 
 def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
-    """Return the links that are among the nearest links of one of their ends.
-
-    Args:
-        links: pairs of end points.
-        count: number of links to keep per end.
-    """
+    """Return the links that are among the ``count`` nearest links of one of their ends."""
     nodes = 2 * links.lines + links.ends
     kept = _are_nearest(nodes, np.abs(links.gaps).sum(axis=1), count)
     lines, ends, vertices = links.lines[kept], links.ends[kept], links.vertices[kept]
@@ -44,14 +40,8 @@ def nearest_links(links: CornerLinks, count: int) -> CornerLinks:
 
 
 @njit(cache=True, error_model='numpy')
-def _are_nearest(nodes: NDArray[np.int64], gaps: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
-    """Return which links are among the nearest links of one of their ends, the first of equal ones, shape (n,).
-
-    Args:
-        nodes: node numbers of both ends, shape (n, 2).
-        gaps: gaps of the links, shape (n,) [px].
-        count: number of links to keep per end.
-    """
+def _are_nearest(nodes: Ints, gaps: Floats, count: int) -> Masks:
+    """Return which links are among the nearest links of one of their ends, the first of equal ones, shape (n,)."""
     kept = np.zeros(len(gaps), np.bool_)
     if not len(gaps):
         return kept
@@ -77,9 +67,7 @@ def _are_nearest(nodes: NDArray[np.int64], gaps: NDArray[np.float64], count: int
 
 
 @njit(cache=True, error_model='numpy')
-def link_corners(
-    ends: NDArray[np.float64], gap_max: float, overshoot_max: float, angle_min: float
-) -> CornerLinks:
+def link_corners(ends: Floats, gap_max: float, overshoot_max: float, angle_min: float) -> CornerLinks:
     """Return every pair of end points that form a corner, each pair once.
 
     Args:
@@ -136,32 +124,25 @@ class _EndPoints(NamedTuple):
         overshoot_limits: largest overshoots beyond a vertex [px].
     """
 
-    xs: NDArray[np.float64]
-    ys: NDArray[np.float64]
-    outward_xs: NDArray[np.float64]
-    outward_ys: NDArray[np.float64]
-    gap_limits: NDArray[np.float64]
-    overshoot_limits: NDArray[np.float64]
+    xs: Floats
+    ys: Floats
+    outward_xs: Floats
+    outward_ys: Floats
+    gap_limits: Floats
+    overshoot_limits: Floats
 
 
 @njit(cache=True, error_model='numpy')
 def _mark_intersecting(
-    end_points: _EndPoints, i: int, begin: int, end: int, sine_min: float, is_intersecting: NDArray[np.bool_]
+    end_points: _EndPoints, i: int, begin: int, end: int, sine_min: float, is_intersecting: Masks
 ) -> None:
     """Write which end points of a range form a corner with end point i."""
     x, y, u, v = end_points.xs[i], end_points.ys[i], end_points.outward_xs[i], end_points.outward_ys[i]
     gap_limit, overshoot_limit = end_points.gap_limits[i], end_points.overshoot_limits[i]
-    xs, ys, us, vs = (
-        end_points.xs[begin:end],
-        end_points.ys[begin:end],
-        end_points.outward_xs[begin:end],
-        end_points.outward_ys[begin:end],
-    )
-    gap_limits, overshoot_limits, marks = (
-        end_points.gap_limits[begin:end],
-        end_points.overshoot_limits[begin:end],
-        is_intersecting[begin:end],
-    )
+    xs, ys = end_points.xs[begin:end], end_points.ys[begin:end]
+    us, vs = end_points.outward_xs[begin:end], end_points.outward_ys[begin:end]
+    gap_limits, overshoot_limits = end_points.gap_limits[begin:end], end_points.overshoot_limits[begin:end]
+    marks = is_intersecting[begin:end]
     for m in range(len(marks)):
         # No branches and divisions, so that the compiler can vectorize the loop.
         dx, dy, cross = xs[m] - x, ys[m] - y, u * vs[m] - v * us[m]
@@ -182,20 +163,14 @@ def _mark_intersecting(
 def _gaps_between(end_points: _EndPoints, i: int, m: int) -> tuple[float, float]:
     """Return the distances of two end points from the intersection of their lines [px]."""
     dx, dy = end_points.xs[m] - end_points.xs[i], end_points.ys[m] - end_points.ys[i]
-    u, v, other_u, other_v = (
-        end_points.outward_xs[i],
-        end_points.outward_ys[i],
-        end_points.outward_xs[m],
-        end_points.outward_ys[m],
-    )
+    u, v = end_points.outward_xs[i], end_points.outward_ys[i]
+    other_u, other_v = end_points.outward_xs[m], end_points.outward_ys[m]
     cross = u * other_v - v * other_u
     return (dx * other_v - dy * other_u) / cross, (dx * v - dy * u) / cross
 
 
 @njit(cache=True, error_model='numpy')
-def _sort_by_x(
-    ends: NDArray[np.float64],
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _sort_by_x(ends: Floats) -> tuple[Ints, Floats, Floats, Floats]:
     """Return all end points from left to right: node number, position [px], outward unit vector, line length [px]."""
     n = len(ends)
     outward, lengths = np.empty((2 * n, 2)), np.empty(2 * n)
@@ -211,15 +186,8 @@ def _sort_by_x(
 
 
 @njit(cache=True, error_model='numpy')
-def _sort_by_strip(
-    rows: NDArray[np.float64], height: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return indices sorted by strip (stable), the start of each strip, and the strip of each row, shape (n,).
-
-    Args:
-        rows: y coordinates, shape (n,) [px].
-        height: height of a strip [px].
-    """
+def _sort_by_strip(rows: Floats, height: float) -> tuple[Ints, Ints, Ints]:
+    """Return indices sorted by strip (stable), the start of each strip, and the strip of each row, shape (n,)."""
     n = len(rows)
     strips = np.empty(n, np.int64)
     if not n:
@@ -240,12 +208,7 @@ def _sort_by_strip(
 
 @njit(cache=True, error_model='numpy')
 def _insert(
-    pairs: NDArray[np.int64],
-    gaps: NDArray[np.float64],
-    begin: int,
-    end: int,
-    pair: tuple[int, int],
-    between: tuple[float, float],
+    pairs: Ints, gaps: Floats, begin: int, end: int, pair: tuple[int, int], between: tuple[float, float]
 ) -> None:
     """Insert a pair among those with the same first end, by rising number of the second end."""
     slot = end
@@ -257,13 +220,7 @@ def _insert(
 
 
 @njit(cache=True, error_model='numpy')
-def _make_links(
-    pairs: NDArray[np.int64],
-    gaps: NDArray[np.float64],
-    order: NDArray[np.int64],
-    positions: NDArray[np.float64],
-    outward: NDArray[np.float64],
-) -> CornerLinks:
+def _make_links(pairs: Ints, gaps: Floats, order: Ints, positions: Floats, outward: Floats) -> CornerLinks:
     n = len(pairs)
     lines, end_numbers = np.empty((n, 2), np.int64), np.empty((n, 2), np.int64)
     vertices, turns = np.empty((n, 2)), np.empty(n)

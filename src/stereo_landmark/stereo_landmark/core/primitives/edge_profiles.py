@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.primitives.edge_response import interpolate_response
 from stereo_landmark.core.primitives.step_levels import add_level_prior
 
@@ -44,11 +45,11 @@ class BandPixels(NamedTuple):
     """
 
     profiles: NDArray[np.int32]
-    distances: NDArray[np.float64]
+    distances: Floats
     directions: NDArray[np.int32]
-    values: NDArray[np.float64]
-    visibility: NDArray[np.float64]
-    corner_terms: NDArray[np.float64]
+    values: Floats
+    visibility: Floats
+    corner_terms: Floats
 
 
 class ProfileOffsets(NamedTuple):
@@ -60,31 +61,31 @@ class ProfileOffsets(NamedTuple):
         blur_step: correction of the blur [px].
     """
 
-    offsets: NDArray[np.float64]
-    sigmas: NDArray[np.float64]
+    offsets: Floats
+    sigmas: Floats
     blur_step: float
 
 
 class _NormalEquations(NamedTuple):
     """Normal equations of the profiles for level, contrast, shift and blur, shape (k, 4, 4) and (k, 4)."""
 
-    normal: NDArray[np.float64]
-    rhs: NDArray[np.float64]
-    squares: NDArray[np.float64]
-    pixel_counts: NDArray[np.float64]
+    normal: Floats
+    rhs: Floats
+    squares: Floats
+    pixel_counts: Floats
 
 
 class _ProfileFits(NamedTuple):
     """Level, contrast and shift of each profile, shape (k, 3); inverse normal matrices; residual variances."""
 
-    solutions: NDArray[np.float64]
-    inverses: NDArray[np.float64]
-    residual_variances: NDArray[np.float64]
+    solutions: Floats
+    inverses: Floats
+    residual_variances: Floats
 
 
 @njit(cache=True, error_model='numpy')
 def fit_edge_profiles(
-    pixels: BandPixels, curves: NDArray[np.float64], count: int, core: float, is_straight: bool
+    pixels: BandPixels, curves: Floats, count: int, core: float, is_straight: bool
 ) -> ProfileOffsets:
     """Fit two grey levels, an offset and the blur to the pixels of each profile by least squares.
 
@@ -117,12 +118,7 @@ def fit_edge_profiles(
 
 @njit(cache=True, error_model='numpy')
 def _add_pixels(
-    pixels: BandPixels,
-    curves: NDArray[np.float64],
-    core: float,
-    fits: _ProfileFits,
-    noise: float,
-    sums: _NormalEquations,
+    pixels: BandPixels, curves: Floats, core: float, fits: _ProfileFits, noise: float, sums: _NormalEquations
 ) -> None:
     """Add the pixels of the core (noise is NaN), otherwise the inlier pixels outside it."""
     response = np.empty(3)
@@ -151,7 +147,7 @@ def _add_pixels(
 
 @njit(cache=True, error_model='numpy')
 def _clear_range(
-    pixels: BandPixels, curves: NDArray[np.float64], core: float, fits: _ProfileFits, noise: float
+    pixels: BandPixels, curves: Floats, core: float, fits: _ProfileFits, noise: float
 ) -> tuple[float, float]:
     """Return the distances to the left (negative) and to the right up to which the band is free of other edges [px].
 
@@ -232,7 +228,7 @@ def _profile_offsets(sums: _NormalEquations, fits: _ProfileFits) -> ProfileOffse
 
 
 @njit(cache=True, error_model='numpy')
-def _invert_3x3(matrix: NDArray[np.float64], inverse: NDArray[np.float64]) -> bool:
+def _invert_3x3(matrix: Floats, inverse: Floats) -> bool:
     """Write the inverse of the upper left 3 x 3 block of a symmetric matrix; False if it is singular."""
     for r in range(3):
         a, b = (r + 1) % 3, (r + 2) % 3

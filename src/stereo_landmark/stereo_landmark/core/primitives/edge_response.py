@@ -6,10 +6,11 @@ from functools import cache
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
-BLURS: NDArray[np.float64] = np.geomspace(0.1, 5.0, 28)
+from stereo_landmark.core.arrays import Floats
+
+BLURS: Floats = np.geomspace(0.1, 5.0, 28)
 """Tabulated standard deviations of the blur [px]."""
 
 REACH = 9.0
@@ -25,7 +26,7 @@ _TILT_MIN = 0.02
 
 
 @cache
-def response_table() -> NDArray[np.float64]:
+def response_table() -> Floats:
     """Return the response, its slope along the distance and its derivative by the blur.
 
     Returns:
@@ -40,7 +41,7 @@ def response_table() -> NDArray[np.float64]:
     return table
 
 
-def edge_response(distances: NDArray[np.float64], blur: float, angle: float) -> NDArray[np.float64]:
+def edge_response(distances: Floats, blur: float, angle: float) -> Floats:
     """Return the response, its slope and its derivative by the blur, shape (n, 3).
 
     Projected on the edge normal, the pixel's square is the convolution of two boxes; a step convolved with a
@@ -82,7 +83,7 @@ def direction_bin(nx: float, ny: float) -> int:
 
 
 @njit(cache=True, error_model='numpy')
-def interpolate_response(curve: NDArray[np.float64], distance: float, response: NDArray[np.float64]) -> None:
+def interpolate_response(curve: Floats, distance: float, response: Floats) -> None:
     """Write the response, its slope and its derivative by the blur at a distance, by linear interpolation.
 
     Args:

@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.settings import setting
-from stereo_landmark.core.primitives.angle_wrapping import wrap_difference, wrap_differences
+from stereo_landmark.core.arrays import Floats, GreyImage
+from stereo_landmark.core.edges.segments import Segments
 from stereo_landmark.core.primitives.arcs import find_arcs
-from stereo_landmark.core.primitives.ellipse_geometry import normal_jacobian
+from stereo_landmark.core.primitives.ellipse_fit import normal_jacobian
 from stereo_landmark.core.primitives.ellipse_refinement import refine_outline
 from stereo_landmark.core.primitives.ellipse_search import EllipseLimits, search_ellipses
-from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
-from stereo_landmark.core.segments.segments import Segments
+from stereo_landmark.core.primitives.shape import ImagePoint, wrap_differences
+from stereo_landmark.core.settings import PrimitiveSettings
 
 # Prior of the tilt, which a circle does not determine [rad].
 TILT_SIGMA = 1.0
 # Neighbouring edge points have correlated noise [points]; lower limit of the noise of one point [px].
 _NOISE_CORRELATION = 3.0
 _SIGMA_MIN = 0.05
+_OUTLINE_STEPS = 48
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ellipse:
     """An ellipse in an image; angles are counted from x (right) to y (down).
 
@@ -43,17 +42,29 @@ class Ellipse:
         covariance: covariance of centre x, y, both semi-axes [px] and tilt [rad], shape (5, 5).
     """
 
-    centre: NDArray[np.float64]
-    semi_axes: NDArray[np.float64]
+    centre: Floats
+    semi_axes: Floats
     tilt: float
     polarity: int
     seen: float
-    covariance: NDArray[np.float64]
+    covariance: Floats
 
     @property
-    def parameters(self) -> NDArray[np.float64]:
+    def parameters(self) -> Floats:
         """Centre x, y, both semi-axes [px] and tilt [rad], shape (5,)."""
         return np.array([*self.centre, *self.semi_axes, self.tilt])
+
+    @property
+    def shape_vector(self) -> tuple[float, ...]:
+        """Semi-axes [px], tilt [rad] and polarity."""
+        return *self.semi_axes, self.tilt, self.polarity
+
+    def outline(self) -> list[Floats]:
+        """Return the closed outline as a polyline, shape (n, 2) [px]."""
+        angles = np.linspace(0.0, math.tau, _OUTLINE_STEPS + 1)
+        cos, sin = math.cos(self.tilt), math.sin(self.tilt)
+        along, across = self.semi_axes[0] * np.cos(angles), self.semi_axes[1] * np.sin(angles)
+        return [self.centre + np.column_stack([cos * along - sin * across, sin * along + cos * across])]
 
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name."""
@@ -74,21 +85,12 @@ class EllipseTolerance:
     )
 
 
-def ellipse_difference(found: Ellipse, taught: Ellipse, tolerance: EllipseTolerance) -> float:
-    """Return the difference from the taught ellipse: 0 equal, 1 at the tolerance, infinite for other polarity."""
-    return float(
-        ellipse_differences(ellipse_shape_vectors([found]), ellipse_shape_vectors([taught]), tolerance)[0, 0]
-    )
-
-
-def ellipse_differences(
-    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: EllipseTolerance
-) -> NDArray[np.float64]:
-    """Return the difference of each ellipse from each taught one, shape (k, n).
+def ellipse_differences(found: Floats, taught: Floats, tolerance: EllipseTolerance) -> Floats:
+    """Return the differences of detected from taught shape vectors, shape (k, n).
 
     Args:
-        found: parameters of the detected ellipses, shape (n, 4), see :func:`ellipse_shape_vectors`.
-        taught: parameters of the taught ellipses, shape (k, 4).
+        found: shape vectors of the detected ellipses, shape (n, 4).
+        taught: shape vectors of the taught ellipses, shape (k, 4).
         tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
@@ -96,11 +98,6 @@ def ellipse_differences(
     roundness = mine[1] / mine[0] * theirs[1] / theirs[0]
     tilts = np.abs(wrap_differences(mine[2] - theirs[2], math.pi)) / tolerance.tilt
     return np.where(mine[3] == theirs[3], np.maximum(axes, (1.0 - roundness) * tilts), math.inf)
-
-
-def ellipse_shape_vectors(ellipses: Sequence[Ellipse]) -> NDArray[np.float64]:
-    """Return the shape parameters, shape (n, 4): semi-axes [px], tilt [rad] and polarity."""
-    return np.array([(*each.semi_axes, each.tilt, each.polarity) for each in ellipses]).reshape(-1, 4)
 
 
 def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ellipse]:
@@ -125,7 +122,7 @@ def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ell
     return [_make_ellipse(rows[k]) for k in _suppress_duplicates(rows)]
 
 
-def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None:
+def refine_ellipse(ellipse: Ellipse, image: GreyImage) -> Ellipse | None:
     """Refine an ellipse in the grey image by edge profiles across its outline.
 
     Args:
@@ -145,14 +142,14 @@ def refine_ellipse(ellipse: Ellipse, image: NDArray[np.uint8]) -> Ellipse | None
         order = [0, 1, 3, 2, 4]
         parameters, covariance = parameters[order], covariance[np.ix_(order, order)]
         parameters[4] += 0.5 * math.pi
-    tilt = 0.5 * math.pi - wrap_difference(0.5 * math.pi - float(parameters[4]), math.pi)
+    tilt = 0.5 * math.pi - math.remainder(0.5 * math.pi - float(parameters[4]), math.pi)
     return Ellipse(
         *(parameters[:2], parameters[2:4], tilt, ellipse.polarity, refined.inlier_fraction),
         covariance=covariance,
     )
 
 
-def _suppress_duplicates(rows: NDArray[np.float64]) -> list[int]:
+def _suppress_duplicates(rows: Floats) -> list[int]:
     """Return the indices of the ellipses to keep, the first of each group of duplicates."""
     kept: list[int] = []
     for k, row in enumerate(rows):
@@ -165,7 +162,7 @@ def _suppress_duplicates(rows: NDArray[np.float64]) -> list[int]:
 _DUPLICATE_DISTANCE = 2.0
 
 
-def _make_ellipse(row: NDArray[np.float64]) -> Ellipse:
+def _make_ellipse(row: Floats) -> Ellipse:
     parameters = np.ascontiguousarray(row[:5])
     step = max(1.0, 2.0 * math.pi * row[2] / 64.0)
     jacobian = normal_jacobian(parameters, 64)

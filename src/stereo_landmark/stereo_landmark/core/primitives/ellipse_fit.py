@@ -1,17 +1,97 @@
-"""Direct least squares fit of an ellipse (Fitzgibbon et al. 1999, in the form of Halíř and Flusser 1998)."""
+"""Geometry of an ellipse, and its direct least squares fit (Fitzgibbon et al. 1999; Halíř and Flusser 1998)."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from stereo_landmark.core.arrays import Floats
+
+
+@njit(cache=True, error_model='numpy')
+def ellipse_point(parameters: Floats, t: float) -> tuple[float, float, float, float, float]:
+    """Return a point of the ellipse, its outward unit normal and the speed |dP/dt|.
+
+    Args:
+        parameters: centre x, y, semi-axes a, b [px], tilt [rad], shape (5,).
+        t: curve parameter in c + R(tilt) (a cos t, b sin t) [rad].
+
+    Returns:
+        x, y [px], normal x, y, speed [px / rad].
+    """
+    cx, cy, a, b, tilt = parameters
+    cos_t, sin_t, cos_r, sin_r = np.cos(t), np.sin(t), np.cos(tilt), np.sin(tilt)
+    speed = np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
+    px, py, nx, ny = a * cos_t, b * sin_t, b * cos_t / speed, a * sin_t / speed
+    return (
+        cx + cos_r * px - sin_r * py,
+        cy + sin_r * px + cos_r * py,
+        cos_r * nx - sin_r * ny,
+        sin_r * nx + cos_r * ny,
+        speed,
+    )
+
+
+@njit(cache=True, error_model='numpy')
+def normal_jacobian_row(parameters: Floats, t: float, row: Floats) -> None:
+    """Write the derivatives of the outline's position along its normal by the parameters, shape (5,)."""
+    a, b = parameters[2], parameters[3]
+    _, _, nx, ny, speed = ellipse_point(parameters, t)
+    cos_t, sin_t = np.cos(t), np.sin(t)
+    row[0], row[1] = nx, ny
+    row[2] = b * cos_t * cos_t / speed
+    row[3] = a * sin_t * sin_t / speed
+    row[4] = (a * a - b * b) * sin_t * cos_t / speed
+
+
+@njit(cache=True, error_model='numpy')
+def normal_jacobian(parameters: Floats, count: int) -> Floats:
+    """Return the rows of `normal_jacobian_row` at ``count`` evenly spaced curve parameters, shape (count, 5)."""
+    rows = np.empty((count, 5))
+    for k in range(count):
+        normal_jacobian_row(parameters, 2.0 * np.pi * k / count, rows[k])
+    return rows
+
+
+@njit(cache=True, error_model='numpy')
+def foot_point(a: float, b: float, u: float, v: float) -> tuple[float, float, float]:
+    """Return cosine and sine of the curve parameter of the nearest point of the outline, and the speed |dP/dt| there.
+
+    Args:
+        a: semi-axis along u [px].
+        b: semi-axis along v [px].
+        u: coordinate of a point near the outline, along the first axis of the ellipse [px].
+        v: coordinate of the point along the second axis [px].
+    """
+    cos_t, sin_t = u * b, v * a
+    norm = np.sqrt(cos_t * cos_t + sin_t * sin_t)
+    cos_t, sin_t = (cos_t / norm, sin_t / norm) if norm > 0.0 else (1.0, 0.0)
+    for _ in range(3):
+        # Newton's method on (P - Q) . dP/dt = 0; the small rotation avoids trigonometric functions.
+        dx, dy = a * cos_t - u, b * sin_t - v
+        slope = dy * b * cos_t - dx * a * sin_t
+        bend = (a * sin_t) ** 2 + (b * cos_t) ** 2 - dx * a * cos_t - dy * b * sin_t
+        if bend > 0.0:
+            turn = -slope / bend
+            cos_t, sin_t = cos_t - turn * sin_t, sin_t + turn * cos_t
+            norm = np.sqrt(1.0 + turn * turn)
+            cos_t, sin_t = cos_t / norm, sin_t / norm
+    return cos_t, sin_t, np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
+
+
+@njit(cache=True, error_model='numpy')
+def perimeter(a: float, b: float) -> float:
+    """Return the perimeter of an ellipse by Ramanujan's second formula [px]."""
+    h = ((a - b) / (a + b)) ** 2
+    return np.pi * (a + b) * (1.0 + 3.0 * h / (10.0 + np.sqrt(4.0 - 3.0 * h)))
+
 
 # Smallest determinant of the scatter matrix of scaled points; below it they are collinear.
 _COLLINEAR_TOLERANCE = 1e-9
 
 
 @njit(cache=True, error_model='numpy')
-def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) -> bool:
+def fit_ellipse(points: Floats, parameters: Floats) -> bool:
     """Fit an ellipse to points of its outline and write its parameters.
 
     Args:
@@ -58,7 +138,7 @@ def fit_ellipse(points: NDArray[np.float64], parameters: NDArray[np.float64]) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _moments(points: NDArray[np.float64], mx: float, my: float, scale: float) -> NDArray[np.float64]:
+def _moments(points: Floats, mx: float, my: float, scale: float) -> Floats:
     """Return the moments, sums of x^i y^j of centred and scaled points, up to the fourth order, shape (5, 5)."""
     sums = np.zeros((5, 5))
     for k in range(len(points)):
@@ -74,7 +154,7 @@ def _moments(points: NDArray[np.float64], mx: float, my: float, scale: float) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _ellipse_eigenvector(m: NDArray[np.float64], vector: NDArray[np.float64]) -> bool:
+def _ellipse_eigenvector(m: Floats, vector: Floats) -> bool:
     """Write the eigenvector a, b, c of a 3 x 3 matrix with real eigenvalues for which 4 a c > b²."""
     third = (m[0, 0] + m[1, 1] + m[2, 2]) / 3.0
     a, b, c = m[0, 0] - third, m[1, 1] - third, m[2, 2] - third
@@ -92,7 +172,7 @@ def _ellipse_eigenvector(m: NDArray[np.float64], vector: NDArray[np.float64]) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _null_vector(m: NDArray[np.float64], value: float, vector: NDArray[np.float64]) -> bool:
+def _null_vector(m: Floats, value: float, vector: Floats) -> bool:
     """Write the unit null vector of m - value I: the longest cross product of two of its rows."""
     longest = 0.0
     for r in range(3):
@@ -109,9 +189,7 @@ def _null_vector(m: NDArray[np.float64], value: float, vector: NDArray[np.float6
 
 
 @njit(cache=True, error_model='numpy')
-def _axes(
-    quadratic: NDArray[np.float64], linear: NDArray[np.float64], parameters: NDArray[np.float64]
-) -> bool:
+def _axes(quadratic: Floats, linear: Floats, parameters: Floats) -> bool:
     """Convert a x² + b xy + c y² + d x + e y + f = 0 to centre, semi-axes and tilt."""
     a, b, c = quadratic
     d, e, f = linear

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, GreyImage
+from stereo_landmark.core.least_squares import robust_step
 from stereo_landmark.core.primitives.edge_profiles import BandPixels, fit_edge_profiles
 from stereo_landmark.core.primitives.edge_response import (
     BLURS,
@@ -16,7 +17,7 @@ from stereo_landmark.core.primitives.edge_response import (
     nearest_blur,
     response_table,
 )
-from stereo_landmark.core.primitives.ellipse_geometry import (
+from stereo_landmark.core.primitives.ellipse_fit import (
     ellipse_point,
     foot_point,
     normal_jacobian_row,
@@ -30,7 +31,6 @@ from stereo_landmark.core.primitives.line_refinement import (
     band_width,
     next_blur,
 )
-from stereo_landmark.core.primitives.robust_step import robust_step
 
 _PROFILE_LENGTH = 6.0
 _PROFILES_MIN = 16
@@ -43,12 +43,12 @@ _TILT_INFORMATION = 1.0
 class RefinedEllipse(NamedTuple):
     """Parameters of the ellipse, shape (5,), their covariance, and the inlier fraction of the profiles."""
 
-    parameters: NDArray[np.float64]
-    covariance: NDArray[np.float64]
+    parameters: Floats
+    covariance: Floats
     inlier_fraction: float
 
 
-def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) -> RefinedEllipse | None:
+def refine_outline(image: GreyImage, parameters: Floats) -> RefinedEllipse | None:
     """Refine an ellipse by edge profiles across its outline.
 
     Args:
@@ -63,9 +63,7 @@ def refine_outline(image: NDArray[np.uint8], parameters: NDArray[np.float64]) ->
 
 
 @njit(cache=True, error_model='numpy')
-def _refine(
-    image: NDArray[np.uint8], parameters: NDArray[np.float64], table: NDArray[np.float64]
-) -> tuple[bool, RefinedEllipse]:
+def _refine(image: GreyImage, parameters: Floats, table: Floats) -> tuple[bool, RefinedEllipse]:
     """Iterate the refinement; return whether it succeeded, and the ellipse."""
     refined = RefinedEllipse(parameters.copy(), np.eye(5), 0.0)
     prior = np.array([0.0, 0.0, 0.0, 0.0, _TILT_INFORMATION])
@@ -88,8 +86,8 @@ def _refine(
 
 @njit(cache=True, error_model='numpy')
 def _outline_band(
-    image: NDArray[np.uint8], parameters: NDArray[np.float64], width: float, count: int, variance: float
-) -> tuple[BandPixels, NDArray[np.float64]]:
+    image: GreyImage, parameters: Floats, width: float, count: int, variance: float
+) -> tuple[BandPixels, Floats]:
     """Return the pixels in a band along the outline, and the Jacobian of the profile offsets, shape (count, 5)."""
     height, columns = image.shape
     cx, cy, a, b, tilt = parameters
@@ -134,7 +132,7 @@ def _is_in_band(u: float, v: float, a: float, b: float, width: float) -> bool:
 
 
 @njit(cache=True, error_model='numpy')
-def _profile_bounds(parameters: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+def _profile_bounds(parameters: Floats, count: int) -> Floats:
     """Return the curve parameters between profiles of equal arc length, shape (count + 1,), from 0 to 2 pi [rad]."""
     fine = 8 * count
     lengths = np.zeros(fine + 1)

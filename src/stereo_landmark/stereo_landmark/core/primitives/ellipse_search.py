@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse
-from stereo_landmark.core.primitives.ellipse_geometry import perimeter
+from stereo_landmark.core.arrays import Floats, Ints, Masks
+from stereo_landmark.core.primitives.ellipse_fit import fit_ellipse, perimeter
 
 # Smallest turn of an arc that proposes an ellipse alone [rad]; number of points per arc in the fit.
 _SINGLE_ARC_TURN_MIN = 1.6
@@ -45,13 +45,13 @@ class EllipseLimits(NamedTuple):
 
 @njit(cache=True, error_model='numpy')
 def search_ellipses(
-    points: NDArray[np.float64],
-    gradients: NDArray[np.float64],
+    points: Floats,
+    gradients: Floats,
     index: NDArray[np.int32],
-    spans: NDArray[np.int64],
-    shapes: NDArray[np.float64],
+    spans: Ints,
+    shapes: Floats,
     limits: EllipseLimits,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Return the verified ellipses, shape (n, 8).
 
     Args:
@@ -96,9 +96,7 @@ def search_ellipses(
 
 
 @njit(cache=True, error_model='numpy')
-def _arc_features(
-    points: NDArray[np.float64], spans: NDArray[np.int64], shapes: NDArray[np.float64], k: int
-) -> NDArray[np.float64]:
+def _arc_features(points: Floats, spans: Ints, shapes: Floats, k: int) -> Floats:
     """Return start, middle, end, direction of the concave side, radius and turn of each arc, shape (10, k)."""
     features = np.empty((10, k))
     for i in range(k):
@@ -114,9 +112,7 @@ def _arc_features(
 
 
 @njit(cache=True, error_model='numpy')
-def _mark_compatible_arcs(
-    features: NDArray[np.float64], turn: float, i: int, is_compatible: NDArray[np.bool_]
-) -> None:
+def _mark_compatible_arcs(features: Floats, turn: float, i: int, is_compatible: Masks) -> None:
     """Write which arcs can be on the same ellipse as arc i: same sense, each on the concave side of the other.
 
     Entry i: whether arc i is curved enough to propose an ellipse alone.
@@ -141,9 +137,7 @@ def _mark_compatible_arcs(
 
 
 @njit(cache=True, error_model='numpy')
-def _sample_arc(
-    points: NDArray[np.float64], span: NDArray[np.int64], samples: NDArray[np.float64], size: int
-) -> int:
+def _sample_arc(points: Floats, span: Ints, samples: Floats, size: int) -> int:
     count = min(_ARC_SAMPLES, span[1] - span[0] + 1)
     for s in range(count):
         k = span[0] + (span[1] - span[0]) * s // (count - 1)
@@ -152,18 +146,14 @@ def _sample_arc(
 
 
 @njit(cache=True, error_model='numpy')
-def _is_within_limits(ellipse: NDArray[np.float64], limits: EllipseLimits) -> bool:
+def _is_within_limits(ellipse: Floats, limits: EllipseLimits) -> bool:
     a, b = ellipse[2], ellipse[3]
     return b >= limits.axis_min and a <= limits.axis_max and b >= limits.flatness_min * a
 
 
 @njit(cache=True, error_model='numpy')
 def _verify(
-    points: NDArray[np.float64],
-    gradients: NDArray[np.float64],
-    index: NDArray[np.int32],
-    ellipse: NDArray[np.float64],
-    limits: EllipseLimits,
+    points: Floats, gradients: Floats, index: NDArray[np.int32], ellipse: Floats, limits: EllipseLimits
 ) -> bool:
     """Verify a hypothesis: fit it iteratively to the edges along it; write the visible fraction and rms distance."""
     # Most hypotheses are wrong; a few samples of the outline suffice to reject them.
@@ -187,12 +177,7 @@ def _verify(
 
 @njit(cache=True, error_model='numpy')
 def edges_near_outline(
-    points: NDArray[np.float64],
-    gradients: NDArray[np.float64],
-    index: NDArray[np.int32],
-    ellipse: NDArray[np.float64],
-    band: float,
-    step: float,
+    points: Floats, gradients: Floats, index: NDArray[np.int32], ellipse: Floats, band: float, step: float
 ) -> tuple[NDArray[np.int32], float, float]:
     """Return the inlier edge points along an outline, its visible fraction, and their rms distance [px].
 
@@ -236,8 +221,8 @@ def edges_near_outline(
 
 @njit(cache=True, error_model='numpy')
 def _nearest_edge(
-    points: NDArray[np.float64],
-    gradients: NDArray[np.float64],
+    points: Floats,
+    gradients: Floats,
     index: NDArray[np.int32],
     x: float,
     y: float,
@@ -263,7 +248,7 @@ def _nearest_edge(
 
 
 @njit(cache=True, error_model='numpy')
-def _explains(points: NDArray[np.float64], span: NDArray[np.int64], ellipse: NDArray[np.float64]) -> bool:
+def _explains(points: Floats, span: Ints, ellipse: Floats) -> bool:
     """Return whether most points of an arc are on the ellipse."""
     cos_r, sin_r = np.cos(ellipse[4]), np.sin(ellipse[4])
     inliers, total = 0, 0

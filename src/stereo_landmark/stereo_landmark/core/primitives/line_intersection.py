@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.primitives.line_refinement import RefinedLine
 
 
 def intersection_covariance(
-    vertices: NDArray[np.float64],
-    middles: NDArray[np.float64],
-    directions: NDArray[np.float64],
-    variances: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    vertices: Floats, middles: Floats, directions: Floats, variances: Floats
+) -> Floats:
     """Return the covariances of intersections of two lines each, shape (n, 2, 2) [px²].
 
     The offset of each line at the vertex has the variance of its offset at its middle plus that of its direction
@@ -35,9 +32,7 @@ def intersection_covariance(
     return np.asarray((along_other + along_one) / sines[:, None, None] ** 2, dtype=np.float64)
 
 
-def intersect_with_covariance(
-    one: RefinedLine, other: RefinedLine
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def intersect_with_covariance(one: RefinedLine, other: RefinedLine) -> tuple[Floats, Floats]:
     """Return the intersection of two lines, shape (2,) [px], and its covariance, shape (2, 2) [px²]."""
     vertex = intersect_lines(one, other)
     covariance = intersection_covariance(
@@ -49,13 +44,13 @@ def intersect_with_covariance(
     return vertex, covariance[0]
 
 
-def intersect_lines(one: RefinedLine, other: RefinedLine) -> NDArray[np.float64]:
+def intersect_lines(one: RefinedLine, other: RefinedLine) -> Floats:
     """Return the intersection of two lines, shape (2,) [px]."""
     along = np.linalg.solve(np.column_stack([one.direction, -other.direction]), other.middle - one.middle)
     return one.middle + along[0] * one.direction
 
 
-def joint_corner_covariance(lines: list[RefinedLine], corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def joint_corner_covariance(lines: list[RefinedLine], corners: Floats) -> Floats:
     """Return the joint covariance of all corners of a closed polygon of lines, shape (2 n, 2 n) [px²].
 
     Each line moves the two corners at its ends: equally by its offset, in proportion to the distance by its direction.

@@ -7,17 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from stereo_landmark.core.primitives.edge_profiles import fit_edge_profiles
+from stereo_landmark.core.arrays import Floats, GreyImage, Masks
+from stereo_landmark.core.least_squares import robust_step
+from stereo_landmark.core.primitives.edge_profiles import BandPixels, fit_edge_profiles
 from stereo_landmark.core.primitives.edge_response import (
     BLURS,
     PIXEL_VARIANCE,
+    direction_bin,
+    interpolate_response,
     nearest_blur,
     response_table,
 )
-from stereo_landmark.core.primitives.line_band import apply_adjacent_edge, line_band
-from stereo_landmark.core.primitives.robust_step import robust_step
 
 ITERATIONS_MAX = 5
 """Largest number of refinement iterations of an outline."""
@@ -49,9 +50,9 @@ class RefinedLine:
         inlier_fraction: inlier fraction of the profiles.
     """
 
-    middle: NDArray[np.float64]
-    direction: NDArray[np.float64]
-    variances: NDArray[np.float64]
+    middle: Floats
+    direction: Floats
+    variances: Floats
     blur: float
     inlier_fraction: float
 
@@ -59,41 +60,22 @@ class RefinedLine:
 class _RefinedLines(NamedTuple):
     """Arrays of the same values for several lines, and whether each refinement succeeded."""
 
-    found: NDArray[np.bool_]
-    middles: NDArray[np.float64]
-    directions: NDArray[np.float64]
-    variances: NDArray[np.float64]
-    blurs: NDArray[np.float64]
-    inlier_fraction: NDArray[np.float64]
+    found: Masks
+    middles: Floats
+    directions: Floats
+    variances: Floats
+    blurs: Floats
+    inlier_fraction: Floats
 
 
-def refine_line(
-    image: NDArray[np.uint8], begin: NDArray[np.float64], end: NDArray[np.float64]
-) -> RefinedLine | None:
-    """Refine the edge between two points.
+def refine_lines(image: GreyImage, ends: Floats, is_closed: bool = False) -> list[RefinedLine] | None:
+    """Refine straight edges between two points each; None if the image does not show all of them.
 
     Args:
         image: grey image, shape (h, w).
-        begin: first point, off by about a pixel at most, shape (2,) [px].
-        end: last point, shape (2,) [px]; the edge is not measured near both points, where corners are rounded.
-
-    Returns:
-        refined line, None if the image does not show a straight edge there.
-    """
-    lines = refine_lines(image, np.array([[begin, end]]))
-    return None if lines is None else lines[0]
-
-
-def refine_lines(
-    image: NDArray[np.uint8], ends: NDArray[np.float64], is_closed: bool = False
-) -> list[RefinedLine] | None:
-    """Refine several edges as `refine_line` does; None if the image does not show all of them.
-
-    Args:
-        image: grey image, shape (h, w).
-        ends: first and last points, shape (n, 2, 2) [px].
+        ends: first and last points, off by about a pixel at most, shape (n, 2, 2) [px].
         is_closed: whether the edges form a closed polygon with the inside on the right; then they are measured jointly
-            up to the corners.
+            up to the corners. Otherwise they are not measured near both points, where corners are rounded.
     """
     measured = _refine(image, ends, response_table(), is_closed)
     if not measured.found.all():
@@ -123,9 +105,7 @@ def next_blur(blur: float, step: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _refine(
-    image: NDArray[np.uint8], ends: NDArray[np.float64], table: NDArray[np.float64], is_closed: bool
-) -> _RefinedLines:
+def _refine(image: GreyImage, ends: Floats, table: Floats, is_closed: bool) -> _RefinedLines:
     """Iterate the refinement of lines with end points of shape (n, 2, 2)."""
     n = len(ends)
     lines = _RefinedLines(
@@ -152,7 +132,7 @@ def _refine(
 
 
 @njit(cache=True, error_model='numpy')
-def _write_line_equation(ends: NDArray[np.float64], line: NDArray[np.float64]) -> None:
+def _write_line_equation(ends: Floats, line: Floats) -> None:
     """Write the right normal of a line and its offset along the normal, shape (3,)."""
     dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
@@ -162,11 +142,11 @@ def _write_line_equation(ends: NDArray[np.float64], line: NDArray[np.float64]) -
 
 @njit(cache=True, error_model='numpy')
 def _refine_once(
-    image: NDArray[np.uint8],
-    line: NDArray[np.float64],
+    image: GreyImage,
+    line: Floats,
     blur_index: int,
-    table: NDArray[np.float64],
-    adjacent_edges: NDArray[np.float64],
+    table: Floats,
+    adjacent_edges: Floats,
     k: int,
     lines: _RefinedLines,
 ) -> tuple[int, float]:
@@ -206,9 +186,7 @@ def _refine_once(
 
 
 @njit(cache=True, error_model='numpy')
-def _write_decorrelated(
-    line: NDArray[np.float64], covariance: NDArray[np.float64], k: int, lines: _RefinedLines
-) -> None:
+def _write_decorrelated(line: Floats, covariance: Floats, k: int, lines: _RefinedLines) -> None:
     # The fit correlates offset and direction at the midpoint; find the point where they are independent.
     dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
     length = np.sqrt(dx * dx + dy * dy)
@@ -218,3 +196,90 @@ def _write_decorrelated(
         lines.middles[k, c] = 0.5 * (line[0, c] + line[1, c]) + along * lines.directions[k, c]
     lines.variances[k, 0] = covariance[0, 0] - covariance[0, 1] ** 2 / covariance[1, 1] + _MODEL_SIGMA**2
     lines.variances[k, 1] = covariance[1, 1]
+
+
+@njit(cache=True, error_model='numpy')
+def apply_adjacent_edge(
+    other: Floats,
+    middle: tuple[float, float],
+    direction: tuple[float, float],
+    curves: Floats,
+    variance: float,
+    pixels: BandPixels,
+    positions: Floats,
+) -> None:
+    """Model the effect of an adjacent edge on the pixels near a corner.
+
+    The visible inside is the probability that two normal variables, with the correlation of the edge normals, are
+    below their limits: their product plus the first term of the series in the correlation.
+
+    Args:
+        other: inward normal and offset of the adjacent edge, shape (3,).
+        middle: midpoint of this edge [px].
+        direction: unit vector along this edge.
+        curves: edge response for the present blur, shape (directions, distances, 3).
+        variance: variance of the blurred edge, pixel included [px²].
+        pixels: pixels of this edge; updated in place.
+        positions: positions of the pixels along this edge from its midpoint, shape (n,) [px].
+    """
+    dx, dy = direction
+    correlation = dx * other[1] - dy * other[0]
+    start_depth = other[0] * middle[0] + other[1] * middle[1] - other[2]
+    slope_along, slope_across = other[0] * dx + other[1] * dy, other[1] * dx - other[0] * dy
+    curve, response = curves[direction_bin(other[0], other[1])], np.empty(3)
+    cutoff = 4.0 * np.sqrt(variance)
+    for p in range(len(positions)):
+        depth = start_depth + positions[p] * slope_along + pixels.distances[p] * slope_across
+        if depth < cutoff:
+            interpolate_response(curve, max(depth, -cutoff), response)
+            pixels.visibility[p] *= response[0]
+            pixels.corner_terms[p] += correlation * variance * response[1]
+
+
+@njit(cache=True, error_model='numpy')
+def line_band(
+    image: GreyImage,
+    middle: tuple[float, float],
+    direction: tuple[float, float],
+    span: float,
+    width: float,
+    count: int,
+) -> tuple[BandPixels, Floats]:
+    """Return the pixels in a band along the middle part of a line, and their positions along it [px]."""
+    height, columns = image.shape
+    dx, dy = direction
+    capacity = int((span + 3.0) * (2.0 * width + 3.0) * 1.5) + 16
+    profiles, distances, values = np.empty(capacity, np.int32), np.empty(capacity), np.empty(capacity)
+    positions = np.empty(capacity)
+    extent_x = 0.5 * span * abs(dx) + width * abs(dy)
+    extent_y = 0.5 * span * abs(dy) + width * abs(dx)
+    n = 0
+    for y in range(max(0, int(middle[1] - extent_y)), min(height, int(middle[1] + extent_y) + 2)):
+        low, high = _row_interval(y - middle[1], dx, dy, span, width, extent_x)
+        for x in range(max(0, int(middle[0] + low)), min(columns, int(middle[0] + high) + 2)):
+            ex, ey = x - middle[0], y - middle[1]
+            along, across = dx * ex + dy * ey, dx * ey - dy * ex
+            if abs(across) > width or abs(along) >= 0.5 * span or n == capacity:
+                continue
+            profiles[n] = int((along / span + 0.5) * count)
+            distances[n], values[n], positions[n] = across, image[y, x], along
+            n += 1
+    directions = np.full(n, direction_bin(-dy, dx), np.int32)
+    return BandPixels(
+        profiles[:n], distances[:n], directions, values[:n], np.ones(n), np.zeros(n)
+    ), positions[:n]
+
+
+@njit(cache=True, error_model='numpy')
+def _row_interval(
+    ey: float, dx: float, dy: float, span: float, width: float, extent_x: float
+) -> tuple[float, float]:
+    """Return the interval of x, from the middle, in which an image row crosses the band [px]."""
+    low, high = -extent_x, extent_x
+    if abs(dy) > 0.05:
+        ends = (dx * ey - width) / dy, (dx * ey + width) / dy
+        low, high = max(low, min(ends)), min(high, max(ends))
+    if abs(dx) > 0.05:
+        ends = (-0.5 * span - dy * ey) / dx, (0.5 * span - dy * ey) / dx
+        low, high = max(low, min(ends)), min(high, max(ends))
+    return low - 1.0, high

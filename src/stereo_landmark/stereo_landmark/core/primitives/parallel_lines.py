@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from shirube_core.settings import setting
-from stereo_landmark.core.primitives.angle_wrapping import wrap_difference, wrap_differences
-from stereo_landmark.core.primitives.image_point import ImagePoint
+from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.primitives.line_refinement import RefinedLine, refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.shape import ImagePoint, wrap_differences
+from stereo_landmark.core.settings import PrimitiveSettings
 
 # Standard deviation of the ends of a segment along it [px].
 _END_SIGMA = 1.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ParallelLines:
     """Two parallel lines in an image; angles are counted from x (right) to y (down).
 
@@ -38,24 +36,33 @@ class ParallelLines:
     width: float
     length: float
     tilt: float
-    centre: NDArray[np.float64]
+    centre: Floats
     polarity: int
-    covariance: NDArray[np.float64]
+    covariance: Floats
     end_sigma: float
 
     @property
-    def direction(self) -> NDArray[np.float64]:
+    def direction(self) -> Floats:
         """Unit vector along the lines, shape (2,)."""
         return np.array([math.cos(self.tilt), math.sin(self.tilt)])
 
     @property
-    def lines(self) -> NDArray[np.float64]:
+    def lines(self) -> Floats:
         """End points of both lines, shape (2, 2, 2) [px]: the one on the side of -normal first."""
         along = 0.5 * self.length * self.direction
         across = 0.5 * self.width * np.array([-self.direction[1], self.direction[0]])
         return np.array(
             [[self.centre + s * across - along, self.centre + s * across + along] for s in (-1.0, 1.0)]
         )
+
+    @property
+    def shape_vector(self) -> tuple[float, ...]:
+        """Width and length [px], tilt [rad] and polarity."""
+        return self.width, self.length, self.tilt, self.polarity
+
+    def outline(self) -> list[Floats]:
+        """Return both lines, each of shape (2, 2) [px]."""
+        return list(self.lines)
 
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name; they are accurate across the lines only."""
@@ -73,22 +80,12 @@ class ParallelLinesTolerance:
     length: float = setting(1.0, 'relative tolerance of the length', minimum=0.01, maximum=10.0)
 
 
-def parallel_lines_difference(
-    found: ParallelLines, taught: ParallelLines, tolerance: ParallelLinesTolerance
-) -> float:
-    """Return the difference from the taught pair: 0 equal, 1 at the tolerance, infinite for other polarity."""
-    numbers = parallel_lines_shape_vectors([found]), parallel_lines_shape_vectors([taught])
-    return float(parallel_lines_differences(*numbers, tolerance)[0, 0])
-
-
-def parallel_lines_differences(
-    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: ParallelLinesTolerance
-) -> NDArray[np.float64]:
-    """Return the difference of each pair from each taught one, shape (k, n).
+def parallel_lines_differences(found: Floats, taught: Floats, tolerance: ParallelLinesTolerance) -> Floats:
+    """Return the differences of detected from taught shape vectors, shape (k, n).
 
     Args:
-        found: parameters of the detected pairs, shape (n, 4), see :func:`parallel_lines_shape_vectors`.
-        taught: parameters of the taught pairs, shape (k, 4).
+        found: shape vectors of the detected pairs, shape (n, 4).
+        taught: shape vectors of the taught pairs, shape (k, 4).
         tolerance: tolerances, at which the difference is 1.
     """
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
@@ -96,11 +93,6 @@ def parallel_lines_differences(
     lengths = np.abs(np.log(mine[1] / theirs[1])) / math.log1p(tolerance.length)
     tilts = np.abs(wrap_differences(mine[2] - theirs[2], math.pi)) / tolerance.tilt
     return np.where(mine[3] == theirs[3], np.maximum(np.maximum(widths, lengths), tilts), math.inf)
-
-
-def parallel_lines_shape_vectors(pairs: Sequence[ParallelLines]) -> NDArray[np.float64]:
-    """Return the shape parameters, shape (n, 4): width and length [px], tilt [rad] and polarity."""
-    return np.array([(each.width, each.length, each.tilt, each.polarity) for each in pairs]).reshape(-1, 4)
 
 
 def detect_parallel_lines(lines: LineSegments, settings: PrimitiveSettings) -> list[ParallelLines]:
@@ -131,7 +123,7 @@ def detect_parallel_lines(lines: LineSegments, settings: PrimitiveSettings) -> l
     ]
 
 
-def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> ParallelLines | None:
+def refine_parallel_lines(found: ParallelLines, image: GreyImage) -> ParallelLines | None:
     """Refine both lines in the grey image; their ends remain unchanged.
 
     Args:
@@ -159,17 +151,14 @@ def refine_parallel_lines(found: ParallelLines, image: NDArray[np.uint8]) -> Par
     return replace(
         found,
         width=float(abs(offsets[1] - offsets[0])),
-        tilt=math.pi / 2 - wrap_difference(math.pi / 2 - tilt, math.pi),
+        tilt=math.pi / 2 - math.remainder(math.pi / 2 - tilt, math.pi),
         centre=found.centre + offsets.mean() * normal,
         covariance=covariance,
     )
 
 
 def _offset_at_centre(
-    line: RefinedLine,
-    centre: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    normal: NDArray[np.float64],
+    line: RefinedLine, centre: Floats, direction: Floats, normal: Floats
 ) -> tuple[float, float]:
     """Return a line's offset from the centre along the normal [px], and its variance [px²]."""
     along = float((centre - line.middle) @ direction) / float(line.direction @ direction)
@@ -179,13 +168,8 @@ def _offset_at_centre(
 
 @njit(cache=True, error_model='numpy')
 def _find_pairs(
-    ends: NDArray[np.float64],
-    variances: NDArray[np.float64],
-    length_min: float,
-    angle_max: float,
-    width_max: float,
-    overlap_min: float,
-) -> NDArray[np.float64]:
+    ends: Floats, variances: Floats, length_min: float, angle_max: float, width_max: float, overlap_min: float
+) -> Floats:
     """Return width, length, tilt, centre, polarity and summed variances of each pair, shape (n, 8)."""
     steps = ends[:, 1] - ends[:, 0]
     lengths = np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2)
@@ -211,14 +195,14 @@ def _find_pairs(
 
 @njit(cache=True, error_model='numpy')
 def _measure_pair(
-    ends: NDArray[np.float64],
-    steps: NDArray[np.float64],
-    lengths: NDArray[np.float64],
+    ends: Floats,
+    steps: Floats,
+    lengths: Floats,
     i: int,
     j: int,
     width_max: float,
     overlap_min: float,
-    row: NDArray[np.float64],
+    row: Floats,
 ) -> bool:
     # The common direction is that of the sum; offsets are taken at the middle of the overlap.
     same = steps[i, 0] * steps[j, 0] + steps[i, 1] * steps[j, 1] > 0.0
@@ -247,7 +231,7 @@ def _measure_pair(
 
 
 @njit(cache=True, error_model='numpy')
-def _offset(line: NDArray[np.float64], dx: float, dy: float, along: float) -> float:
+def _offset(line: Floats, dx: float, dy: float, along: float) -> float:
     """Return a line's offset along the normal (-dy, dx) at a position along the direction (dx, dy) [px]."""
     s0, s1 = dx * line[0, 0] + dy * line[0, 1], dx * line[1, 0] + dy * line[1, 1]
     t0, t1 = dx * line[0, 1] - dy * line[0, 0], dx * line[1, 1] - dy * line[1, 0]

@@ -1,19 +1,15 @@
-"""Quadrilaterals: panels, signs, doors; with the parameters of the paper's trapezoid (3.3c, fig. 5)."""
+"""Quadrilaterals: panels, signs, doors; the paper's trapezoid (3.3c, fig. 5) without parallel sides."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.settings import setting
-from stereo_landmark.core.primitives.angle_wrapping import wrap_difference
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
-from stereo_landmark.core.primitives.image_point import ImagePoint
-from stereo_landmark.core.primitives.lazy_shapes import LazyShapes
 from stereo_landmark.core.primitives.line_intersection import (
     intersect_lines,
     intersection_covariance,
@@ -27,7 +23,8 @@ from stereo_landmark.core.primitives.quadrilateral_search import (
     find_cycles,
     suppress_duplicates,
 )
-from stereo_landmark.core.primitives.settings import PrimitiveSettings
+from stereo_landmark.core.primitives.shape import ImagePoint, LazyShapes
+from stereo_landmark.core.settings import PrimitiveSettings
 
 # Outlines whose corners differ by less are duplicates [px].
 _DUPLICATE_DISTANCE = 4.0
@@ -38,7 +35,7 @@ _LINKS_PER_END = 4
 _SHIFT_MAX = 6.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Quadrilateral:
     """A convex quadrilateral in an image; angles are counted from x (right) to y (down).
 
@@ -49,56 +46,29 @@ class Quadrilateral:
         covariance: joint covariance of the corners, shape (8, 8) [px²].
     """
 
-    corners: NDArray[np.float64]
+    corners: Floats
     polarity: int
     seen: float
-    covariance: NDArray[np.float64]
+    covariance: Floats
 
     @property
-    def centre(self) -> NDArray[np.float64]:
+    def centre(self) -> Floats:
         """Centre between the parallel sides, the mean of the corners, shape (2,) [px]."""
         return np.asarray(self.corners.mean(axis=0), dtype=np.float64)
 
     @property
-    def corner_vectors(self) -> NDArray[np.float64]:
+    def corner_vectors(self) -> Floats:
         """The paper's v1 ... v4, from the centre to the corners, shape (4, 2) [px]."""
         return self.corners - self.centre
 
     @property
-    def tilt(self) -> float:
-        """The paper's a: common direction of the two more parallel sides, in (-pi/2, pi/2] [rad]."""
-        first, second = self._parallel_sides
-        both = first - second
-        return math.pi / 2 - wrap_difference(math.pi / 2 - math.atan2(both[1], both[0]), math.pi)
+    def shape_vector(self) -> tuple[float, ...]:
+        """Corner vectors [px] and polarity."""
+        return *self.corner_vectors.ravel(), self.polarity
 
-    @property
-    def length(self) -> float:
-        """The paper's l: mean length of the two more parallel sides [px]."""
-        return float(np.mean([np.hypot(*side) for side in self._parallel_sides]))
-
-    @property
-    def height(self) -> float:
-        """The paper's h: distance between the midpoints of the two more parallel sides, across them [px]."""
-        across = np.array([-math.sin(self.tilt), math.cos(self.tilt)])
-        offsets = self.corner_vectors @ across
-        first = self._first_parallel_side
-        return float(
-            abs(offsets[[first, (first + 1) % 4]].mean() - offsets[[first - 2, (first + 3) % 4]].mean())
-        )
-
-    @property
-    def _first_parallel_side(self) -> int:
-        steps = np.roll(self.corners, -1, axis=0) - self.corners
-        angles = np.arctan2(steps[:, 1], steps[:, 0])
-        return int(
-            abs(wrap_difference(angles[0] - angles[2], math.pi))
-            > abs(wrap_difference(angles[1] - angles[3], math.pi))
-        )
-
-    @property
-    def _parallel_sides(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        steps = np.roll(self.corners, -1, axis=0) - self.corners
-        return steps[self._first_parallel_side], steps[self._first_parallel_side + 2]
+    def outline(self) -> list[Floats]:
+        """Return the closed outline as a polyline, shape (5, 2) [px]."""
+        return [np.vstack([self.corners, self.corners[:1]])]
 
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name: corners and centre."""
@@ -131,44 +101,22 @@ class QuadrilateralTolerance:
     )
 
 
-def quadrilateral_difference(
-    found: Quadrilateral, taught: Quadrilateral, tolerance: QuadrilateralTolerance
-) -> float:
-    """Return the difference from the taught quadrilateral: 0 equal, 1 at the tolerance, infinite for other polarity."""
-    numbers = quadrilateral_shape_vectors([found]), quadrilateral_shape_vectors([taught])
-    return float(quadrilateral_differences(*numbers, tolerance)[0, 0])
-
-
-def quadrilateral_differences(
-    found: NDArray[np.float64], taught: NDArray[np.float64], tolerance: QuadrilateralTolerance
-) -> NDArray[np.float64]:
-    """Return the difference of each quadrilateral from each taught one, for any first corner, shape (k, n).
+def quadrilateral_differences(found: Floats, taught: Floats, tolerance: QuadrilateralTolerance) -> Floats:
+    """Return the differences of detected from taught shape vectors, for any first corner, shape (k, n).
 
     Args:
-        found: parameters of the detected quadrilaterals, shape (n, 9), see :func:`quadrilateral_shape_vectors`.
-        taught: parameters of the taught quadrilaterals, shape (k, 9).
+        found: shape vectors of the detected quadrilaterals, shape (n, 9).
+        taught: shape vectors of the taught quadrilaterals, shape (k, 9).
         tolerance: tolerances, at which the difference is 1.
     """
     return np.asarray(compare_corners(found, taught, math.log1p(tolerance.size), tolerance.shape))
 
 
-def quadrilateral_shape_vectors(quadrilaterals: Sequence[Quadrilateral]) -> NDArray[np.float64]:
-    """Return the shape parameters, shape (n, 9): corner vectors [px] and polarity."""
-    if isinstance(quadrilaterals, LazyShapes):
-        return quadrilaterals.shape_vectors
-    corners = np.array([each.corners for each in quadrilaterals]).reshape(-1, 4, 2)
-    return _shape_vectors(corners, np.array([each.polarity for each in quadrilaterals]))
-
-
-def _shape_vectors(corners: NDArray[np.float64], polarities: NDArray[np.int64]) -> NDArray[np.float64]:
-    vectors = (corners - corners.mean(axis=1, keepdims=True)).reshape(-1, 8)
-    return np.column_stack([vectors, polarities])
-
-
 def match_corner_order(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
     """Return a detected quadrilateral with its corners in the order of the taught one."""
-    (mine,), (theirs,) = quadrilateral_shape_vectors([found]), quadrilateral_shape_vectors([taught])
-    return found.rotate_corners(best_corner_rotation(mine, theirs))
+    return found.rotate_corners(
+        best_corner_rotation(np.array(found.shape_vector), np.array(taught.shape_vector))
+    )
 
 
 def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Quadrilateral]:
@@ -197,10 +145,12 @@ def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> L
         covariance = _covariance(lines, cycles[k] // 2, corners[k])
         return Quadrilateral(corners[k], int(polarities[k]), float(seen[k]), covariance)
 
-    return LazyShapes(corners.mean(axis=1), _shape_vectors(corners, polarities), make)
+    centres = corners.mean(axis=1)
+    vectors = (corners - centres[:, None]).reshape(-1, 8)
+    return LazyShapes(centres, np.column_stack([vectors, polarities]), make)
 
 
-def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quadrilateral | None:
+def refine_quadrilateral(found: Quadrilateral, image: GreyImage) -> Quadrilateral | None:
     """Refine the four sides in the grey image and intersect them.
 
     Args:
@@ -223,9 +173,7 @@ def refine_quadrilateral(found: Quadrilateral, image: NDArray[np.uint8]) -> Quad
     )
 
 
-def _start_at_upper_left(
-    corners: NDArray[np.float64], cycles: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _start_at_upper_left(corners: Floats, cycles: Ints) -> tuple[Floats, Ints]:
     """Return corners and cycles rotated so that the upper left corner is the first."""
     vectors = corners - corners.mean(axis=1, keepdims=True)
     first = np.argmin(vectors.sum(axis=2) / np.linalg.norm(vectors, axis=2), axis=1)
@@ -233,9 +181,7 @@ def _start_at_upper_left(
     return np.take_along_axis(corners, order[..., None], axis=1), np.take_along_axis(cycles, order, axis=1)
 
 
-def _covariance(
-    lines: LineSegments, cycle: NDArray[np.int64], corners: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _covariance(lines: LineSegments, cycle: Ints, corners: Floats) -> Floats:
     """Return the covariance of the corners of one cycle of line segments, shape (8, 8) [px²]."""
     pairs = np.stack([np.roll(cycle, 1), cycle], axis=1)
     ends = lines.ends[pairs]

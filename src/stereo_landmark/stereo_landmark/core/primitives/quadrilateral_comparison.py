@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from stereo_landmark.core.arrays import Floats
 
 
 @njit(cache=True, error_model='numpy')
-def compare_corners(
-    found: NDArray[np.float64], taught: NDArray[np.float64], size_tolerance: float, shape_tolerance: float
-) -> NDArray[np.float64]:
+def compare_corners(found: Floats, taught: Floats, size_tolerance: float, shape_tolerance: float) -> Floats:
     """Return the differences of detected quadrilaterals from taught ones, shape (k, n); 1 is at the tolerance.
 
     Args:
@@ -41,7 +40,7 @@ def compare_corners(
 
 
 @njit(cache=True, error_model='numpy')
-def best_corner_rotation(found: NDArray[np.float64], taught: NDArray[np.float64]) -> int:
+def best_corner_rotation(found: Floats, taught: Floats) -> int:
     """Return which corner of a detected quadrilateral matches the first corner of a taught one.
 
     Args:
@@ -60,9 +59,7 @@ def best_corner_rotation(found: NDArray[np.float64], taught: NDArray[np.float64]
 
 
 @njit(cache=True, error_model='numpy')
-def order_corner_pairs(
-    left: NDArray[np.float64], right: NDArray[np.float64], taught: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def order_corner_pairs(left: Floats, right: Floats, taught: Floats) -> Floats:
     """Return the corner vectors in both images in the order of a taught quadrilateral, shape (n, 4, 4) [px].
 
     Args:
@@ -82,7 +79,7 @@ def order_corner_pairs(
 
 
 @njit(cache=True, error_model='numpy')
-def corner_norm(vectors: NDArray[np.float64]) -> float:
+def corner_norm(vectors: Floats) -> float:
     """Return the Frobenius norm of the corner vectors of a quadrilateral, shape (9,) [px]."""
     total = 0.0
     for c in range(8):
@@ -91,9 +88,7 @@ def corner_norm(vectors: NDArray[np.float64]) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _largest_corner_distance(
-    found: NDArray[np.float64], taught: NDArray[np.float64], rotation: int, scale: float
-) -> float:
+def _largest_corner_distance(found: Floats, taught: Floats, rotation: int, scale: float) -> float:
     largest = 0.0
     for c in range(4):
         f = (2 * c + 2 * rotation) % 8

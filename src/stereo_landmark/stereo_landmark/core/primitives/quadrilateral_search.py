@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, Ints
 from stereo_landmark.core.primitives.corner_links import CornerLinks
 
 # One of four sides may have reversed polarity, e.g. a panel in front of a background that is dark on one side.
@@ -31,15 +31,15 @@ class CornerGraph(NamedTuple):
         outline_seen_min: smallest visible fraction of the whole outline.
     """
 
-    starts: NDArray[np.int64]
-    from_ends: NDArray[np.int64]
-    to_ends: NDArray[np.int64]
-    vertices: NDArray[np.float64]
-    exit_positions: NDArray[np.float64]
-    entry_positions: NDArray[np.float64]
-    incoming: NDArray[np.int64]
-    incoming_starts: NDArray[np.int64]
-    support: NDArray[np.float64]
+    starts: Ints
+    from_ends: Ints
+    to_ends: Ints
+    vertices: Floats
+    exit_positions: Floats
+    entry_positions: Floats
+    incoming: Ints
+    incoming_starts: Ints
+    support: Floats
     side_seen_min: float
     outline_seen_min: float
 
@@ -53,17 +53,13 @@ class Cycles(NamedTuple):
         seen: visible fraction of the outline, shape (k,).
     """
 
-    entry_ends: NDArray[np.int64]
-    corners: NDArray[np.float64]
-    seen: NDArray[np.float64]
+    entry_ends: Ints
+    corners: Floats
+    seen: Floats
 
 
 def corner_graph(
-    links: CornerLinks,
-    ends: NDArray[np.float64],
-    support: NDArray[np.float64],
-    side_seen_min: float,
-    outline_seen_min: float,
+    links: CornerLinks, ends: Floats, support: Floats, side_seen_min: float, outline_seen_min: float
 ) -> CornerGraph:
     """Return the graph of the right turns between line segments.
 
@@ -88,38 +84,21 @@ def corner_graph(
         for sorted_ends in (from_ends, to_ends[incoming])
     )
     # The segment that is left was entered at its other end.
-    exit_positions, entry_positions = (
-        _positions_along(ends, from_ends ^ 1, vertices),
-        _positions_along(ends, to_ends, vertices),
-    )
+    exit_positions = _positions_along(ends, from_ends ^ 1, vertices)
+    entry_positions = _positions_along(ends, to_ends, vertices)
     return CornerGraph(
-        *(
-            starts,
-            from_ends,
-            to_ends,
-            vertices,
-            exit_positions,
-            entry_positions,
-            incoming,
-            incoming_starts,
-            support,
-        ),
-        side_seen_min=side_seen_min,
-        outline_seen_min=outline_seen_min,
+        *(starts, from_ends, to_ends, vertices, exit_positions, entry_positions, incoming, incoming_starts),
+        *(support, side_seen_min, outline_seen_min),
     )
 
 
 @njit(cache=True, error_model='numpy')
-def _positions_along(
-    ends: NDArray[np.float64], entry_ends: NDArray[np.int64], vertices: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _positions_along(ends: Floats, entry_ends: Ints, vertices: Floats) -> Floats:
     """Return the positions of vertices along segments from the ends where these are entered, shape (m,) [px]."""
     along = np.empty(len(entry_ends))
     for m in range(len(entry_ends)):
-        begin, end = (
-            ends[entry_ends[m] >> 1, entry_ends[m] & 1],
-            ends[entry_ends[m] >> 1, 1 - (entry_ends[m] & 1)],
-        )
+        line, side = entry_ends[m] >> 1, entry_ends[m] & 1
+        begin, end = ends[line, side], ends[line, 1 - side]
         dx, dy = end[0] - begin[0], end[1] - begin[1]
         product = dx * (vertices[m, 0] - begin[0]) + dy * (vertices[m, 1] - begin[1])
         along[m] = product / np.sqrt(dx * dx + dy * dy)
@@ -150,7 +129,7 @@ def find_cycles(graph: CornerGraph) -> Cycles:
 
 
 @njit(cache=True, error_model='numpy')
-def _mark_closing_links(graph: CornerGraph, node: int, closing_links: NDArray[np.int64]) -> bool:
+def _mark_closing_links(graph: CornerGraph, node: int, closing_links: Ints) -> bool:
     """Write the link to a node by the end where its segment was entered; return whether there is any."""
     is_any = False
     for c in range(graph.incoming_starts[node], graph.incoming_starts[node + 1]):
@@ -162,13 +141,7 @@ def _mark_closing_links(graph: CornerGraph, node: int, closing_links: NDArray[np
 
 @njit(cache=True, error_model='numpy')
 def _close_cycles(
-    graph: CornerGraph,
-    node: int,
-    a: int,
-    b: int,
-    closing_links: NDArray[np.int64],
-    cycles: Cycles,
-    count: int,
+    graph: CornerGraph, node: int, a: int, b: int, closing_links: Ints, cycles: Cycles, count: int
 ) -> int:
     """Add the cycles that start with a node and two links; return the new count."""
     to_ends = graph.to_ends
@@ -212,9 +185,7 @@ def _seen_fraction(graph: CornerGraph, a: int, b: int, c: int, d: int) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def suppress_duplicates(
-    outlines: NDArray[np.float64], order: NDArray[np.int64], distance: float
-) -> NDArray[np.int64]:
+def suppress_duplicates(outlines: Floats, order: Ints, distance: float) -> Ints:
     """Return the indices of the outlines to keep, in the given order, the first of each group of duplicates.
 
     Args:
@@ -240,13 +211,7 @@ def suppress_duplicates(
 
 @njit(cache=True, error_model='numpy')
 def _is_new(
-    outlines: NDArray[np.float64],
-    k: int,
-    kept: NDArray[np.int64],
-    column: int,
-    last: NDArray[np.int64],
-    before: NDArray[np.int64],
-    distance: float,
+    outlines: Floats, k: int, kept: Ints, column: int, last: Ints, before: Ints, distance: float
 ) -> bool:
     for near in range(column - 1, column + 2):
         number = last[near]
@@ -258,7 +223,7 @@ def _is_new(
 
 
 @njit(cache=True, error_model='numpy')
-def _are_near(one: NDArray[np.float64], other: NDArray[np.float64], distance: float) -> bool:
+def _are_near(one: Floats, other: Floats, distance: float) -> bool:
     largest = 0.0
     for c in range(len(one)):
         largest = max(largest, abs(one[c] - other[c]))

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from stereo_landmark.core.arrays import Floats, Ints
 
 _PROFILES_MIN = 4
 # A profile this many sigmas off the line is an outlier and gets no prior.
@@ -22,12 +23,12 @@ _PRIOR_SIGMA_MIN = 0.002
 
 @njit(cache=True, error_model='numpy')
 def add_level_prior(
-    normal: NDArray[np.float64],
-    rhs: NDArray[np.float64],
-    squares: NDArray[np.float64],
-    solutions: NDArray[np.float64],
-    inverses: NDArray[np.float64],
-    residual_variances: NDArray[np.float64],
+    normal: Floats,
+    rhs: Floats,
+    squares: Floats,
+    solutions: Floats,
+    inverses: Floats,
+    residual_variances: Floats,
     noise: float,
 ) -> None:
     """Add the prior on the grey levels to the normal equations of the profiles.
@@ -68,24 +69,11 @@ def add_level_prior(
 
 
 @njit(cache=True, error_model='numpy')
-def _fit_level_line(
-    numbers: NDArray[np.int64],
-    count: int,
-    levels: NDArray[np.float64],
-    variances: NDArray[np.float64],
-    expected: NDArray[np.float64],
-) -> float:
-    """Fit a line robustly to the levels, write its values and return the variance of the scatter about it.
-
-    Args:
-        numbers: indices of the profiles along the edge, shape (n,).
-        count: number of all profiles.
-        levels: measured levels, shape (n,) [grey levels].
-        variances: variances of the levels by image noise, shape (n,) [grey levels²].
-        expected: output, levels on the line, shape (n,) [grey levels].
+def _fit_level_line(numbers: Ints, count: int, levels: Floats, variances: Floats, expected: Floats) -> float:
+    """Fit a line robustly to the levels of some profiles and write its values, all of shape (n,) [grey levels].
 
     Returns:
-        variance that noise does not explain [grey levels²]; negative with too few inliers.
+        variance of the scatter that noise does not explain [grey levels²]; negative with too few inliers.
     """
     expected[:] = np.median(levels)
     scatter = (_MAD_TO_SIGMA * np.median(np.abs(levels - expected))) ** 2

@@ -6,15 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.arrays import Floats, Ints, Masks
+from stereo_landmark.core.primitives.primitive import (
+    PrimitiveKind,
+    Tolerances,
+    shape_differences,
+    shape_vectors,
+)
 from stereo_landmark.core.primitives.quadrilateral_comparison import order_corner_pairs
-from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives
-from stereo_landmark.core.procedure.primitive import PrimitiveKind, Tolerances
-from stereo_landmark.core.procedure.shape_vectors import shape_differences, shape_vectors
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
+from stereo_landmark.core.stereo import StereoRig
 
 
 @dataclass(frozen=True)
@@ -29,18 +32,18 @@ class StereoCandidates:
         points: invariant points in the order of the taught one's, u, v left and u, v right, shape (n, p, 4) [px].
     """
 
-    left: NDArray[np.int64]
-    right: NDArray[np.int64]
-    centres: NDArray[np.float64]
-    positions: NDArray[np.float64]
-    points: NDArray[np.float64]
+    left: Ints
+    right: Ints
+    centres: Floats
+    positions: Floats
+    points: Floats
 
     def __len__(self) -> int:
         return len(self.left)
 
 
 def find_stereo_candidates(
-    taught: Sequence[TaughtPrimitive], view: StereoView, depths: NDArray[np.float64], tolerances: Tolerances
+    taught: Sequence[TaughtPrimitive], view: StereoView, depths: Floats, tolerances: Tolerances
 ) -> list[StereoCandidates]:
     """Find the stereo candidates of each taught primitive.
 
@@ -59,9 +62,9 @@ def find_stereo_candidates(
 
 def similar_primitives(
     taught: Sequence[TaughtPrimitive], kinds: dict[PrimitiveKind, DetectedPrimitives], tolerances: Tolerances
-) -> list[NDArray[np.bool_]]:
+) -> list[Masks]:
     """Return for each taught primitive the mask of primitives within the tolerances, each of shape (n,)."""
-    rows: dict[int, NDArray[np.bool_]] = {}
+    rows: dict[int, Masks] = {}
     for kind, detected in kinds.items():
         indices = [k for k, each in enumerate(taught) if each.kind is kind]
         if indices:
@@ -77,7 +80,7 @@ def similar_primitives(
 
 
 def _find_candidates(
-    taught: TaughtPrimitive, similar: NDArray[np.int64], view: StereoView, depths: NDArray[np.float64]
+    taught: TaughtPrimitive, similar: Ints, view: StereoView, depths: Floats
 ) -> StereoCandidates:
     here, there = view.detected_pair(taught.kind)
     right = view.match_indices(taught.kind)[similar]
@@ -93,12 +96,8 @@ def _find_candidates(
 
 
 def _invariant_points(
-    taught: TaughtPrimitive,
-    left: NDArray[np.int64],
-    right: NDArray[np.int64],
-    view: StereoView,
-    centres: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    taught: TaughtPrimitive, left: Ints, right: Ints, view: StereoView, centres: Floats
+) -> Floats:
     """Return the corners of quadrilaterals, shape (n, 4, 4), and the centres of other kinds, shape (n, 1, 4) [px]."""
     if taught.kind is not PrimitiveKind.QUADRILATERAL:
         return centres[:, None]
@@ -108,7 +107,7 @@ def _invariant_points(
     return np.asarray(corners + centres[:, None])
 
 
-def _triangulate(pixels: NDArray[np.float64], rig: StereoRig) -> NDArray[np.float64]:
+def _triangulate(pixels: Floats, rig: StereoRig) -> Floats:
     """Triangulate u, v left and u, v right, shape (n, 4) [px], into the left optical frame, shape (n, 3) [m]."""
     left = rig.left
     z = left.fx * rig.baseline / ((pixels[:, 0] - left.cx) - (pixels[:, 2] - rig.right.cx))

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.least_squares import invert_symmetric
 from stereo_landmark.core.procedure.prediction import stereo_intrinsics
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.symmetric_matrix import invert_symmetric
 
 DETECTED_SIGMA = 0.7
 """Standard deviation of a detected primitive before its refinement in the grey image [px]."""
@@ -26,12 +26,8 @@ DEPTH_MIN = 0.05
 
 
 def fit_coarse_pose(
-    start: NDArray[np.float64],
-    taught: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    seen: NDArray[np.float64],
-    view: StereoView,
-) -> NDArray[np.float64] | None:
+    start: Floats, taught: Floats, covariances: Floats, seen: Floats, view: StereoView
+) -> Floats | None:
     """Fit x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,); None if they are not observable.
 
     Args:
@@ -53,13 +49,13 @@ def fit_coarse_pose(
 
 @njit(cache=True, error_model='numpy')
 def _gauss_newton(
-    state: NDArray[np.float64],
-    taught: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    seen: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    position: NDArray[np.float64],
-    intrinsics: NDArray[np.float64],
+    state: Floats,
+    taught: Floats,
+    covariances: Floats,
+    seen: Floats,
+    rotation: Floats,
+    position: Floats,
+    intrinsics: Floats,
 ) -> bool:
     """Write the fitted state (reweighted Gauss-Newton); return whether it is observable."""
     information, gradient, inverse = np.empty((4, 4)), np.empty(4), np.empty((4, 4))
@@ -86,11 +82,7 @@ def _gauss_newton(
 
 @njit(cache=True, error_model='numpy')
 def _write_camera_pose(
-    state: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    position: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    camera_position: NDArray[np.float64],
+    state: Floats, rotation: Floats, position: Floats, axes: Floats, camera_position: Floats
 ) -> None:
     """Write the camera's axes, shape (3, 3), column by column, and its position in the place's frame, shape (3,)."""
     cos, sin = np.cos(state[3]), np.sin(state[3])
@@ -105,13 +97,13 @@ def _write_camera_pose(
 
 @njit(cache=True, error_model='numpy')
 def _write_normal_equations(
-    state: NDArray[np.float64],
-    taught: NDArray[np.float64],
-    covariances: NDArray[np.float64],
-    seen: NDArray[np.float64],
-    camera: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    information: NDArray[np.float64],
-    gradient: NDArray[np.float64],
+    state: Floats,
+    taught: Floats,
+    covariances: Floats,
+    seen: Floats,
+    camera: tuple[Floats, Floats, Floats],
+    information: Floats,
+    gradient: Floats,
 ) -> None:
     """Write the normal equations of a step; the camera is its axes, position and intrinsics."""
     jacobian, residual = np.empty((3, 4)), np.empty(3)
@@ -133,12 +125,12 @@ def _write_normal_equations(
 
 @njit(cache=True, error_model='numpy')
 def _write_weights(
-    jacobian: NDArray[np.float64],
-    residual: NDArray[np.float64],
-    covariance: NDArray[np.float64],
+    jacobian: Floats,
+    residual: Floats,
+    covariance: Floats,
     row_difference: float,
-    spread: NDArray[np.float64],
-    weights: NDArray[np.float64],
+    spread: Floats,
+    weights: Floats,
 ) -> None:
     """Write the information of u left, mean v and u right, with the Huber weight."""
     variance = DETECTED_SIGMA**2
@@ -171,12 +163,12 @@ def _write_weights(
 
 @njit(cache=True, error_model='numpy')
 def _linearize(
-    state: NDArray[np.float64],
-    taught: NDArray[np.float64],
-    seen: NDArray[np.float64],
-    camera: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    jacobian: NDArray[np.float64],
-    residual: NDArray[np.float64],
+    state: Floats,
+    taught: Floats,
+    seen: Floats,
+    camera: tuple[Floats, Floats, Floats],
+    jacobian: Floats,
+    residual: Floats,
 ) -> bool:
     """Write residual and Jacobian of u left, mean v and u right of a point; return whether it is visible."""
     axes, camera_position, intrinsics = camera

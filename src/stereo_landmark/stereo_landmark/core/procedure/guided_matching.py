@@ -11,19 +11,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_points import SpatialPoints
+from stereo_landmark.core.arrays import Floats, Ints
+from stereo_landmark.core.primitives.primitive import (
+    PrimitiveKind,
+    Tolerances,
+    align_point_order,
+    shape_vectors,
+)
 from stereo_landmark.core.primitives.quadrilateral_comparison import order_corner_pairs
 from stereo_landmark.core.procedure.candidate_search import similar_primitives
 from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
-from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives
 from stereo_landmark.core.procedure.prediction import predict_pixels
-from stereo_landmark.core.procedure.primitive import PrimitiveKind, Tolerances, align_point_order
-from stereo_landmark.core.procedure.shape_vectors import shape_vectors
-from stereo_landmark.core.procedure.stereo_measurement import NamedPair
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, NamedPair, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.stereo import SpatialPoints
 
 
 @dataclass(frozen=True)
@@ -36,9 +38,9 @@ class _Candidates:
         expected_sizes: sizes of ellipses, which have only one point, shape (n,) [px]; shape (0,) for other kinds.
     """
 
-    indices: NDArray[np.int64]
-    points: NDArray[np.float64]
-    expected_sizes: NDArray[np.float64]
+    indices: Ints
+    points: Floats
+    expected_sizes: Floats
 
 
 class GuidedMatcher:
@@ -52,11 +54,7 @@ class GuidedMatcher:
     """
 
     def __init__(
-        self,
-        target: TaughtTarget,
-        points: Sequence[SpatialPoints],
-        view: StereoView,
-        tolerances: Tolerances,
+        self, target: TaughtTarget, points: Sequence[SpatialPoints], view: StereoView, tolerances: Tolerances
     ) -> None:
         self._target, self._points, self._view = target, points, view
         self._centres = np.array([taught.position for taught in target.primitives])
@@ -65,7 +63,7 @@ class GuidedMatcher:
             _candidates(target.primitives, scene.kinds, tolerances) for scene in (view.left, view.right)
         ]
 
-    def match(self, states: NDArray[np.float64], window: float) -> NDArray[np.int64]:
+    def match(self, states: Floats, window: float) -> Ints:
         """Return the candidates nearest to the predicted points in the left and right image, shape (h, k, 2).
 
         Args:
@@ -87,7 +85,7 @@ class GuidedMatcher:
         chosen[(chosen < 0).any(axis=2)] = -1
         return chosen
 
-    def fit(self, state: NDArray[np.float64], chosen: NDArray[np.int64]) -> NDArray[np.float64] | None:
+    def fit(self, state: Floats, chosen: Ints) -> Floats | None:
         """Fit the pose to the detected primitives, shape (4,); None if it is not observable.
 
         Args:
@@ -105,7 +103,7 @@ class GuidedMatcher:
         covariances = np.concatenate([self._points[k].covariances for k in indices])
         return fit_coarse_pose(state, positions, covariances, np.concatenate(seen), self._view)
 
-    def pairs(self, chosen: NDArray[np.int64]) -> list[NamedPair]:
+    def pairs(self, chosen: Ints) -> list[NamedPair]:
         """Return the matched primitives of both images; ``chosen`` as in `fit`."""
         pairs: list[NamedPair] = []
         for k, taught in enumerate(self._target.primitives):
@@ -120,7 +118,7 @@ class GuidedMatcher:
                 )
         return pairs
 
-    def _depths(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _depths(self, states: Floats) -> Floats:
         """Return the depths of the primitives, shape (h, k) [m]."""
         pixels = predict_pixels(states, self._centres, self._view)
         rig = self._view.rig
@@ -139,9 +137,7 @@ def _candidates(
     ]
 
 
-def _make_candidates(
-    taught: TaughtPrimitive, detected: DetectedPrimitives, indices: NDArray[np.int64]
-) -> _Candidates:
+def _make_candidates(taught: TaughtPrimitive, detected: DetectedPrimitives, indices: Ints) -> _Candidates:
     centres = detected.centres[indices][:, None]
     if taught.kind is not PrimitiveKind.QUADRILATERAL:
         expected_sizes = (
@@ -155,20 +151,12 @@ def _make_candidates(
 
 @njit(cache=True, error_model='numpy')
 def _match_nearest(
-    points: NDArray[np.float64],
-    point_sizes: NDArray[np.float64],
-    expected: NDArray[np.float64],
-    expected_sizes: NDArray[np.float64],
-    window: float,
-) -> NDArray[np.int64]:
+    points: Floats, point_sizes: Floats, expected: Floats, expected_sizes: Floats, window: float
+) -> Ints:
     """Return the index of the nearest candidate for each row of predicted points; -1 outside of the window.
 
-    Args:
-        points: points of the candidates, shape (n, p, 2) [px].
-        point_sizes: sizes of the candidates, shape (n,), or (0,) to ignore sizes [px].
-        expected: predicted points, shape (h, p, 2); NaN matches nothing [px].
-        expected_sizes: predicted sizes, shape (h,) [px].
-        window: maximum misfit [px].
+    Candidates have the shape (n, p, 2) and sizes (n,), or (0,) to ignore sizes; predictions (h, p, 2) and (h,)
+    [px]. NaN matches nothing.
     """
     nearest = np.full(len(expected), -1)
     for h in range(len(expected)):

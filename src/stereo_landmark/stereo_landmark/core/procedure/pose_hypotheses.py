@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, Ints
 from stereo_landmark.core.procedure.candidate_search import StereoCandidates
 from stereo_landmark.core.procedure.prediction import poses_from_match, predict_pixels
-from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.settings import SearchSettings
 
 YAW_STEP = 0.09
 """Step between the tested yaws [rad]."""
@@ -28,7 +28,7 @@ DISPARITY_SCALE = 0.5
 """Ratio of the error of disparities to that of positions."""
 HYPOTHESES_MAX = 24
 """Maximum number of hypotheses that are refined."""
-_Hypotheses = tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]
+_Hypotheses = tuple[Floats, Ints, Floats, Ints]
 """States, matches, misfits and paths."""
 
 
@@ -42,16 +42,13 @@ class PoseHypothesis:
         path: index of the first primitive of its path.
     """
 
-    state: NDArray[np.float64]
-    matches: NDArray[np.int64]
+    state: Floats
+    matches: Ints
     path: int
 
 
 def generate_hypotheses(
-    positions: NDArray[np.float64],
-    candidates: Sequence[StereoCandidates],
-    view: StereoView,
-    settings: SearchSettings,
+    positions: Floats, candidates: Sequence[StereoCandidates], view: StereoView, settings: SearchSettings
 ) -> list[PoseHypothesis]:
     """Return distinct hypotheses, those with the most matches first, in a tie those of the more reliable path.
 
@@ -77,12 +74,7 @@ def generate_hypotheses(
     return _select_best(*(np.concatenate(parts) for parts in zip(*generated, strict=True)))
 
 
-def _select_best(
-    states: NDArray[np.float64],
-    matches: NDArray[np.int64],
-    misfits: NDArray[np.float64],
-    paths: NDArray[np.int64],
-) -> list[PoseHypothesis]:
+def _select_best(states: Floats, matches: Ints, misfits: Floats, paths: Ints) -> list[PoseHypothesis]:
     """Return hypotheses, of those with the same matches the one with the smallest misfit."""
     counts = (matches >= 0).sum(axis=1)
     chosen: list[int] = []
@@ -99,24 +91,12 @@ def _select_best(
 
 @njit(cache=True, error_model='numpy')
 def _match(
-    pixels: NDArray[np.float64],
-    starts: NDArray[np.int64],
-    centres: NDArray[np.float64],
-    order: NDArray[np.int64],
-    path: int,
-    window: float,
-    count_min: int,
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    pixels: Floats, starts: Ints, centres: Floats, order: Ints, path: int, window: float, count_min: int
+) -> tuple[Ints, Floats]:
     """Return the candidate of each primitive in its window, shape (h, k), -1 without one, and the mean misfit, (h,).
 
-    Args:
-        pixels: predicted pixels of the primitives, shape (h, k, 4) [px].
-        starts: start index of the candidates of each primitive, shape (k + 1,).
-        centres: u, v left and u right of the candidates, shape (n, 3) [px].
-        order: indices of the candidates of each primitive by ascending v, shape (n,).
-        path: index of the first primitive of the path.
-        window: half width of the window at the first primitive [px].
-        count_min: minimum number of matches; poses with fewer have an infinite misfit.
+    Predicted pixels have the shape (h, k, 4), candidates (u, v left and u right) the shape (n, 3), with ``starts`` of
+    each primitive, shape (k + 1,), and their ``order`` by v; poses with too few matches have an infinite misfit.
     """
     count = pixels.shape[1]
     matches = np.full(pixels.shape[:2], -1)
@@ -146,9 +126,7 @@ def _match(
 
 
 @njit(cache=True, error_model='numpy')
-def _sort_by_row(
-    starts: NDArray[np.int64], centres: NDArray[np.float64], order: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _sort_by_row(starts: Ints, centres: Floats, order: Ints) -> tuple[Floats, Ints]:
     """Sort the candidates of each primitive by ascending v, and index the first one at or below each pixel row.
 
     Returns:
@@ -173,24 +151,17 @@ def _sort_by_row(
 
 @njit(cache=True, error_model='numpy')
 def _nearest(
-    expected: NDArray[np.float64],
-    centres: NDArray[np.float64],
-    firsts: NDArray[np.int64],
+    expected: Floats,
+    centres: Floats,
+    firsts: Ints,
     end: int,
-    order: NDArray[np.int64],
+    order: Ints,
     radius: float,
-    squared_distances: NDArray[np.float64],
+    squared_distances: Floats,
 ) -> tuple[int, float]:
     """Return index and distance [px] of the candidate nearest to a predicted pixel; -1 if none is within the radius.
 
-    Args:
-        expected: predicted u, v left and u, v right, shape (4,) [px].
-        centres: candidates by ascending v, shape (3, n) [px].
-        firsts: first index of each row, shape (rows,), see `_sort_by_row`.
-        end: end index of the candidates of this primitive.
-        order: original indices of the candidates, shape (n,).
-        radius: search radius [px].
-        squared_distances: scratch array, shape (n,).
+    Candidates have the shape (3, n), by ascending v; ``firsts``: first one of each pixel row, see `_sort_by_row`.
     """
     top, bottom = max(expected[1] - radius, 0.0), expected[1] + radius + 1.0
     # False for NaN, which matches nothing.
@@ -214,11 +185,7 @@ def _nearest(
 # The minimum does not depend on the order, so that the loop is vectorized.
 @njit(cache=True, error_model='numpy', fastmath={'nnan', 'nsz', 'reassoc'})
 def _write_squared_distances(
-    expected: NDArray[np.float64],
-    us: NDArray[np.float64],
-    vs: NDArray[np.float64],
-    rights: NDArray[np.float64],
-    squared_distances: NDArray[np.float64],
+    expected: Floats, us: Floats, vs: Floats, rights: Floats, squared_distances: Floats
 ) -> float:
     """Write the squared distances of candidates from a predicted pixel; return the smallest [px²]."""
     u, v, disparity = expected[0], expected[1], expected[0] - expected[2]

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from stereo_landmark.core.arrays import Floats, Ints, Masks
+from stereo_landmark.core.primitives.primitive import Tolerances
 from stereo_landmark.core.procedure.candidate_search import similar_primitives
 from stereo_landmark.core.procedure.prediction import predict_pixels
-from stereo_landmark.core.procedure.primitive import Tolerances
-from stereo_landmark.core.procedure.settings import SearchSettings
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
+from stereo_landmark.core.settings import SearchSettings
 
 WINDOW = 5.0
 """Maximum distance of a detection from its predicted pixel [px]."""
@@ -58,7 +58,7 @@ class PoseScorer:
         )
         self._detection_probability = settings.detection_probability
 
-    def score(self, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    def score(self, states: Floats) -> Floats:
         """Return the log-likelihood ratios of poses against chance, shape (h,).
 
         Args:
@@ -71,7 +71,7 @@ class PoseScorer:
         )
         return np.asarray(np.sum(np.where(self._is_in_view(pixels), log_ratios, 0.0), axis=1))
 
-    def _is_in_view(self, pixels: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def _is_in_view(self, pixels: Floats) -> Masks:
         width, height = self._view.rig.left.width, self._view.rig.left.height
         u, v = pixels[..., 0], pixels[..., 1]
         return (
@@ -89,15 +89,10 @@ class PoseScorer:
 
 
 @njit(cache=True)
-def _squared_distances(
-    pixels: NDArray[np.float64], starts: NDArray[np.int64], centres: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _squared_distances(pixels: Floats, starts: Ints, centres: Floats) -> Floats:
     """Return squared distances to the nearest similar primitives, infinite outside of the window, shape (h, k) [px²].
 
-    Args:
-        pixels: predicted pixels, shape (h, k, 4) [px].
-        starts: start index in `centres` of the candidates of each primitive, shape (k + 1,).
-        centres: centres of similar primitives, shape (n, 2) [px].
+    Predicted pixels have the shape (h, k, 4), centres the shape (n, 2), with ``starts`` of each primitive, (k + 1,).
     """
     squared_distances = np.full(pixels.shape[:2], np.inf)
     for h in range(pixels.shape[0]):

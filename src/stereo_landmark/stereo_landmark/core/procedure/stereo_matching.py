@@ -11,7 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from stereo_landmark.core.arrays import Floats, Ints, Masks
 
 ROW_DIFFERENCE_MAX = 2.0
 """Maximum row difference of a pair; detections are accurate to about a pixel [px]."""
@@ -30,12 +31,12 @@ SUPPORT_RATIO_MIN = 1.03
 
 
 def match_pairs(
-    centres: Sequence[NDArray[np.float64]],
-    pairs: Sequence[NDArray[np.int64]],
-    disparities: Sequence[NDArray[np.float64]],
+    centres: Sequence[Floats],
+    pairs: Sequence[Ints],
+    disparities: Sequence[Floats],
     weights: Sequence[float],
     kind_index: int,
-) -> NDArray[np.int64]:
+) -> Ints:
     """Return the matched pairs of one kind, shape (k, 2). Primitives of all kinds support each other.
 
     Args:
@@ -64,12 +65,8 @@ def match_pairs(
 
 @njit(cache=True, error_model='numpy')
 def candidate_pairs(
-    left: NDArray[np.float64],
-    left_shapes: NDArray[np.float64],
-    right: NDArray[np.float64],
-    right_shapes: NDArray[np.float64],
-    disparities: tuple[float, float],
-) -> NDArray[np.int64]:
+    left: Floats, left_shapes: Floats, right: Floats, right_shapes: Floats, disparities: tuple[float, float]
+) -> Ints:
     """Return candidate pairs of primitives of one kind, shape (m, 2): index in the left and in the right image.
 
     Args:
@@ -99,7 +96,7 @@ def candidate_pairs(
 
 
 @njit(cache=True, error_model='numpy')
-def _are_similar(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+def _are_similar(one: Floats, other: Floats) -> bool:
     similar = 0
     while similar < len(one) and abs(one[similar] - other[similar]) < 1.0:
         similar += 1
@@ -108,12 +105,8 @@ def _are_similar(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
 
 @njit(cache=True, error_model='numpy')
 def neighbour_support(
-    positions: NDArray[np.float64],
-    disparities: NDArray[np.float64],
-    left_indices: NDArray[np.int64],
-    weights: NDArray[np.float64],
-    requested: NDArray[np.bool_],
-) -> NDArray[np.float64]:
+    positions: Floats, disparities: Floats, left_indices: Ints, weights: Floats, requested: Masks
+) -> Floats:
     """Return the support of the neighbours for each requested pair, shape (m,); 0 for the others.
 
     Args:
@@ -148,9 +141,7 @@ def neighbour_support(
 
 
 @njit(cache=True, error_model='numpy')
-def _supporters(
-    disparities: NDArray[np.float64], group_starts: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+def _supporters(disparities: Floats, group_starts: Ints) -> tuple[Floats, Ints, Ints]:
     """Return the first disparity of each supporter, then the second of those that have two, and so on.
 
     Returns:
@@ -176,11 +167,11 @@ def _supporters(
 @njit(cache=True, error_model='numpy', fastmath={'reassoc', 'nsz', 'contract'})
 def _support(
     disparity: float,
-    disparity_layers: NDArray[np.float64],
-    sizes: NDArray[np.int64],
-    inverse_tolerances: NDArray[np.float64],
-    support_weights: NDArray[np.float64],
-    nearest: NDArray[np.float64],
+    disparity_layers: Floats,
+    sizes: Ints,
+    inverse_tolerances: Floats,
+    support_weights: Floats,
+    nearest: Floats,
 ) -> float:
     for v in range(sizes[0]):
         nearest[v] = abs(disparity_layers[0, v] - disparity)
@@ -194,7 +185,7 @@ def _support(
 
 
 @njit(cache=True, error_model='numpy')
-def _group_starts(left_indices: NDArray[np.int64]) -> NDArray[np.int64]:
+def _group_starts(left_indices: Ints) -> Ints:
     """Return the first pair of each left primitive, followed by the number of pairs."""
     group_starts = np.empty(len(left_indices) + 1, np.int64)
     count = 0
@@ -207,7 +198,7 @@ def _group_starts(left_indices: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 @njit(cache=True, error_model='numpy')
-def is_contested(pairs: NDArray[np.int64], disparities: NDArray[np.float64]) -> NDArray[np.bool_]:
+def is_contested(pairs: Ints, disparities: Floats) -> Masks:
     """Return the mask of pairs that compete for their left or right primitive, shape (m,), except for duplicates.
 
     Args:
@@ -230,9 +221,7 @@ def is_contested(pairs: NDArray[np.int64], disparities: NDArray[np.float64]) -> 
 
 
 @njit(cache=True, error_model='numpy')
-def mutual_best(
-    pairs: NDArray[np.int64], disparities: NDArray[np.float64], support: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def mutual_best(pairs: Ints, disparities: Floats, support: Floats) -> Masks:
     """Return the mask of pairs with clearly the most support for both their left and right primitive, shape (m,).
 
     Args:

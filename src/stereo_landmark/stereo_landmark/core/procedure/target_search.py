@@ -3,35 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stereo_landmark.core.place.stereo_points import SpatialPoints, StereoPoints
+from stereo_landmark.core.arrays import Floats, Ints
+from stereo_landmark.core.landmark_fix import NoDetectionReason, NoTargetDetection, TargetDetection
+from stereo_landmark.core.primitives.primitive import point_names
 from stereo_landmark.core.procedure.candidate_search import StereoCandidates, find_stereo_candidates
-from stereo_landmark.core.procedure.circle_correction import centre_correction
 from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
 from stereo_landmark.core.procedure.guided_matching import GuidedMatcher
 from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, generate_hypotheses
 from stereo_landmark.core.procedure.pose_scorer import PoseScorer
-from stereo_landmark.core.procedure.prediction import image_distances
-from stereo_landmark.core.procedure.primitive import refine_pair
-from stereo_landmark.core.procedure.settings import SearchSettings
-from stereo_landmark.core.procedure.stereo_measurement import (
+from stereo_landmark.core.procedure.prediction import centre_correction, image_distances
+from stereo_landmark.core.procedure.stereo_view import (
     NamedPair,
+    StereoView,
     align_pair,
-    invariant_points,
+    refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_detection import (
-    NoDetectionReason,
-    NoTargetDetection,
-    TargetDetection,
-)
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
+from stereo_landmark.core.settings import SearchSettings
+from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
 
 DISTINCT_POSE_DISTANCE = 15.0
 """Minimum image distance of a primitive between distinct poses [px]."""
@@ -42,19 +38,11 @@ DEPTH_TOLERANCE = 0.3
 """Maximum relative error of a detected depth."""
 
 
-@dataclass(frozen=True)
-class _FittedHypothesis:
+class _Fit(NamedTuple):
     """A fitted pose hypothesis: state, shape (4,), and a function that returns its matched primitives."""
 
-    state: NDArray[np.float64]
+    state: Floats
     pairs: Callable[[], list[NamedPair]]
-
-
-@dataclass(frozen=True)
-class _ScoredHypothesis(_FittedHypothesis):
-    """A fitted pose hypothesis with its log-likelihood ratio."""
-
-    log_likelihood_ratio: float
 
 
 class TargetSearch:
@@ -68,121 +56,94 @@ class TargetSearch:
     def __init__(self, place: TaughtPlace, settings: SearchSettings | None = None) -> None:
         self._place = place
         self._settings = settings or SearchSettings()
+        targets = [primitive for target in place.targets for primitive in target.primitives]
+        self._expected = [*targets, *place.context_landmarks]
 
     def search(self, target: TaughtTarget, view: StereoView) -> TargetDetection | NoTargetDetection:
-        """Search a target.
+        """Search a target (paper 3.4, figs 6 to 8).
 
         Args:
             target: target of the place.
             view: stereo view with the place's kinds of primitives.
         """
-        positions = np.array([taught.position for taught in target.primitives])
-        best = self._accept_best(target, self._score_hypotheses(target, positions, view), positions, view)
-        if isinstance(best, NoTargetDetection):
-            return best
-        images = view.left.image, view.right.image
-        measured: list[NamedPair] = []
-        for name, left, right in best.pairs():
-            pair = refine_pair(left, right, images)
-            if pair is not None:
-                measured.append((name, *pair))
-        found = tuple(name for name, _, _ in measured)
-        points = _correct_circle_centres(stereo_points(measured), target, best.state, view)
-        return TargetDetection(target.name, best.state, points, found, best.log_likelihood_ratio)
-
-    def _score_hypotheses(
-        self, target: TaughtTarget, positions: NDArray[np.float64], view: StereoView
-    ) -> list[_ScoredHypothesis]:
-        """Generate, fit and score pose hypotheses, the most likely first."""
-        candidates = self._candidates(target, view)
-        points = self._invariant_points(target)
-        fitted = [
-            _FittedHypothesis(state, partial(_matched_pairs, target, hypothesis.matches, candidates, view))
-            for hypothesis in generate_hypotheses(positions, candidates, view, self._settings)
+        tolerances, positions = self._place.processing.tolerances, target.positions
+        # 1. Candidates of each primitive: similar shapes in both images at a possible depth.
+        depths = self._depth_ranges(positions, view)
+        candidates = find_stereo_candidates(target.primitives, view, depths, tolerances)
+        # 2. Procedure tree: each primitive begins a path; a candidate of it gives the windows of the others.
+        hypotheses = generate_hypotheses(positions, candidates, view, self._settings)
+        # 3. The pose of each hypothesis by its primitives as detected.
+        points = self._taught_points(target)
+        fits = [
+            _Fit(state, partial(_matched_pairs, target, hypothesis.matches, candidates, view))
+            for hypothesis in hypotheses
             if (state := _fit_pose(hypothesis, points, candidates, view)) is not None
         ]
-        if not fitted:
-            return []
-        fitted = self._refine_matches(
-            GuidedMatcher(target, points, view, self._place.processing.tolerances), fitted
-        )
-        ratios = self._pose_scorer(view).score(np.array([each.state for each in fitted])).tolist()
-        hypotheses = [
-            _ScoredHypothesis(each.state, each.pairs, ratio)
-            for each, ratio in zip(fitted, ratios, strict=True)
-        ]
-        return sorted(hypotheses, key=lambda hypothesis: -hypothesis.log_likelihood_ratio)
+        if not fits:
+            detail = f'searched for {len(target.primitives)} primitives'
+            return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, detail)
+        # 4. Primitives are matched again at the pixels that the pose predicts.
+        fits = self._match_again(GuidedMatcher(target, points, view, tolerances), fits)
+        # 5. Log-likelihood ratio: all primitives of the place that should be visible, against chance.
+        states = np.array([fit.state for fit in fits])
+        ratios = PoseScorer(self._expected, view, tolerances, self._settings).score(states)
+        order = np.argsort(-ratios, kind='stable')
+        # 6. The best pose must be significant, and no other pose about as likely.
+        fault = self._check_best(target, states[order], ratios[order], view)
+        if fault is not None:
+            return fault
+        # 7. Only the primitives of the best pose are refined in the grey images.
+        best, ratio = fits[int(order[0])], float(ratios[order[0]])
+        images = view.left.image, view.right.image
+        refined = ((name, refine_pair(left, right, images)) for name, left, right in best.pairs())
+        measured = [(name, *pair) for name, pair in refined if pair is not None]
+        # 8. Corresponding points (3.3d); apparent centres of circles are those of the taught view.
+        seen = _correct_circle_centres(stereo_points(measured), target, best.state, view)
+        return TargetDetection(target.name, best.state, seen, tuple(name for name, *_ in measured), ratio)
 
-    def _refine_matches(
-        self, matcher: GuidedMatcher, fitted: list[_FittedHypothesis]
-    ) -> list[_FittedHypothesis]:
-        """Refine hypotheses by guided matching, where it finds enough primitives."""
+    def _depth_ranges(self, positions: Floats, view: StereoView) -> Floats:
+        """Return the smallest and largest depth of each primitive, shape (k, 2) [m]."""
+        distances = np.linalg.norm(positions - view.camera.position, axis=1)
+        margins = self._settings.distance_max + DEPTH_TOLERANCE * distances
+        nearest = np.maximum(DEPTH_MIN, distances * np.cos(self._settings.yaw_max) - margins)
+        return np.column_stack([nearest, distances + margins])
+
+    def _taught_points(self, target: TaughtTarget) -> list[SpatialPoints]:
+        """Return the taught points of each primitive in the place's frame."""
+        return [
+            self._place.coordinates.select(point_names([(f'{target.name}/{taught.name}', taught.shape)]))
+            for taught in target.primitives
+        ]
+
+    def _match_again(self, matcher: GuidedMatcher, fits: list[_Fit]) -> list[_Fit]:
+        """Match and fit again, where guided matching finds enough primitives."""
         # Hypotheses near the same pose converge to the same matches, which are fitted only once.
-        states: dict[bytes, NDArray[np.float64] | None] = {}
+        states: dict[bytes, Floats | None] = {}
         for window in GUIDED_MATCHING_WINDOWS:
-            chosen = matcher.match(np.array([each.state for each in fitted]), window)
+            chosen = matcher.match(np.array([fit.state for fit in fits]), window)
             least = max(2.0, self._settings.found_fraction_min * chosen.shape[1])
             for h in np.flatnonzero((chosen[:, :, 0] >= 0).sum(axis=1) >= least).tolist():
                 matched = chosen[h].tobytes()
                 if matched not in states:
-                    states[matched] = matcher.fit(fitted[h].state, chosen[h])
+                    states[matched] = matcher.fit(fits[h].state, chosen[h])
                 state = states[matched]
                 if state is not None:
-                    fitted[h] = _FittedHypothesis(state, partial(matcher.pairs, chosen[h]))
-        return fitted
+                    fits[h] = _Fit(state, partial(matcher.pairs, chosen[h]))
+        return fits
 
-    def _candidates(self, target: TaughtTarget, view: StereoView) -> list[StereoCandidates]:
-        """Return the candidates of each primitive of the target within its depth range."""
-        tolerances, distance_max = self._place.processing.tolerances, self._settings.distance_max
-        positions = np.array([taught.position for taught in target.primitives])
-        distances = np.linalg.norm(positions - view.camera.position, axis=1)
-        depth_margin = distance_max + DEPTH_TOLERANCE * distances
-        nearest = np.maximum(DEPTH_MIN, distances * np.cos(self._settings.yaw_max) - depth_margin)
-        depths = np.column_stack([nearest, distances + depth_margin])
-        return find_stereo_candidates(target.primitives, view, depths, tolerances)
-
-    def _pose_scorer(self, view: StereoView) -> PoseScorer:
-        place = self._place
-        expected = [primitive for target in place.targets for primitive in target.primitives]
-        return PoseScorer(
-            [*expected, *place.context_landmarks], view, place.processing.tolerances, self._settings
-        )
-
-    def _invariant_points(self, target: TaughtTarget) -> list[SpatialPoints]:
-        """Return the taught points of each primitive in the place's frame."""
-        return [
-            self._place.coordinates.select(
-                tuple(f'{target.name}/{taught.name}/{point}' for point in invariant_points(taught.shape))
-            )
-            for taught in target.primitives
-        ]
-
-    def _accept_best(
-        self,
-        target: TaughtTarget,
-        hypotheses: list[_ScoredHypothesis],
-        positions: NDArray[np.float64],
-        view: StereoView,
-    ) -> _ScoredHypothesis | NoTargetDetection:
-        """Return the best hypothesis if it is significant and unambiguous, otherwise the reason why it is not."""
-        if not hypotheses:
-            detail = f'searched for {len(target.primitives)} primitives'
-            return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, detail)
-        best = hypotheses[0]
-        if best.log_likelihood_ratio < self._settings.log_likelihood_ratio_min:
-            needed = self._settings.log_likelihood_ratio_min
-            detail = f'log-likelihood ratio {best.log_likelihood_ratio:.1f}, {needed:g} is needed'
+    def _check_best(
+        self, target: TaughtTarget, states: Floats, ratios: Floats, view: StereoView
+    ) -> NoTargetDetection | None:
+        """Return why the first of the poses, the most likely first, is not accepted; None if it is."""
+        needed = self._settings.log_likelihood_ratio_min
+        if ratios[0] < needed:
+            detail = f'log-likelihood ratio {ratios[0]:.1f}, {needed:g} is needed'
             return NoTargetDetection(target.name, NoDetectionReason.NOT_SIGNIFICANT, detail)
-        apart = image_distances(np.array([hypothesis.state for hypothesis in hypotheses]), positions, view)
-        others = [
-            hypothesis
-            for hypothesis, far in zip(hypotheses, apart, strict=True)
-            if far > DISTINCT_POSE_DISTANCE
-        ]
-        if others and best.log_likelihood_ratio - others[0].log_likelihood_ratio < self._settings.margin:
-            detail = f'log-likelihood ratios {best.log_likelihood_ratio:.1f} and {others[0].log_likelihood_ratio:.1f}'
+        rivals = ratios[image_distances(states, target.positions, view) > DISTINCT_POSE_DISTANCE]
+        if len(rivals) and ratios[0] - rivals[0] < self._settings.margin:
+            detail = f'log-likelihood ratios {ratios[0]:.1f} and {rivals[0]:.1f}'
             return NoTargetDetection(target.name, NoDetectionReason.AMBIGUOUS, detail)
-        return best
+        return None
 
 
 def _fit_pose(
@@ -190,7 +151,7 @@ def _fit_pose(
     taught: Sequence[SpatialPoints],
     candidates: Sequence[StereoCandidates],
     view: StereoView,
-) -> NDArray[np.float64] | None:
+) -> Floats | None:
     """Fit the pose to the matched primitives as detected; None if it is not observable."""
     matched = [(k, i) for k, i in enumerate(hypothesis.matches.tolist()) if i >= 0]
     positions = np.concatenate([taught[k].positions for k, _ in matched])
@@ -200,7 +161,7 @@ def _fit_pose(
 
 
 def _correct_circle_centres(
-    points: StereoPoints, target: TaughtTarget, state: NDArray[np.float64], view: StereoView
+    points: StereoPoints, target: TaughtTarget, state: Floats, view: StereoView
 ) -> StereoPoints:
     """Return points with the centres of circles corrected for the change of viewpoint."""
     pixels = points.pixels.copy()
@@ -212,10 +173,7 @@ def _correct_circle_centres(
 
 
 def _matched_pairs(
-    target: TaughtTarget,
-    matched: NDArray[np.int64],
-    candidates: Sequence[StereoCandidates],
-    view: StereoView,
+    target: TaughtTarget, matched: Ints, candidates: Sequence[StereoCandidates], view: StereoView
 ) -> list[NamedPair]:
     """Return the primitives of both images that a hypothesis matched."""
     pairs: list[NamedPair] = []

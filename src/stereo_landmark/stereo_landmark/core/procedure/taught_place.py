@@ -5,14 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.stereo_points import SpatialPoints
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind, primitive_size
+from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    primitive_kind,
+    primitive_size,
+)
+from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
 
 
 @dataclass(frozen=True)
@@ -28,8 +31,8 @@ class TaughtPrimitive:
 
     name: str
     shape: Primitive
-    position: NDArray[np.float64]
-    normal: NDArray[np.float64] | None = None
+    position: Floats
+    normal: Floats | None = None
 
     @property
     def kind(self) -> PrimitiveKind:
@@ -55,6 +58,11 @@ class TaughtTarget:
     name: str
     primitives: tuple[TaughtPrimitive, ...]
     points: tuple[str, ...]
+
+    @property
+    def positions(self) -> Floats:
+        """Centres of the primitives in the place's frame, shape (k, 3) [m]."""
+        return np.array([primitive.position for primitive in self.primitives])
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import reduce
 
 from shirube_core.geometry import SE2
 from shirube_core.settings import SettingsError, describe_settings, settings_from_values
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_kind
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    primitive_kind,
+)
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.processing_values import processing_values
-from stereo_landmark.core.teaching.teaching_state import Region, SelectedPrimitive, TargetDraft, TeachingState
+from stereo_landmark.core.teaching.primitive_selection import Region, TargetSelection
+from stereo_landmark.core.teaching.teaching_state import TeachingState
 
 _PLACE_NAME = re.compile(r'[A-Za-z0-9_][A-Za-z0-9_-]{0,63}')
 _NAME_MAX = 64
@@ -43,13 +48,14 @@ def select_pair(state: TeachingState, pair: int) -> TeachingState:
     return replace(state, pair=pair)
 
 
-def set_processing(state: TeachingState, name: str, value: float) -> TeachingState:
-    """Change one parameter of the image processing (paper 4a).
+def processing_values(processing: ImageProcessing) -> dict[str, float]:
+    """Return all values of the image processing by name, such as ``edges.threshold``."""
+    names = [description.name for description in describe_settings(ImageProcessing)]
+    return {name: float(reduce(getattr, name.split('.'), processing)) for name in names}  # type: ignore[arg-type]
 
-    Args:
-        state: state before the edit.
-        name: name of the setting, such as ``edges.threshold``.
-        value: new value in the unit of the setting.
+
+def set_processing(state: TeachingState, name: str, value: float) -> TeachingState:
+    """Change one parameter of the image processing, such as ``edges.threshold`` (paper 4a).
 
     Raises:
         StereoLandmarkError: there is no such setting, or the value is out of range.
@@ -77,9 +83,8 @@ def show_kind(state: TeachingState, kind: PrimitiveKind, *, shown: bool) -> Teac
 
 def add_target(state: TeachingState) -> TeachingState:
     """Add an empty target and activate it."""
-    names = {target.name for target in state.targets}
-    name = next(f'target_{k}' for k in range(1, len(names) + 2) if f'target_{k}' not in names)
-    return replace(state, targets=(*state.targets, TargetDraft(name)), active=len(state.targets))
+    target = TargetSelection(_new_name('target_', {each.name for each in state.targets}))
+    return replace(state, targets=(*state.targets, target), active=len(state.targets))
 
 
 def remove_target(state: TeachingState, number: int) -> TeachingState:
@@ -87,7 +92,7 @@ def remove_target(state: TeachingState, number: int) -> TeachingState:
     _check_number(number, len(state.targets), 'target')
     rest = (*state.targets[:number], *state.targets[number + 1 :])
     if not rest:
-        return replace(state, targets=(TargetDraft(state.targets[0].name),), active=0)
+        return replace(state, targets=(TargetSelection(state.targets[0].name),), active=0)
     active = state.active - (state.active > number or state.active == len(rest))
     return replace(state, targets=rest, active=active)
 
@@ -128,21 +133,16 @@ def set_region(state: TeachingState, region: Region | None) -> TeachingState:
 def add_primitive(state: TeachingState, shape: Primitive) -> TeachingState:
     """Add a primitive to the target, last in the order of detection."""
     target = state.target
-    names = {part.name for part in target.primitives}
-    kind = primitive_kind(shape).value
-    name = next(f'{kind} {k}' for k in range(1, len(names) + 2) if f'{kind} {k}' not in names)
-    return _with_target(
-        state, replace(target, primitives=(*target.primitives, SelectedPrimitive(name, shape)))
-    )
+    name = _new_name(f'{primitive_kind(shape).value} ', target.primitives)
+    return _with_primitives(state, {**target.primitives, name: shape}, target.excluded_points)
 
 
 def remove_primitive(state: TeachingState, name: str) -> TeachingState:
     """Remove a primitive from the target."""
     target = state.target
-    _index_of(target, name)
-    primitives = tuple(part for part in target.primitives if part.name != name)
-    excluded_points = frozenset(point for point in target.excluded_points if not point.startswith(f'{name}/'))
-    return _with_target(state, replace(target, primitives=primitives, excluded_points=excluded_points))
+    _check_primitive(target, name)
+    rest = {other: shape for other, shape in target.primitives.items() if other != name}
+    return _with_primitives(state, rest, target.excluded_points)
 
 
 def rename_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
@@ -151,29 +151,25 @@ def rename_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
     Raises:
         StereoLandmarkError: it does not exist, or the new name is empty, taken, or contains a slash.
     """
-    target, number = state.target, _index_of(state.target, old)
-    _check_name(new, [part.name for part in target.primitives if part.name != old])
-    primitives = list(target.primitives)
-    primitives[number] = replace(primitives[number], name=new)
+    target = state.target
+    _check_primitive(target, old)
+    _check_name(new, [name for name in target.primitives if name != old])
+    primitives = {new if name == old else name: shape for name, shape in target.primitives.items()}
     excluded_points = frozenset(
         f'{new}/{point.removeprefix(f"{old}/")}' if point.startswith(f'{old}/') else point
         for point in target.excluded_points
     )
-    return _with_target(state, replace(target, primitives=tuple(primitives), excluded_points=excluded_points))
+    return _with_primitives(state, primitives, excluded_points)
 
 
 def move_primitive(state: TeachingState, name: str, place: int) -> TeachingState:
-    """Move a primitive in the order of detection (paper 4b).
-
-    Args:
-        state: state before the edit.
-        name: name of the primitive.
-        place: new index, 0 for the first; values beyond the end for the last.
-    """
-    primitives = list(state.target.primitives)
-    moved = primitives.pop(_index_of(state.target, name))
-    primitives.insert(max(place, 0), moved)
-    return _with_target(state, replace(state.target, primitives=tuple(primitives)))
+    """Move a primitive in the order of detection (paper 4b): 0 for the first, beyond the end for the last."""
+    target = state.target
+    _check_primitive(target, name)
+    names = [other for other in target.primitives if other != name]
+    names.insert(max(place, 0), name)
+    moved = {other: target.primitives[other] for other in names}
+    return _with_primitives(state, moved, target.excluded_points)
 
 
 def set_points_used(state: TeachingState, points: Sequence[str], *, used: bool) -> TeachingState:
@@ -182,24 +178,33 @@ def set_points_used(state: TeachingState, points: Sequence[str], *, used: bool) 
     Raises:
         StereoLandmarkError: a primitive does not belong to the target.
     """
+    target, named = state.target, frozenset(points)
     for point in points:
-        _index_of(state.target, point.rpartition('/')[0])
-    named = frozenset(points)
-    excluded_points = state.target.excluded_points - named if used else state.target.excluded_points | named
-    return _with_target(state, replace(state.target, excluded_points=excluded_points))
+        _check_primitive(target, point.rpartition('/')[0])
+    excluded_points = target.excluded_points - named if used else target.excluded_points | named
+    return _with_primitives(state, target.primitives, excluded_points)
 
 
-def _with_target(state: TeachingState, target: TargetDraft) -> TeachingState:
+def _with_primitives(
+    state: TeachingState, primitives: Mapping[str, Primitive], excluded_points: frozenset[str]
+) -> TeachingState:
+    return _with_target(state, replace(state.target, primitives=primitives).excluding(excluded_points))
+
+
+def _with_target(state: TeachingState, target: TargetSelection) -> TeachingState:
     targets = (*state.targets[: state.active], target, *state.targets[state.active + 1 :])
     return replace(state, targets=targets)
 
 
-def _index_of(target: TargetDraft, name: str) -> int:
-    names = [part.name for part in target.primitives]
-    if name not in names:
-        known = ', '.join(names) or 'none yet'
+def _new_name(prefix: str, taken: Collection[str]) -> str:
+    """Return the first name with a number that is not taken."""
+    return next(f'{prefix}{k}' for k in range(1, len(taken) + 2) if f'{prefix}{k}' not in taken)
+
+
+def _check_primitive(target: TargetSelection, name: str) -> None:
+    if name not in target.primitives:
+        known = ', '.join(target.primitives) or 'none yet'
         raise StereoLandmarkError(f'{target.name} has no primitive {name}; it has {known}')
-    return names.index(name)
 
 
 def _check_number(number: int, count: int, what: str) -> None:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from stereo_landmark.core.procedure.detected_scene import DetectedPrimitives, DetectedScene
-from stereo_landmark.core.procedure.primitive import Primitive
-from stereo_landmark.core.procedure.settings import SearchSettings
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_detection import NoDetectionReason, TargetDetection
+from stereo_landmark.core.landmark_fix import NoDetectionReason, TargetDetection
+from stereo_landmark.core.primitives.primitive import Primitive, bounding_box
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, DetectedScene, StereoView
 from stereo_landmark.core.procedure.target_search import TargetSearch
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
-from stereo_landmark.core.teaching.outline import bounding_box
+from stereo_landmark.core.settings import SearchSettings
+from stereo_landmark.core.teaching.hints import Hint, Severity
 
 _POSE_TOLERANCE = 0.1
 """Maximum pose error on the taught images [m, rad]."""
@@ -70,6 +69,24 @@ def check_procedure(
     for hidden in trials if len(names) > 1 else trials[:1]:
         visible = _hide_primitives(view, [pairs[name] for name in hidden]) if hidden else view
         yield _run_trial(TargetSearch(place, settings), target, visible, hidden)
+
+
+def check_trials(target: str, trials: Sequence[TrialRun]) -> Iterator[Hint]:
+    """Yield hints about failed trial runs of a target's procedure tree."""
+    for trial in trials:
+        if trial.outcome is Outcome.FOUND:
+            continue
+        without = f'without {" and ".join(trial.hidden)} ' if trial.hidden else ''
+        severity = (Severity.STOP, Severity.WEAK, Severity.NOTE)[min(len(trial.hidden), 2)]
+        match trial.outcome:
+            case Outcome.AMBIGUOUS:
+                text = f'{without}several poses match about equally well ({trial.detail}); add a distinctive primitive'
+            case Outcome.WRONG_POSE:
+                text = f'{without}a wrong pose is found ({trial.detail}); add a distinctive primitive'
+                severity = Severity.STOP
+            case _:
+                text = f'{without}it is not detected ({trial.detail}); add a primitive'
+        yield Hint(severity, target, trial.hidden[0] if len(trial.hidden) == 1 else '', text)
 
 
 def _run_trial(

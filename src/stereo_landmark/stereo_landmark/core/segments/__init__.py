@@ -1,1 +1,0 @@
-"""Edge linking: edges to segments with polylines, chain codes and neighbours (paper 3.4)."""
