@@ -15,18 +15,16 @@ from scene_simulator.lamp_drive import LampDrive, LampFrame
 from scene_simulator.lamp_shape import Disc, LampShape, LedGrid
 from scene_simulator.leg_drive import LegDrive
 from scene_simulator.shutter import Shutter
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.packet.command_packet import Command
+from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 
 BEACONS = tuple(Beacon(k + 1, xyz, LedGrid.radius) for k, xyz in enumerate(PAPER_LAMPS))
 COMMANDING = 4

@@ -23,17 +23,15 @@ from shirube_bags.error_table import planar_poses
 from shirube_bags.trajectory import interpolate
 from shirube_core.geometry import CameraMount
 from vlc_beacon.bag_localization import BagLocalization, choose_topics
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted
-from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.packet.command_packet import Operation
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.files.counter_file import CounterFile
-from vlc_beacon.located_image import LocatedImage
-from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
+from vlc_beacon.files.pose_table import LocatedImage
+from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 
 BAG = Path(__file__).parents[1] / 'bags' / 'lamp_drive'
 ZONE_RADIUS = 0.3

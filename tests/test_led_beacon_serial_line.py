@@ -8,15 +8,13 @@ import pytest
 from simulated_lamp import TICK_RATE, SimulatedLamp
 from simulated_terminal import terminal_of
 
-from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
+from vlc_beacon.commands.lamp_port import LampPort, LampStatus, upload_requests
+from vlc_beacon.core.light_code.ufsook import UfsookDecoder
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
-from vlc_beacon.core.transmitter.lamp_frame import LampFrame, Section
-from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes
-from vlc_beacon.core.transmitter.serial_protocol import LampStatus, upload_requests
+from vlc_beacon.core.transmitter.lamp_frame import LampFrame, Section, frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, ufsook_frame
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.lamp_port import LampPort
 
 pytestmark = pytest.mark.newest_set_only
 

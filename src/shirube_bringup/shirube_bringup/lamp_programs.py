@@ -5,8 +5,7 @@ from __future__ import annotations
 from scene_simulator.mission_lamps import FAST_LAMP, LAMP_RATE, LAMPS, SLOW_LAMP
 from shirube_core.waveform import Waveform
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.transmitter.encoding_settings import RS_FSK_NAME, EncodingSettings
-from vlc_beacon.core.transmitter.lamp_program import encode_packets
+from vlc_beacon.core.transmitter.lamp_program import RS_FSK_NAME, EncodingSettings, encode_packets
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
 
 CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22

@@ -12,7 +12,7 @@ from scene_simulator.leg_drive import LegDrive
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_core.waveform import steady_light
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 
 CAMERA = PinholeCamera(600, 560, 636.4, 636.4, 299.5, 279.5)
 MOUNT = CameraMount((0.0, 0.0, 0.2), UPWARD_MOUNT.rpy)

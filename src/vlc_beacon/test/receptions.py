@@ -6,8 +6,7 @@ from shirube_core.geometry import SE2
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
-from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision

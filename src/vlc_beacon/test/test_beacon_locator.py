@@ -6,22 +6,29 @@ import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, UNEVEN, pixels_of, random_pose
 
 from shirube_core.geometry import SE2, PinholeCamera
-from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
-from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.lamp_rays import row_motions
+from vlc_beacon.core.pose.lamp_rays import Beacon, row_motions
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import PoseSettings
 
 EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
 NEARLY = np.diag([0.05**2, 0.05**2, 0.05**2])
 
 
 def locate(
-    beacons, seen, pose, *, noise=0.0, rng=None, known=None, settings=EXACT, expected=None, tilt=(0.0, 0.0)
+    beacons,
+    seen,
+    pose,
+    *,
+    noise=0.0,
+    rng=None,
+    known_height=None,
+    settings=EXACT,
+    expected=None,
+    tilt=(0.0, 0.0),
 ):
     """Locate a robot; ``seen`` are beacons as they really hang, with the ids that they play."""
-    locator = BeaconLocator(beacons, MOUNT, known, settings)
+    locator = BeaconLocator(beacons, MOUNT, known_height, settings)
     pixels = pixels_of(seen, pose, tilt=tilt)
     if noise:
         pixels = pixels + noise * rng.normal(size=pixels.shape)
@@ -73,7 +80,7 @@ def test_errors_are_those_of_the_cramer_rao_bound(height, count):
     normalised = []
     for _ in range(250):
         pose = random_pose(rng)
-        fix = locate(BEACONS, BEACONS[:count], pose, noise=0.3, rng=rng, known=KnownStates(height=height))
+        fix = locate(BEACONS, BEACONS[:count], pose, noise=0.3, rng=rng, known_height=height)
         error = np.array(
             [
                 fix.T_map_base.x - pose.x,
@@ -205,7 +212,7 @@ def test_two_lamps_of_different_height_may_fit_two_poses():
 
 
 @pytest.mark.parametrize(
-    ('seen', 'known', 'reason'),
+    ('seen', 'known_height', 'reason'),
     [
         ([], None, NoFixReason.NO_LAMP),
         (BEACONS[:1], None, NoFixReason.TOO_FEW_LAMPS),
@@ -213,8 +220,8 @@ def test_two_lamps_of_different_height_may_fit_two_poses():
         ([Beacon(9, (0.5, 0.5, 2.8), 0.03)], None, NoFixReason.NO_LAMP),
     ],
 )
-def test_too_few_lamps_are_no_fix(seen, known, reason):
-    locator = BeaconLocator(BEACONS, MOUNT, known)
+def test_too_few_lamps_are_no_fix(seen, known_height, reason):
+    locator = BeaconLocator(BEACONS, MOUNT, known_height)
     pixels = pixels_of(seen, SE2(0.7, 1.0, 0.3)) if seen else np.empty((0, 2))
     rays = locator.rays(CAMERA, [b.id for b in seen], pixels, np.full(len(seen), 0.1))
     assert locator.locate(rays).reason is reason

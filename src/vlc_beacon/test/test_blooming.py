@@ -11,7 +11,7 @@ from vlc_beacon.core.lamp_image.blooming import (
     calibrate_blooming,
     fit_blooming,
 )
-from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
+from vlc_beacon.core.vlc_beacon_error import LampImageError
 
 # What the notes of one real lamp say: [1/px], [px], [grey levels].
 ALPHA, BETA, GAMMA = 2.4, 2.5, 48.0

@@ -3,13 +3,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
+from shirube_core.settings import check_settings
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer, Lockout, ZoneVisits
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
+from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 KEY = CommandKey(bytes(range(32)))
@@ -218,3 +218,73 @@ def test_after_a_jump_back_in_time_visits_are_reset_but_counters_are_kept() -> N
     assert authorizer.authorize(KEY.sign(RULE), 1, 0.0) == Accepted(RULE)
     older = replace(RULE, counter=RULE.counter - 1)
     assert refusal(authorizer.authorize(KEY.sign(older), 1, 0.0)) is RejectionReason.OLD_COUNTER
+
+
+def test_it_closes_after_too_many_and_opens_again() -> None:
+    lockout = Lockout(3, 60.0)
+    for stamp in (0.0, 1.0):
+        lockout.add_failure(stamp)
+        assert not lockout.is_locked(stamp)
+    lockout.add_failure(2.0)
+    assert lockout.is_locked(2.0)
+    assert lockout.is_locked(61.9)
+    assert not lockout.is_locked(62.0)
+    lockout.add_failure(63.0)
+    assert not lockout.is_locked(63.0)
+
+
+def test_few_in_a_long_time_do_not_close_it() -> None:
+    lockout = Lockout(3, 60.0)
+    for k in range(100):
+        lockout.add_failure(31.0 * k)
+        assert not lockout.is_locked(31.0 * k)
+
+
+def test_guesses_are_bounded_in_any_time() -> None:
+    lockout, guesses = Lockout(5, 60.0), 0
+    for tenth in range(36000):
+        if not lockout.is_locked(0.1 * tenth):
+            lockout.add_failure(0.1 * tenth)
+            guesses += 1
+    assert guesses <= 5 * 61
+
+
+def test_a_clock_that_is_set_back_does_not_lock_for_ever() -> None:
+    lockout = Lockout(1, 60.0)
+    lockout.add_failure(1e9)
+    assert lockout.is_locked(1e9 + 1.0)
+    assert not lockout.is_locked(5.0)
+
+
+def test_a_rule_is_done_until_the_zone_is_left_for_good() -> None:
+    visits = ZoneVisits({1: (0.0, 0.0), 2: (5.0, 0.0)}, 1.0)
+    first, second = Command(1, 3, 0.2, 5), Command(1, 5, 1.0, 5)
+    visits.update_position((0.5, 0.0))
+    visits.mark_executed(first)
+    assert visits.is_executed(first)
+    assert not visits.is_executed(second)
+    assert not visits.is_executed(Command(2, 3, 0.2, 5))
+    for x in (0.9, 1.1, 0.9, 1.2):
+        visits.update_position((x, 0.0))
+        assert visits.is_executed(first)
+    visits.update_position((1.3, 0.0))
+    assert not visits.is_executed(first)
+
+
+def test_a_new_counter_is_a_new_rule() -> None:
+    visits = ZoneVisits({1: (0.0, 0.0)}, 1.0)
+    visits.mark_executed(Command(1, 3, 0.2, 5))
+    assert not visits.is_executed(Command(1, 3, 0.2, 6))
+
+
+def test_distances_are_those_in_the_plane() -> None:
+    visits = ZoneVisits({1: (1.0, 2.0)}, 1.0)
+    assert visits.distance(1, (4.0, 6.0)) == 5.0
+    assert visits.distance(7, (4.0, 6.0)) is None
+    assert visits.is_within(1.0)
+    assert not visits.is_within(1.001)
+    assert not visits.is_within(float('nan'))
+
+
+def test_the_defaults_are_within_their_ranges() -> None:
+    check_settings(AuthorizationSettings())

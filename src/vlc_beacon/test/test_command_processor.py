@@ -7,15 +7,14 @@ from dataclasses import replace
 import pytest
 from receptions import a_lamp
 
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
 from vlc_beacon.core.receiver.light_receiver import LampObservation
+from vlc_beacon.core.settings import AuthorizationSettings
 
 KEY = CommandKey(bytes(range(32)))
 SLOW = KEY.sign(Command(1, Operation.SLOW, 0.2, 5))

@@ -13,22 +13,18 @@ from scene_simulator.ceiling_room import PAPER_LAMPS, paper_room
 from scene_simulator.lamp_shape import Disc
 from scene_simulator.shutter import Shutter
 from shirube_core.geometry import SE2, PinholeCamera
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted
-from vlc_beacon.core.drive.command_executor import CommandExecutor
-from vlc_beacon.core.drive.drive_settings import DriveSettings
-from vlc_beacon.core.drive.velocity import Velocity
+from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings, Velocity
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
-from vlc_beacon.core.packet.command_packet import Command
+from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -11,7 +11,7 @@ from receptions import POSE, with_fix, without_fix
 from sensor_msgs.msg import Imu
 
 from shirube_ros.isolated_graph import IsolatedGraph
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Operation
 
 
 def test_odometry_and_tilt_after_a_jump_back_go_to_the_new_receiver(

@@ -8,7 +8,7 @@ from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 from shirube_core.geometry import SE2, gravity_aligned_camera
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
 from vlc_beacon.core.pose.pose_filter import PoseFilter
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import PoseSettings
 
 EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
 START = np.diag([0.01**2, 0.01**2, 0.01**2, 0.01**2])

@@ -7,11 +7,11 @@ from dataclasses import replace
 from receptions import ACCEPTED, LAMPS, MOVED, REFUSED, a_lamp, with_fix, without_fix
 
 from shirube_ros.diagnostics import Level
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.decision import Rejected, RejectionReason
 from vlc_beacon.core.receiver.tracked_lamp import SkipReason
+from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics
 

@@ -9,10 +9,14 @@ from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.receiver.acquisition_backoff import BACKOFF_TIME
-from vlc_beacon.core.receiver.global_shutter_decoder import GlobalShutterDecoder
-from vlc_beacon.core.receiver.lamp_decoder import LampView
-from vlc_beacon.core.receiver.tracked_lamp import SkipReason, TrackedLamp
+from vlc_beacon.core.receiver.lamp_decoder import GlobalShutterDecoder, LampView
+from vlc_beacon.core.receiver.tracked_lamp import (
+    BACKOFF_TIME,
+    AcquisitionBackoff,
+    IdConfirmation,
+    SkipReason,
+    TrackedLamp,
+)
 
 RATE, EXPOSURE, LISTEN = 60.004, 5e-4, 15.0
 NOTHING = np.zeros((16, 16), np.uint8)
@@ -92,3 +96,41 @@ def test_a_message_is_reported_when_complete():
         lamp.update(LampView(float(stamp), NOTHING, sample, 0.0))
         message += [] if lamp.message is None else [lamp.message]
     assert message == ['Guten Tag']
+
+
+def test_acquisition_pauses_and_restarts():
+    backoff = AcquisitionBackoff(LISTEN)
+    stamps = np.arange(0.0, 10.0 * (LISTEN + BACKOFF_TIME), 0.1)
+    listened = np.array([backoff.is_active(stamp) for stamp in stamps])
+    assert listened[stamps < LISTEN].all()
+    assert listened.mean() < 1.05 * LISTEN / (LISTEN + BACKOFF_TIME)
+    last = stamps >= stamps[-1] - LISTEN - BACKOFF_TIME
+    assert listened[last].any()
+    assert backoff.has_timed_out
+
+
+def test_a_lamp_with_packets_stays_active():
+    backoff = AcquisitionBackoff(LISTEN)
+    for stamp in np.arange(0.0, 100.0, 0.5):
+        assert backoff.is_active(stamp)
+        assert not backoff.has_timed_out
+        if stamp % 10.0 == 0.0:
+            backoff.reset(stamp)
+
+
+def test_a_lamp_is_reacquired_when_it_starts_to_send():
+    backoff = AcquisitionBackoff(LISTEN)
+    stamp = 0.0
+    while backoff.is_active(stamp) or stamp < LISTEN + 1.0:
+        stamp += 0.5
+    assert backoff.has_timed_out
+    while not backoff.is_active(stamp):
+        stamp += 0.5
+    backoff.reset(stamp)
+    assert not backoff.has_timed_out
+    assert backoff.is_active(stamp + LISTEN - 0.1)
+
+
+def test_an_id_is_confirmed_by_two_consecutive_packets() -> None:
+    confirmation = IdConfirmation()
+    assert [confirmation.add(beacon) for beacon in (1, 2, 1, 1, 1, 2, 2)] == [None, None, None, 1, 1, None, 2]

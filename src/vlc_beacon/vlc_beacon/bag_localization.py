@@ -19,7 +19,7 @@ from shirube_ros.recording_topics import (
 from shirube_ros.stamp_validator import StampValidator
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.located_image import LocatedImage
+from vlc_beacon.files.pose_table import LocatedImage
 
 
 def choose_topics(

@@ -30,23 +30,20 @@ from shirube_ros.quality_of_service import odometry_profile, overridable, pose_p
 from shirube_ros.stamp_validator import StampValidator
 from shirube_ros.tilt_conversion import tilt_from_imu, tilt_from_quaternion
 from shirube_ros.velocity_publisher import VelocityPublisher
-from vlc_beacon.beacon_markers import beacon_markers
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.decision import Accepted
-from vlc_beacon.core.drive.command_executor import CommandExecutor
-from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.command_executor import CommandExecutor
+from vlc_beacon.core.packet.command_packet import Operation
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision
 from vlc_beacon.core.receiver.compile_kernels import compile_kernels
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.debug_image import draw_debug_image
-from vlc_beacon.node_settings import NodeSettings
+from vlc_beacon.display import beacon_markers, draw_debug_image
+from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics, messages_in
-from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
 
 _LOG_INTERVAL = 1.0
 """Minimum interval between log lines about found and lost poses [s]."""

@@ -14,15 +14,14 @@ from shirube_bags.errors import ShirubeBagsError
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError, check_settings
 from shirube_ros.message_error import MessageError
-from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.pose.settings import PoseSettings
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.pose.lamp_rays import Beacon
+from vlc_beacon.core.settings import PoseSettings, ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
 from vlc_beacon.core.survey.bearing_collector import BearingCollector
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.beacons_file import RADIUS_RANGE, save_beacons
+from vlc_beacon.files.survey_drive import DriveTopics, drive_images, load_camera
 from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.survey_drive import DriveTopics, drive_images, load_camera
 
 _NODE = NodeSettings()
 _IMU_TOPIC = '/imu'

@@ -13,7 +13,7 @@ import yaml
 
 from shirube_core.files import YamlFileError, read_yaml, write_text
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 _REMEDY = 'give beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325}]'

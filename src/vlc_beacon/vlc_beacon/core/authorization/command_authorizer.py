@@ -11,17 +11,86 @@ within its zone.
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Mapping
 
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.counters import Counters, CounterStore
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
-from vlc_beacon.core.authorization.lockout import Lockout
-from vlc_beacon.core.authorization.plausibility import clamp_speed, find_implausibility
-from vlc_beacon.core.authorization.zone_visits import ZoneVisits
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket, clamp_speed, find_implausibility
+from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+
+
+class Lockout:
+    """Limits brute-force attacks: with 5 guesses per minute, a 32-bit code takes 800 years on average.
+
+    It applies to all beacons together; otherwise an attacker could guess with each ID.
+
+    Args:
+        failures_max: authentication failures within ``time`` that trigger the lockout.
+        time: window of the failures, and duration of the lockout [s].
+    """
+
+    def __init__(self, failures_max: int, time: float) -> None:
+        self._failures: deque[float] = deque(maxlen=failures_max)
+        self._time = time
+        self._locked_at: float | None = None
+
+    def is_locked(self, stamp: float) -> bool:
+        """Return whether commands are rejected at a time [s]. A clock that is set back ends the lockout."""
+        return self._locked_at is not None and 0.0 <= stamp - self._locked_at < self._time
+
+    def add_failure(self, stamp: float) -> None:
+        """Add an authentication failure [s]."""
+        self._failures.append(stamp)
+        if len(self._failures) == self._failures.maxlen and 0.0 <= stamp - self._failures[0] < self._time:
+            self._locked_at = stamp
+            self._failures.clear()
+
+
+EXIT_FACTOR = 1.25
+"""Exit radius over zone radius: hysteresis for a robot at the border."""
+
+
+class ZoneVisits:
+    """Zones around beacons and the rules executed in them.
+
+    Args:
+        positions: position x, y of each beacon in the map [m].
+        radius: radius of the zones [m].
+    """
+
+    def __init__(self, positions: Mapping[int, tuple[float, float]], radius: float) -> None:
+        self._positions = dict(positions)
+        self._radius = radius
+        self._executed: dict[int, set[tuple[int, int]]] = {}
+
+    def update_position(self, position: tuple[float, float]) -> None:
+        """Update the robot's position [m] and end the visits of zones that it left."""
+        leaving = EXIT_FACTOR * self._radius
+        self._executed = {
+            beacon: executed
+            for beacon, executed in self._executed.items()
+            if math.dist(position, self._positions[beacon]) <= leaving
+        }
+
+    def distance(self, beacon: int, position: tuple[float, float]) -> float | None:
+        """Return the distance of a beacon from a position [m], or None for an unknown beacon."""
+        return math.dist(position, self._positions[beacon]) if beacon in self._positions else None
+
+    def is_within(self, distance: float) -> bool:
+        """Return whether a distance from a beacon [m] is within its zone."""
+        return distance <= self._radius
+
+    def is_executed(self, command: Command) -> bool:
+        """Return whether the rule was executed on this visit."""
+        return (command.counter, command.operation) in self._executed.get(command.beacon, set())
+
+    def mark_executed(self, command: Command) -> None:
+        """Mark the rule as executed."""
+        self._executed.setdefault(command.beacon, set()).add((command.counter, command.operation))
 
 
 class CommandAuthorizer:

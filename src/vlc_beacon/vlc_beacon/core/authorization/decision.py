@@ -6,8 +6,7 @@ import json
 from dataclasses import dataclass
 from enum import Enum
 
-from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, Operation
 
 
 class RejectionReason(Enum):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.special import expit
 
-from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
+from vlc_beacon.core.vlc_beacon_error import LampImageError
 
 BIN_WIDTH = 0.25
 """Width of the annuli over which brightness is averaged [px]."""

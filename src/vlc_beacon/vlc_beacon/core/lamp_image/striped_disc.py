@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
+from vlc_beacon.core.lamp_image.blob_measurement import LampBlobs
 
 LIT_FRACTION = 0.35
 """Minimum brightness of a row with rim points, as a fraction of the brightest."""

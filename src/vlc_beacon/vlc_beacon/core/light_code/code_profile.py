@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from vlc_beacon.core.light_code.manchester import SegmentFormat
-from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_packet
 from vlc_beacon.core.light_code.rs_fsk import TONE_LOWEST, rs_fsk_code
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 from vlc_beacon.core.light_code.ufsook import UFSOOK

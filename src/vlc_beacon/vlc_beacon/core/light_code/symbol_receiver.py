@@ -13,9 +13,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.light_code.frame_buffer import FrameBuffer
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
-from vlc_beacon.core.light_code.symbol_timing import symbol_log_likelihoods, timing_scores
+from vlc_beacon.core.light_code.symbol_timing import FrameBuffer, symbol_log_likelihoods, timing_scores
 from vlc_beacon.core.packet.id_packet import ID_BYTES
 from vlc_beacon.core.packet.packet_reader import Packet, ReceivedPacket, read_packet
 

@@ -8,10 +8,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 from vlc_beacon.core.packet.crc import crc8
-from vlc_beacon.core.packet.packet_error import PacketError
-from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+from vlc_beacon.core.vlc_beacon_error import PacketError
+
+KIND_SHIFT = 6
+"""The kind is in the two highest bits of the first byte; 0 is invalid, so that darkness is not a packet."""
+
+
+class PacketKind(IntEnum):
+    """Kind of a packet."""
+
+    ID = 1
+    DATA = 2
+    COMMAND = 3
+
 
 BEACON_ID_MAX = (1 << 14) - 1
 ID_BYTES = 3

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from vlc_beacon.core.packet.command_packet import COMMAND_BYTES, CommandPacket, read_command_packet
 from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, DataPacket, read_data_packet
-from vlc_beacon.core.packet.id_packet import ID_BYTES, IdPacket, read_id_packet
-from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+from vlc_beacon.core.packet.id_packet import ID_BYTES, KIND_SHIFT, IdPacket, PacketKind, read_id_packet
 
 Packet = IdPacket | DataPacket | CommandPacket
 

@@ -13,20 +13,19 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
 from shirube_core.geometry import CameraMount, GravityAlignedCamera, PinholeCamera, gravity_aligned_camera
-from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.pose.beacon_anomalies import classify_anomalies, unclassified_anomalies
 from vlc_beacon.core.pose.closed_form import TwoLampSolver
 from vlc_beacon.core.pose.consensus import (
     SAME_POSE_TOLERANCE,
     ConsensusSet,
+    classify_anomalies,
     find_consensus_sets,
     select_consensus_set,
+    unclassified_anomalies,
 )
-from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.lamp_rays import LampRays, lamp_rays
+from vlc_beacon.core.pose.lamp_rays import Beacon, LampRays, lamp_rays
 from vlc_beacon.core.pose.pose_fix import BeaconAnomaly, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import PoseSettings
 
 GATE_PROBABILITY = 1e-6
 """Probability of rejecting consistent lamps."""
@@ -42,7 +41,7 @@ class BeaconLocator:
         self,
         beacons: Iterable[Beacon],
         mount: CameraMount,
-        known: KnownStates | None = None,
+        known_height: float | None = None,
         settings: PoseSettings | None = None,
     ) -> None:
         """Set the known quantities.
@@ -50,12 +49,13 @@ class BeaconLocator:
         Args:
             beacons: known lamps, each ID once.
             mount: pose of the camera on the robot.
-            known: known components of the pose, None for none.
+            known_height: height of the base in the map frame [m], None if it is estimated.
             settings: noise settings, None for the defaults.
         """
         self.beacons = {beacon.id: beacon for beacon in beacons}
         self._mount = mount
-        self._known = known or KnownStates()
+        self._known_height = known_height
+        self._unknowns = 4 if known_height is None else 3
         self._settings = settings or PoseSettings()
 
     def rays(
@@ -88,8 +88,8 @@ class BeaconLocator:
             return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
         camera = gravity_aligned_camera(self._mount, *tilt)
         lamps = np.array([self.beacons[int(id_)].xyz for id_ in rays.ids])
-        problem = PoseLeastSquares(rays, lamps, camera, self._known, self._settings)
-        solver = TwoLampSolver(rays, lamps, camera, self._known)
+        problem = PoseLeastSquares(rays, lamps, camera, self._known_height, self._settings)
+        solver = TwoLampSolver(rays, lamps, camera, self._known_height)
         if len(set(rays.ids.tolist())) < 2:
             anomalies = unclassified_anomalies(rays) if rays.is_duplicate.any() else ()
             return NoBeaconFix(NoFixReason.TOO_FEW_LAMPS, f'only lamp {rays.ids[0]} is in view', anomalies)
@@ -115,7 +115,7 @@ class BeaconLocator:
                 and not any(fit.is_within(SAME_POSE_TOLERANCE, known) for known in fits)
             ):
                 fits.append(fit)
-            if fits and 2 * len(rays) > self._known.unknowns + 1:
+            if fits and 2 * len(rays) > self._unknowns + 1:
                 break
         if not fits:
             return None
@@ -123,7 +123,7 @@ class BeaconLocator:
             fits = [fit for fit in fits if fit.mahalanobis_distance_to(expected) < EXPECTED_SIGMAS] or fits
         if len(fits) > 1:
             return NoBeaconFix(NoFixReason.AMBIGUOUS, f'{len(fits)} poses explain {_lamp_names(rays)}')
-        is_minimal = 2 * len(rays) <= self._known.unknowns
+        is_minimal = 2 * len(rays) <= self._unknowns
         if (
             is_minimal
             and expected is not None
@@ -137,7 +137,7 @@ class BeaconLocator:
         """Return whether the residuals of a fit to all lamps pass the chi-square test."""
         if not fit.in_front.all():
             return False
-        freedom = fit.residuals.size - self._known.unknowns
+        freedom = fit.residuals.size - self._unknowns
         gate = chdtri(max(freedom, 1), GATE_PROBABILITY)
         return bool(np.sum(fit.residuals**2) + np.sum(self._normalized_tilt(fit) ** 2) < gate)
 
@@ -159,7 +159,7 @@ class BeaconLocator:
         lamp_positions = np.array([beacon.xyz for beacon in self.beacons.values()])
         initial_states = _initial_states(solver, PAIRS_MAX)
         consensus_sets = find_consensus_sets(problem, initial_states, lamp_positions, camera, gate)
-        chosen = select_consensus_set(consensus_sets, self._known.unknowns, expected, EXPECTED_SIGMAS)
+        chosen = select_consensus_set(consensus_sets, self._unknowns, expected, EXPECTED_SIGMAS)
         if chosen is None:
             several = len(consensus_sets) > 1 and consensus_sets[0].swapped.any()
             reason = NoFixReason.AMBIGUOUS if several else NoFixReason.INCONSISTENT

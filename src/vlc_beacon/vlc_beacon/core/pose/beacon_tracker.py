@@ -8,16 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, CameraMount, gravity_aligned_camera
-from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import EXPECTED_SIGMAS, BeaconLocator
 from vlc_beacon.core.pose.keyframe_buffer import KeyframeBuffer
-from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.odometry_settings import OdometrySettings
+from vlc_beacon.core.pose.lamp_rays import Beacon, LampRays
 from vlc_beacon.core.pose.pose_filter import PoseFilter
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix
 from vlc_beacon.core.pose.pose_least_squares import PoseLeastSquares
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import OdometrySettings, PoseSettings
 
 LOST_IMAGES = 60
 """Number of images with two or more lamps, all of them outliers, after which the filter is reset."""
@@ -30,7 +27,7 @@ class BeaconTracker:
         self,
         beacons: Iterable[Beacon],
         mount: CameraMount,
-        known: KnownStates | None = None,
+        known_height: float | None = None,
         settings: PoseSettings | None = None,
         odometry_settings: OdometrySettings | None = None,
     ) -> None:
@@ -39,13 +36,13 @@ class BeaconTracker:
         Args:
             beacons: known lamps, each ID once.
             mount: pose of the camera on the robot.
-            known: known components of the pose, None for none.
+            known_height: height of the base in the map frame [m], None if it is estimated.
             settings: measurement noise, None for the defaults.
             odometry_settings: odometry noise, None for the defaults.
         """
         self._settings = settings or PoseSettings()
         self._odometry_settings = odometry_settings or OdometrySettings()
-        self.locator = BeaconLocator(beacons, mount, known, self._settings)
+        self.locator = BeaconLocator(beacons, mount, known_height, self._settings)
         self._mount = mount
         self._filter: PoseFilter | None = None
         self._T_odom_base: SE2 | None = None
@@ -124,7 +121,7 @@ class BeaconTracker:
         if isinstance(result, NoBeaconFix) and not filter_.is_confirmed:
             return result  # do not publish dead reckoning: a fusion of both would count odometry twice
         anomalies = result.anomalies if isinstance(result, BeaconFix) else _outlier_anomalies(rays, used)
-        problem = PoseLeastSquares(rays, lamps, camera, KnownStates(), self._settings)
+        problem = PoseLeastSquares(rays, lamps, camera, None, self._settings)
         residuals = problem.evaluate(filter_.bearing_state).residuals
         return BeaconFix(
             filter_.pose, filter_.height, filter_.covariance, (0.0, 0.0), used, residuals, anomalies

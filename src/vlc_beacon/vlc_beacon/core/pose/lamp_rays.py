@@ -1,4 +1,4 @@
-"""Lamp observations as camera rays with their uncertainty."""
+"""Known lamps, and their observations as camera rays with uncertainty."""
 
 from __future__ import annotations
 
@@ -8,6 +8,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shirube_core.geometry import PinholeCamera
+
+
+@dataclass(frozen=True)
+class Beacon:
+    """A lamp of the beacons file.
+
+    Attributes:
+        id: transmitted ID.
+        xyz: position of its centre in the map frame [m].
+        radius: radius of its bright disc [m].
+        frequency: constant tone sent instead of an ID [Hz], None for a lamp that sends its ID.
+    """
+
+    id: int
+    xyz: tuple[float, float, float]
+    radius: float
+    frequency: float | None = None
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from shirube_core.geometry import SE2, GravityAlignedCamera, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import OdometrySettings, PoseSettings
 
 X, Y, Z, YAW, DISTANCE_SCALE, YAW_SCALE, YAW_PER_METRE = range(7)
 CORRELATION_DISTANCE = 1.0

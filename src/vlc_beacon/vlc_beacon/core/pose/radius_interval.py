@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, GravityAlignedCamera, PinholeCamera
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 
 RADIUS_STEP = 0.5

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.waveform import Waveform
-from vlc_beacon.core.light_code.lamp_rows import rows_from_frame
+from vlc_beacon.core.lamp_image.row_profile import rows_from_frame
 from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import FRAME_RATE, ufsook_waveform
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import ReceiverSettings
 
 _SECONDS = 1.6
 """Simulated time, enough for symbol timing recovery and an ID [s]."""

@@ -9,20 +9,23 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
+from vlc_beacon.core.lamp_image.blob_measurement import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample, LampTracker
-from vlc_beacon.core.lamp_image.settings import LampSettings
 from vlc_beacon.core.light_code.code_profile import CodeProfile, rs_fsk_profile, ufsook_profile
-from vlc_beacon.core.light_code.rs_fsk_decoder import TONE_SEPARATION_MIN
+from vlc_beacon.core.light_code.rs_fsk import TONE_SEPARATION_MIN
 from vlc_beacon.core.packet.command_packet import CommandPacket
-from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.receiver.global_shutter_decoder import GlobalShutterDecoder
-from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
-from vlc_beacon.core.receiver.rolling_shutter_decoder import RollingShutterDecoder
-from vlc_beacon.core.receiver.row_timing import RowTiming, row_timing
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.pose.lamp_rays import Beacon
+from vlc_beacon.core.receiver.lamp_decoder import (
+    GlobalShutterDecoder,
+    LampDecoder,
+    LampView,
+    RollingShutterDecoder,
+    RowTiming,
+    row_timing,
+)
 from vlc_beacon.core.receiver.tracked_lamp import SkipReason, TrackedLamp
+from vlc_beacon.core.settings import LampSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 

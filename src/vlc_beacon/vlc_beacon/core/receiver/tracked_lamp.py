@@ -6,13 +6,57 @@ from collections.abc import Set as AbstractSet
 from enum import Enum
 
 from vlc_beacon.core.packet.command_packet import CommandPacket
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_confirmation import IdConfirmation
+from vlc_beacon.core.packet.data_packet import DataPacket, MessageAssembler
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.packet.message_assembler import MessageAssembler
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
-from vlc_beacon.core.receiver.acquisition_backoff import AcquisitionBackoff
 from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
+
+
+class IdConfirmation:
+    """Confirms an ID after two equal consecutive ID packets of one lamp."""
+
+    def __init__(self) -> None:
+        """Start without packets."""
+        self._last: int | None = None
+
+    def add(self, beacon: int) -> int | None:
+        """Add the ID of one packet and return the confirmed ID, None while it is unconfirmed."""
+        confirmed = beacon if beacon == self._last else None
+        self._last = beacon
+        return confirmed
+
+
+BACKOFF_TIME = 60.0
+"""Pause between acquisition attempts [s]."""
+
+
+class AcquisitionBackoff:
+    """Alternates between acquisition and pause while no packet is received.
+
+    Args:
+        seconds: duration of an acquisition attempt [s].
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._since: float | None = None
+        self._has_timed_out = False
+
+    @property
+    def has_timed_out(self) -> bool:
+        """Whether an acquisition attempt has timed out since the last packet."""
+        return self._has_timed_out
+
+    def is_active(self, stamp: float) -> bool:
+        """Return whether to decode the lamp at a time [s]."""
+        if self._since is None or stamp < self._since or stamp >= self._since + self._seconds + BACKOFF_TIME:
+            self._since = stamp
+        self._has_timed_out |= stamp >= self._since + self._seconds
+        return stamp < self._since + self._seconds
+
+    def reset(self, stamp: float) -> None:
+        """Restart the timeout after a received packet [s]."""
+        self._since, self._has_timed_out = stamp, False
 
 
 class SkipReason(Enum):

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from shirube_core.geometry import PinholeCamera
 from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
-from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.survey.lamp_bearings import LampBearings
+from vlc_beacon.core.settings import ReceiverSettings
+from vlc_beacon.core.survey.beacon_survey import LampBearings
 
 PIXEL_SIGMA = 0.1
 """Standard deviation of the camera calibration, in addition to that of the centres [px]."""

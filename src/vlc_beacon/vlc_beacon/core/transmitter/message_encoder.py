@@ -13,11 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.plausibility import find_implausibility
-from vlc_beacon.core.packet.command_packet import Command
+from vlc_beacon.core.packet.command_packet import Command, Operation, find_implausibility
 from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 OPERATIONS = {operation.label: operation for operation in Operation}

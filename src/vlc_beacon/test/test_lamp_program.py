@@ -3,12 +3,11 @@ from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 
 from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
-from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
+from vlc_beacon.core.light_code.rs_fsk import RsFskDecoder
+from vlc_beacon.core.light_code.ufsook import UfsookDecoder
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.transmitter.coded_frame import manchester_frame, rs_fsk_frame, ufsook_frame
-from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_from_bytes, frame_to_bytes
-from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_from_frame
+from vlc_beacon.core.transmitter.lamp_frame import frame_from_bytes, frame_to_bytes, waveform_from_frame
+from vlc_beacon.core.transmitter.lamp_program import manchester_frame, rs_fsk_frame, ufsook_frame
 
 ID = IdPacket(1234)
 
