@@ -10,7 +10,7 @@ from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision
-from vlc_beacon.core.receiver.light_receiver import LampObservation
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 
 POSE = SE2(1.25, -0.5, 0.75)
 COMMAND = Command(1, Operation.SLOW, 0.125, 7)

@@ -13,7 +13,7 @@ from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
-from vlc_beacon.core.receiver.light_receiver import LampObservation
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 from vlc_beacon.core.settings import AuthorizationSettings
 
 KEY = CommandKey(bytes(range(32)))

@@ -19,8 +19,9 @@ from vlc_beacon.core.light_code.ufsook import UfsookDecoder, ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.pose.lamp_rays import Beacon
-from vlc_beacon.core.receiver.lamp_decoder import GainControl, GlobalShutterDecoder, LampView, row_timing
-from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
+from vlc_beacon.core.receiver.lamp_decoder import GainControl, GlobalShutterDecoder, LampView, band_rows
+from vlc_beacon.core.receiver.light_receiver import LightReceiver
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 from vlc_beacon.core.settings import LampSettings, ReceiverSettings
 
 
@@ -91,15 +92,15 @@ def test_no_dark_stripe_of_the_codes_is_longer_than_expected(row_time: float, is
     settings = ReceiverSettings('rolling', row_time, 6e-5, lamps=LampSettings(diameter_max=diameter))
     segments = segments_waveform(segments_from_packet(PACKET, 1), SegmentFormat())
     dark = longest_dark(segments if is_large else rs_fsk_waveform([PACKET], 30.0))
-    rows = row_timing(settings, ()).stripe_rows
+    rows = band_rows(settings, ())
     assert dark / row_time <= rows <= dark / row_time + 3.0
 
 
 def test_slow_tones_and_the_setting_determine_the_band_height() -> None:
     settings = ReceiverSettings('rolling', 1e-5)
-    assert row_timing(settings, [1000.0, 4000.0]).stripe_rows == pytest.approx(51.0)
+    assert band_rows(settings, [1000.0, 4000.0]) == pytest.approx(51.0)
     told = ReceiverSettings('rolling', 1e-5, lamps=LampSettings(stripe_rows=7.0))
-    assert row_timing(told, [1000.0, 4000.0]).stripe_rows == 7.0
+    assert band_rows(told, [1000.0, 4000.0]) == 7.0
 
 
 HEIGHT, WIDTH = 560, 480
@@ -147,7 +148,7 @@ def test_larger_segments_need_the_same_setting() -> None:
     commands = {}
     for size in (1, 4):
         told = replace(settings(450.0), segment_bytes=size)
-        decoder = ManchesterDecoder(row_timing(told, ()).segments)
+        decoder = ManchesterDecoder(told.segment_format)
         rows = segments.rows_min(ROW_TIME, EXPOSURE) + 20
         packets = []
         for stamp in np.arange(0.0, 2.0, 1.0 / RATE).tolist():

@@ -164,7 +164,9 @@ def test_frames_give_the_same_one_by_one_and_together() -> None:
     together = UfsookDecoder().add_frames(stamps, seen, 5e-4)
     decoder = UfsookDecoder()
     assert len(together) > 20
-    assert [got for t, y in zip(stamps, seen) for got in decoder.add_frame(t, y, 5e-4)] == together
+    assert [
+        got for t, y in zip(stamps, seen) for got in decoder.add_frames(np.array([t]), y[None], 5e-4)
+    ] == together
 
 
 def test_an_exposure_of_any_length_is_understood() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from shirube_core.settings import setting
-from vlc_beacon.core.light_code.manchester import SEGMENT_BYTES_MAX
+from vlc_beacon.core.light_code.manchester import SEGMENT_BYTES_MAX, SegmentFormat
 
 
 @dataclass(frozen=True)
@@ -196,6 +196,11 @@ class ReceiverSettings:
     def is_rolling(self) -> bool:
         """Whether the camera has a rolling shutter."""
         return self.shutter == 'rolling'
+
+    @property
+    def segment_format(self) -> SegmentFormat:
+        """Format of the Manchester segments that the lamps send."""
+        return SegmentFormat(self.segment_bytes, frame_rate=self.lamp_frame_rate)
 
 
 @dataclass(frozen=True)

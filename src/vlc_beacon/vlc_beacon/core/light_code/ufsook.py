@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from shirube_core.waveform import Waveform, waveform_from_steps
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
@@ -95,10 +95,6 @@ class UfsookDecoder:
 
     def __init__(self) -> None:
         self._receiver = SymbolReceiver(UFSOOK, symbols=4, bins=BINS, candidates=BINS)
-
-    def add_frame(self, stamp: float, brightness: ArrayLike, exposure: float) -> list[ReceivedPacket]:
-        """Add a frame and return the packets that it completes; see `add_frames`."""
-        return self.add_frames(np.array([stamp]), np.asarray(brightness, float)[None], exposure)
 
     def add_frames(
         self, stamps: NDArray[np.float64], brightness: NDArray[np.float64], exposure: float

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.packet.command_packet import CommandPacket
-from vlc_beacon.core.receiver.light_receiver import LampObservation
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 
 _RETRY_REASONS = (
     RejectionReason.NO_POSITION,

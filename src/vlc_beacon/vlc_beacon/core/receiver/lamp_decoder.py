@@ -13,13 +13,26 @@ from numpy.typing import ArrayLike, NDArray
 
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.lamp_image.row_profile import LampRows, row_profile, rows_from_frame
-from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.rs_fsk import ROWS_MIN, TONE_LOWEST, RsFskDecoder, ToneDecoder
 from vlc_beacon.core.light_code.ufsook import UfsookDecoder
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.settings import ReceiverSettings
+
+WINDOW_FRAMES, FRAMES_MIN = 120, 12
+"""Most and fewest frames of the gain control."""
+TAIL_FRACTION = 0.05
+"""Quantile of the dark level, and 1 minus that of the bright level: small, because with almost equal clocks one of the
+two may be sampled rarely."""
+CONTRAST_MIN = 0.1
+"""A lamp whose modulation is below this fraction of full light carries no code."""
+CONFIRMATION_PACKETS = 2
+"""Number of packets that determine the order of the halves."""
+DARK_CHIPS = 4
+"""Longest dark run of a Manchester segment: bit 01 after the preamble 111000 [chips]."""
+FLICKER_MIN = 0.1
+"""Minimum standard deviation of the normalized rows of a modulated lamp."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +43,7 @@ class LampView:
         stamp: stamp of the frame [s].
         image: grey image, shape (h, w).
         sample: the tracked lamp.
-        background: brightness of the background [grey levels]; the last known value while the lamp is dark.
+        background: brightness of the background [grey levels]; NaN while the lamp is dark.
     """
 
     stamp: float
@@ -43,23 +56,15 @@ class LampDecoder(Protocol):
     """Decodes one lamp, frame by frame."""
 
     def read(self, view: LampView) -> list[ReceivedPacket]:
-        """Add a frame and return the packets that it completes.
-
-        A lamp without modulation carries no code and is not processed.
-        """
-
-
-WINDOW_FRAMES = 120
-FRAMES_MIN = 12
-TAIL_FRACTION = 0.05
-"""Quantile of the dark level, and 1 minus that of the bright level: small, because with almost equal clocks one of the
-two may be sampled rarely."""
-CONTRAST_MIN = 0.1
-"""A lamp whose modulation is below this fraction of full light carries no code."""
+        """Add a frame and return the packets that it completes; a lamp without modulation is not processed."""
 
 
 class GainControl:
-    """Normalizes the grey values of one lamp's halves for `UfsookDecoder`."""
+    """Gain control: dark and full brightness of a lamp's halves from its recent frames.
+
+    Both halves share one scale: with almost equal clocks one half may be sampled at its edges, neither dark nor full,
+    for seconds, but the other half is dark or full at that time.
+    """
 
     def __init__(self) -> None:
         self._history: deque[NDArray[np.float64]] = deque(maxlen=WINDOW_FRAMES)
@@ -70,27 +75,21 @@ class GainControl:
         Args:
             grey: mean grey value of each half, shape (2,), any unit; NaN if not visible.
         """
-        now = np.asarray(grey, float)
+        now, unknown = np.asarray(grey, float), np.full(2, np.nan)
         if not np.isfinite(now).all():
-            return np.full(2, np.nan)
+            return unknown
         self._history.append(now)
         if len(self._history) < FRAMES_MIN:
-            return np.full(2, np.nan)
+            return unknown
         values = np.concatenate(self._history)
         tail = int(TAIL_FRACTION * len(values))
         ordered = np.partition(values, (tail, len(values) - 1 - tail))
         dark, bright = ordered[tail], ordered[len(values) - 1 - tail]
-        if bright - dark <= CONTRAST_MIN * abs(bright):
-            return np.full(2, np.nan)
-        return (now - dark) / (bright - dark)
-
-
-CONFIRMATION_PACKETS = 2
-"""Number of packets that determine the order of the halves."""
+        return unknown if bright - dark <= CONTRAST_MIN * abs(bright) else (now - dark) / (bright - dark)
 
 
 class GlobalShutterDecoder:
-    """Decodes one lamp.
+    """Decodes one lamp under a global shutter: UFSOOK on the brightness of its halves.
 
     The order of the halves is unknown, and with the halves swapped no packets are decoded: both orders are tried until
     one of them has yielded packets.
@@ -112,7 +111,7 @@ class GlobalShutterDecoder:
             return []
         packets = []
         for order, decoder in list(self._decoders.items()):
-            found = decoder.add_frame(view.stamp, brightness[::order], self._exposure)
+            found = decoder.add_frames(np.array([view.stamp]), brightness[None, ::order], self._exposure)
             self._packet_counts[order] += len(found)
             packets += found
             if self._packet_counts[order] >= CONFIRMATION_PACKETS:
@@ -120,63 +119,34 @@ class GlobalShutterDecoder:
         return packets
 
 
-_DARK_CHIPS = 4
-"""Longest dark run of a segment: bit 01 after the preamble 111000 [chips]."""
-
-
-@dataclass(frozen=True)
-class RowTiming:
-    """Timing of rows and lamps.
-
-    Attributes:
-        row_time: line time between the starts of two rows [s].
-        exposure: exposure of a row [s].
-        lamp_frame_rate: frame rate the lamps were encoded for [1/s].
-        stripe_rows: maximum height of a dark band in a lamp [px].
-        segments: Manchester segment format.
-    """
-
-    row_time: float
-    exposure: float
-    lamp_frame_rate: float
-    stripe_rows: float
-    segments: SegmentFormat
-
-
-def row_timing(settings: ReceiverSettings, tones: Collection[float]) -> RowTiming:
-    """Return the timing of the settings; the band height follows from the light codes unless it is set.
+def band_rows(settings: ReceiverSettings, tones: Collection[float]) -> float:
+    """Return the maximum height of a dark band in a lamp [px], which follows from the light codes unless it is set.
 
     Args:
         settings: receiver settings.
         tones: constant tones of the beacons [Hz], empty if they send packets.
     """
-    row_time = settings.row_time
-    dark = 0.5 / min(tones, default=TONE_LOWEST)
-    segments = SegmentFormat(settings.segment_bytes, frame_rate=settings.lamp_frame_rate)
-    if settings.lamps.diameter_max >= segments.rows_min(row_time, settings.exposure_time):
-        dark = max(dark, _DARK_CHIPS * segments.chip_time)
+    dark, segments = 0.5 / min(tones, default=TONE_LOWEST), settings.segment_format
+    if settings.lamps.diameter_max >= segments.rows_min(settings.row_time, settings.exposure_time):
+        dark = max(dark, DARK_CHIPS * segments.chip_time)
     # A partly dark row appears dark too.
-    stripe_rows = settings.lamps.stripe_rows or math.ceil(dark / row_time) + 1
-    return RowTiming(row_time, settings.exposure_time, settings.lamp_frame_rate, float(stripe_rows), segments)
-
-
-FLICKER_MIN = 0.1
-"""Minimum standard deviation of the normalized rows of a modulated lamp."""
+    return settings.lamps.stripe_rows or float(math.ceil(dark / settings.row_time) + 1)
 
 
 class RollingShutterDecoder:
-    """Decodes one lamp.
+    """Decodes one lamp under a rolling shutter: RS-FSK, Manchester segments if it is large, or a constant tone.
 
     Args:
-        timing: timing of camera rows and lamps.
+        settings: receiver settings with row timing and segments.
         tones: constant tones of the beacons [Hz], empty if the lamps send packets.
     """
 
-    def __init__(self, timing: RowTiming, tones: Mapping[int, float]) -> None:
-        self._timing = timing
+    def __init__(self, settings: ReceiverSettings, tones: Mapping[int, float]) -> None:
+        self._row_time, self._exposure = settings.row_time, settings.exposure_time
         self._tone = ToneDecoder(tones) if tones else None
-        self._fsk = RsFskDecoder(timing.lamp_frame_rate)
-        self._manchester = ManchesterDecoder(timing.segments)
+        self._fsk = RsFskDecoder(settings.lamp_frame_rate)
+        self._manchester = ManchesterDecoder(settings.segment_format)
+        self._manchester_rows = settings.segment_format.rows_min(self._row_time, self._exposure)
 
     def read(self, view: LampView) -> list[ReceivedPacket]:
         """Add a frame and return the packets that it completes, see `LampDecoder`; a tone counts as an ID packet."""
@@ -186,18 +156,16 @@ class RollingShutterDecoder:
         if self._tone is not None:
             beacon = self._tone.add_frames(rows)
             return [] if beacon is None else [ReceivedPacket(view.stamp, IdPacket(beacon))]
-        timing = self._timing
         packets = self._fsk.add_frames(rows)
-        if rows.brightness.shape[1] >= timing.segments.rows_min(timing.row_time, timing.exposure):
+        if rows.brightness.shape[1] >= self._manchester_rows:
             packets += self._manchester.add_frames(rows)
         return packets
 
     def _rows(self, view: LampView) -> LampRows | None:
         """Return the lamp's rows, None if they are too few or not modulated."""
-        sample, timing = view.sample, self._timing
-        if not sample.is_lit:
+        if not view.sample.is_lit:
             return None
-        first, brightness = row_profile(view.image, sample.centre, sample.radius, view.background)
+        first, brightness = row_profile(view.image, view.sample.centre, view.sample.radius, view.background)
         if len(brightness) < ROWS_MIN or float(np.std(brightness)) < FLICKER_MIN:
             return None
-        return rows_from_frame(view.stamp, first, brightness, timing.row_time, timing.exposure)
+        return rows_from_frame(view.stamp, first, brightness, self._row_time, self._exposure)

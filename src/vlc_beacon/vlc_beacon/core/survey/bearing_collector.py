@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_core.geometry import PinholeCamera
-from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
+from vlc_beacon.core.receiver.light_receiver import LightReceiver
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 from vlc_beacon.core.settings import ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import LampBearings
 
