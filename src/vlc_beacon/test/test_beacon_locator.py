@@ -129,7 +129,7 @@ def test_a_distorting_lens_is_undone():
     assert locator.locate(rays).T_map_base.distance_to(pose) < 1e-6
 
 
-def test_a_moved_lamp_is_named_with_its_place():
+def test_a_moved_lamp_is_named():
     rng = np.random.default_rng(5)
     for name in range(5):
         pose = random_pose(rng)
@@ -140,7 +140,6 @@ def test_a_moved_lamp_is_named_with_its_place():
         assert fix.T_map_base.distance_to(pose) < 0.02
         (anomaly,) = fix.anomalies
         assert (anomaly.id, anomaly.kind) == (UNEVEN[name].id, AnomalyKind.MOVED)
-        assert anomaly.observed_xyz == pytest.approx(seen[name].xyz, abs=0.02)
 
 
 def test_swapped_lamps_are_named():

@@ -68,18 +68,26 @@ class BeaconTracker:
             rays: rays to known lamps from `BeaconLocator.rays`, possibly none.
             tilt: roll and pitch of the robot [rad].
         """
+        # A pose that is uncertain, or contradicted by lamps for long, is given up.
         if self._filter is not None and not (self._filter.is_certain and self._lost_images < LOST_IMAGES):
             self.reset()
+        # The pose from this image alone; the prediction resolves ambiguities.
         expected = None if self._filter is None else self._filter.expected()
         result = self.locator.locate(rays, tilt, expected)
+        # At the start: lamps that were seen one after the other.
         if self._filter is None and isinstance(result, NoBeaconFix):
             result = self._locate_from_keyframes(rays, tilt, result)
+        # A pose from several lamps that contradicts the prediction replaces it.
         if isinstance(result, BeaconFix) and (
             expected is None
             or expected.mahalanobis_distance(result.T_map_base, result.planar_covariance) > EXPECTED_SIGMAS
         ):
-            self._initialize_filter(result)
+            self.reset()
+            self._filter = PoseFilter(
+                result.T_map_base, result.height, result.covariance, self._settings, self._odometry_settings
+            )
             return result
+        # Otherwise the lamps, one is enough, update the prediction.
         return result if self._filter is None else self._update_filter(self._filter, rays, tilt, result)
 
     def _locate_from_keyframes(
@@ -92,13 +100,6 @@ class BeaconTracker:
         self._keyframes.add(self._T_odom_base, rays)
         result = self.locator.locate(merged, tilt) if len(merged) > len(rays) else single_view_result
         return result if isinstance(result, BeaconFix) and not result.anomalies else single_view_result
-
-    def _initialize_filter(self, result: BeaconFix) -> None:
-        self._filter = PoseFilter(
-            result.T_map_base, result.height, result.covariance, self._settings, self._odometry_settings
-        )
-        self._keyframes.clear()
-        self._lost_images = 0
 
     def _update_filter(
         self,
@@ -123,19 +124,15 @@ class BeaconTracker:
         anomalies = result.anomalies if isinstance(result, BeaconFix) else _outlier_anomalies(rays, used)
         problem = PoseLeastSquares(rays, lamps, camera, None, self._settings)
         residuals = problem.evaluate(filter_.bearing_state).residuals
-        return BeaconFix(
-            filter_.pose, filter_.height, filter_.covariance, (0.0, 0.0), used, residuals, anomalies
-        )
+        pose, height, covariance = filter_.pose, filter_.height, filter_.covariance
+        return BeaconFix(pose, height, covariance, (0.0, 0.0), used, residuals, anomalies)
 
 
 def _outlier_anomalies(rays: LampRays, used: NDArray[np.bool_]) -> tuple[BeaconAnomaly, ...]:
     """Return the outliers of the filter; an outlier whose ID is also an inlier is a duplicate."""
     inlier_ids = set(rays.ids[used].tolist())
     return tuple(
-        BeaconAnomaly(
-            int(rays.ids[i]),
-            int(i),
-            AnomalyKind.DUPLICATED if int(rays.ids[i]) in inlier_ids else AnomalyKind.MOVED,
-        )
-        for i in np.flatnonzero(~used)
+        BeaconAnomaly(id_, i, AnomalyKind.DUPLICATED if id_ in inlier_ids else AnomalyKind.MOVED)
+        for i, id_ in enumerate(rays.ids.tolist())
+        if not used[i]
     )

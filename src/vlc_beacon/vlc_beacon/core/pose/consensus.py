@@ -1,9 +1,8 @@
-"""Consensus of a subset of the lamps, used when no pose explains all of them."""
+"""Consensus of a subset of the lamps, used when no pose explains all of them, and what is wrong with the others."""
 
 from __future__ import annotations
 
-import cmath
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import GravityAlignedCamera
 from vlc_beacon.core.pose.bearing_model import camera_points
-from vlc_beacon.core.pose.lamp_rays import Beacon, LampRays
+from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, ExpectedPose
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
 
@@ -158,27 +157,17 @@ def _match_swapped(
 
 
 def classify_anomalies(
-    rays: LampRays, consensus: ConsensusSet, beacons: list[Beacon], camera: GravityAlignedCamera
+    rays: LampRays, consensus: ConsensusSet, beacon_ids: Sequence[int]
 ) -> tuple[BeaconAnomaly, ...]:
-    """Return the anomaly of each outlier.
-
-    Args:
-        rays: rays to the observed lamps.
-        consensus: consensus set with its pose.
-        beacons: all known lamps, indexed by ``consensus.swapped_place``.
-        camera: gravity-aligned camera pose on the robot.
-    """
-    heights = {beacon.id: beacon.xyz[2] for beacon in beacons}
+    """Return the anomaly of each outlier; ``beacon_ids`` are indexed by ``consensus.swapped_place``."""
     anomalies, is_duplicate = [], rays.is_duplicate
-    for i in np.flatnonzero(~consensus.inliers):
-        id_ = int(rays.ids[i])
+    for i in np.flatnonzero(~consensus.inliers).tolist():
         kind, other = AnomalyKind.MOVED, None
         if is_duplicate[i]:
             kind = AnomalyKind.DUPLICATED
         elif consensus.swapped[i]:
-            kind, other = AnomalyKind.SWAPPED, beacons[consensus.swapped_place[i]].id
-        observed_xyz = _intersect_height(rays, int(i), consensus.fit.state, heights[id_], camera)
-        anomalies.append(BeaconAnomaly(id_, int(i), kind, other, observed_xyz))
+            kind, other = AnomalyKind.SWAPPED, beacon_ids[consensus.swapped_place[i]]
+        anomalies.append(BeaconAnomaly(int(rays.ids[i]), i, kind, other))
     return tuple(anomalies)
 
 
@@ -188,16 +177,3 @@ def unclassified_anomalies(rays: LampRays) -> tuple[BeaconAnomaly, ...]:
         BeaconAnomaly(int(id_), i, AnomalyKind.DUPLICATED if is_duplicate else AnomalyKind.UNCLEAR)
         for i, (id_, is_duplicate) in enumerate(zip(rays.ids, rays.is_duplicate, strict=True))
     )
-
-
-def _intersect_height(
-    rays: LampRays, i: int, state: NDArray[np.float64], height: float, camera: GravityAlignedCamera
-) -> tuple[float, float, float]:
-    """Return the intersection of a ray with a height, in the map frame [m]; the tilt error is neglected."""
-    direction = camera.rotation @ np.array([*rays.rays[i], 1.0])
-    ray_length = (height - state[2] - camera.position[2]) / direction[2]
-    ahead = camera.position[:2] + ray_length * direction[:2]
-    d_x, d_y, turn = rays.motions[i]
-    ahead_of_stamp = complex(d_x, d_y) + cmath.rect(1.0, turn) * complex(*ahead)
-    position = complex(state[0], state[1]) + cmath.rect(1.0, state[3]) * ahead_of_stamp
-    return position.real, position.imag, float(height)

@@ -32,14 +32,12 @@ class BeaconAnomaly:
         observation: index of its observation.
         kind: kind of the anomaly.
         swapped_with: ID of the lamp whose position it has, None unless it is swapped.
-        observed_xyz: observed position at its nominal height, in the map frame [m]; NaN without a pose.
     """
 
     id: int
     observation: int
     kind: AnomalyKind
     swapped_with: int | None = None
-    observed_xyz: tuple[float, float, float] = (float('nan'), float('nan'), float('nan'))
 
 
 @dataclass(frozen=True)
