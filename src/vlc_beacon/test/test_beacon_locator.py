@@ -82,12 +82,7 @@ def test_errors_are_those_of_the_cramer_rao_bound(height, count):
         pose = random_pose(rng)
         fix = locate(BEACONS, BEACONS[:count], pose, noise=0.3, rng=rng, known_height=height)
         error = np.array(
-            [
-                fix.T_map_base.x - pose.x,
-                fix.T_map_base.y - pose.y,
-                fix.height,
-                pose.yaw_to(fix.T_map_base),
-            ]
+            [fix.T_map_base.x - pose.x, fix.T_map_base.y - pose.y, fix.height, pose.yaw_to(fix.T_map_base)]
         )
         keep = [0, 1, 3] if height == 0.0 else [0, 1, 2, 3]
         normalised.append(

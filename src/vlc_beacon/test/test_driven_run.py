@@ -110,9 +110,7 @@ def test_the_robot_turns_where_the_lamps_say(run: list[tuple[float, SE2, Velocit
         assert math.hypot(pose.x - x, pose.y - y) < AUTHORIZATION.zone_radius + 0.05
 
 
-def test_it_leaves_backwards_at_the_commanded_speed(
-    run: list[tuple[float, SE2, Velocity]],
-) -> None:
+def test_it_leaves_backwards_at_the_commanded_speed(run: list[tuple[float, SE2, Velocity]]) -> None:
     _, end, velocity = run[-1]
     assert abs(end.yaw_to(SE2(0.0, 0.0, math.pi))) < 0.02
     assert velocity.forward == pytest.approx(CRUISE)

@@ -10,13 +10,7 @@ import numpy as np
 import pytest
 from beacon_robot import LEANING, NOWHERE, PIXELS, Robot, header, odometry
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import (
-    PoseWithCovarianceStamped,
-    Quaternion,
-    QuaternionStamped,
-    Twist,
-    TwistStamped,
-)
+from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion, QuaternionStamped, Twist, TwistStamped
 from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, TOO_FAR, with_fix, without_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import String

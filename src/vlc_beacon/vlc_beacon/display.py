@@ -23,13 +23,7 @@ _TEXT_HEIGHT = 0.15
 
 
 def beacon_markers(beacons: Iterable[Beacon], output: ReceiverOutput, header: Header) -> MarkerArray:
-    """Return markers of the beacons with their IDs: visible ones green, anomalous ones red, the others grey.
-
-    Args:
-        beacons: beacons of the file.
-        output: receiver output of the image.
-        header: stamp of the image and map frame.
-    """
+    """Return markers with IDs: visible beacons green, anomalous ones red, the others grey."""
     seen = {lamp.beacon for lamp in output.lamps}
     suspect = {anomaly.id for anomaly in output.result.anomalies}
     markers = []

@@ -45,11 +45,7 @@ class NodeSettings(CameraSettings):
 
 
 def beacons_from_settings(settings: NodeSettings) -> list[Beacon]:
-    """Load the beacons.
-
-    Raises:
-        VlcBeaconError: no file is set, or it is invalid.
-    """
+    """Load the beacons; raises `VlcBeaconError` if no file is set, or it is invalid."""
     if not settings.beacons_file:
         raise VlcBeaconError(
             'beacons_file is not set; give the YAML file of your lamps, see config/beacons.yaml'
@@ -60,11 +56,7 @@ def beacons_from_settings(settings: NodeSettings) -> list[Beacon]:
 def authorizer_from_settings(
     settings: NodeSettings, authorization: AuthorizationSettings, beacons: Iterable[Beacon]
 ) -> CommandAuthorizer:
-    """Create the authorizer of commands; without a key it rejects all.
-
-    Raises:
-        VlcBeaconError: the key is invalid, or a counter file is missing.
-    """
+    """Create the authorizer of commands, which rejects all without a key; raises `VlcBeaconError`."""
     if settings.key_file and not settings.counter_file:
         raise VlcBeaconError(
             'counter_file is not set; commands with a key need a file that stores their counters'

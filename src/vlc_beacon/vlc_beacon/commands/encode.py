@@ -80,10 +80,7 @@ def _summary(profile: CodeProfile, packets: int, period: float) -> str:
     rows = (
         ('code', profile.name),
         ('lamp', f'must cover at least {profile.rows_min} image rows'),
-        (
-            'period',
-            f'{1e3 * period:.4g} ms' if is_tone else f'{period:.2f} s for {packets} packet{plural}',
-        ),
+        ('period', f'{1e3 * period:.4g} ms' if is_tone else f'{period:.2f} s for {packets} packet{plural}'),
         ('ID duration', f'{profile.id_seconds:.2f} s'),
     )
     command = '' if is_tone else f', command {profile.command_seconds:.2f} s'

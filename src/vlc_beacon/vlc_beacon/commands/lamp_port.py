@@ -41,23 +41,14 @@ class LampStatus:
 
 
 def upload_requests(frame: bytes, *, keep: bool) -> list[str]:
-    """Return the requests of a frame upload; wait for the reply to each before sending the next.
-
-    Args:
-        frame: frame bytes.
-        keep: whether to store the frame in the EEPROM.
-    """
+    """Return the requests that upload a frame, to the EEPROM if ``keep``; wait for the reply to each."""
     starts = range(0, len(frame), CHUNK_BYTES)
     chunks = [f'd {start} {frame[start : start + CHUNK_BYTES].hex()}' for start in starts]
     return [f'b {len(frame)}', *chunks, 'k' if keep else 't']
 
 
 def check_version(reply: str) -> None:
-    """Check the firmware and protocol version.
-
-    Raises:
-        VlcBeaconError: wrong firmware or version.
-    """
+    """Check firmware and protocol version; raises `VlcBeaconError`."""
     tokens = reply.split()
     if tokens[:1] != ['led_beacon'] or tokens[1:2] != [str(PROTOCOL_VERSION)]:
         raise VlcBeaconError(
@@ -66,11 +57,7 @@ def check_version(reply: str) -> None:
 
 
 def read_status(reply: str) -> LampStatus:
-    """Parse a status reply.
-
-    Raises:
-        VlcBeaconError: the reply is malformed.
-    """
+    """Parse a status reply; raises `VlcBeaconError` if it is malformed."""
     try:
         state, source, length, crc, busy = reply.split()
         return LampStatus(state == 'playing', source, int(length), int(crc, 16), busy == '1')

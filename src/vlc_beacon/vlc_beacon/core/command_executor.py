@@ -36,11 +36,7 @@ class DriveSettings:
         maximum=0.3,
     )
     line_distance: float = setting(
-        0.5,
-        'lookahead distance along the reference line',
-        unit='m',
-        minimum=0.05,
-        maximum=10.0,
+        0.5, 'lookahead distance along the reference line', unit='m', minimum=0.05, maximum=10.0
     )
     pose_timeout: float = setting(
         0.5,
@@ -53,12 +49,7 @@ class DriveSettings:
 
 @dataclass(frozen=True)
 class Velocity:
-    """Velocity of the base frame, expressed in the base frame.
-
-    Attributes:
-        forward: forward speed [m/s].
-        turn_rate: yaw rate, counterclockwise [rad/s].
-    """
+    """Forward speed [m/s] and yaw rate [rad/s] of the base, counterclockwise."""
 
     forward: float = 0.0
     turn_rate: float = 0.0
@@ -69,13 +60,7 @@ class Velocity:
         return self.forward == 0.0 and self.turn_rate == 0.0
 
     def step_toward(self, target: Velocity, forward_step: float, turn_step: float) -> Velocity:
-        """Return this velocity moved towards a target by at most one step.
-
-        Args:
-            target: target velocity.
-            forward_step: maximum change of the forward speed [m/s].
-            turn_step: maximum change of the yaw rate [rad/s].
-        """
+        """Return this velocity moved towards a target by at most one step [m/s] and [rad/s]."""
         return Velocity(
             _step_toward(self.forward, target.forward, forward_step),
             _step_toward(self.turn_rate, target.turn_rate, turn_step),
@@ -119,11 +104,7 @@ class ReferenceLine:
         return self._heading - self._yaw
 
     def steering_angle(self, distance: float) -> float:
-        """Return the angle from the robot's heading to the heading that leads back to the line [rad].
-
-        Args:
-            distance: lookahead distance along the line [m].
-        """
+        """Return the angle to the heading that leads back to the line within a lookahead distance [m] [rad]."""
         dx, dy = self._pose.x - self._origin[0], self._pose.y - self._origin[1]
         cross_track_error = math.cos(self._heading) * dy - math.sin(self._heading) * dx
         return wrap_angle(self.remaining_turn - math.atan2(cross_track_error, distance))

@@ -109,11 +109,7 @@ class OdometrySettings:
         maximum=1.0,
     )
     turn_slip: float = setting(
-        0.005,
-        'random error of yaw after one metre or one radian',
-        unit='rad',
-        minimum=0.0,
-        maximum=1.0,
+        0.005, 'random error of yaw after one metre or one radian', unit='rad', minimum=0.0, maximum=1.0
     )
     bias_correlation_length: float = setting(
         20.0,
@@ -216,11 +212,7 @@ class AuthorizationSettings:
         maximum=50.0,
     )
     position_age_max: float = setting(
-        1.0,
-        'maximum age of the position used to accept commands',
-        unit='s',
-        minimum=0.01,
-        maximum=60.0,
+        1.0, 'maximum age of the position used to accept commands', unit='s', minimum=0.01, maximum=60.0
     )
     bad_macs_max: int = setting(
         5, 'number of wrong authentication codes that triggers the lockout', minimum=1, maximum=1000

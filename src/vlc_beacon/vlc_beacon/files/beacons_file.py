@@ -34,12 +34,7 @@ class BeaconsFileError(VlcBeaconError):
 
 
 def load_beacons(path: Path) -> list[Beacon]:
-    """Load the beacons, in the order of the file.
-
-    Raises:
-        BeaconsFileError: the file is missing or not YAML, a field is unknown, an ID is missing or duplicated, or a
-            number is not finite or out of range.
-    """
+    """Load the beacons, in the order of the file; raises `BeaconsFileError` for any flaw."""
     content = _read_yaml(path)
     _check_fields(f'{path}', content, ('beacons',), ('beacons',))
     entries = content['beacons']
@@ -51,11 +46,7 @@ def load_beacons(path: Path) -> list[Beacon]:
 
 
 def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
-    """Write beacons atomically, positions rounded to 0.1 mm.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write beacons atomically, positions rounded to 0.1 mm; raises `OSError`."""
     entries = []
     for beacon in beacons:
         entry = {'id': beacon.id, 'xyz': [round(x, 4) for x in beacon.xyz], 'radius': beacon.radius}

@@ -50,11 +50,7 @@ COLUMNS = ('image', 'stamp', *_POSE, 'lamps', 'beacons', 'used', 'anomalies', 'r
 
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
-    """Write one line per image, in metres and radians, atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write one line per image, in metres and radians, atomically; raises `OSError`."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator='\n')
     table.writerow(COLUMNS)

@@ -58,12 +58,7 @@ class DriveImage:
 
 
 def load_camera(bag: BagReader, topic: str) -> PinholeCamera:
-    """Return the calibration of a bag's images.
-
-    Raises:
-        BagError: the bag has no calibration.
-        CameraInfoError: the calibration is invalid.
-    """
+    """Return the calibration of a bag's images; raises `BagError` or `CameraInfoError`."""
     for raw in bag.messages([topic]):
         return camera_from_camera_info(bag.decode(raw), topic)
     raise BagError(f'{bag.path}: {topic} is empty; record the calibration too')

@@ -39,12 +39,7 @@ class RejectionReason(Enum):
 
 @dataclass(frozen=True)
 class Rejected:
-    """A rejected command.
-
-    Attributes:
-        reason: reason of the rejection.
-        message: one line with details.
-    """
+    """A rejected command with the reason, and one line with details."""
 
     reason: RejectionReason
     message: str
@@ -52,11 +47,7 @@ class Rejected:
 
 @dataclass(frozen=True)
 class Accepted:
-    """An accepted command.
-
-    Attributes:
-        command: the command, with its speed limited.
-    """
+    """An accepted command, with its speed limited."""
 
     command: Command
 

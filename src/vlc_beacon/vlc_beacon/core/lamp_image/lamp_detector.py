@@ -162,14 +162,7 @@ class LampDetector:
         self._settings = settings or LampSettings()
 
     def detect(self, image: NDArray[np.uint8]) -> LampBlobs:
-        """Return the lamps of an image, brightest first.
-
-        Args:
-            image: grey image, shape (h, w).
-
-        Raises:
-            LampImageError: the image has a wrong type or shape.
-        """
+        """Return the lamps of a grey image, shape (h, w), brightest first; raises `LampImageError` for others."""
         _check(image)
         settings = self._settings
         contrast, _ = coarse_contrast(image, settings.diameter_max, settings.stripe_rows)

@@ -22,11 +22,7 @@ ACCELERATION_SIGMA = 800.0
 
 
 class ImageMotion:
-    """Position and velocity of one lamp in the image.
-
-    Attributes:
-        stamp: time of the state [s].
-    """
+    """Constant-velocity Kalman filter of a lamp's place at a time ``stamp`` [s], with equal noise along u and v."""
 
     def __init__(self, stamp: float, position: NDArray[np.float64], sigma: float) -> None:
         """Initialize with a position, shape (2,) [px], and its standard deviation ``sigma`` [px]."""

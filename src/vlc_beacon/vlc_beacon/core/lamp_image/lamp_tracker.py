@@ -48,11 +48,7 @@ class LampTracker:
     """Tracks all lamps in view."""
 
     def __init__(self, *, split_lamps: bool = True) -> None:
-        """Start without tracks.
-
-        Args:
-            split_lamps: whether lamp halves may be switched independently (split panels, global shutter).
-        """
+        """Start without tracks; ``split_lamps`` if lamp halves may be switched independently (split panels)."""
         self._split_lamps = split_lamps
         self._tracks: list[LampTrack] = []
         self._keys = itertools.count(1)

@@ -46,12 +46,7 @@ def ufsook_profile() -> CodeProfile:
 
 
 def rs_fsk_profile(frame_rate: float, row_time: float) -> CodeProfile:
-    """Return the profile of RS-FSK.
-
-    Args:
-        frame_rate: frame rate of the slowest camera [1/s].
-        row_time: line time of the camera [s]; a lamp must show one cycle of the lowest tone.
-    """
+    """Return the profile of RS-FSK for the slowest camera [1/s] and its line time [s]."""
     rows_min = math.ceil(1.0 / (TONE_LOWEST * row_time))
     return _symbol_profile('rs_fsk', rows_min, rs_fsk_code(frame_rate))
 

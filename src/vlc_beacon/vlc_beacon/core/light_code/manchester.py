@@ -91,12 +91,7 @@ class SegmentFormat:
 
 @dataclass(frozen=True)
 class Segment:
-    """A segment of a block.
-
-    Attributes:
-        index: index in the block, 0 to 127.
-        content: bytes of the block.
-    """
+    """A segment of a block with its index in the block, 0 to 127."""
 
     index: int
     content: bytes
@@ -119,13 +114,7 @@ def segment_from_bits(bits: NDArray[np.uint8]) -> Segment | None:
 def segments_waveform(
     segments: list[Segment], segment_format: SegmentFormat, clock_scale: float = 1.0
 ) -> Waveform:
-    """Return the periodic waveform of segments, each repeated, with one part.
-
-    Args:
-        segments: segments, at least one.
-        segment_format: repetitions and chip time.
-        clock_scale: actual over nominal duration, to simulate a clock error.
-    """
+    """Return the periodic waveform of segments, each repeated; ``clock_scale`` simulates a clock error."""
     chips = np.concatenate([np.tile(segment.chips(), segment_format.repeats) for segment in segments])
     return waveform_from_steps(np.full(len(chips), segment_format.chip_time * clock_scale), chips)
 
@@ -169,11 +158,7 @@ PARITY_RESERVE = 2
 
 
 def segments_from_packet(packet: bytes, segment_bytes: int) -> list[Segment]:
-    """Return the segments of a packet.
-
-    Raises:
-        PacketError: it needs more segments than can be numbered.
-    """
+    """Return the segments of a packet; raises `PacketError` if there are more than can be numbered."""
     for count in range(1, min((1 << INDEX_BITS) - 1, BLOCK_MAX // segment_bytes) + 1):
         size = count * segment_bytes
         capacity = size - parity_size(size) - 1
@@ -185,11 +170,7 @@ def segments_from_packet(packet: bytes, segment_bytes: int) -> list[Segment]:
 
 
 def packet_from_segments(content_by_index: Mapping[int, bytes]) -> Packet | None:
-    """Return the packet of the received segments, or None if they are too few or inconsistent.
-
-    Args:
-        content_by_index: content of each received segment; segment 0 holds their number.
-    """
+    """Return the packet of the received segments by index, or None if they are too few or inconsistent."""
     if 0 not in content_by_index:
         return None
     count, segment_bytes = segment_count(content_by_index[0]), len(content_by_index[0])

@@ -112,11 +112,7 @@ ROUNDS_KEPT = 2.5
 
 
 class ManchesterDecoder:
-    """Decodes one lamp.
-
-    Args:
-        segment_format: segment format of the lamp.
-    """
+    """Decodes one lamp that sends segments of a format."""
 
     def __init__(self, segment_format: SegmentFormat) -> None:
         self._format = segment_format

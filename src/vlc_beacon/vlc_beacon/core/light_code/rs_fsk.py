@@ -40,13 +40,7 @@ def symbol_tones(code: SymbolCode) -> tuple[float, ...]:
 
 
 def rs_fsk_waveform(packets: list[bytes], frame_rate: float, clock_scale: float = 1.0) -> Waveform:
-    """Return the periodic waveform of a sequence of packets, with one part.
-
-    Args:
-        packets: encoded packets, at least one.
-        frame_rate: frame rate of the slowest camera [1/s].
-        clock_scale: actual over nominal duration, to simulate a clock error.
-    """
+    """Return the periodic waveform of packets for the slowest camera [1/s]; see `ufsook_waveform`."""
     code = rs_fsk_code(frame_rate)
     symbols = np.concatenate([code.encode_symbols(packet) for packet in packets])
     return _waveform_from_tones(np.array(symbol_tones(code))[symbols], code.duration, clock_scale)
@@ -124,11 +118,7 @@ UNKNOWN_TONE_MAX = 11000.0
 
 
 class RsFskDecoder:
-    """Decodes one lamp.
-
-    Args:
-        frame_rate: frame rate the lamp was encoded for [1/s].
-    """
+    """Decodes one lamp that was encoded for a frame rate [1/s]."""
 
     def __init__(self, frame_rate: float) -> None:
         code = rs_fsk_code(frame_rate)

@@ -13,12 +13,7 @@ from numpy.typing import NDArray
 
 
 class FrameBuffer:
-    """Stamps and log-likelihood tables of frames, oldest first.
-
-    Args:
-        bins: number of bins of a table.
-        symbols: number of symbols of a table.
-    """
+    """Stamps and log-likelihood tables, shape (bins, symbols), of frames, oldest first."""
 
     def __init__(self, bins: int, symbols: int) -> None:
         self._stamps = np.zeros(64)
@@ -59,11 +54,7 @@ class FrameBuffer:
 
 @njit(cache=True)
 def symbol_log_likelihoods(
-    stamps: NDArray[np.float64],
-    tables: NDArray[np.float32],
-    begin: float,
-    duration: float,
-    count: int,
+    stamps: NDArray[np.float64], tables: NDArray[np.float32], begin: float, duration: float, count: int
 ) -> NDArray[np.float64]:
     """Sum the log-likelihoods of the frames over each symbol.
 
@@ -92,19 +83,9 @@ def symbol_log_likelihoods(
 
 @njit(cache=True)
 def timing_scores(
-    stamps: NDArray[np.float64],
-    tables: NDArray[np.float32],
-    duration: float,
-    starts: NDArray[np.float64],
+    stamps: NDArray[np.float64], tables: NDArray[np.float32], duration: float, starts: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the score of each symbol phase, shape (n,).
-
-    Args:
-        stamps: stamps of the frames, see `symbol_log_likelihoods`.
-        tables: log-likelihood tables, see `symbol_log_likelihoods`.
-        duration: duration of a symbol [s].
-        starts: candidate start times of a symbol, shape (n,) [s].
-    """
+    """Return the score of each candidate start of a symbol, shape (n,); see `symbol_log_likelihoods`."""
     bins, symbols = tables.shape[1:]
     scores = np.zeros(len(starts))
     sums = np.zeros((len(starts), symbols))

@@ -35,12 +35,7 @@ HALF_LEVELS = np.repeat([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0]], 2, axi
 
 
 def ufsook_waveform(packets: list[bytes], clock_scale: float = 1.0) -> Waveform:
-    """Return the periodic waveform of a sequence of packets.
-
-    Args:
-        packets: encoded packets, at least one.
-        clock_scale: actual over nominal duration, to simulate a clock error.
-    """
+    """Return the periodic waveform of encoded packets; ``clock_scale`` simulates a clock error."""
     symbols = np.concatenate([UFSOOK.encode_symbols(packet) for packet in packets])
     return waveform_from_symbols(symbols, clock_scale)
 

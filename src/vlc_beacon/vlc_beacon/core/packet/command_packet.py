@@ -88,12 +88,7 @@ class Command:
 
 @dataclass(frozen=True)
 class CommandPacket:
-    """A command with its message authentication code (MAC), not yet verified.
-
-    Attributes:
-        command: the command.
-        mac: authentication code, `MAC_BYTES` bytes.
-    """
+    """A command with its message authentication code (MAC) of `MAC_BYTES` bytes, not yet verified."""
 
     command: Command
     mac: bytes

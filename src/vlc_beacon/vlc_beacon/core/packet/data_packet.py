@@ -67,11 +67,7 @@ def read_data_packet(data: bytes) -> DataPacket | None:
 
 
 def split_message(message: bytes | str) -> list[DataPacket]:
-    """Split a message into packets; text is encoded as UTF-8.
-
-    Raises:
-        PacketError: it is longer than 256 packets.
-    """
+    """Split a message, text as UTF-8, into packets; raises `PacketError` if there are more than 256."""
     content = message.encode() if isinstance(message, str) else message
     parts = [content[i : i + PAYLOAD_MAX] for i in range(0, len(content), PAYLOAD_MAX)] or [b'']
     if len(parts) > 256:
@@ -89,11 +85,7 @@ class MessageAssembler:
         self._last_message: str | bytes | None = None
 
     def add(self, packet: DataPacket) -> str | bytes | None:
-        """Add a fragment and return the completed message; None if incomplete or equal to the last one.
-
-        Args:
-            packet: data packet with a correct checksum.
-        """
+        """Add a fragment and return the completed message; None if incomplete or equal to the last one."""
         if not all(_are_compatible(part, packet) for part in self._parts.values()):
             self._parts.clear()
         self._parts[packet.sequence] = packet

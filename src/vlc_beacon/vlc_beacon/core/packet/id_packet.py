@@ -31,11 +31,7 @@ ID_BYTES = 3
 
 @dataclass(frozen=True)
 class IdPacket:
-    """The ID of a lamp.
-
-    Attributes:
-        beacon: ID, 0 to `BEACON_ID_MAX`.
-    """
+    """The ID of a lamp, 0 to `BEACON_ID_MAX`."""
 
     beacon: int
 
@@ -56,10 +52,6 @@ def read_id_packet(data: bytes) -> IdPacket | None:
 
 
 def check_beacon_id(beacon: int) -> None:
-    """Check the range of an ID.
-
-    Raises:
-        PacketError: it is out of range.
-    """
+    """Check the range of an ID; raises `PacketError`."""
     if not 0 <= beacon <= BEACON_ID_MAX:
         raise PacketError(f'beacon ID is {beacon}, it must be from 0 to {BEACON_ID_MAX}')

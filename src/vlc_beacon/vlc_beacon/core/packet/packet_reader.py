@@ -13,12 +13,7 @@ Packet = IdPacket | DataPacket | CommandPacket
 
 @dataclass(frozen=True)
 class ReceivedPacket:
-    """A packet with a correct checksum.
-
-    Attributes:
-        stamp: stamp of the frame that completed it [s].
-        packet: packet contents, not yet confirmed: see `id_confirmation` and `vlc_beacon.core.authorization`.
-    """
+    """A packet with a correct checksum, not yet confirmed, and the stamp of its last frame [s]."""
 
     stamp: float
     packet: Packet

@@ -70,10 +70,7 @@ class BeaconLocator:
         return rays.subset(np.isin(rays.ids, list(self.beacons)))
 
     def locate(
-        self,
-        rays: LampRays,
-        tilt: tuple[float, float] = (0.0, 0.0),
-        expected: ExpectedPose | None = None,
+        self, rays: LampRays, tilt: tuple[float, float] = (0.0, 0.0), expected: ExpectedPose | None = None
     ) -> BeaconFix | NoBeaconFix:
         """Compute the pose.
 

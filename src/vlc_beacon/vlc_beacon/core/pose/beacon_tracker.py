@@ -62,12 +62,7 @@ class BeaconTracker:
         self._T_odom_base = T_odom_base
 
     def track(self, rays: LampRays, tilt: tuple[float, float] = (0.0, 0.0)) -> BeaconFix | NoBeaconFix:
-        """Compute the pose at the time of the newest odometry pose.
-
-        Args:
-            rays: rays to known lamps from `BeaconLocator.rays`, possibly none.
-            tilt: roll and pitch of the robot [rad].
-        """
+        """Compute the pose at the newest odometry pose; arguments as in `BeaconLocator.locate`."""
         # A pose that is uncertain, or contradicted by lamps for long, is given up.
         if self._filter is not None and not (self._filter.is_certain and self._lost_images < LOST_IMAGES):
             self.reset()
@@ -102,11 +97,7 @@ class BeaconTracker:
         return result if isinstance(result, BeaconFix) and not result.anomalies else single_view_result
 
     def _update_filter(
-        self,
-        filter_: PoseFilter,
-        rays: LampRays,
-        tilt: tuple[float, float],
-        result: BeaconFix | NoBeaconFix,
+        self, filter_: PoseFilter, rays: LampRays, tilt: tuple[float, float], result: BeaconFix | NoBeaconFix
     ) -> BeaconFix | NoBeaconFix:
         """Update the filter with the consistent lamps and return its pose."""
         camera = gravity_aligned_camera(self._mount, *tilt)

@@ -33,14 +33,7 @@ class TwoLampSolver:
         camera: GravityAlignedCamera,
         known_height: float | None = None,
     ) -> None:
-        """Set the observations.
-
-        Args:
-            rays: n observations.
-            lamps: lamp positions in the map frame, shape (n, 3) [m].
-            camera: gravity-aligned camera pose on the robot.
-            known_height: height of the base in the map frame [m], None if it is estimated.
-        """
+        """Set the observations; arguments as in `PoseLeastSquares`."""
         self._known_height = known_height
         self._positions = lamps[:, 0] + 1j * lamps[:, 1]
         directions = np.column_stack([rays.rays, np.ones(len(rays))]) @ camera.rotation.T

@@ -71,11 +71,7 @@ class LampRays:
         return np.asarray(same.sum(axis=1) > 1)
 
     def covariances(self, pixel_sigma: float) -> NDArray[np.float64]:
-        """Return the covariances of the rays, shape (n, 2, 2).
-
-        Args:
-            pixel_sigma: standard deviation of the camera calibration, in addition to that of the centres [px].
-        """
+        """Return the covariances of the rays, shape (n, 2, 2), with that of the calibration [px]."""
         variances = self.sigmas**2 + pixel_sigma**2
         return variances[:, None, None] * (self.pixel_jacobians @ self.pixel_jacobians.transpose(0, 2, 1))
 

@@ -40,11 +40,7 @@ class LampBearings:
     def subset(self, mask: NDArray[np.bool_]) -> LampBearings:
         """Return the bearings selected by a mask, shape (n,)."""
         return LampBearings(
-            self.stamps[mask],
-            self.positions[mask],
-            self.rotations[mask],
-            self.rays[mask],
-            self.sigmas[mask],
+            self.stamps[mask], self.positions[mask], self.rotations[mask], self.rays[mask], self.sigmas[mask]
         )
 
 
@@ -78,11 +74,7 @@ class SurveyedLamp:
 
 @dataclass(frozen=True)
 class NotSurveyed:
-    """A lamp whose position was not surveyed.
-
-    Attributes:
-        reason: cause and remedy.
-    """
+    """A lamp whose position was not surveyed: cause and remedy."""
 
     reason: str
 

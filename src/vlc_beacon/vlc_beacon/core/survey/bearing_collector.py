@@ -28,12 +28,7 @@ def image_rotation(before: NDArray[np.float64], after: NDArray[np.float64]) -> f
 
 
 class BearingCollector:
-    """Tracks the lamps over a drive.
-
-    Args:
-        camera: camera intrinsics.
-        settings: receiver settings with shutter and lamps.
-    """
+    """Tracks the lamps over a drive."""
 
     def __init__(self, camera: PinholeCamera, settings: ReceiverSettings) -> None:
         self._camera = camera

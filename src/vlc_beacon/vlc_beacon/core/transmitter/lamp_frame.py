@@ -131,11 +131,7 @@ _CRC_LENGTH = 2
 
 
 def frame_to_bytes(frame: LampFrame) -> bytes:
-    """Serialize a frame.
-
-    Raises:
-        LampFrameError: the frame is too long.
-    """
+    """Serialize a frame; raises `LampFrameError` if it is too long."""
     body = b''.join(
         _TRAIN.pack(train.step_time, train.steps, train.first_index) for train in frame.pulse_trains
     )
@@ -163,11 +159,7 @@ def frame_to_bytes(frame: LampFrame) -> bytes:
 
 
 def frame_from_bytes(data: bytes) -> LampFrame:
-    """Parse a frame.
-
-    Raises:
-        LampFrameError: the firmware would reject the bytes.
-    """
+    """Parse a frame; raises `LampFrameError` if the firmware would reject the bytes."""
     if not _HEADER.size + _CRC_LENGTH <= len(data) <= LENGTH_MAX or crc16(data):
         raise LampFrameError('invalid lamp frame: wrong length or checksum')
     version, plays, length, pattern, pattern_length, bits, pulse_trains, preamble_length, *preamble = (
@@ -219,15 +211,7 @@ def _parse_sections(data: bytes, bits: int) -> list[Section]:
 
 
 def waveform_from_frame(frame: LampFrame, tick_rate: float = TICK_RATE) -> Waveform:
-    """Return the waveform of a frame, with two parts.
-
-    The firmware accumulates the step times with their fractions and switches at the nearest tick, so errors stay below
-    a tick.
-
-    Args:
-        frame: lamp frame.
-        tick_rate: actual clock of the lamp's timer [1/s].
-    """
+    """Return the waveform of a frame, with two parts, for the actual clock of the timer [1/s]."""
     symbols = np.concatenate([_transmitted_symbols(section, frame.preamble) for section in frame.sections])
     state_indices = [_state_indices(train, len(frame.pattern)) for train in frame.pulse_trains]
     times = [np.full(train.steps, train.step_time, np.int64) for train in frame.pulse_trains]

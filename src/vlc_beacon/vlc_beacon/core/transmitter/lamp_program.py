@@ -125,14 +125,7 @@ def ufsook_frame(packets: Sequence[bytes], plays: int = 0, tick_rate: float = TI
 def rs_fsk_frame(
     packets: Sequence[bytes], frame_rate: float, plays: int = 0, tick_rate: float = TICK_RATE
 ) -> LampFrame:
-    """Return the frame of a sequence of packets in RS-FSK.
-
-    Args:
-        packets: encoded packets, at least one.
-        frame_rate: frame rate of the slowest camera [1/s].
-        plays: number of repetitions, see `LampFrame`.
-        tick_rate: clock of the lamp's timer [1/s].
-    """
+    """Return the frame of a sequence of packets in RS-FSK for the slowest camera [1/s]."""
     code = rs_fsk_code(frame_rate)
     pulse_trains = tuple(
         pulse_train_of_duration(0, round(2.0 * tone * code.duration), code.duration, tick_rate)
