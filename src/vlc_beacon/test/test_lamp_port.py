@@ -43,7 +43,7 @@ def test_a_lamp_that_is_asleep_at_first_is_woken(monkeypatch: pytest.MonkeyPatch
         ('v', 'Invalid Command\r\n', 'flash firmware/led_beacon'),
         ('v', 'led_beacon 2 508\r\n', 'flash firmware/led_beacon'),
         ('v', 'tick\r\n' * 100, 'flash firmware/led_beacon'),
-        ('v', 'x' * 300, 'no lamp replies on'),
+        ('v', 'x' * 210, 'no lamp replies on'),
     ],
 )
 def test_errors_of_the_lamp_are_reported(request_: str, answer: str, message: str) -> None:

@@ -52,7 +52,12 @@ class CounterFile:
                 file.write((json.dumps({**fields, **kinds}, indent=2) + '\n').encode())
                 file.flush()
                 os.fsync(file.fileno())
-            _sync_directory(self._path.parent)
+            # The entry of the file in its directory, too.
+            handle = os.open(self._path.parent, os.O_RDONLY)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
         except OSError as error:
             raise VlcBeaconError(f'counter file {self._path} cannot be written: {error.strerror}') from error
 
@@ -61,15 +66,6 @@ class CounterFile:
         if not 0 <= floor <= COUNTER_MAX:
             raise VlcBeaconError(f'floor of the counters is {floor}, it must be from 0 to {COUNTER_MAX}')
         self.write(Counters(floor))
-
-
-def _sync_directory(folder: Path) -> None:
-    """Sync the directory entry to disk."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def _parse_counters(fields: object) -> Counters:
@@ -81,9 +77,7 @@ def _parse_counters(fields: object) -> Counters:
 
 
 def _parse_counters_by_beacon(entries: object, kind: str) -> dict[int, int]:
-    if not isinstance(entries, dict) or any(
-        int(beacon) not in range(BEACON_ID_MAX + 1) for beacon in entries
-    ):
+    if not isinstance(entries, dict) or not all(0 <= int(beacon) <= BEACON_ID_MAX for beacon in entries):
         raise ValueError(f'{kind} is missing or has an invalid beacon ID')
     return {int(beacon): _parse_counter(counter, kind) for beacon, counter in entries.items()}
 
