@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lamp_frame_reading import waveform_from_frame
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 from simulated_lamp import TICK_RATE, Light, SimulatedLamp
 
@@ -24,7 +25,6 @@ from vlc_beacon.core.transmitter.lamp_frame import (
     PulseTrain,
     Section,
     frame_to_bytes,
-    waveform_from_frame,
 )
 from vlc_beacon.core.transmitter.lamp_program import (
     constant_tone_frame,

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lamp_frame_reading import frame_from_bytes
 from simulated_lamp import SimulatedLamp
 
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.transmitter.lamp_frame import LENGTH_MAX, frame_from_bytes, frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_frame import LENGTH_MAX, frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, ufsook_frame
 from vlc_beacon.core.vlc_beacon_error import LampFrameError
 

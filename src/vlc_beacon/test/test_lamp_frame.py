@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lamp_frame_reading import frame_from_bytes, waveform_from_frame
 
 from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_packet, segments_waveform
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
@@ -14,10 +15,8 @@ from vlc_beacon.core.transmitter.lamp_frame import (
     LampFrame,
     PulseTrain,
     Section,
-    frame_from_bytes,
     frame_to_bytes,
     pulse_train_of_duration,
-    waveform_from_frame,
 )
 from vlc_beacon.core.transmitter.lamp_program import (
     constant_tone_frame,

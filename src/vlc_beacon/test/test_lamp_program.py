@@ -1,4 +1,5 @@
 import numpy as np
+from lamp_frame_reading import frame_from_bytes, waveform_from_frame
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 
 from vlc_beacon.core.light_code.manchester import SegmentFormat
@@ -6,7 +7,7 @@ from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.rs_fsk import RsFskDecoder
 from vlc_beacon.core.light_code.ufsook import UfsookDecoder
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.transmitter.lamp_frame import frame_from_bytes, frame_to_bytes, waveform_from_frame
+from vlc_beacon.core.transmitter.lamp_frame import frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_program import manchester_frame, rs_fsk_frame, ufsook_frame
 
 ID = IdPacket(1234)

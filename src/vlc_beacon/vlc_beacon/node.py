@@ -158,27 +158,15 @@ class VlcBeaconNode(Node):
             self._cmd_vel.stop()
 
     def _create_subscriptions(self) -> None:
-        transport = self._settings.image_transport
-        ImageInput(
-            self,
-            self._guard,
-            ('image_raw', 'camera_info'),
-            transport,
-            camera_from_camera_info,
-            self._on_image,
-        )
+        topics, transport = ('image_raw', 'camera_info'), self._settings.image_transport
+        ImageInput(self, self._guard, topics, transport, camera_from_camera_info, self._on_image)
         for kind, topic, callback in (
             (Odometry, 'odom', self._on_odometry),
             (Imu, 'imu', self._on_imu),
             (QuaternionStamped, 'attitude', self._on_attitude),
         ):
-            self.create_subscription(
-                kind,
-                topic,
-                self._guard.guard(topic, callback),
-                odometry_profile(),
-                qos_overriding_options=overridable(),
-            )
+            guarded, options = self._guard.guard(topic, callback), overridable()
+            self.create_subscription(kind, topic, guarded, odometry_profile(), qos_overriding_options=options)
 
     def _on_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
@@ -200,14 +188,11 @@ class VlcBeaconNode(Node):
         has_fix = isinstance(result, BeaconFix)
         if has_fix == self._had_fix:
             return
-        line = (
-            f'no pose: {result.reason.value} ({result.detail})'
-            if isinstance(result, NoBeaconFix)
-            else (
-                f'pose: x {result.T_map_base.x:.3f} m, y {result.T_map_base.y:.3f} m, '
-                f'yaw {result.T_map_base.yaw:.3f} rad from {int(result.used.sum())} lamps'
-            )
-        )
+        if isinstance(result, NoBeaconFix):
+            line = f'no pose: {result.reason.value} ({result.detail})'
+        else:
+            pose, lamps = result.T_map_base, int(result.used.sum())
+            line = f'pose: x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad from {lamps} lamps'
         # A throttled line is logged with a later image.
         if self.get_logger().info(line, throttle_duration_sec=_LOG_INTERVAL):
             self._had_fix = has_fix

@@ -61,21 +61,16 @@ def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurvey
             f'--lamp-radius is {options.lamp_radius:g} m, it must be from {low:g} to {high:g}; is it in metres?'
         )
     with BagReader(options.bag) as bag:
-        imu_topic = (
-            options.imu_topic
-            if options.imu_topic is not None
-            else _IMU_TOPIC
-            if _IMU_TOPIC in bag.topics
-            else ''
-        )
+        imu_topic = options.imu_topic
+        if imu_topic is None:
+            imu_topic = _IMU_TOPIC if _IMU_TOPIC in bag.topics else ''
         topics = DriveTopics(options.image_topic, options.camera_info_topic, options.pose_topic, imu_topic)
         bag.select_topics([topics.image, topics.camera_info, topics.pose, *filter(None, [imu_topic])])
         camera = load_camera(bag, topics.camera_info)
         collector = BearingCollector(camera, light)
         total = bag.topics[topics.image].message_count
-        for image in tqdm(
-            drive_images(bag, topics, mount, camera), total=total, unit='image', delay=1.0, disable=None
-        ):
+        images = drive_images(bag, topics, mount, camera)
+        for image in tqdm(images, total=total, unit='image', delay=1.0, disable=None):
             collector.add(image.stamp, image.pixels, image.position, image.rotation)
     results = {
         beacon: survey_lamp(bearings, options.tilt_sigma) for beacon, bearings in collector.bearings().items()

@@ -18,13 +18,7 @@ from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 
 @dataclass(frozen=True)
 class LocatedImage:
-    """One image and its result.
-
-    Attributes:
-        name: name of its file or topic.
-        stamp_ns: stamp [ns]; for files the index over the frame rate.
-        result: receiver output, or the error message.
-    """
+    """The image of a file or topic at a stamp [ns], and the receiver output or the error message."""
 
     name: str
     stamp_ns: int

@@ -83,7 +83,7 @@ COMPONENTS_MAX = 20000
 def find_candidates(
     contrast: NDArray[np.uint8], lowest: float, settings: LampSettings
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return bounding boxes and peaks of candidates, brightest first.
+    """Return boxes and peak contrasts of candidates, brightest first.
 
     Args:
         contrast: contrast image, see `coarse_contrast`.
@@ -91,8 +91,7 @@ def find_candidates(
         settings: lamp size limits.
 
     Returns:
-        boxes, shape (n, 4): first column, first row, last column + 1, last row + 1 [px]; and peak contrasts, shape (n,)
-        [grey levels].
+        boxes, shape (n, 4): first column, first row, last column + 1, last row + 1 [px]; and peaks, shape (n,).
     """
     highest = int(contrast.max(initial=0))
     boxes, peaks = [np.empty((0, 4), np.int64)], [np.empty(0)]

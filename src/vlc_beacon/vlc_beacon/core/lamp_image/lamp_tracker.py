@@ -64,11 +64,10 @@ class LampTracker:
             blobs: detections of the image.
             turn: image rotation since the last frame, from u to v, if known from odometry [rad].
         """
-        height, width = image.shape
         self._tracks = [
             track
             for track in self._tracks
-            if stamp - track.last_seen <= COAST_TIME and _is_inside(track.predict(stamp)[0], width, height)
+            if stamp - track.last_seen <= COAST_TIME and _is_inside(track.predict(stamp)[0], image.shape)
         ]
         assignments = self._associate(stamp, blobs)
         samples = []
@@ -87,13 +86,10 @@ class LampTracker:
         """Assign blobs to tracks by greedy nearest neighbour; return blob indices by track key."""
         if not self._tracks or len(blobs) == 0:
             return {}
-        expected = [track.predict(stamp) for track in self._tracks]
-        predicted, gates = (
-            np.array([centre for centre, _ in expected]),
-            np.array([gate for _, gate in expected]),
-        )
-        distances = np.hypot(*(predicted[:, None] - blobs.centroids[None]).transpose(2, 0, 1))
-        distances[distances > gates[:, None]] = np.inf
+        predicted, gates = zip(*(track.predict(stamp) for track in self._tracks), strict=True)
+        offsets = np.array(predicted)[:, None] - blobs.centroids[None]
+        distances = np.hypot(*offsets.transpose(2, 0, 1))
+        distances[distances > np.array(gates)[:, None]] = np.inf
         assignments: dict[int, int] = {}
         while np.isfinite(distances).any():
             row, column = np.unravel_index(int(np.argmin(distances)), distances.shape)
@@ -102,8 +98,8 @@ class LampTracker:
         return assignments
 
 
-def _is_inside(centre: NDArray[np.float64], width: int, height: int) -> bool:
-    return bool(0.0 <= centre[0] < width and 0.0 <= centre[1] < height)
+def _is_inside(centre: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
+    return bool(0.0 <= centre[0] < shape[1] and 0.0 <= centre[1] < shape[0])
 
 
 def _sample(track: LampTrack, half_brightness: NDArray[np.float64], blob: int) -> LampSample:

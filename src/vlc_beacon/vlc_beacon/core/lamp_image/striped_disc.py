@@ -29,13 +29,7 @@ OUTLIER_FACTOR = 3.0
 
 
 def fit_striped_disc(image: NDArray[np.uint8], blobs: LampBlobs, noise: float) -> LampBlobs:
-    """Return the blobs with centroids, sigmas and radii of circles fitted to their rims.
-
-    Args:
-        image: grey image, shape (h, w).
-        blobs: detections with bands.
-        noise: standard deviation of a pixel [grey levels].
-    """
+    """Return the blobs with centroids, sigmas and radii of circles fitted to their rims; noise in grey levels."""
     centroids, sigmas, radii = blobs.centroids.copy(), blobs.sigmas.copy(), blobs.radii.copy()
     for i in range(len(blobs)):
         points = find_rim_points(image, centroids[i], radii[i], blobs.backgrounds[i], 4.0 * noise)

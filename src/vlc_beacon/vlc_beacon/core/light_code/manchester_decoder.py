@@ -136,9 +136,8 @@ class ManchesterDecoder:
         self._seen[segment.index] = stamp, segment.content
         self._drop_before(stamp - ROUNDS_KEPT * self._round_seconds())
         # A repeated segment cannot complete a packet.
-        packet = (
-            packet_from_segments({i: content for i, (_, content) in self._seen.items()}) if is_new else None
-        )
+        contents = {i: content for i, (_, content) in self._seen.items()}
+        packet = packet_from_segments(contents) if is_new else None
         if packet is not None:
             self._seen.clear()
         return packet

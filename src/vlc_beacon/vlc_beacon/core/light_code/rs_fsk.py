@@ -67,13 +67,9 @@ LOG_LIKELIHOOD_MIN = -40.0
 
 
 def tone_log_likelihoods(rows: LampRows, tones: tuple[float, ...]) -> NDArray[np.float64]:
-    """Return the log-likelihood of each tone relative to the best one, shape (frames, n), 0 for the best.
+    """Return the log-likelihood of each tone [Hz] relative to the best one, shape (frames, n), 0 for the best.
 
     All are 0 if the rows are uniform or too few.
-
-    Args:
-        rows: row samples of the frames.
-        tones: candidate tones, shape (n,) [Hz].
     """
     frames, count = rows.brightness.shape
     seen = rows.brightness - rows.brightness.mean(axis=1, keepdims=True)

@@ -21,17 +21,7 @@ class ReceivedPacket:
 
 def read_packet(data: bytes) -> Packet | None:
     """Parse a packet; None if it is invalid."""
-    if not data:
-        return None
-    match data[0] >> KIND_SHIFT:
-        case PacketKind.ID:
-            return read_id_packet(data)
-        case PacketKind.DATA:
-            return read_data_packet(data)
-        case PacketKind.COMMAND:
-            return read_command_packet(data)
-        case _:
-            return None
+    return read_id_packet(data) or read_data_packet(data) or read_command_packet(data)
 
 
 def packet_length(data: bytes) -> int | None:

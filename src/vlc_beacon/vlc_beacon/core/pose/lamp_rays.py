@@ -77,7 +77,7 @@ class LampRays:
 
 
 def row_motions(rows: ArrayLike, row_time: float, velocity: ArrayLike) -> NDArray[np.float64]:
-    """Return the motion of the base until rows of a rolling shutter were exposed, shape (n, 3), as in `LampRays`.
+    """Return the motion of the base, as in `LampRays`, until rows of a rolling shutter were exposed.
 
     Args:
         rows: image rows of the lamp centres, shape (n,); row 0 was exposed at the stamp.

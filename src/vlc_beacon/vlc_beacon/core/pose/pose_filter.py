@@ -151,9 +151,8 @@ class PoseFilter:
         inliers = self._gate(rays, lamps, camera)
         if inliers.any():
             accepted = rays.subset(inliers)
-            self._correct(
-                accepted, lamps[inliers], camera, self._correlated_images(set(accepted.ids.tolist()))
-            )
+            correlated = self._correlated_images(set(accepted.ids.tolist()))
+            self._correct(accepted, lamps[inliers], camera, correlated)
             self._distance = self._gap_distance = 0.0
         return inliers
 
@@ -167,11 +166,9 @@ class PoseFilter:
             self._cluster_images = 0
         self._cluster_images += 1
         correlated = max(CORRELATION_DISTANCE / max(self._distance, 1e-9), 1.0)
-        return (
-            correlated
-            if self._cluster_images > CORRELATED_IMAGES_MAX
-            else min(correlated, CORRELATED_IMAGES_MAX)
-        )
+        if self._cluster_images > CORRELATED_IMAGES_MAX:
+            return correlated
+        return min(correlated, CORRELATED_IMAGES_MAX)
 
     def _gate(
         self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera

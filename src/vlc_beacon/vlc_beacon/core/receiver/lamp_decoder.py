@@ -70,11 +70,7 @@ class GainControl:
         self._history: deque[NDArray[np.float64]] = deque(maxlen=WINDOW_FRAMES)
 
     def normalize(self, grey: ArrayLike) -> NDArray[np.float64]:
-        """Add a frame and return its brightness relative to full light, shape (2,), NaN while the gain is unknown.
-
-        Args:
-            grey: mean grey value of each half, shape (2,), any unit; NaN if not visible.
-        """
+        """Add a frame of any unit and return its brightness, shape (2,), from 0 to 1; NaN while unknown."""
         now, unknown = np.asarray(grey, float), np.full(2, np.nan)
         if not np.isfinite(now).all():
             return unknown

@@ -80,12 +80,7 @@ class NotSurveyed:
 
 
 def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | NotSurveyed:
-    """Triangulate a lamp.
-
-    Args:
-        bearings: bearings to the lamp, with possible outliers.
-        tilt_sigma: standard deviation of the constant error of roll and pitch [rad].
-    """
+    """Triangulate a lamp from bearings with possible outliers; ``tilt_sigma`` is of the constant tilt error [rad]."""
     if len(_clusters(bearings)[0]) < CLUSTERS_MIN:
         return NotSurveyed(f'it was in view for less than {CLUSTERS_MIN * CLUSTER:g} s; drive on longer')
     start = _triangulate(bearings)
@@ -104,9 +99,8 @@ def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | Not
     shifts = _tilt_sensitivity(position, inliers, jacobian, residuals)
     sigma = np.sqrt(np.diag(covariance + tilt_sigma**2 * shifts @ shifts.T))
     if sigma.max() > SIGMA_MAX:
-        return NotSurveyed(
-            f'its standard deviation is {sigma.max():.1g} m; check the poses and the camera mount'
-        )
+        detail = f'its standard deviation is {sigma.max():.1g} m'
+        return NotSurveyed(f'{detail}; check the poses and the camera mount')
     x, y, z = position.tolist()
     return SurveyedLamp((x, y, z), sigma, len(inliers))
 
@@ -120,10 +114,8 @@ def _tilt_sensitivity(
     """Return the sensitivity to constant errors about the camera's x and y axes, shape (3, 2) [m/rad]."""
     columns = []
     for axis in np.eye(3)[:2]:
-        rotations = bearings.rotations @ matrix_from_rpy(_TILT_STEP * axis)
-        columns.append(
-            (_residuals(position, replace(bearings, rotations=rotations)) - residuals) / _TILT_STEP
-        )
+        tilted = replace(bearings, rotations=bearings.rotations @ matrix_from_rpy(_TILT_STEP * axis))
+        columns.append((_residuals(position, tilted) - residuals) / _TILT_STEP)
     return np.asarray(np.linalg.lstsq(jacobian, -np.column_stack(columns), rcond=None)[0])
 
 
@@ -134,16 +126,11 @@ def _residuals(position: NDArray[np.float64], bearings: LampBearings) -> NDArray
     return np.asarray(((rays - bearings.rays) / bearings.sigmas[:, None]).ravel())
 
 
-def _bearing_directions(bearings: LampBearings) -> NDArray[np.float64]:
-    """Return unit vectors towards the lamp in the map, shape (n, 3)."""
-    rays = np.column_stack([bearings.rays, np.ones(len(bearings))])
-    ahead = np.einsum('nij,nj->ni', bearings.rotations, rays)
-    return np.asarray(ahead / np.linalg.norm(ahead, axis=1, keepdims=True))
-
-
 def _triangulate(bearings: LampBearings) -> NDArray[np.float64]:
     """Return the point nearest to all lines of sight, shape (3,)."""
-    directions = _bearing_directions(bearings)
+    rays = np.column_stack([bearings.rays, np.ones(len(bearings))])
+    ahead = np.einsum('nij,nj->ni', bearings.rotations, rays)
+    directions = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
     projectors = np.eye(3) - directions[:, :, None] * directions[:, None, :]
     right_side = np.einsum('nij,nj->i', projectors, bearings.positions)
     return np.asarray(np.linalg.lstsq(projectors.sum(axis=0), right_side, rcond=None)[0])

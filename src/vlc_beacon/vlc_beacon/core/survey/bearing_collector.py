@@ -46,14 +46,7 @@ class BearingCollector:
         position: NDArray[np.float64],
         rotation: NDArray[np.float64],
     ) -> None:
-        """Process an image.
-
-        Args:
-            stamp: stamp of the image, later than the last one [s].
-            image: grey image, shape (h, w).
-            position: camera position in the map at the stamp, shape (3,) [m].
-            rotation: camera rotation ``R_map_camera`` at the stamp, shape (3, 3).
-        """
+        """Process a grey image, later than the last one, with the camera's position and rotation in the map."""
         now = stamp, position, rotation
         before, self._last = self._last or now, now
         for lamp in self._light.receive(stamp, image, image_rotation(before[2], rotation)):
@@ -79,9 +72,8 @@ class BearingCollector:
         return stamp, position, rotation, centre, sigma
 
     def _make_bearings(self, observations: list[_Observation]) -> LampBearings:
-        stamps, positions, rotations, centres, sigmas = zip(
-            *sorted(observations, key=lambda observation: observation[0]), strict=True
-        )
+        observations.sort(key=lambda observation: observation[0])
+        stamps, positions, rotations, centres, sigmas = zip(*observations, strict=True)
         return LampBearings(
             np.array(stamps),
             np.array(positions),

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.waveform import Waveform
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.vlc_beacon_error import LampFrameError
 
@@ -23,7 +22,7 @@ STEP_FRACTION = 1 << 16
 """Fractions per tick of the step time."""
 STEP_TICKS_MIN, STEP_TICKS_MAX = 1000, 65000
 """Limits of the step duration: the firmware must prepare the next step, and the timer has 16 bits."""
-PATTERN_MAX, BITS_MAX, PULSE_TRAINS_MAX, PREAMBLE_MAX = 8, 3, 12, 2
+PATTERN_MAX, BITS_MAX, PULSETRAINS_MAX, PREAMBLE_MAX = 8, 3, 12, 2
 PLAYS_MAX = 255
 
 
@@ -103,7 +102,7 @@ class LampFrame:
             raise LampFrameError(
                 f'the pattern is {self.pattern}, it must have 1 to {PATTERN_MAX} states from 0 to 3'
             )
-        if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.pulse_trains) <= PULSE_TRAINS_MAX:
+        if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.pulse_trains) <= PULSETRAINS_MAX:
             raise LampFrameError(
                 f'{len(self.pulse_trains)} symbols are invalid for data symbols of {self.bits} bits'
             )
@@ -124,111 +123,29 @@ class LampFrame:
 VERSION = 1
 LENGTH_MAX = 508
 """Maximum frame length: two frames with sequence number and checksum fill the EEPROM of 1024 bytes."""
-_HEADER = struct.Struct('<BBHHBBBBBB')
-_TRAIN = struct.Struct('<IHB')
-_SECTION = struct.Struct('<BBH')
+HEADER = struct.Struct('<BBHHBBBBBB')
+TRAIN = struct.Struct('<IHB')
+SECTION = struct.Struct('<BBH')
 _CRC_LENGTH = 2
 
 
 def frame_to_bytes(frame: LampFrame) -> bytes:
     """Serialize a frame; raises `LampFrameError` if it is too long."""
     body = b''.join(
-        _TRAIN.pack(train.step_time, train.steps, train.first_index) for train in frame.pulse_trains
+        TRAIN.pack(train.step_time, train.steps, train.first_index) for train in frame.pulse_trains
     )
     body += b''.join(_section_to_bytes(section, frame.bits) for section in frame.sections)
-    length = _HEADER.size + len(body) + _CRC_LENGTH
+    length = HEADER.size + len(body) + _CRC_LENGTH
     if length > LENGTH_MAX:
         raise LampFrameError(f'the frame has {length} bytes, the limit is {LENGTH_MAX}; send fewer packets')
     pattern = sum(state << 2 * i for i, state in enumerate(frame.pattern))
     preamble = (*frame.preamble, *[0] * (PREAMBLE_MAX - len(frame.preamble)))
-    whole = (
-        _HEADER.pack(
-            VERSION,
-            frame.plays,
-            length,
-            pattern,
-            len(frame.pattern),
-            frame.bits,
-            len(frame.pulse_trains),
-            len(frame.preamble),
-            *preamble,
-        )
-        + body
-    )
+    counts = len(frame.pattern), frame.bits, len(frame.pulse_trains), len(frame.preamble)
+    whole = HEADER.pack(VERSION, frame.plays, length, pattern, *counts, *preamble) + body
     return whole + crc16(whole).to_bytes(_CRC_LENGTH)
-
-
-def frame_from_bytes(data: bytes) -> LampFrame:
-    """Parse a frame; raises `LampFrameError` if the firmware would reject the bytes."""
-    if not _HEADER.size + _CRC_LENGTH <= len(data) <= LENGTH_MAX or crc16(data):
-        raise LampFrameError('invalid lamp frame: wrong length or checksum')
-    version, plays, length, pattern, pattern_length, bits, pulse_trains, preamble_length, *preamble = (
-        _HEADER.unpack_from(data)
-    )
-    if version != VERSION:
-        raise LampFrameError(f'lamp frame version {version} is not supported, expected {VERSION}')
-    begin, end = _HEADER.size + pulse_trains * _TRAIN.size, length - _CRC_LENGTH
-    if length != len(data) or begin > end:
-        raise LampFrameError(
-            f'the lamp frame header with {length} bytes and {pulse_trains} symbols does not match the data'
-        )
-    if preamble_length > PREAMBLE_MAX:
-        raise LampFrameError(
-            f'the preamble of the lamp frame has {preamble_length} symbols, the limit is {PREAMBLE_MAX}'
-        )
-    rows = _TRAIN.iter_unpack(data[_HEADER.size : begin])
-    return LampFrame(
-        tuple(pattern >> 2 * i & 3 for i in range(pattern_length)),
-        bits,
-        tuple(PulseTrain(first, steps, step_time) for step_time, steps, first in rows),
-        tuple(preamble[:preamble_length]),
-        _parse_sections(data[begin:end], bits),
-        plays,
-    )
 
 
 def _section_to_bytes(section: Section, bits: int) -> bytes:
     symbols = section.symbols.reshape(-1, 1) >> np.arange(bits)[::-1] & 1
-    head = _SECTION.pack(section.symbols.shape[0], section.repeats, section.symbols.shape[1])
+    head = SECTION.pack(section.symbols.shape[0], section.repeats, section.symbols.shape[1])
     return head + np.packbits(symbols.ravel().astype(np.uint8)).tobytes()
-
-
-def _parse_sections(data: bytes, bits: int) -> list[Section]:
-    sections = []
-    while data:
-        if len(data) < _SECTION.size:
-            raise LampFrameError('the lamp frame is truncated within a packet')
-        bursts, repeats, count = _SECTION.unpack_from(data)
-        total = bursts * count * bits
-        end = _SECTION.size + (total + 7) // 8
-        if len(data) < end:
-            raise LampFrameError('the lamp frame is truncated within a packet')
-        ones = np.unpackbits(np.frombuffer(data[_SECTION.size : end], np.uint8))[:total]
-        symbols = ones.reshape(bursts, count, bits) @ (1 << np.arange(bits)[::-1])
-        sections.append(Section(symbols.astype(np.int64), repeats))
-        data = data[end:]
-    return sections
-
-
-def waveform_from_frame(frame: LampFrame, tick_rate: float = TICK_RATE) -> Waveform:
-    """Return the waveform of a frame, with two parts, for the actual clock of the timer [1/s]."""
-    symbols = np.concatenate([_transmitted_symbols(section, frame.preamble) for section in frame.sections])
-    state_indices = [_state_indices(train, len(frame.pattern)) for train in frame.pulse_trains]
-    times = [np.full(train.steps, train.step_time, np.int64) for train in frame.pulse_trains]
-    ends = np.cumsum(np.concatenate([times[s] for s in symbols]))
-    states = np.array(frame.pattern)[np.concatenate([state_indices[s] for s in symbols])]
-    changes = np.append(True, states[1:] != states[:-1])
-    starts = np.append(0, ends[:-1])[changes]
-    ticks = (starts + STEP_FRACTION // 2) // STEP_FRACTION
-    levels = (states[changes, None] >> np.arange(2) & 1).astype(float)
-    return Waveform(ticks / tick_rate, levels, float(ends[-1] / STEP_FRACTION / tick_rate))
-
-
-def _transmitted_symbols(section: Section, preamble: tuple[int, ...]) -> NDArray[np.int64]:
-    preambles = np.tile(np.array(preamble, np.int64), (len(section.symbols), 1))
-    bursts = np.hstack([preambles, section.symbols])
-    return np.repeat(bursts, section.repeats, axis=0).ravel()
-
-
-def _state_indices(train: PulseTrain, pattern_length: int) -> NDArray[np.int64]:
-    return (train.first_index + np.arange(train.steps)) % pattern_length

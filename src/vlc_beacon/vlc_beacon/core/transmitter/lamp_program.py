@@ -35,6 +35,7 @@ from vlc_beacon.core.transmitter.lamp_frame import (
     PLAYS_MAX,
     TICK_RATE,
     LampFrame,
+    PulseTrain,
     Section,
     pulse_train_of_duration,
 )
@@ -112,14 +113,7 @@ def ufsook_frame(packets: Sequence[bytes], plays: int = 0, tick_rate: float = TI
         pulse_train_of_duration(first, eighths, UFSOOK.duration, tick_rate)
         for first, eighths in zip(FIRST_EIGHTH, EIGHTHS, strict=True)
     )
-    return LampFrame(
-        _BLINK_PATTERN,
-        UFSOOK.bits,
-        pulse_trains,
-        UFSOOK.preamble,
-        _sections_from_packets(UFSOOK, packets),
-        plays,
-    )
+    return _symbol_frame(_BLINK_PATTERN, UFSOOK, pulse_trains, packets, plays)
 
 
 def rs_fsk_frame(
@@ -131,9 +125,7 @@ def rs_fsk_frame(
         pulse_train_of_duration(0, round(2.0 * tone * code.duration), code.duration, tick_rate)
         for tone in symbol_tones(code)
     )
-    return LampFrame(
-        (ON, OFF), code.bits, pulse_trains, code.preamble, _sections_from_packets(code, packets), plays
-    )
+    return _symbol_frame((ON, OFF), code, pulse_trains, packets, plays)
 
 
 def manchester_frame(
@@ -159,9 +151,15 @@ def constant_tone_frame(tone: float, tick_rate: float = TICK_RATE) -> LampFrame:
     return LampFrame((ON, OFF), 1, (cycle, cycle), (), [Section(np.zeros((1, 1), np.int64))])
 
 
-def _sections_from_packets(code: SymbolCode, packets: Sequence[bytes]) -> list[Section]:
-    data = [code.encode_symbols(packet)[len(code.preamble) :] for packet in packets]
-    return [Section(symbols[None]) for symbols in data]
+def _symbol_frame(
+    pattern: tuple[int, ...],
+    code: SymbolCode,
+    pulse_trains: tuple[PulseTrain, ...],
+    packets: Sequence[bytes],
+    plays: int,
+) -> LampFrame:
+    sections = [Section(code.encode_symbols(packet)[None, len(code.preamble) :]) for packet in packets]
+    return LampFrame(pattern, code.bits, pulse_trains, code.preamble, sections, plays)
 
 
 @dataclass(frozen=True)
@@ -180,36 +178,26 @@ class LampProgram:
 
 
 def encode_packets(packets: Sequence[bytes], settings: EncodingSettings) -> LampProgram:
-    """Encode a sequence of packets for a lamp.
-
-    Args:
-        packets: packets as bytes, at least one; ignored for a constant tone.
-        settings: light code and camera.
+    """Encode a sequence of packets, at least one and ignored for a constant tone, for a lamp.
 
     Raises:
         PacketError: a packet is too long for the code.
         LampFrameError: the firmware cannot play it.
         VlcBeaconError: invalid segment format.
     """
-    contents, rate = list(packets), settings.frame_rate
-    plays, ticks = settings.plays, settings.tick_rate
+    contents, rate, row_time = list(packets), settings.frame_rate, settings.row_time
+    tone, plays, ticks = settings.tone, settings.plays, settings.tick_rate
     if settings.code == TONE_NAME:
-        return LampProgram(
-            constant_tone_waveform(settings.tone),
-            constant_tone_frame(settings.tone, ticks),
-            tone_profile(settings.tone, settings.row_time),
-        )
+        frame = constant_tone_frame(tone, ticks)
+        return LampProgram(constant_tone_waveform(tone), frame, tone_profile(tone, row_time))
     if settings.code == UFSOOK_NAME:
         return LampProgram(ufsook_waveform(contents), ufsook_frame(contents, plays, ticks), ufsook_profile())
     if settings.code == RS_FSK_NAME:
-        return LampProgram(
-            rs_fsk_waveform(contents, rate),
-            rs_fsk_frame(contents, rate, plays, ticks),
-            rs_fsk_profile(rate, settings.row_time),
-        )
+        frame = rs_fsk_frame(contents, rate, plays, ticks)
+        return LampProgram(rs_fsk_waveform(contents, rate), frame, rs_fsk_profile(rate, row_time))
     segments = SegmentFormat(settings.segment_bytes, frame_rate=rate)
     light = segments_waveform(
         [segment for c in contents for segment in segments_from_packet(c, segments.segment_bytes)], segments
     )
-    profile = manchester_profile(segments, settings.row_time, settings.exposure_time)
+    profile = manchester_profile(segments, row_time, settings.exposure_time)
     return LampProgram(light, manchester_frame(contents, segments, plays, ticks), profile)
