@@ -54,7 +54,7 @@ class LampTracker:
         self._keys = itertools.count(1)
 
     def update(
-        self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, turn: float = 0.0
+        self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, image_rotation: float = 0.0
     ) -> list[LampSample]:
         """Update the tracks with a frame and return a sample of each tracked lamp.
 
@@ -62,7 +62,7 @@ class LampTracker:
             stamp: stamp of the frame, later than the last one [s].
             image: grey image, shape (h, w).
             blobs: detections of the image.
-            turn: image rotation since the last frame, from u to v, if known from odometry [rad].
+            image_rotation: image rotation since the last frame, from u to v, if known from odometry [rad].
         """
         self._tracks = [
             track
@@ -72,7 +72,7 @@ class LampTracker:
         assignments = self._associate(stamp, blobs)
         samples = []
         for track in self._tracks:
-            track.rotate(turn)
+            track.rotate(image_rotation)
             i = assignments.get(track.key, -1)
             half_brightness = track.update(stamp, image, blobs, i) if i >= 0 else track.miss(stamp, image)
             samples.append(_sample(track, half_brightness, i))

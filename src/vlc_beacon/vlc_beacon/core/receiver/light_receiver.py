@@ -53,13 +53,15 @@ class LightReceiver:
         self._tracker = LampTracker(split_lamps=not is_rolling)
         self._lamps: dict[int, TrackedLamp] = {}
 
-    def receive(self, stamp: float, image: NDArray[np.uint8], turn: float = 0.0) -> list[LampObservation]:
+    def receive(
+        self, stamp: float, image: NDArray[np.uint8], image_rotation: float = 0.0
+    ) -> list[LampObservation]:
         """Process an image and return the tracked lamps.
 
         Args:
             stamp: stamp of the image, later than the last one [s].
             image: grey image, shape (h, w).
-            turn: image rotation since the last image, from u to v, if known from odometry [rad].
+            image_rotation: image rotation since the last image, from u to v, if known from odometry [rad].
 
         Raises:
             LampImageError: the image has a wrong type or is too small.
@@ -67,7 +69,7 @@ class LightReceiver:
         # Section 3.1: detect bright round blobs (the paper trains YOLOv5 instead).
         blobs = self._detector.detect(image)
         # Follow each lamp from frame to frame, also while it is dark, and sample the brightness of its halves.
-        samples = self._tracker.update(stamp, image, blobs, turn)
+        samples = self._tracker.update(stamp, image, blobs, image_rotation)
         # One decoder for each track, until the track ends.
         self._lamps = {sample.key: self._lamps.get(sample.key) or self._new_lamp() for sample in samples}
         # Section 2.1: demodulate ID, data and commands from the brightness of halves or rows.
