@@ -215,19 +215,6 @@ def test_after_a_jump_back_in_time_visits_are_reset_but_counters_are_kept() -> N
     assert refusal(authorizer.authorize(KEY.sign(older), 1, 0.0)) is RejectionReason.OLD_COUNTER
 
 
-def test_it_closes_after_too_many_and_opens_again() -> None:
-    lockout = Lockout(3, 60.0)
-    for stamp in (0.0, 1.0):
-        lockout.add_failure(stamp)
-        assert not lockout.is_locked(stamp)
-    lockout.add_failure(2.0)
-    assert lockout.is_locked(2.0)
-    assert lockout.is_locked(61.9)
-    assert not lockout.is_locked(62.0)
-    lockout.add_failure(63.0)
-    assert not lockout.is_locked(63.0)
-
-
 def test_few_in_a_long_time_do_not_close_it() -> None:
     lockout = Lockout(3, 60.0)
     for k in range(100):
@@ -264,9 +251,3 @@ def test_a_rule_is_done_until_the_zone_is_left_for_good() -> None:
         assert visits.is_executed(first)
     visits.update_position((1.3, 0.0))
     assert not visits.is_executed(first)
-
-
-def test_a_new_counter_is_a_new_rule() -> None:
-    visits = ZoneVisits({1: (0.0, 0.0)}, 1.0)
-    visits.mark_executed(Command(1, 3, 0.2, 5))
-    assert not visits.is_executed(Command(1, 3, 0.2, 6))

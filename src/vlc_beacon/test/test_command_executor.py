@@ -5,7 +5,7 @@ import pytest
 from driven_robot import STEP, DrivenRobot
 
 from shirube_core.geometry import SE2, wrap_angle
-from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings, Velocity
+from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings
 from vlc_beacon.core.packet.command_packet import Operation
 
 SETTINGS = DriveSettings()
@@ -143,19 +143,3 @@ def test_where_others_left_it_a_new_line_begins(is_turning):
     assert driven.pose.yaw == pytest.approx(-0.8, abs=0.02)
     dx, dy = driven.pose.x - 1.0, driven.pose.y - 3.0
     assert abs(math.cos(-0.8) * dy - math.sin(-0.8) * dx) < 0.01
-
-
-def test_steps_lead_to_what_is_wanted_and_end_there() -> None:
-    velocity, target = Velocity(0.5, -1.0), Velocity(-0.2, 0.5)
-    for _ in range(7):
-        before, velocity = velocity, velocity.step_toward(target, 0.1, 0.3)
-        assert abs(velocity.forward - before.forward) <= 0.1 + 1e-12
-        assert abs(velocity.turn_rate - before.turn_rate) <= 0.3 + 1e-12
-    assert velocity.forward == pytest.approx(target.forward)
-    assert velocity.step_toward(target, 0.1, 0.3) == target
-
-
-def test_only_zero_velocity_is_zero() -> None:
-    assert Velocity().is_zero
-    assert not Velocity(0.0, 0.1).is_zero
-    assert not Velocity(-0.1, 0.0).is_zero

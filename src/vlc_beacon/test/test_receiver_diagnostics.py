@@ -105,9 +105,5 @@ def test_only_unidentified_senders_raise_no_alarm() -> None:
     assert status.status().message == 'fix'
     status.add(with_fix([replace(REFUSED, sender=2, outcome=early)]), 0.01)
     assert 'command of beacon 1' in status.status().message
-
-
-def test_wrong_codes_of_a_lamp_without_a_name_raise_an_alarm() -> None:
-    status, _ = report()
     status.add(with_fix([replace(REFUSED, sender=None)]), 0.01)
     assert 'wrong authentication code' in status.status().message

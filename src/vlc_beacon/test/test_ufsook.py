@@ -133,20 +133,15 @@ def test_ids_are_read_at_any_offset_of_the_clocks(ppm: float, exposure: float) -
     assert right >= 0.95 * sent
 
 
-def test_lost_frames_cost_packets_but_make_no_wrong_ones() -> None:
+def test_lost_frames_and_noise_make_no_wrong_packets() -> None:
     for seed in range(6):
         got = received([IdPacket(9)], 26.0, seed, 100.0, lost=0.05)
         assert set(got) == {IdPacket(9)}
         assert len(got) >= 10
-
-
-def test_nothing_wrong_is_read_in_noise() -> None:
-    for seed in range(6):
         assert set(received([IdPacket(9)], 26.0, seed, 100.0, snr=3.0)) <= {IdPacket(9)}
 
 
-def test_a_command_and_data_are_read() -> None:
-    assert set(received([COMMAND], 20.0, 1, 50.0)) == {COMMAND}
+def test_text_is_read() -> None:
     message = DataPacket('曲がる'.encode(), is_text=True)
     assert set(received([message], 20.0, 2, -50.0)) == {message}
 
