@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from lamp_scenes import BEACONS, CAMERA, MOUNT, PLACES, STRANGE_PLACE, id_packets, receptions, speaking_room
+from receptions import Memory
 
 from scene_simulator.shutter import Shutter
 from shirube_core.geometry import CameraMount
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
@@ -27,17 +27,6 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 KEY = CommandKey(bytes(range(32)))
 RULE = Command(4, Operation.SLOW, 0.125, 7)
 AUTHORIZATION = AuthorizationSettings(zone_radius=2.0)
-
-
-class Memory:
-    def __init__(self) -> None:
-        self.counters = Counters()
-
-    def read(self) -> Counters:
-        return self.counters
-
-    def write(self, counters: Counters) -> None:
-        self.counters = counters
 
 
 @dataclass

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from receptions import a_lamp
+from receptions import Memory, a_lamp
 
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
@@ -20,17 +19,6 @@ KEY = CommandKey(bytes(range(32)))
 SLOW = KEY.sign(Command(1, Operation.SLOW, 0.2, 5))
 TURN = KEY.sign(Command(1, Operation.TURN, -1.5, 5))
 SHOT = KEY.sign(Command(1, Operation.STOP, 0.0, 5, is_one_shot=True))
-
-
-class Memory:
-    def __init__(self) -> None:
-        self.counters = Counters()
-
-    def read(self) -> Counters:
-        return self.counters
-
-    def write(self, counters: Counters) -> None:
-        self.counters = counters
 
 
 @pytest.fixture

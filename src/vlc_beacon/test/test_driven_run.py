@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from receptions import Memory
 
 from scene_simulator.camera_motion import camera_pose
 from scene_simulator.ceiling_camera import UPWARD_MOUNT, CeilingCamera
@@ -15,7 +16,6 @@ from scene_simulator.shutter import Shutter
 from shirube_core.geometry import SE2, PinholeCamera
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted
 from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings, Velocity
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
@@ -43,14 +43,6 @@ SAID = {
 }
 """What the paper's B and A say."""
 AUTHORIZATION = AuthorizationSettings()
-
-
-class Memory:
-    def read(self) -> Counters:
-        return Counters()
-
-    def write(self, _: Counters) -> None:
-        """Forget them: nobody starts the robot again."""
 
 
 class Robot:

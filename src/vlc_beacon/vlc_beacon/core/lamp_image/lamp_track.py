@@ -79,15 +79,7 @@ class LampTrack:
     """
 
     def __init__(self, key: int, stamp: float, blobs: LampBlobs, i: int, *, may_be_split: bool) -> None:
-        """Create a track from a blob.
-
-        Args:
-            key: unique track ID.
-            stamp: stamp of the frame [s].
-            blobs: detections of the frame.
-            i: index of the lamp among the blobs.
-            may_be_split: whether its halves may be switched independently.
-        """
+        """Create a track from blob ``i`` of a frame, whose halves may be switched independently or not."""
         self.key = key
         self.centre, self.sigma = blobs.centroids[i].copy(), blobs.sigmas[i].copy()
         self.radius = float(blobs.radii[i])

@@ -31,15 +31,7 @@ class BeaconTracker:
         settings: PoseSettings | None = None,
         odometry_settings: OdometrySettings | None = None,
     ) -> None:
-        """Start without a pose.
-
-        Args:
-            beacons: known lamps, each ID once.
-            mount: pose of the camera on the robot.
-            known_height: height of the base in the map frame [m], None if it is estimated.
-            settings: measurement noise, None for the defaults.
-            odometry_settings: odometry noise, None for the defaults.
-        """
+        """Start without a pose; arguments as in `BeaconLocator` and `PoseFilter`."""
         self._settings = settings or PoseSettings()
         self._odometry_settings = odometry_settings or OdometrySettings()
         self.locator = BeaconLocator(beacons, mount, known_height, self._settings)
