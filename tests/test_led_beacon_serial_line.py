@@ -146,12 +146,10 @@ def test_commands_are_streamed_with_a_rising_counter(firmware: Path, eeprom: Pat
 
 
 def test_host_communicates_with_the_lamp(firmware: Path, eeprom: Path) -> None:
-    frame, tone = frame_to_bytes(ufsook_frame([ID])), frame_to_bytes(constant_tone_frame(3000.0))
-    lamp = SimulatedLamp(firmware, eeprom)
+    lamp, temporary = SimulatedLamp(firmware, eeprom), frame_to_bytes(constant_tone_frame(3000.0))
     with terminal_of(lamp) as path, LampPort(path) as port:
-        port.load(frame, keep=True)
         port.load(TONE, keep=True)
-        port.load(tone, keep=False)
+        port.load(temporary, keep=False)
         with pytest.raises(VlcBeaconError, match="replied 'ERR crc' to 'k'"):
-            port.load(frame[:-1], keep=True)
+            port.load(frame_to_bytes(ufsook_frame([ID]))[:-1], keep=True)
     assert [tone for tone in lamp.power_off().tones() if tone >= 2000] == [2000, 3000]
