@@ -12,10 +12,9 @@ from _lamp_room import BEACONS, CAMERA, IDS, LAMP_RADIUS, LEVEL, MOUNT, PLACES, 
 from numpy.typing import NDArray
 
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
-from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import PoseSettings
 
 EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
 """Lens, lamps and tilt are exact in these views."""
@@ -96,7 +95,7 @@ METHODS: tuple[tuple[str, int, Locate, bool | None], ...] = (
     (
         '`centroid`, height known',
         TWO,
-        least_squares(BeaconLocator(BEACONS, MOUNT, KnownStates(height=0.0), EXACT)),
+        least_squares(BeaconLocator(BEACONS, MOUNT, 0.0, EXACT)),
         True,
     ),
     ('`centroid`, four lamps', ALL, least_squares(BeaconLocator(BEACONS, MOUNT, None, EXACT)), False),

@@ -9,10 +9,9 @@ import numpy as np
 from _light_links import Channel, Link, manchester_link, rs_fsk_link, ufsook_link
 
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.id_confirmation import IdConfirmation
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.receiver.tracked_lamp import IdConfirmation
 
 KEY = CommandKey(bytes(range(32)))
 LINKS = (ufsook_link(), rs_fsk_link(), manchester_link(1))

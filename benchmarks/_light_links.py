@@ -10,20 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.waveform import Waveform
+from vlc_beacon.core.lamp_image.row_profile import LampRows
 from vlc_beacon.core.light_code.code_profile import (
     CodeProfile,
     manchester_profile,
     rs_fsk_profile,
     ufsook_profile,
 )
-from vlc_beacon.core.light_code.lamp_rows import LampRows
-from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_packet, segments_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
-from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
-from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
-from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
+from vlc_beacon.core.light_code.rs_fsk import RsFskDecoder, rs_fsk_waveform
+from vlc_beacon.core.light_code.ufsook import UfsookDecoder, ufsook_waveform
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 
 ROW_TIME = 18.9e-6

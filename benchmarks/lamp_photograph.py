@@ -17,17 +17,14 @@ from _timed_answers import use_one_core
 from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
-from vlc_beacon.core.lamp_image.coarse_contrast import noise_sigma
-from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
-from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
-from vlc_beacon.core.lamp_image.row_profile import row_profile
-from vlc_beacon.core.lamp_image.settings import LampSettings
-from vlc_beacon.core.light_code.lamp_rows import rows_from_frame
-from vlc_beacon.core.light_code.row_tones import tone_log_likelihoods
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.lamp_image.blob_measurement import LampBlobs
+from vlc_beacon.core.lamp_image.lamp_detector import LampDetector, noise_sigma
+from vlc_beacon.core.lamp_image.row_profile import row_profile, rows_from_frame
+from vlc_beacon.core.light_code.rs_fsk import tone_log_likelihoods
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import LampSettings, PoseSettings
 
 NAME = Path('vlc_luxapose') / 'x_0_y_1.27.jpg'
 FOCAL, ROWS_A_SECOND, EXPOSURE, LONGEST_STRIPE = 5620.0, 47540.0, 5e-5, 20.0

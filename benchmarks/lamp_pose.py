@@ -23,7 +23,7 @@ from tqdm import tqdm
 from shirube_core.geometry import SE2
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.pose_fix import BeaconFix
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import PoseSettings
 
 NOISES = (0.2, 0.5)
 TILTS = (0.0, 0.5, 1.0, 2.0)

@@ -17,13 +17,18 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.decision import Accepted
-from vlc_beacon.core.packet.command_packet import MAC_BYTES, Command, CommandPacket, read_command_packet
+from vlc_beacon.core.packet.command_packet import (
+    MAC_BYTES,
+    Command,
+    CommandPacket,
+    Operation,
+    read_command_packet,
+)
 from vlc_beacon.core.packet.crc import crc16
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.files.counter_file import CounterFile
 from vlc_beacon.files.key_file import make_key_file, read_key
 

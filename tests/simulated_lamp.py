@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simulated_chip import SimulatedChip
 
 from shirube_core.waveform import Waveform
-from vlc_beacon.core.transmitter.serial_protocol import upload_requests
+from vlc_beacon.commands.lamp_port import upload_requests
 
 TICK_RATE = 16_000_000
 

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lamp_frame_reading import waveform_from_frame
 from simulated_lamp import SimulatedLamp
 
+from vlc_beacon.commands.lamp_port import upload_requests
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, rs_fsk_frame, ufsook_frame
-from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, frame_to_bytes
-from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_from_frame
-from vlc_beacon.core.transmitter.serial_protocol import upload_requests
+from vlc_beacon.core.transmitter.lamp_frame import LENGTH_MAX, frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, rs_fsk_frame, ufsook_frame
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -5,36 +5,33 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lamp_frame_reading import waveform_from_frame
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 from simulated_lamp import TICK_RATE, Light, SimulatedLamp
 
 from shirube_core.waveform import Waveform
-from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_packet, segments_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
-from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
-from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
-from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
+from vlc_beacon.core.light_code.rs_fsk import RsFskDecoder, constant_tone_waveform, rs_fsk_waveform
+from vlc_beacon.core.light_code.ufsook import UfsookDecoder, ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.packet_reader import Packet
-from vlc_beacon.core.transmitter.coded_frame import (
-    constant_tone_frame,
-    manchester_frame,
-    rs_fsk_frame,
-    ufsook_frame,
-)
 from vlc_beacon.core.transmitter.lamp_frame import (
     STEP_FRACTION,
     STEP_TICKS_MIN,
     LampFrame,
     PulseTrain,
     Section,
+    frame_to_bytes,
 )
-from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes
-from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_from_frame
+from vlc_beacon.core.transmitter.lamp_program import (
+    constant_tone_frame,
+    manchester_frame,
+    rs_fsk_frame,
+    ufsook_frame,
+)
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lamp_frame_reading import frame_from_bytes
 from simulated_lamp import SimulatedLamp
 
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
-from vlc_beacon.core.transmitter.lamp_frame_bytes import LENGTH_MAX, frame_from_bytes, frame_to_bytes
-from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
+from vlc_beacon.core.transmitter.lamp_frame import LENGTH_MAX, frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, ufsook_frame
+from vlc_beacon.core.vlc_beacon_error import LampFrameError
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -8,15 +8,13 @@ import pytest
 from simulated_lamp import TICK_RATE, SimulatedLamp
 from simulated_terminal import terminal_of
 
-from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
+from vlc_beacon.commands.lamp_port import LampPort, upload_requests
+from vlc_beacon.core.light_code.ufsook import UfsookDecoder
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.transmitter.coded_frame import constant_tone_frame, ufsook_frame
-from vlc_beacon.core.transmitter.lamp_frame import LampFrame, Section
-from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes
-from vlc_beacon.core.transmitter.serial_protocol import LampStatus, upload_requests
+from vlc_beacon.core.transmitter.lamp_frame import LampFrame, Section, frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, ufsook_frame
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.lamp_port import LampPort
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -148,18 +146,10 @@ def test_commands_are_streamed_with_a_rising_counter(firmware: Path, eeprom: Pat
 
 
 def test_host_communicates_with_the_lamp(firmware: Path, eeprom: Path) -> None:
-    frame = frame_to_bytes(ufsook_frame([ID]))
-    streamed = [frame_to_bytes(constant_tone_frame(tone)) for tone in (3000.0, 4000.0)]
-    lamp = SimulatedLamp(firmware, eeprom)
+    lamp, temporary = SimulatedLamp(firmware, eeprom), frame_to_bytes(constant_tone_frame(3000.0))
     with terminal_of(lamp) as path, LampPort(path) as port:
-        assert port.status() == LampStatus(False, 'none', 0, 0, False)
-        port.load(frame, keep=True)
-        assert port.status() == LampStatus(True, 'kept', len(frame), int.from_bytes(frame[-2:]), False)
         port.load(TONE, keep=True)
-        port.stream(streamed)
-        port.halt()
-        assert not port.status().is_playing
-        port.play()
+        port.load(temporary, keep=False)
         with pytest.raises(VlcBeaconError, match="replied 'ERR crc' to 'k'"):
-            port.load(frame[:-1], keep=True)
-    assert [tone for tone in lamp.power_off().tones() if tone >= 2000] == [2000, 3000, 4000]
+            port.load(frame_to_bytes(ufsook_frame([ID]))[:-1], keep=True)
+    assert [tone for tone in lamp.power_off().tones() if tone >= 2000] == [2000, 3000]

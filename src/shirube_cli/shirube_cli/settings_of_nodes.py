@@ -16,8 +16,7 @@ from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
 from stereo_landmark.core.primitives.primitive import ImageProcessing
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
 SETTINGS_OF_NODES: dict[str, dict[str, type]] = {

@@ -8,8 +8,7 @@ from collections import deque
 import numpy as np
 
 from shirube_core.geometry import SE2
-from vlc_beacon.core.drive.command_executor import CommandExecutor
-from vlc_beacon.core.drive.velocity import Velocity
+from vlc_beacon.core.command_executor import CommandExecutor, Velocity
 
 STEP = 1.0 / 60.0
 DELAY_STEPS = 4

@@ -38,4 +38,4 @@ def lamp_that(answers: Callable[[str], str]) -> Iterator[tuple[Path, list[str]]]
 
 
 def usual(line: str) -> str:
-    return {'v': 'led_beacon 1 508\r\n', 's': 'playing kept 40 00ff 0\r\n'}.get(line, 'OK\r\n')
+    return 'led_beacon 1 508\r\n' if line == 'v' else 'OK\r\n'

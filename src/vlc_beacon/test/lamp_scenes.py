@@ -11,9 +11,9 @@ from scene_simulator.robot.leg_drive import LegDrive
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_core.waveform import steady_light
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 
-CAMERA = PinholeCamera(600, 560, 636.4, 636.4, 299.5, 279.5)
+CAMERA = PinholeCamera(300, 280, 318.2, 318.2, 149.5, 139.5)
 MOUNT = CameraMount((0.0, 0.0, 0.2), UPWARD_MOUNT.rpy)
 HEIGHT = 0.2
 """The lamps hang as far above this mount as above the paper's."""
@@ -27,7 +27,7 @@ def id_packets(count=4):
     return [IdPacket(i + 1).to_bytes() for i in range(count)]
 
 
-def speaking_room(waveforms, shutter, rate, seed=1, radius=0.0325):
+def speaking_room(waveforms, shutter, rate, radius=0.065):
     """Return a slow drive under four lamps that play waveforms, and a fifth that shines steadily."""
     eye = CeilingCamera(CAMERA, shutter)
     brightness = eye.brightness_for(0.9)
@@ -39,7 +39,7 @@ def speaking_room(waveforms, shutter, rate, seed=1, radius=0.0325):
     steady = CeilingLamp(STRANGE_PLACE, Disc(radius), steady_light(1), 0.8 * brightness)
     route = LegDrive([(0.82, 0.95), (0.98, 0.95)], [0.02], 0.1, rest=0.3)
     return LampDrive(
-        replace(room, lamps=(*lamps, steady)), route, eye, MOUNT, clock=CameraClock(rate), seed=seed
+        replace(room, lamps=(*lamps, steady)), route, eye, MOUNT, clock=CameraClock(rate), seed=1
     )
 
 

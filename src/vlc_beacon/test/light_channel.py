@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.waveform import Waveform
-from vlc_beacon.core.light_code.lamp_rows import LampRows
+from vlc_beacon.core.lamp_image.row_profile import LampRows
 
 
 def seen_by_global_shutter(

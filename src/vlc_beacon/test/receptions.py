@@ -4,14 +4,14 @@ import numpy as np
 
 from shirube_core.geometry import SE2
 from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
-from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision
-from vlc_beacon.core.receiver.light_receiver import LampObservation
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 
 POSE = SE2(1.25, -0.5, 0.75)
 COMMAND = Command(1, Operation.SLOW, 0.125, 7)
@@ -23,6 +23,19 @@ REFUSED = CommandDecision(
 TOO_FAR = CommandDecision(
     PACKET, 1, Rejected(RejectionReason.WRONG_LOCATION, 'command of beacon 1 3.0 m from its place')
 )
+
+
+class Memory:
+    """Counters that outlive an authorizer."""
+
+    def __init__(self):
+        self.counters = Counters()
+
+    def read(self):
+        return self.counters
+
+    def write(self, counters):
+        self.counters = counters
 
 
 def a_lamp(key, beacon=None, unknown_id=None):

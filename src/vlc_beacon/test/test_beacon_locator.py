@@ -6,22 +6,29 @@ import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, UNEVEN, pixels_of, random_pose
 
 from shirube_core.geometry import SE2, PinholeCamera
-from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
-from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.lamp_rays import row_motions
+from vlc_beacon.core.pose.lamp_rays import Beacon, row_motions
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import PoseSettings
 
 EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
 NEARLY = np.diag([0.05**2, 0.05**2, 0.05**2])
 
 
 def locate(
-    beacons, seen, pose, *, noise=0.0, rng=None, known=None, settings=EXACT, expected=None, tilt=(0.0, 0.0)
+    beacons,
+    seen,
+    pose,
+    *,
+    noise=0.0,
+    rng=None,
+    known_height=None,
+    settings=EXACT,
+    expected=None,
+    tilt=(0.0, 0.0),
 ):
     """Locate a robot; ``seen`` are beacons as they really hang, with the ids that they play."""
-    locator = BeaconLocator(beacons, MOUNT, known, settings)
+    locator = BeaconLocator(beacons, MOUNT, known_height, settings)
     pixels = pixels_of(seen, pose, tilt=tilt)
     if noise:
         pixels = pixels + noise * rng.normal(size=pixels.shape)
@@ -73,14 +80,9 @@ def test_errors_are_those_of_the_cramer_rao_bound(height, count):
     normalised = []
     for _ in range(250):
         pose = random_pose(rng)
-        fix = locate(BEACONS, BEACONS[:count], pose, noise=0.3, rng=rng, known=KnownStates(height=height))
+        fix = locate(BEACONS, BEACONS[:count], pose, noise=0.3, rng=rng, known_height=height)
         error = np.array(
-            [
-                fix.T_map_base.x - pose.x,
-                fix.T_map_base.y - pose.y,
-                fix.height,
-                pose.yaw_to(fix.T_map_base),
-            ]
+            [fix.T_map_base.x - pose.x, fix.T_map_base.y - pose.y, fix.height, pose.yaw_to(fix.T_map_base)]
         )
         keep = [0, 1, 3] if height == 0.0 else [0, 1, 2, 3]
         normalised.append(
@@ -122,7 +124,7 @@ def test_a_distorting_lens_is_undone():
     assert locator.locate(rays).T_map_base.distance_to(pose) < 1e-6
 
 
-def test_a_moved_lamp_is_named_with_its_place():
+def test_a_moved_lamp_is_named():
     rng = np.random.default_rng(5)
     for name in range(5):
         pose = random_pose(rng)
@@ -133,7 +135,6 @@ def test_a_moved_lamp_is_named_with_its_place():
         assert fix.T_map_base.distance_to(pose) < 0.02
         (anomaly,) = fix.anomalies
         assert (anomaly.id, anomaly.kind) == (UNEVEN[name].id, AnomalyKind.MOVED)
-        assert anomaly.observed_xyz == pytest.approx(seen[name].xyz, abs=0.02)
 
 
 def test_swapped_lamps_are_named():
@@ -205,7 +206,7 @@ def test_two_lamps_of_different_height_may_fit_two_poses():
 
 
 @pytest.mark.parametrize(
-    ('seen', 'known', 'reason'),
+    ('seen', 'known_height', 'reason'),
     [
         ([], None, NoFixReason.NO_LAMP),
         (BEACONS[:1], None, NoFixReason.TOO_FEW_LAMPS),
@@ -213,8 +214,8 @@ def test_two_lamps_of_different_height_may_fit_two_poses():
         ([Beacon(9, (0.5, 0.5, 2.8), 0.03)], None, NoFixReason.NO_LAMP),
     ],
 )
-def test_too_few_lamps_are_no_fix(seen, known, reason):
-    locator = BeaconLocator(BEACONS, MOUNT, known)
+def test_too_few_lamps_are_no_fix(seen, known_height, reason):
+    locator = BeaconLocator(BEACONS, MOUNT, known_height)
     pixels = pixels_of(seen, SE2(0.7, 1.0, 0.3)) if seen else np.empty((0, 2))
     rays = locator.rays(CAMERA, [b.id for b in seen], pixels, np.full(len(seen), 0.1))
     assert locator.locate(rays).reason is reason

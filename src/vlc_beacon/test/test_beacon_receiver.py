@@ -8,39 +8,25 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 from lamp_scenes import BEACONS, CAMERA, MOUNT, PLACES, STRANGE_PLACE, id_packets, receptions, speaking_room
+from receptions import Memory
 
 from scene_simulator.imaging.exposure import Shutter
 from shirube_core.geometry import CameraMount
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.pose.pose_fix import NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 KEY = CommandKey(bytes(range(32)))
 RULE = Command(4, Operation.SLOW, 0.125, 7)
 AUTHORIZATION = AuthorizationSettings(zone_radius=2.0)
-
-
-class Memory:
-    def __init__(self) -> None:
-        self.counters = Counters()
-
-    def read(self) -> Counters:
-        return self.counters
-
-    def write(self, counters: Counters) -> None:
-        self.counters = counters
 
 
 @dataclass
@@ -67,11 +53,12 @@ def lamp_at(sample_centre: np.ndarray, frame: object) -> int:
     return int(np.argmin(np.hypot(*(CAMERA.pixels_from_points(points) - sample_centre).T)))
 
 
-def process(waveforms: list, shutter: Shutter, rate: float, seconds: float, settings: ReceiverSettings,
-         beacons: list[Beacon] = BEACONS) -> Received:  # fmt: skip
-    received, receiver = Received(), BeaconReceiver(beacons, MOUNT, authorizer(KEY), settings)
+def process(
+    waveforms: list, shutter: Shutter, rate: float, seconds: float, settings: ReceiverSettings, radius: float
+) -> Received:
+    received, receiver = Received(), BeaconReceiver(BEACONS, MOUNT, authorizer(KEY), settings)
     keyless = CommandProcessor(authorizer(None))
-    for frame, output in receptions(receiver, speaking_room(waveforms, shutter, rate), seconds):
+    for frame, output in receptions(receiver, speaking_room(waveforms, shutter, rate, radius), seconds):
         received.last = output
         received.decisions += output.decisions
         received.keyless += keyless.process(frame.stamp, output.lamps)
@@ -94,7 +81,7 @@ def process(waveforms: list, shutter: Shutter, rate: float, seconds: float, sett
 def blinking() -> Received:
     """A little of UFSOOK under a global shutter."""
     waveforms = [ufsook_waveform([packet]) for packet in id_packets()]
-    return process(waveforms, Shutter(0.0005), 60.0, 3.0, ReceiverSettings())
+    return process(waveforms, Shutter(0.0005), 60.0, 3.8, ReceiverSettings(), 0.0325)
 
 
 @pytest.fixture(scope='module')
@@ -104,7 +91,7 @@ def striped() -> Received:
     packets[3].append(KEY.sign(RULE).to_bytes())
     waveforms = [rs_fsk_waveform(content, 30.0) for content in packets]
     settings = ReceiverSettings(shutter='rolling', row_time=18.9e-6, exposure_time=6e-5)
-    return process(waveforms, Shutter(6e-5, 18.9e-6), 30.0, 5.0, settings)
+    return process(waveforms, Shutter(6e-5, 18.9e-6), 30.0, 5.0, settings, 0.065)
 
 
 ALL = {(i, i) for i in range(1, 5)}

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from shirube_core.geometry import matrix_from_rpy
-from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
-from vlc_beacon.core.survey.lamp_bearings import LampBearings
+from vlc_beacon.core.survey.beacon_survey import LampBearings, NotSurveyed, SurveyedLamp, survey_lamp
 
 LAMP = np.array([1.8, 0.4, 2.5])
 TILT_SIGMA = 0.001

@@ -6,11 +6,10 @@ import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 
 from shirube_core.geometry import SE2, wrap_angle
-from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_tracker import LOST_IMAGES, BeaconTracker
-from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.odometry_settings import OdometrySettings
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconFix, NoBeaconFix
+from vlc_beacon.core.settings import OdometrySettings
 
 STEP = 0.4 / 20.0
 SCALE, BEND = 1.02, math.radians(0.2)
@@ -197,7 +196,7 @@ def test_one_lamp_that_is_not_in_place_is_no_new_start():
 
 
 def test_a_known_height_stays():
-    rng, tracker = np.random.default_rng(10), BeaconTracker(BEACONS, MOUNT, KnownStates(height=0.0))
+    rng, tracker = np.random.default_rng(10), BeaconTracker(BEACONS, MOUNT, 0.0)
     for k, (pose, odometry) in enumerate(drive(200)):
         tracker.add_odometry(odometry)
         fix = tracker.track(rays_of(tracker, pose, BEACONS[: 4 if k < 20 else 1], rng))

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.files.beacons_file import BeaconsFileError, load_beacons, save_beacons
 
 GOOD = '{id: 7, xyz: [1, 2.5, 3], radius: 0.0325}'

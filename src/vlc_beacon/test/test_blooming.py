@@ -1,17 +1,10 @@
-import math
-
 import numpy as np
 import pytest
 from lamp_pictures import photograph
 from scipy.special import expit
 
-from vlc_beacon.core.lamp_image.blooming import (
-    BloomingFit,
-    blooming_brightness,
-    calibrate_blooming,
-    fit_blooming,
-)
-from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
+from vlc_beacon.core.lamp_image.blooming import calibrate_blooming, fit_blooming
+from vlc_beacon.core.vlc_beacon_error import LampImageError
 
 # What the notes of one real lamp say: [1/px], [px], [grey levels].
 ALPHA, BETA, GAMMA = 2.4, 2.5, 48.0
@@ -35,7 +28,6 @@ def test_the_curve_is_found_again():
     assert fit.alpha == pytest.approx(ALPHA, rel=0.1)
     assert fit.gamma == pytest.approx(GAMMA, abs=0.5)
     assert fit.brightness == pytest.approx(220.0, abs=1.0)
-    assert fit.residual < 1.5
 
 
 def test_a_known_distance_parts_radius_and_blooming():
@@ -46,22 +38,9 @@ def test_a_known_distance_parts_radius_and_blooming():
     assert calibration.beta == pytest.approx(BETA, abs=0.05)
     assert calibration.beta_sigma < 0.05
     image, p = blooming_image(3.2, rng)
-    radius = calibration.radius(fit_blooming(image, CENTRE, 9.0).half_maximum_radius)
+    radius = fit_blooming(image, CENTRE, 9.0).half_maximum_radius - calibration.beta
     assert radius == pytest.approx(p, abs=0.06)
     assert LAMP_RADIUS * FOCAL / radius == pytest.approx(3.2, rel=0.01)
-
-
-def test_one_image_leaves_beta_uncertain():
-    fit = fit_blooming(blooming_image(2.5)[0], CENTRE, 9.0)
-    assert calibrate_blooming([fit], [2.5], LAMP_RADIUS, FOCAL).beta_sigma == math.inf
-
-
-def test_the_curve_has_the_limits_of_the_equation():
-    fit = BloomingFit(ALPHA, 10.0, GAMMA, 220.0, 0.0)
-    levels = blooming_brightness(np.array([0.0, 7.4, 10.0, 40.0]), fit, 2.5)
-    assert levels[:2].tolist() == [220.0, 220.0]
-    assert levels[2] == pytest.approx(0.5 * (220.0 + GAMMA))
-    assert levels[3] == pytest.approx(GAMMA)
 
 
 def test_invalid_fits_are_rejected():

@@ -8,11 +8,9 @@ from vlc_beacon.core.light_code.code_profile import (
     rs_fsk_profile,
     ufsook_profile,
 )
-from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_packet, segments_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
-from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
-from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
+from vlc_beacon.core.light_code.rs_fsk import RsFskDecoder, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket

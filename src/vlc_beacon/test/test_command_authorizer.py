@@ -1,15 +1,15 @@
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer, Lockout, ZoneVisits
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
+from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 KEY = CommandKey(bytes(range(32)))
@@ -84,7 +84,10 @@ def test_commands_outside_the_zone_are_rejected_until_the_robot_is_nearer() -> N
     decision = authorizer.authorize(KEY.sign(RULE), 1, 0.0)
     assert refusal(decision) is RejectionReason.WRONG_LOCATION
     assert decision.message == 'command of beacon 1 at 1.1 m from it (zone_radius 1 m)'
-    authorizer.update_position(1.0, (0.9, 0.0))
+    for outside in ((math.nan, 0.0), (0.8, 0.61)):
+        authorizer.update_position(1.0, outside)
+        assert refusal(authorizer.authorize(KEY.sign(RULE), 1, 1.0)) is RejectionReason.WRONG_LOCATION
+    authorizer.update_position(1.0, (0.6, 0.8))
     assert refusal(authorizer.authorize(KEY.sign(RULE), 1, 1.0)) is None
 
 
@@ -192,19 +195,11 @@ def test_implausible_commands_are_rejected_and_do_not_advance_the_counter() -> N
 
 
 def test_daily_life_is_not_suspicious() -> None:
-    assert not any(
-        r.is_suspicious
-        for r in (
-            RejectionReason.ALREADY_EXECUTED,
-            RejectionReason.REPLAYED,
-            RejectionReason.WRONG_LOCATION,
-            RejectionReason.NO_KEY,
-        )
-    )
-    assert all(
-        r.is_suspicious
-        for r in (RejectionReason.BAD_MAC, RejectionReason.OLD_COUNTER, RejectionReason.WRONG_BEACON)
-    )
+    daily = {'ALREADY_EXECUTED', 'REPLAYED', 'WRONG_LOCATION', 'NO_KEY'}
+    attacks = {'BAD_MAC', 'OLD_COUNTER', 'WRONG_BEACON'}
+    suspicious = {reason.name for reason in RejectionReason if reason.is_suspicious}
+    assert attacks <= suspicious
+    assert not daily & suspicious
 
 
 def test_after_a_jump_back_in_time_visits_are_reset_but_counters_are_kept() -> None:
@@ -218,3 +213,41 @@ def test_after_a_jump_back_in_time_visits_are_reset_but_counters_are_kept() -> N
     assert authorizer.authorize(KEY.sign(RULE), 1, 0.0) == Accepted(RULE)
     older = replace(RULE, counter=RULE.counter - 1)
     assert refusal(authorizer.authorize(KEY.sign(older), 1, 0.0)) is RejectionReason.OLD_COUNTER
+
+
+def test_few_in_a_long_time_do_not_close_it() -> None:
+    lockout = Lockout(3, 60.0)
+    for k in range(100):
+        lockout.add_failure(31.0 * k)
+        assert not lockout.is_locked(31.0 * k)
+
+
+def test_guesses_are_bounded_in_any_time() -> None:
+    lockout, guesses = Lockout(5, 60.0), 0
+    for second in range(3600):
+        if not lockout.is_locked(second):
+            lockout.add_failure(second)
+            guesses += 1
+    assert guesses <= 5 * 61
+
+
+def test_a_clock_that_is_set_back_does_not_lock_for_ever() -> None:
+    lockout = Lockout(1, 60.0)
+    lockout.add_failure(1e9)
+    assert lockout.is_locked(1e9 + 1.0)
+    assert not lockout.is_locked(5.0)
+
+
+def test_a_rule_is_done_until_the_zone_is_left_for_good() -> None:
+    visits = ZoneVisits({1: (0.0, 0.0), 2: (5.0, 0.0)}, 1.0)
+    first, second = Command(1, 3, 0.2, 5), Command(1, 5, 1.0, 5)
+    visits.update_position((0.5, 0.0))
+    visits.mark_executed(first)
+    assert visits.is_executed(first)
+    assert not visits.is_executed(second)
+    assert not visits.is_executed(Command(2, 3, 0.2, 5))
+    for x in (0.9, 1.1, 0.9, 1.2):
+        visits.update_position((x, 0.0))
+        assert visits.is_executed(first)
+    visits.update_position((1.3, 0.0))
+    assert not visits.is_executed(first)

@@ -5,9 +5,8 @@ import pytest
 from driven_robot import STEP, DrivenRobot
 
 from shirube_core.geometry import SE2, wrap_angle
-from vlc_beacon.core.drive.command_executor import CommandExecutor
-from vlc_beacon.core.drive.drive_settings import DriveSettings
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings
+from vlc_beacon.core.packet.command_packet import Operation
 
 SETTINGS = DriveSettings()
 LIMIT = 0.5

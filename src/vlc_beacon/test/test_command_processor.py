@@ -5,33 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from receptions import a_lamp
+from receptions import Memory, a_lamp
 
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
-from vlc_beacon.core.receiver.light_receiver import LampObservation
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.settings import AuthorizationSettings
 
 KEY = CommandKey(bytes(range(32)))
 SLOW = KEY.sign(Command(1, Operation.SLOW, 0.2, 5))
 TURN = KEY.sign(Command(1, Operation.TURN, -1.5, 5))
 SHOT = KEY.sign(Command(1, Operation.STOP, 0.0, 5, is_one_shot=True))
-
-
-class Memory:
-    def __init__(self) -> None:
-        self.counters = Counters()
-
-    def read(self) -> Counters:
-        return self.counters
-
-    def write(self, counters: Counters) -> None:
-        self.counters = counters
 
 
 @pytest.fixture

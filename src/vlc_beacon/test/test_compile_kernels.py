@@ -9,7 +9,7 @@ PROGRAM = """
 import importlib, pkgutil
 import vlc_beacon.core
 from numba.core.dispatcher import Dispatcher
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import ReceiverSettings
 from vlc_beacon.core.receiver.compile_kernels import compile_kernels
 
 modules = [importlib.import_module(m.name) for m in pkgutil.walk_packages(vlc_beacon.core.__path__, 'vlc_beacon.core.')]

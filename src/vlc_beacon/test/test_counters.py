@@ -10,12 +10,6 @@ def one_shot(counter: int, beacon: int = 1) -> Command:
     return Command(beacon, 1, 0.0, counter, is_one_shot=True)
 
 
-def test_a_rule_stays_new_and_a_one_shot_does_not() -> None:
-    counters = Counters().advance(rule(5)).advance(one_shot(5))
-    assert [counters.is_new(rule(c)) for c in (4, 5, 6)] == [False, True, True]
-    assert [counters.is_new(one_shot(c)) for c in (4, 5, 6)] == [False, False, True]
-
-
 def test_beacons_and_kinds_are_counted_apart() -> None:
     counters = Counters().advance(rule(5)).advance(one_shot(9, 2))
     assert counters.is_new(one_shot(1))

@@ -1,8 +1,7 @@
 import json
 
 from vlc_beacon.core.authorization.decision import Accepted
-from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, Operation
 
 
 def test_the_topic_s_text_names_beacon_counter_op_and_value() -> None:

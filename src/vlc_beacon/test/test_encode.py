@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lamp_frame_reading import frame_from_bytes, waveform_from_frame
 from lamp_on_a_line import lamp_that, usual
 from light_channel import seen_by_global_shutter, seen_by_rolling_shutter
 
@@ -9,15 +10,13 @@ from shirube_core.waveform import waveform_from_csv
 from vlc_beacon.commands import encode, make_key
 from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.rs_fsk_decoder import RsFskDecoder
-from vlc_beacon.core.light_code.ufsook_decoder import UfsookDecoder
+from vlc_beacon.core.light_code.rs_fsk import RsFskDecoder
+from vlc_beacon.core.light_code.ufsook import UfsookDecoder
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.packet.packet_reader import Packet
 from vlc_beacon.core.transmitter.lamp_frame import TICK_RATE
-from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_from_bytes
-from vlc_beacon.core.transmitter.lamp_frame_waveform import waveform_from_frame
 from vlc_beacon.files.key_file import read_key
 
 TURN = Command(3, 5, -1.5708, 77)

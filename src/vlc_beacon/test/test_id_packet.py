@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket, read_id_packet
-from vlc_beacon.core.packet.packet_error import PacketError
+from vlc_beacon.core.vlc_beacon_error import PacketError
 
 
 def test_every_id_comes_back() -> None:

@@ -1,11 +1,17 @@
 import cv2
 import numpy as np
 import pytest
-from lamp_pictures import draw_lamp, photograph, room
+from lamp_pictures import blinking_rows, draw_lamp, photograph, room
 
-from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
-from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
-from vlc_beacon.core.lamp_image.settings import LampSettings
+from vlc_beacon.core.lamp_image.lamp_detector import (
+    CELL,
+    LampDetector,
+    coarse_contrast,
+    find_candidates,
+    noise_sigma,
+)
+from vlc_beacon.core.settings import LampSettings
+from vlc_beacon.core.vlc_beacon_error import LampImageError
 
 PLACES = np.array([[60.0, 60.0], [200.0, 70.0], [330.0, 90.0], [90.0, 220.0], [280.0, 230.0]])
 RADIUS = 8.25
@@ -135,3 +141,81 @@ def test_half_a_panel_is_found():
 def test_invalid_images_are_rejected(image, words):
     with pytest.raises(LampImageError, match=words):
         LampDetector().detect(image)
+
+
+def test_a_ceiling_that_is_unevenly_lit_has_no_contrast():
+    contrast, _ = coarse_contrast(photograph(room(level=30.0, gradient=40.0)), 60.0, 0.0)
+    assert contrast[:, 8:-8].max() <= 3
+
+
+def test_contrast_of_a_lamp_is_its_own_brightness():
+    picture = draw_lamp(room(level=30.0, gradient=20.0), (200.0, 150.0), 12.0, 100.0)
+    contrast, background = coarse_contrast(photograph(picture), 60.0, 0.0)
+    assert contrast[150 // CELL, 200 // CELL] == pytest.approx(100.0, abs=3.0)
+    assert background[150 // CELL, 200 // CELL] == pytest.approx(40.0, abs=3.0)
+
+
+def test_what_is_larger_than_a_lamp_is_background():
+    picture = room()
+    picture[:, 100:330] += 150.0
+    contrast, _ = coarse_contrast(photograph(picture), 40.0, 0.0)
+    assert contrast[:, 40:65].max() <= 2
+
+
+def test_stripes_are_closed():
+    rows = blinking_rows(2000.0, 2e-5, 5e-5)
+    picture = draw_lamp(room(), (200.0, 150.0), 60.0, 150.0, rows=rows)
+    contrast, _ = coarse_contrast(photograph(picture), 200.0, 16.0)
+    assert contrast[140 // CELL : 160 // CELL, 200 // CELL].min() > 60
+
+
+@pytest.mark.parametrize('sigma', [0.8, 2.0, 6.0])
+def test_noise_is_measured_though_the_ceiling_is_uneven(sigma):
+    picture = draw_lamp(room(600, 600, 60.0, 40.0), (200.0, 150.0), 30.0, 100.0)
+    image = photograph(picture, sigma, np.random.default_rng(1))
+    assert noise_sigma(image) == pytest.approx(np.hypot(sigma, 0.29), rel=0.12)
+
+
+def test_an_image_without_noise_has_that_of_rounding():
+    assert noise_sigma(np.zeros((300, 400), np.uint8)) == pytest.approx(0.3)
+
+
+def spot(contrast, row, column, level):
+    contrast[row : row + 3, column : column + 3] = level
+    return contrast
+
+
+def test_each_spot_is_kept_once_whatever_its_brightness():
+    contrast = np.zeros((60, 80), np.uint8)
+    levels = (6, 9, 11, 19, 21, 45, 90, 161, 255)
+    for k, level in enumerate(levels):
+        spot(contrast, 10, 4 + 8 * k, level)
+    boxes, peaks = find_candidates(contrast, 5.0, LampSettings())
+    assert sorted(peaks) == list(levels)
+    assert peaks.tolist() == sorted(peaks, reverse=True)
+    assert boxes[-1].tolist() == [4 * CELL, 10 * CELL, 7 * CELL, 13 * CELL]
+
+
+def test_a_bright_lamp_loses_its_halo():
+    contrast = np.zeros((60, 80), np.uint8)
+    contrast[20:40, 20:40] = 30
+    spot(contrast, 28, 28, 200)
+    boxes, peaks = find_candidates(contrast, 5.0, LampSettings())
+    assert peaks.tolist() == [200.0]
+    assert boxes[0].tolist() == [28 * CELL, 28 * CELL, 31 * CELL, 31 * CELL]
+
+
+@pytest.mark.parametrize('cells', [1, 30])
+def test_spots_of_wrong_size_are_left_out(cells):
+    contrast = np.zeros((60, 80), np.uint8)
+    contrast[5 : 5 + cells, 5 : 5 + cells] = 80
+    settings = LampSettings(diameter_min=10.0, diameter_max=80.0)
+    assert len(find_candidates(contrast, 5.0, settings)[0]) == 0
+
+
+def test_the_brightest_are_taken_where_there_are_many():
+    contrast = np.zeros((60, 80), np.uint8)
+    for k in range(10):
+        spot(contrast, 10, 4 + 7 * k, 100 + k)
+    _, peaks = find_candidates(contrast, 5.0, LampSettings(lamps_max=3))
+    assert peaks.tolist() == [109.0, 108.0, 107.0]

@@ -11,9 +11,9 @@ from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
 from shirube_core.geometry import SE2
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
-from vlc_beacon.core.receiver.lamp_localizer import LampLocalizer
-from vlc_beacon.core.receiver.light_receiver import LampObservation
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.receiver.beacon_receiver import LampLocalizer
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.settings import ReceiverSettings
 
 POSE = SE2(0.8, 1.0, 0.6)
 STILL = np.zeros(3)

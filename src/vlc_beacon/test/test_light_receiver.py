@@ -18,7 +18,7 @@ from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_wav
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 TONES = (3000.0, 4000.0, 5000.0, 6000.0)

@@ -2,10 +2,16 @@ import numpy as np
 import pytest
 from light_channel import seen_by_rolling_shutter
 
-from vlc_beacon.core.light_code.lamp_rows import LampRows
-from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_waveform
-from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
+from vlc_beacon.core.lamp_image.row_profile import LampRows
+from vlc_beacon.core.light_code.manchester import (
+    PREAMBLE,
+    Segment,
+    SegmentFormat,
+    segment_from_bits,
+    segments_from_packet,
+    segments_waveform,
+)
+from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder, demodulate_rows
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
@@ -83,3 +89,46 @@ def test_frames_give_the_same_one_by_one_and_together() -> None:
         )
     assert len(single) >= 8
     assert ManchesterDecoder(segment_format).add_frames(seen) == single
+
+
+ROW_TIME, EXPOSURE = 18.9e-6, 6e-5
+
+
+def views(segment: Segment, segment_format: SegmentFormat, rows: int, clock_scale: float = 1.0) -> LampRows:
+    """Return views of a slot that begin everywhere in it."""
+    waveform = segments_waveform([segment], segment_format, clock_scale)
+    stamps = np.linspace(0.0, segment_format.chips * segment_format.chip_time, 301)
+    starts = stamps[:, None] + np.arange(rows) * ROW_TIME
+    seen = waveform.exposure_means(starts, EXPOSURE)[..., 0]
+    return LampRows(stamps, np.zeros(301, int), seen, ROW_TIME, EXPOSURE)
+
+
+@pytest.mark.parametrize('segment_bytes', [1, 4])
+@pytest.mark.parametrize('clock_scale', [0.9999, 1.0001])
+def test_a_segment_is_decoded_at_any_offset(segment_bytes: int, clock_scale: float) -> None:
+    segment_format = SegmentFormat(segment_bytes)
+    segment = Segment(93, b'\x17\x80\xff\x00'[:segment_bytes])
+    rows = segment_format.rows_min(ROW_TIME, EXPOSURE)
+    bits, is_clear = demodulate_rows(views(segment, segment_format, rows, clock_scale), segment_format)
+    assert is_clear.all()
+    assert (bits == segment.chips()[len(PREAMBLE) :: 2]).all()
+    assert segment_from_bits(bits[0]) == segment
+
+
+def test_brightness_and_background_do_not_matter() -> None:
+    segment_format, segment = SegmentFormat(1), Segment(7, b'\xa5')
+    seen = views(segment, segment_format, 310)
+    dim = LampRows(seen.stamps, seen.first_rows, 12.0 + 3.0 * seen.brightness, ROW_TIME, EXPOSURE)
+    bits, is_clear = demodulate_rows(dim, segment_format)
+    assert is_clear.all()
+    assert (bits == demodulate_rows(seen, segment_format)[0]).all()
+
+
+def test_too_few_rows_and_even_rows_are_not_clear() -> None:
+    segment_format, segment = SegmentFormat(1), Segment(7, b'\xa5')
+    rows = int(0.9 * segment_format.rows_min(ROW_TIME, EXPOSURE))
+    assert not demodulate_rows(views(segment, segment_format, rows), segment_format)[1].any()
+    even = LampRows(np.zeros(2), np.zeros(2, int), np.ones((2, 310)), ROW_TIME, EXPOSURE)
+    assert not demodulate_rows(even, segment_format)[1].any()
+    none = LampRows(np.zeros(0), np.zeros(0, int), np.ones((0, 310)), ROW_TIME, EXPOSURE)
+    assert demodulate_rows(none, segment_format)[0].shape == (0, 19)

@@ -1,4 +1,4 @@
-"""The node through real topics, with a receiver that records its inputs."""
+"""The node through real topics, with a receiver that records its inputs; resets and errors at the start."""
 
 from __future__ import annotations
 
@@ -10,28 +10,26 @@ import numpy as np
 import pytest
 from beacon_robot import LEANING, NOWHERE, PIXELS, Robot, header, odometry
 from diagnostic_msgs.msg import DiagnosticStatus
-from geometry_msgs.msg import (
-    PoseWithCovarianceStamped,
-    Quaternion,
-    QuaternionStamped,
-    Twist,
-    TwistStamped,
-)
-from node_testing import IsolatedGraph
+from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion, QuaternionStamped, Twist, TwistStamped
 from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, TOO_FAR, with_fix, without_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.camera.image import image_from_array
+from shirube_ros.image_conversion import image_from_array
+from shirube_ros.isolated_graph import IsolatedGraph
 from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.run_in_process import run_in_process
+from vlc_beacon.core.packet.command_packet import Operation
+from vlc_beacon.node import main
 
 
 def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(
     graph: IsolatedGraph, beacons_file: Path
 ) -> None:
     robot = Robot(graph, beacons_file, map_frame='hall')
+    assert robot.robot.count_publishers('/vlc_beacon/cmd_vel') == 0
     with_covariance = robot.listen(PoseWithCovarianceStamped, 'pose_with_covariance')
     robot.send_image(12.5)
     robot.wait_for(robot.poses)
@@ -73,11 +71,6 @@ def test_accepted_commands_are_published_and_rejected_ones_are_not(
     ]
     report = robot.report()
     assert (report.level, 'wrong authentication code' in report.message) == (DiagnosticStatus.WARN, True)
-
-
-def test_only_with_drive_there_are_velocities(graph: IsolatedGraph, beacons_file: Path) -> None:
-    robot = Robot(graph, beacons_file)
-    assert robot.robot.count_publishers('/vlc_beacon/cmd_vel') == 0
 
 
 def test_the_robot_drives_within_the_speed_limit_and_base_frame(
@@ -136,16 +129,6 @@ def test_odometry_and_tilt_reach_the_receiver(graph: IsolatedGraph, beacons_file
     assert by_attitude == ('tilt', 3.75, pytest.approx(0.1), pytest.approx(0.0))
 
 
-def test_a_jump_back_in_time_starts_a_new_receiver(graph: IsolatedGraph, beacons_file: Path) -> None:
-    robot = Robot(graph, beacons_file)
-    robot.send_image(100.0)
-    robot.send_image(5.0)
-    assert [[call[:2] for call in receiver.calls] for receiver in robot.receivers] == [
-        [('receive', 100.0)],
-        [('receive', 5.0)],
-    ]
-
-
 def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, beacons_file: Path) -> None:
     robot = Robot(graph, beacons_file)
     pictures, markers = robot.listen(Image, 'debug_image'), robot.listen(MarkerArray, 'beacons')
@@ -161,3 +144,105 @@ def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, beaco
         ('lamps', 1),
         ('lamps', 2),
     ]
+
+
+def test_odometry_and_tilt_after_a_jump_back_go_to_the_new_receiver(
+    graph: IsolatedGraph, beacons_file: Path
+) -> None:
+    robot = Robot(graph, beacons_file)
+    robot.send('odom', odometry(100.0))
+    robot.send('odom', odometry(50.0))
+    robot.send('imu', Imu(header=header(60.0, 'base_link'), orientation=LEANING))
+    robot.send('imu', Imu(header=header(20.0, 'base_link'), orientation=LEANING))
+    robot.send('attitude', QuaternionStamped(header=header(30.0, 'base_link'), quaternion=LEANING))
+    robot.send('attitude', QuaternionStamped(header=header(5.0, 'base_link'), quaternion=LEANING))
+    assert [[call[:2] for call in receiver.calls] for receiver in robot.receivers] == [
+        [('odometry', 100.0)],
+        [('odometry', 50.0), ('tilt', 60.0)],
+        [('tilt', 20.0), ('tilt', 30.0)],
+        [('tilt', 5.0)],
+    ]
+
+
+def test_a_jump_back_in_time_starts_a_new_receiver(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file)
+    robot.send_image(100.0)
+    robot.send_image(5.0)
+    calls = [[call[:2] for call in receiver.calls] for receiver in robot.receivers]
+    assert calls == [[('receive', 100.0)], [('receive', 5.0)]]
+
+
+def test_after_a_jump_back_the_line_begins_where_the_robot_is_then(
+    graph: IsolatedGraph, beacons_file: Path
+) -> None:
+    robot = Robot(graph, beacons_file, drive=True)
+    before = robot.node._command_executor
+    robot.send_image(100.0)
+    before.execute(Operation.TURN, 1.0)
+    robot.send_image(5.0)
+    after = robot.node._command_executor
+    assert after is not before
+    after.update_pose(5.1, POSE)
+    assert max(after.velocity(5.1 + 0.1 * k).forward for k in range(3)) > 0.0
+
+
+def test_a_stop_outlives_a_jump_back(graph: IsolatedGraph, beacons_file: Path) -> None:
+    robot = Robot(graph, beacons_file, drive=True)
+    robot.send_image(100.0)
+    robot.node._command_executor.execute(Operation.STOP, 0.0)
+    robot.send_image(5.0)
+    executor = robot.node._command_executor
+    executor.update_pose(5.1, POSE)
+    assert all(executor.velocity(5.1 + 0.1 * k).is_zero for k in range(3))
+
+
+def test_a_lost_pose_is_logged_after_the_throttle_interval(
+    graph: IsolatedGraph, beacons_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = Robot(graph, beacons_file)
+    lines, may_speak = [], [True, False, True, True]
+
+    class Logger:
+        def info(self, line: str, **_: object) -> bool:
+            said = may_speak.pop(0)
+            lines.extend([line[:7]] if said else [])
+            return said
+
+    monkeypatch.setattr(robot.node, 'get_logger', Logger)
+    for answer in (with_fix(), without_fix(), without_fix(), without_fix()):
+        robot.node._log_change(answer.result)
+    assert lines == ['pose: x', 'no pose']
+
+
+BEACONS = 'beacons: [{id: 1, xyz: [0.0, 0.0, 2.5], radius: 0.03}]'
+
+
+@pytest.mark.parametrize(
+    ('content', 'parameters', 'words'),
+    [
+        (None, (), 'beacons_file is not set'),
+        ('beacons: []', (), 'holds no lamps'),
+        (BEACONS, ('method:=guess',), 'method is'),
+        (BEACONS, ('shuter:=rolling',), 'did you mean shutter?'),
+        (BEACONS, ('camera_rpy:=[3.14, 0.0, 0.0]',), 'does not look up'),
+        (BEACONS, ('key_file:=/no/such/key',), 'counter_file is not set'),
+        (BEACONS, ('key_file:=/no/such/key', 'counter_file:=/tmp/counters'), '/no/such/key cannot be read'),
+    ],
+)
+def test_a_bad_start_is_one_line_and_exit_code_1(
+    tmp_path: Path,
+    content: str | None,
+    parameters: tuple[str, ...],
+    words: str,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    path = tmp_path / 'beacons.yaml'
+    given = list(parameters)
+    if content is not None:
+        path.write_text(content)
+        given.append(f'beacons_file:={path}')
+    arguments = ['--ros-args', *(word for parameter in given for word in ('-p', parameter))] if given else []
+    assert run_in_process(main, *arguments) == 1
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith('vlc_beacon: ')
+    assert words in line

@@ -7,11 +7,11 @@ from dataclasses import replace
 from receptions import ACCEPTED, LAMPS, MOVED, REFUSED, a_lamp, with_fix, without_fix
 
 from shirube_ros.diagnostics import Level
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.decision import Rejected, RejectionReason
 from vlc_beacon.core.receiver.tracked_lamp import SkipReason
+from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics
 
@@ -105,9 +105,5 @@ def test_only_unidentified_senders_raise_no_alarm() -> None:
     assert status.status().message == 'fix'
     status.add(with_fix([replace(REFUSED, sender=2, outcome=early)]), 0.01)
     assert 'command of beacon 1' in status.status().message
-
-
-def test_wrong_codes_of_a_lamp_without_a_name_raise_an_alarm() -> None:
-    status, _ = report()
     status.add(with_fix([replace(REFUSED, sender=None)]), 0.01)
     assert 'wrong authentication code' in status.status().message

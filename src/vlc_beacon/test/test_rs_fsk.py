@@ -1,14 +1,24 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from flicker import worst_flicker
+from light_channel import seen_by_rolling_shutter
 
+from vlc_beacon.core.lamp_image.row_profile import LampRows, rows_from_frame
 from vlc_beacon.core.light_code.rs_fsk import (
     PREAMBLE_SYMBOL,
+    RsFskDecoder,
+    ToneDecoder,
     constant_tone_waveform,
     rs_fsk_code,
     rs_fsk_waveform,
     symbol_tones,
+    tone_log_likelihoods,
 )
+from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.packet_reader import Packet
 
 
 @pytest.mark.parametrize('frame_rate', [30.0, 60.0])
@@ -47,3 +57,114 @@ def test_a_constant_tone_is_a_square_wave() -> None:
     waveform = constant_tone_waveform(2000.0)
     assert waveform.period == pytest.approx(1.0 / 2000.0)
     assert waveform.exposure_means(0.0, waveform.period) == pytest.approx([0.5])
+
+
+TONES = (3500.0, 4000.0, 5000.0, 7000.0)
+
+
+@pytest.mark.parametrize('tone', TONES)
+def test_the_tone_that_plays_is_the_likeliest_whatever_the_brightness(tone: float) -> None:
+    for phase in np.linspace(0.0, 1.0, 7):
+        starts = phase / tone + np.arange(20) * 18.9e-6
+        seen = constant_tone_waveform(tone).exposure_means(starts, 6e-5)[:, 0]
+        for gain, offset in ((1.0, 0.0), (180.0, 40.0)):
+            rows = rows_from_frame(0.0, 0, offset + gain * seen, 18.9e-6, 6e-5)
+            (likelihoods,) = tone_log_likelihoods(rows, TONES)
+            assert likelihoods.argmax() == TONES.index(tone)
+            assert likelihoods.max() == 0.0
+
+
+def test_frames_are_independent() -> None:
+    rng = np.random.default_rng(0)
+    seen = rng.random((5, 20))
+    alone = [tone_log_likelihoods(rows_from_frame(0.0, 0, one, 18.9e-6, 6e-5), TONES)[0] for one in seen]
+    rows = rows_from_frame(0.0, 0, seen[0], 18.9e-6, 6e-5)
+    together = tone_log_likelihoods(type(rows)(np.zeros(5), np.zeros(5, int), seen, 18.9e-6, 6e-5), TONES)
+    assert together == pytest.approx(np.array(alone))
+
+
+def test_lamps_of_many_sizes_take_little_memory() -> None:
+    tracemalloc.start()
+    for count in range(300, 380):
+        tone_log_likelihoods(rows_from_frame(0.0, 0, np.linspace(0.0, 1.0, count), 18.9e-6, 6e-5), TONES)
+    held, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert held < 10e6
+
+
+COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
+
+
+def received(
+    packets: list[Packet], seconds: float, seed: int, ppm: float = 0.0, **channel: float
+) -> list[Packet]:
+    rate = channel.get('frame_rate', 30.0)
+    waveform = rs_fsk_waveform([packet.to_bytes() for packet in packets], rate, 1.0 + ppm * 1e-6)
+    rows = seen_by_rolling_shutter(waveform, seconds, np.random.default_rng(seed), **channel)
+    return [got.packet for got in RsFskDecoder(rate).add_frames(rows)]
+
+
+@pytest.mark.parametrize('ppm', [-100.0, 0.0, 100.0])
+def test_ids_are_read_from_sixteen_rows(ppm: float) -> None:
+    sent, right = 0, 0
+    for seed in range(6):
+        packet = IdPacket(int(np.random.default_rng(seed).integers(1 << 14)))
+        got = received([packet], 18.0, seed, ppm)
+        assert set(got) == {packet}
+        sent, right = sent + 29, right + len(got)
+    assert right >= 0.9 * sent
+
+
+def test_a_faster_camera_and_faster_rows_do_as_well() -> None:
+    assert received([IdPacket(5)], 12.0, 1, 100.0, frame_rate=60.0).count(IdPacket(5)) >= 34
+    assert received([IdPacket(5)], 12.0, 1, 100.0, rows=34, row_time=9e-6).count(IdPacket(5)) >= 16
+
+
+def test_lost_frames_and_noise_make_no_wrong_packets() -> None:
+    for seed in range(6):
+        assert set(received([IdPacket(9)], 18.0, seed, lost=0.05)) == {IdPacket(9)}
+        assert set(received([IdPacket(9)], 18.0, seed, snr=5.0)) <= {IdPacket(9)}
+
+
+def test_packets_may_take_turns() -> None:
+    got = received([IdPacket(3), IdPacket(3), COMMAND], 40.0, 3, 100.0)
+    assert set(got) == {IdPacket(3), COMMAND}
+    assert got.count(COMMAND) >= 5
+
+
+def test_constant_light_and_too_few_rows_give_no_packets() -> None:
+    rng = np.random.default_rng(7)
+    for rows in (3, 16):
+        seen = 0.5 + rng.normal(0.0, 0.05, (600, rows))
+        frames = LampRows(np.arange(600) / 30.0, np.zeros(600, int), seen, 18.9e-6, 6e-5)
+        assert RsFskDecoder(30.0).add_frames(frames) == []
+    even = LampRows(np.arange(600) / 30.0, np.zeros(600, int), np.ones((600, 16)), 18.9e-6, 6e-5)
+    assert RsFskDecoder(30.0).add_frames(even) == []
+
+
+@pytest.mark.parametrize('spacing', [200.0, 500.0])
+def test_constant_tones_are_identified(spacing: float) -> None:
+    # The real photograph's lamps: 2000 to 4000 Hz on a phone.
+    tones = {beacon: 2000.0 + spacing * beacon for beacon in range(5)}
+    for beacon, tone in tones.items():
+        rows = seen_by_rolling_shutter(
+            constant_tone_waveform(tone), 3.0, np.random.default_rng(beacon), rows=40
+        )
+        decoder, answers = ToneDecoder(tones), []
+        for i in range(len(rows.stamps)):
+            one = LampRows(rows.stamps[[i]], rows.first_rows[[i]], rows.brightness[[i]], 18.9e-6, 6e-5)
+            answers.append(decoder.add_frames(one))
+        assert set(answers) - {None} == {beacon}
+        assert len(answers) - answers.count(None) >= 3
+
+
+@pytest.mark.parametrize('rows', [16, 40])
+@pytest.mark.parametrize('tone', [600.0, 2600.0, 4600.0, 6000.0, 8000.0])
+def test_a_foreign_tone_is_no_beacons(tone: float, rows: int) -> None:
+    decoder, waveform = ToneDecoder({1: 4100.0, 2: 5100.0}), constant_tone_waveform(tone)
+    for snr in (5.0, 30.0):
+        seen = seen_by_rolling_shutter(waveform, 5.0, np.random.default_rng(1), rows=rows, snr=snr)
+        for i in range(len(seen.stamps)):
+            brightness = seen.brightness[[i]]
+            frame = LampRows(seen.stamps[[i]], seen.first_rows[[i]], brightness, seen.row_time, seen.exposure)
+            assert decoder.add_frames(frame) is None

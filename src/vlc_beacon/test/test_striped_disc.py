@@ -3,7 +3,7 @@ import pytest
 from lamp_pictures import blinking_rows, draw_lamp, photograph, room
 
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
-from vlc_beacon.core.lamp_image.settings import LampSettings
+from vlc_beacon.core.settings import LampSettings
 
 ROW_TIME, EXPOSURE = 1.89e-5, 6e-5
 

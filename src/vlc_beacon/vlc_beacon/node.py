@@ -35,23 +35,20 @@ from shirube_ros.pose_conversion import (
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 from shirube_ros.stamps import StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
-from vlc_beacon.beacon_markers import beacon_markers
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.decision import Accepted
-from vlc_beacon.core.drive.command_executor import CommandExecutor
-from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.command_executor import CommandExecutor
+from vlc_beacon.core.packet.command_packet import Operation
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision
 from vlc_beacon.core.receiver.compile_kernels import compile_kernels
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.debug_image import draw_debug_image
-from vlc_beacon.node_settings import NodeSettings
+from vlc_beacon.display import beacon_markers, draw_debug_image
+from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics, messages_in
-from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
 
 _LOG_INTERVAL = 1.0
 """Minimum interval between log lines about found and lost poses [s]."""
@@ -166,27 +163,15 @@ class VlcBeaconNode(Node):
             self._cmd_vel.stop()
 
     def _create_subscriptions(self) -> None:
-        transport = self._settings.image_transport
-        ImageInput(
-            self,
-            self._guard,
-            ('image_raw', 'camera_info'),
-            transport,
-            camera_from_camera_info,
-            self._on_image,
-        )
+        topics, transport = ('image_raw', 'camera_info'), self._settings.image_transport
+        ImageInput(self, self._guard, topics, transport, camera_from_camera_info, self._on_image)
         for kind, topic, callback in (
             (Odometry, 'odom', self._on_odometry),
             (Imu, 'imu', self._on_imu),
             (QuaternionStamped, 'attitude', self._on_attitude),
         ):
-            self.create_subscription(
-                kind,
-                topic,
-                self._guard.guard(topic, callback),
-                odometry_profile(),
-                qos_overriding_options=overridable(),
-            )
+            guarded, options = self._guard.guard(topic, callback), overridable()
+            self.create_subscription(kind, topic, guarded, odometry_profile(), qos_overriding_options=options)
 
     def _on_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
@@ -208,14 +193,11 @@ class VlcBeaconNode(Node):
         has_fix = isinstance(result, BeaconFix)
         if has_fix == self._had_fix:
             return
-        line = (
-            f'no pose: {result.reason.value} ({result.detail})'
-            if isinstance(result, NoBeaconFix)
-            else (
-                f'pose: x {result.T_map_base.x:.3f} m, y {result.T_map_base.y:.3f} m, '
-                f'yaw {result.T_map_base.yaw:.3f} rad from {int(result.used.sum())} lamps'
-            )
-        )
+        if isinstance(result, NoBeaconFix):
+            line = f'no pose: {result.reason.value} ({result.detail})'
+        else:
+            pose, lamps = result.T_map_base, int(result.used.sum())
+            line = f'pose: x {pose.x:.3f} m, y {pose.y:.3f} m, yaw {pose.yaw:.3f} rad from {lamps} lamps'
         # A throttled line is logged with a later image.
         if self.get_logger().info(line, throttle_duration_sec=_LOG_INTERVAL):
             self._had_fix = has_fix

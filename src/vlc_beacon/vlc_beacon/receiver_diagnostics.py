@@ -24,13 +24,7 @@ class ReceiverDiagnostics:
     def __init__(
         self, beacons_file: str, authorizer: CommandAuthorizer, now: Callable[[], float] = monotonic
     ) -> None:
-        """Start without output.
-
-        Args:
-            beacons_file: path of the beacons file, for display.
-            authorizer: authorizer whose permanent rejection is reported.
-            now: monotonic clock [s].
-        """
+        """Start without output; the path and the permanent rejection of the authorizer are reported."""
         self._beacons_file = beacons_file
         self._authorizer = authorizer
         self._now = now
@@ -99,20 +93,18 @@ class ReceiverDiagnostics:
 def messages_in(output: ReceiverOutput) -> list[tuple[str, str]]:
     """Return sender and text of the messages in an image; bytes in hexadecimal, text quoted."""
     return [
-        ('a lamp' if lamp.beacon is None else f'lamp {lamp.beacon}', _quoted(lamp.message))
+        (
+            'a lamp' if lamp.beacon is None else f'lamp {lamp.beacon}',
+            lamp.message.hex() if isinstance(lamp.message, bytes) else repr(lamp.message),
+        )
         for lamp in output.lamps
         if lamp.message is not None
     ]
 
 
-def _quoted(message: str | bytes) -> str:
-    return message.hex() if isinstance(message, bytes) else repr(message)
-
-
 def _describe(anomaly: BeaconAnomaly) -> str:
-    if anomaly.swapped_with is not None:
-        return f'lamp {anomaly.id} {anomaly.kind.value} with {anomaly.swapped_with}'
-    return f'lamp {anomaly.id} {anomaly.kind.value}'
+    other = '' if anomaly.swapped_with is None else f' with {anomaly.swapped_with}'
+    return f'lamp {anomaly.id} {anomaly.kind.value}{other}'
 
 
 def _reception_values(output: ReceiverOutput) -> dict[str, str]:

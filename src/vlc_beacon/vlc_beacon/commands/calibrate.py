@@ -5,13 +5,16 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import cv2
 import numpy as np
+import yaml
 
-from shirube_ros.camera.files import load_image
-from shirube_ros.errors import CameraFileError
+from shirube_core.files import write_text
+from shirube_ros.file_errors import CameraFileError
+from shirube_ros.image_files import load_image
 from vlc_beacon.core.lamp_image.blooming import (
     BloomingCalibration,
     BloomingFit,
@@ -19,9 +22,7 @@ from vlc_beacon.core.lamp_image.blooming import (
     fit_blooming,
 )
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
-from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
-from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.blooming_file import save_blooming
+from vlc_beacon.core.vlc_beacon_error import LampImageError, VlcBeaconError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -29,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = make_parser().parse_args(arguments)
     try:
         blooming = calibrate(options)
-        save_blooming(options.out, blooming)
+        write_text(options.out, yaml.safe_dump({'blooming': asdict(blooming)}, sort_keys=False))
     except (VlcBeaconError, CameraFileError) as error:
         print(f'calibrate: {error}', file=sys.stderr)
         return 1

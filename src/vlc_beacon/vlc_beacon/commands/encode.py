@@ -13,14 +13,13 @@ from pathlib import Path
 from shirube_core.files import atomic_write, write_text
 from shirube_core.settings import SettingsError, check_settings, describe_settings, reject_former_option
 from shirube_core.waveform import waveform_to_csv
+from vlc_beacon.commands.lamp_port import LampPort
 from vlc_beacon.core.light_code.code_profile import CodeProfile
-from vlc_beacon.core.transmitter.encoding_settings import TONE_NAME, EncodingSettings
-from vlc_beacon.core.transmitter.lamp_frame_bytes import frame_to_bytes
-from vlc_beacon.core.transmitter.lamp_program import LampProgram, encode_packets
+from vlc_beacon.core.transmitter.lamp_frame import frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_program import TONE_NAME, EncodingSettings, LampProgram, encode_packets
 from vlc_beacon.core.transmitter.message_encoder import OPERATIONS, EncoderContext, encode_messages
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.key_file import read_key
-from vlc_beacon.lamp_port import LampPort
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -81,10 +80,7 @@ def _summary(profile: CodeProfile, packets: int, period: float) -> str:
     rows = (
         ('code', profile.name),
         ('lamp', f'must cover at least {profile.rows_min} image rows'),
-        (
-            'period',
-            f'{1e3 * period:.4g} ms' if is_tone else f'{period:.2f} s for {packets} packet{plural}',
-        ),
+        ('period', f'{1e3 * period:.4g} ms' if is_tone else f'{period:.2f} s for {packets} packet{plural}'),
         ('ID duration', f'{profile.id_seconds:.2f} s'),
     )
     command = '' if is_tone else f', command {profile.command_seconds:.2f} s'

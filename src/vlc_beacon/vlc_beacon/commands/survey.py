@@ -13,16 +13,15 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ShirubeBagsError
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError, check_settings
-from shirube_ros.errors import MessageError
-from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.pose.settings import PoseSettings
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from shirube_ros.message_error import MessageError
+from vlc_beacon.core.pose.lamp_rays import Beacon
+from vlc_beacon.core.settings import PoseSettings, ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
 from vlc_beacon.core.survey.bearing_collector import BearingCollector
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.beacons_file import RADIUS_RANGE, save_beacons
+from vlc_beacon.files.survey_drive import DriveTopics, drive_images, load_camera
 from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.survey_drive import DriveTopics, drive_images, load_camera
 
 _NODE = NodeSettings()
 _IMU_TOPIC = '/imu'
@@ -62,21 +61,16 @@ def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurvey
             f'--lamp-radius is {options.lamp_radius:g} m, it must be from {low:g} to {high:g}; is it in metres?'
         )
     with BagReader(options.bag) as bag:
-        imu_topic = (
-            options.imu_topic
-            if options.imu_topic is not None
-            else _IMU_TOPIC
-            if _IMU_TOPIC in bag.topics
-            else ''
-        )
+        imu_topic = options.imu_topic
+        if imu_topic is None:
+            imu_topic = _IMU_TOPIC if _IMU_TOPIC in bag.topics else ''
         topics = DriveTopics(options.image_topic, options.camera_info_topic, options.pose_topic, imu_topic)
         bag.select_topics([topics.image, topics.camera_info, topics.pose, *filter(None, [imu_topic])])
         camera = load_camera(bag, topics.camera_info)
         collector = BearingCollector(camera, light)
         total = bag.topics[topics.image].message_count
-        for image in tqdm(
-            drive_images(bag, topics, mount, camera), total=total, unit='image', delay=1.0, disable=None
-        ):
+        images = drive_images(bag, topics, mount, camera)
+        for image in tqdm(images, total=total, unit='image', delay=1.0, disable=None):
             collector.add(image.stamp, image.pixels, image.position, image.rotation)
     results = {
         beacon: survey_lamp(bearings, options.tilt_sigma) for beacon, bearings in collector.bearings().items()

@@ -13,20 +13,24 @@ import yaml
 
 from shirube_core.files import YamlFileError, read_yaml, write_text
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 _REMEDY = 'give beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325}]'
 _NEEDED = ('id', 'xyz', 'radius')
 _FIELDS = (*_NEEDED, 'frequency')
-COORDINATE_MAX = 10000.0
-"""Maximum coordinate [m]."""
+COORDINATE_RANGE = (-10000.0, 10000.0)
+"""Range of coordinates [m]."""
 RADIUS_RANGE = (0.001, 1.0)
 """Range of lamp radii [m]."""
 FREQUENCY_RANGE = (50.0, 100000.0)
 """Range of tones [Hz]."""
 SEPARATION_MIN = 0.01
 """Minimum distance between two lamps [m]; closer ones are duplicates."""
+_BYTES_MAX = 1 << 20
+"""Maximum file size."""
+_HUGE = 1e15
+"""Larger numbers are not printed in error messages."""
 
 
 class BeaconsFileError(VlcBeaconError):
@@ -34,46 +38,27 @@ class BeaconsFileError(VlcBeaconError):
 
 
 def load_beacons(path: Path) -> list[Beacon]:
-    """Load the beacons, in the order of the file.
-
-    Raises:
-        BeaconsFileError: the file is missing or not YAML, a field is unknown, an ID is missing or duplicated, or a
-            number is not finite or out of range.
-    """
-    content = _read_yaml(path)
+    """Load the beacons, in the order of the file; raises `BeaconsFileError` for any flaw."""
+    try:
+        content = read_yaml(path, _BYTES_MAX)
+    except YamlFileError as error:
+        raise BeaconsFileError(f'{error}; {_REMEDY}') from error
     _check_fields(f'{path}', content, ('beacons',), ('beacons',))
     entries = content['beacons']
     if not isinstance(entries, list) or not entries:
         raise BeaconsFileError(f'{path}: beacons holds no lamps; {_REMEDY}')
-    beacons = [_parse_beacon(path, k, entry) for k, entry in enumerate(entries, start=1)]
+    beacons = [_parse_beacon(path, number, entry) for number, entry in enumerate(entries, start=1)]
     _check_duplicates(path, beacons)
     return beacons
 
 
 def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
-    """Write beacons atomically, positions rounded to 0.1 mm.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write beacons atomically, positions rounded to 0.1 mm; raises `OSError`."""
     entries = []
     for beacon in beacons:
         entry = {'id': beacon.id, 'xyz': [round(x, 4) for x in beacon.xyz], 'radius': beacon.radius}
         entries.append(entry if beacon.frequency is None else {**entry, 'frequency': beacon.frequency})
     write_text(path, yaml.safe_dump({'beacons': entries}, sort_keys=False, default_flow_style=None))
-
-
-_BYTES_MAX = 1 << 20
-"""Maximum file size."""
-_HUGE = 1e15
-"""Larger numbers are not printed in error messages."""
-
-
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        return read_yaml(path, _BYTES_MAX)
-    except YamlFileError as error:
-        raise BeaconsFileError(f'{error}; {_REMEDY}') from error
 
 
 def _check_fields(
@@ -84,9 +69,9 @@ def _check_fields(
             close = get_close_matches(str(name), allowed, n=1)
             remedy = f'did you mean {close[0]}?' if close else f'there are {", ".join(allowed)}'
             raise BeaconsFileError(f'{where}: field {name} does not exist, {remedy}')
-    for name in needed:
-        if name not in content:
-            raise BeaconsFileError(f'{where}: {name} is missing; {_REMEDY}')
+    missing = next((name for name in needed if name not in content), None)
+    if missing is not None:
+        raise BeaconsFileError(f'{where}: {missing} is missing; {_REMEDY}')
 
 
 def _parse_beacon(path: Path, number: int, entry: object) -> Beacon:
@@ -95,42 +80,37 @@ def _parse_beacon(path: Path, number: int, entry: object) -> Beacon:
     if not isinstance(entry, dict):
         raise BeaconsFileError(f'{where} is {entry!r}; {_REMEDY}')
     _check_fields(where, entry, _NEEDED, _FIELDS)
-    id_ = entry['id']
+    id_, xyz, frequency = entry['id'], entry['xyz'], entry.get('frequency')
     if isinstance(id_, bool) or not isinstance(id_, int) or not 0 <= id_ <= BEACON_ID_MAX:
         raise BeaconsFileError(f'{where}: id is {id_!r}, it must be a whole number from 0 to {BEACON_ID_MAX}')
     where = f'{path}: beacon {id_}'
-    xyz = entry['xyz']
     if not isinstance(xyz, list) or len(xyz) != 3:
         raise BeaconsFileError(f'{where}: xyz is {xyz!r}, it must be three numbers [x, y, z] in metres')
-    x, y, z = (_parse_number(where, 'xyz', value, -COORDINATE_MAX, COORDINATE_MAX, 'm') for value in xyz)
-    radius = _parse_number(where, 'radius', entry['radius'], *RADIUS_RANGE, 'm')
-    frequency = entry.get('frequency')
+    x, y, z = (_parse_number(f'{where}: xyz', value, COORDINATE_RANGE, 'm') for value in xyz)
+    radius = _parse_number(f'{where}: radius', entry['radius'], RADIUS_RANGE, 'm')
     if frequency is not None:
-        frequency = _parse_number(where, 'frequency', frequency, *FREQUENCY_RANGE, 'Hz')
+        frequency = _parse_number(f'{where}: frequency', frequency, FREQUENCY_RANGE, 'Hz')
     return Beacon(id_, (x, y, z), radius, frequency)
 
 
-def _parse_number(where: str, field: str, value: object, low: float, high: float, unit: str) -> float:
+def _parse_number(field: str, value: object, limits: tuple[float, float], unit: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or str(value) == 'nan':
-        raise BeaconsFileError(f'{where}: {field} is {value!r}, not a number; write it like 0.01')
+        raise BeaconsFileError(f'{field} is {value!r}, not a number; write it like 0.01')
+    low, high = limits
     if not low <= value <= high:
         held = f'{value:g}' if isinstance(value, float) or abs(value) < _HUGE else 'a huge number'
-        raise BeaconsFileError(
-            f'{where}: {field} is {held} {unit}, it must be between {low:g} and {high:g}; is it in {unit}?'
-        )
+        remedy = f'it must be between {low:g} and {high:g}; is it in {unit}?'
+        raise BeaconsFileError(f'{field} is {held} {unit}, {remedy}')
     return float(value)
 
 
 def _check_duplicates(path: Path, beacons: list[Beacon]) -> None:
     counts = Counter(beacon.id for beacon in beacons)
-    duplicates = sorted(id_ for id_, count in counts.items() if count > 1)
-    if duplicates:
-        raise BeaconsFileError(
-            f'{path}: id {duplicates[0]} is used {counts[duplicates[0]]} times; give each lamp its own'
-        )
+    for id_ in sorted(counts):
+        if counts[id_] > 1:
+            raise BeaconsFileError(f'{path}: id {id_} is used {counts[id_]} times; give each lamp its own')
     for k, beacon in enumerate(beacons):
         for other in beacons[:k]:
             if math.dist(beacon.xyz, other.xyz) < SEPARATION_MIN:
-                raise BeaconsFileError(
-                    f'{path}: beacons {other.id} and {beacon.id} have the same xyz; correct one of them'
-                )
+                names = f'{other.id} and {beacon.id}'
+                raise BeaconsFileError(f'{path}: beacons {names} have the same xyz; correct one of them')

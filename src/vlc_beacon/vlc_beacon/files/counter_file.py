@@ -23,21 +23,13 @@ _SIZE_MAX = 1 << 20
 
 
 class CounterFile:
-    """A file of counters in JSON.
-
-    Args:
-        path: path of the file.
-    """
+    """A file of counters in JSON."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def read(self) -> Counters:
-        """Return the counters.
-
-        Raises:
-            VlcBeaconError: the file is missing, unreadable or corrupted.
-        """
+        """Return the counters; raises `VlcBeaconError` if the file is missing, unreadable or corrupted."""
         remedy = 'reset it with renew_counters, with a new key or above all counters used'
         try:
             with self._path.open('rb') as file:
@@ -52,11 +44,7 @@ class CounterFile:
             raise VlcBeaconError(f'counter file {self._path} is corrupted: {error}; {remedy}') from error
 
     def write(self, counters: Counters) -> None:
-        """Store the counters; they are synced to disk on return.
-
-        Raises:
-            VlcBeaconError: the file cannot be written.
-        """
+        """Sync the counters to disk; raises `VlcBeaconError` if the file cannot be written."""
         fields = {'format': FORMAT, 'floor': counters.floor}
         kinds = {kind: {str(b): c for b, c in sorted(getattr(counters, kind).items())} for kind in _KINDS}
         try:
@@ -64,39 +52,24 @@ class CounterFile:
                 file.write((json.dumps({**fields, **kinds}, indent=2) + '\n').encode())
                 file.flush()
                 os.fsync(file.fileno())
-            _sync_directory(self._path.parent)
+            # The entry of the file in its directory, too.
+            handle = os.open(self._path.parent, os.O_RDONLY)
+            try:
+                os.fsync(handle)
+            finally:
+                os.close(handle)
         except OSError as error:
             raise VlcBeaconError(f'counter file {self._path} cannot be written: {error.strerror}') from error
 
     def reset(self, floor: int) -> None:
-        """Reset the file, with commands below the floor rejected.
-
-        Args:
-            floor: lowest accepted counter: 0 with a new key, otherwise above all counters used.
-
-        Raises:
-            VlcBeaconError: the floor is out of range, or the file cannot be written.
-        """
+        """Reset the file: counters below the floor are rejected; raises `VlcBeaconError`."""
         if not 0 <= floor <= COUNTER_MAX:
             raise VlcBeaconError(f'floor of the counters is {floor}, it must be from 0 to {COUNTER_MAX}')
         self.write(Counters(floor))
 
 
-def _sync_directory(folder: Path) -> None:
-    """Sync the directory entry to disk."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
 def _parse_counters(fields: object) -> Counters:
-    """Parse the counters of the file.
-
-    Raises:
-        ValueError: a field is missing or has a wrong value.
-    """
+    """Parse the counters; raises `ValueError` if a field is missing or wrong."""
     if not isinstance(fields, dict) or fields.get('format') != FORMAT:
         raise ValueError(f'its format is not {FORMAT}')
     zone_rules, one_shots = (_parse_counters_by_beacon(fields.get(kind), kind) for kind in _KINDS)
@@ -104,9 +77,7 @@ def _parse_counters(fields: object) -> Counters:
 
 
 def _parse_counters_by_beacon(entries: object, kind: str) -> dict[int, int]:
-    if not isinstance(entries, dict) or any(
-        int(beacon) not in range(BEACON_ID_MAX + 1) for beacon in entries
-    ):
+    if not isinstance(entries, dict) or not all(0 <= int(beacon) <= BEACON_ID_MAX for beacon in entries):
         raise ValueError(f'{kind} is missing or has an invalid beacon ID')
     return {int(beacon): _parse_counter(counter, kind) for beacon, counter in entries.items()}
 

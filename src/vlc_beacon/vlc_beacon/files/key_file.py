@@ -15,11 +15,7 @@ _SIZE_MAX = 4096
 
 
 def read_key(path: Path) -> CommandKey:
-    """Return the key in a file.
-
-    Raises:
-        VlcBeaconError: it cannot be read, others can read it, or it has no valid key.
-    """
+    """Return the key in a file; raises `VlcBeaconError` if others can read it, or it has no valid key."""
     try:
         # Without O_NONBLOCK a named pipe would block forever.
         handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
@@ -40,11 +36,7 @@ def read_key(path: Path) -> CommandKey:
 
 
 def make_key_file(path: Path) -> None:
-    """Write a new key to a new file that only its owner can read.
-
-    Raises:
-        VlcBeaconError: it exists or cannot be written.
-    """
+    """Write a new key that only its owner can read; raises `VlcBeaconError` if the file exists."""
     try:
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
     except OSError as error:

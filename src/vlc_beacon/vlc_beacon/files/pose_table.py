@@ -1,29 +1,50 @@
-"""CSV of the poses of images, with the failure reason of images without a pose."""
+"""Results of images located offline, and their CSV."""
 
 from __future__ import annotations
 
 import csv
 import io
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from shirube_bags.stamps import text_from_stamp
 from shirube_core.files import atomic_write
+from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
-from vlc_beacon.located_image import LocatedImage
+
+
+@dataclass(frozen=True)
+class LocatedImage:
+    """The image of a file or topic at a stamp [ns], and the receiver output or the error message."""
+
+    name: str
+    stamp_ns: int
+    result: ReceiverOutput | str
+
+    @property
+    def fix(self) -> BeaconFix | None:
+        """The pose, None if there is none."""
+        if isinstance(self.result, ReceiverOutput) and isinstance(self.result.result, BeaconFix):
+            return self.result.result
+        return None
+
+    @property
+    def failure(self) -> str:
+        """Reason for no pose, empty if there is one."""
+        if isinstance(self.result, str):
+            return self.result
+        return '' if isinstance(self.result.result, BeaconFix) else self.result.result.reason.value
+
 
 _POSE = ('x', 'y', 'z', 'yaw', 'sigma_x', 'sigma_y', 'sigma_z', 'sigma_yaw')
 COLUMNS = ('image', 'stamp', *_POSE, 'lamps', 'beacons', 'used', 'anomalies', 'reason', 'detail')
 
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
-    """Write one line per image, in metres and radians, atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write one line per image, in metres and radians, atomically; raises `OSError`."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator='\n')
     table.writerow(COLUMNS)

@@ -48,15 +48,7 @@ class CounterStore(Protocol):
     """Persistent storage of counters."""
 
     def read(self) -> Counters:
-        """Return the counters.
-
-        Raises:
-            VlcBeaconError: they cannot be read.
-        """
+        """Return the counters; raises `VlcBeaconError` if they cannot be read."""
 
     def write(self, counters: Counters) -> None:
-        """Store the counters.
-
-        Raises:
-            VlcBeaconError: they cannot be stored.
-        """
+        """Store the counters; raises `VlcBeaconError` if they cannot be stored."""

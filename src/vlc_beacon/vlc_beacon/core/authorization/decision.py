@@ -6,8 +6,7 @@ import json
 from dataclasses import dataclass
 from enum import Enum
 
-from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Command, Operation
 
 
 class RejectionReason(Enum):
@@ -40,12 +39,7 @@ class RejectionReason(Enum):
 
 @dataclass(frozen=True)
 class Rejected:
-    """A rejected command.
-
-    Attributes:
-        reason: reason of the rejection.
-        message: one line with details.
-    """
+    """A rejected command with the reason, and one line with details."""
 
     reason: RejectionReason
     message: str
@@ -53,11 +47,7 @@ class Rejected:
 
 @dataclass(frozen=True)
 class Accepted:
-    """An accepted command.
-
-    Attributes:
-        command: the command, with its speed limited.
-    """
+    """An accepted command, with its speed limited."""
 
     command: Command
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.special import expit
 
-from vlc_beacon.core.lamp_image.lamp_image_error import LampImageError
+from vlc_beacon.core.vlc_beacon_error import LampImageError
 
 BIN_WIDTH = 0.25
 """Width of the annuli over which brightness is averaged [px]."""
@@ -36,14 +36,12 @@ class BloomingFit:
         half_maximum_radius: p + beta, the half-maximum radius [px].
         gamma: brightness of the background [grey levels].
         brightness: b, brightness of the lamp [grey levels].
-        residual: RMS residual of the fit [grey levels].
     """
 
     alpha: float
     half_maximum_radius: float
     gamma: float
     brightness: float
-    residual: float
 
 
 @dataclass(frozen=True)
@@ -61,17 +59,6 @@ class BloomingCalibration:
     beta: float
     gamma: float
     beta_sigma: float
-
-    def radius(self, half_maximum_radius: float) -> float:
-        """Return the true radius p [px] for a half-maximum radius."""
-        return max(half_maximum_radius - self.beta, 0.0)
-
-
-def blooming_brightness(distances: NDArray[np.float64], fit: BloomingFit, beta: float) -> NDArray[np.float64]:
-    """Return the brightness at distances from the centre [px], corrected eq. (4); same shape [grey levels]."""
-    sigmoid = expit(fit.alpha * (distances - fit.half_maximum_radius))
-    outside = (fit.brightness - fit.gamma) * (1.0 - sigmoid) + fit.gamma
-    return np.asarray(np.where(distances <= fit.half_maximum_radius - beta, fit.brightness, outside))
 
 
 def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float) -> BloomingFit:
@@ -92,6 +79,7 @@ def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: 
             f'no lamp at ({centre[0]:.0f}, {centre[1]:.0f}); give the centre of a bright spot'
         )
 
+    # Eq. (4) beyond the rim, with its bracket corrected; within it the sigmoid is almost zero.
     def residuals(guess: NDArray[np.float64]) -> NDArray[np.float64]:
         b, gamma, half, log_alpha = guess
         sigmoid = expit(math.exp(log_alpha) * (distances - half))
@@ -100,8 +88,7 @@ def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: 
     start = np.array([brightest, darkest, radius, 0.5])
     solved = least_squares(residuals, start, x_scale=[10.0, 10.0, 1.0, 0.5])
     b, gamma, half, log_alpha = (float(value) for value in solved.x)
-    residual = math.sqrt(2.0 * float(solved.cost) / float(np.sum(weights**2)))
-    return BloomingFit(math.exp(log_alpha), half, gamma, b, residual)
+    return BloomingFit(math.exp(log_alpha), half, gamma, b)
 
 
 def calibrate_blooming(
@@ -141,13 +128,8 @@ def _radial_profile(
     """Return distances [px], mean brightness and square roots of pixel counts of annuli, each of shape (n,)."""
     left, top = (int(low) for low in np.floor(centre - profile_radius))
     right, bottom = (int(high) + 1 for high in np.ceil(centre + profile_radius))
-    if (
-        left < 0
-        or top < 0
-        or right > image.shape[1]
-        or bottom > image.shape[0]
-        or profile_radius < RADIUS_MIN
-    ):
+    is_inside = left >= 0 and top >= 0 and right <= image.shape[1] and bottom <= image.shape[0]
+    if not is_inside or profile_radius < RADIUS_MIN:
         raise LampImageError(
             f'the lamp at ({centre[0]:.0f}, {centre[1]:.0f}) is cut off by the border; choose another image'
         )

@@ -7,14 +7,52 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.lamp_image.image_motion import ImageMotion
-from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
+from vlc_beacon.core.lamp_image.blob_measurement import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_halves import (
     HALF_DISC_CENTROID,
     SplitAxis,
     half_levels,
     intensity_centroid,
 )
+
+SPEED_SIGMA = 250.0
+"""Initial standard deviation of the image velocity [px/s]."""
+ACCELERATION_SIGMA = 800.0
+"""Process noise [px/s^2]; lamps far from the image centre move fast when the robot turns in place."""
+
+
+class ImageMotion:
+    """Constant-velocity Kalman filter of a lamp's place at a time ``stamp`` [s], with equal noise along u and v."""
+
+    def __init__(self, stamp: float, position: NDArray[np.float64], sigma: float) -> None:
+        """Initialize with a position, shape (2,) [px], and its standard deviation ``sigma`` [px]."""
+        self.stamp = stamp
+        self._state = np.stack([position, np.zeros(2)])
+        self._covariance = np.diag([sigma**2, SPEED_SIGMA**2])
+
+    def predict(self, stamp: float) -> tuple[NDArray[np.float64], float]:
+        """Return the predicted position, shape (2,), and its standard deviation per axis at a time [px]."""
+        state, covariance = self._predict_state(stamp)
+        return state[0], float(np.sqrt(covariance[0, 0]))
+
+    def coast(self, stamp: float) -> None:
+        """Advance the state to a time without a measurement."""
+        self._state, self._covariance = self._predict_state(stamp)
+        self.stamp = stamp
+
+    def update(self, stamp: float, position: NDArray[np.float64], sigma: float) -> None:
+        """Advance the state to a time and update it with a measured position, shape (2,), of ``sigma`` [px]."""
+        self.coast(stamp)
+        gain = self._covariance[:, 0] / (self._covariance[0, 0] + sigma**2)
+        self._state = self._state + gain[:, None] * (position - self._state[0])
+        self._covariance = self._covariance - np.outer(gain, self._covariance[0])
+
+    def _predict_state(self, stamp: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        step = max(stamp - self.stamp, 0.0)
+        F = np.array([[1.0, step], [0.0, 1.0]])
+        G = np.array([0.5 * step**2, step])
+        return F @ self._state, F @ self._covariance @ F.T + ACCELERATION_SIGMA**2 * np.outer(G, G)
+
 
 HALF_JUMP = 0.3
 """Standard deviation of the centroid of a lamp whose halves may go dark [lamp radii]."""
@@ -41,15 +79,7 @@ class LampTrack:
     """
 
     def __init__(self, key: int, stamp: float, blobs: LampBlobs, i: int, *, may_be_split: bool) -> None:
-        """Create a track from a blob.
-
-        Args:
-            key: unique track ID.
-            stamp: stamp of the frame [s].
-            blobs: detections of the frame.
-            i: index of the lamp among the blobs.
-            may_be_split: whether its halves may be switched independently.
-        """
+        """Create a track from blob ``i`` of a frame, whose halves may be switched independently or not."""
         self.key = key
         self.centre, self.sigma = blobs.centroids[i].copy(), blobs.sigmas[i].copy()
         self.radius = float(blobs.radii[i])

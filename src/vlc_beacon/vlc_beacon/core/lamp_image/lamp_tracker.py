@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
+from vlc_beacon.core.lamp_image.blob_measurement import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_track import LampTrack
 
 COAST_TIME = 0.6
@@ -48,17 +48,13 @@ class LampTracker:
     """Tracks all lamps in view."""
 
     def __init__(self, *, split_lamps: bool = True) -> None:
-        """Start without tracks.
-
-        Args:
-            split_lamps: whether lamp halves may be switched independently (split panels, global shutter).
-        """
+        """Start without tracks; ``split_lamps`` if lamp halves may be switched independently (split panels)."""
         self._split_lamps = split_lamps
         self._tracks: list[LampTrack] = []
         self._keys = itertools.count(1)
 
     def update(
-        self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, turn: float = 0.0
+        self, stamp: float, image: NDArray[np.uint8], blobs: LampBlobs, image_rotation: float = 0.0
     ) -> list[LampSample]:
         """Update the tracks with a frame and return a sample of each tracked lamp.
 
@@ -66,18 +62,17 @@ class LampTracker:
             stamp: stamp of the frame, later than the last one [s].
             image: grey image, shape (h, w).
             blobs: detections of the image.
-            turn: image rotation since the last frame, from u to v, if known from odometry [rad].
+            image_rotation: image rotation since the last frame, from u to v, if known from odometry [rad].
         """
-        height, width = image.shape
         self._tracks = [
             track
             for track in self._tracks
-            if stamp - track.last_seen <= COAST_TIME and _is_inside(track.predict(stamp)[0], width, height)
+            if stamp - track.last_seen <= COAST_TIME and _is_inside(track.predict(stamp)[0], image.shape)
         ]
         assignments = self._associate(stamp, blobs)
         samples = []
         for track in self._tracks:
-            track.rotate(turn)
+            track.rotate(image_rotation)
             i = assignments.get(track.key, -1)
             half_brightness = track.update(stamp, image, blobs, i) if i >= 0 else track.miss(stamp, image)
             samples.append(_sample(track, half_brightness, i))
@@ -91,13 +86,10 @@ class LampTracker:
         """Assign blobs to tracks by greedy nearest neighbour; return blob indices by track key."""
         if not self._tracks or len(blobs) == 0:
             return {}
-        expected = [track.predict(stamp) for track in self._tracks]
-        predicted, gates = (
-            np.array([centre for centre, _ in expected]),
-            np.array([gate for _, gate in expected]),
-        )
-        distances = np.hypot(*(predicted[:, None] - blobs.centroids[None]).transpose(2, 0, 1))
-        distances[distances > gates[:, None]] = np.inf
+        predicted, gates = zip(*(track.predict(stamp) for track in self._tracks), strict=True)
+        offsets = np.array(predicted)[:, None] - blobs.centroids[None]
+        distances = np.hypot(*offsets.transpose(2, 0, 1))
+        distances[distances > np.array(gates)[:, None]] = np.inf
         assignments: dict[int, int] = {}
         while np.isfinite(distances).any():
             row, column = np.unravel_index(int(np.argmin(distances)), distances.shape)
@@ -106,8 +98,8 @@ class LampTracker:
         return assignments
 
 
-def _is_inside(centre: NDArray[np.float64], width: int, height: int) -> bool:
-    return bool(0.0 <= centre[0] < width and 0.0 <= centre[1] < height)
+def _is_inside(centre: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
+    return bool(0.0 <= centre[0] < shape[1] and 0.0 <= centre[1] < shape[0])
 
 
 def _sample(track: LampTrack, half_brightness: NDArray[np.float64], blob: int) -> LampSample:

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vlc_beacon.core.lamp_image.lamp_blobs import LampBlobs
+from vlc_beacon.core.lamp_image.blob_measurement import LampBlobs
 
 LIT_FRACTION = 0.35
 """Minimum brightness of a row with rim points, as a fraction of the brightest."""
@@ -29,13 +29,7 @@ OUTLIER_FACTOR = 3.0
 
 
 def fit_striped_disc(image: NDArray[np.uint8], blobs: LampBlobs, noise: float) -> LampBlobs:
-    """Return the blobs with centroids, sigmas and radii of circles fitted to their rims.
-
-    Args:
-        image: grey image, shape (h, w).
-        blobs: detections with bands.
-        noise: standard deviation of a pixel [grey levels].
-    """
+    """Return the blobs with centroids, sigmas and radii of circles fitted to their rims; noise in grey levels."""
     centroids, sigmas, radii = blobs.centroids.copy(), blobs.sigmas.copy(), blobs.radii.copy()
     for i in range(len(blobs)):
         points = find_rim_points(image, centroids[i], radii[i], blobs.backgrounds[i], 4.0 * noise)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from vlc_beacon.core.light_code.manchester import SegmentFormat
-from vlc_beacon.core.light_code.reed_solomon_block import segments_from_packet
+from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_packet
 from vlc_beacon.core.light_code.rs_fsk import TONE_LOWEST, rs_fsk_code
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 from vlc_beacon.core.light_code.ufsook import UFSOOK
@@ -14,7 +13,7 @@ from vlc_beacon.core.packet.command_packet import COMMAND_BYTES
 from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD
 from vlc_beacon.core.packet.id_packet import ID_BYTES
 
-DATA_BYTES = 100
+_PACKET_BYTES = ID_BYTES, COMMAND_BYTES, 100 + DATA_OVERHEAD
 TONE_SECONDS = 1.0
 """Approximate identification time of a tone [s]; it depends on the tone separation."""
 UFSOOK_ROWS_MIN = 6
@@ -47,12 +46,7 @@ def ufsook_profile() -> CodeProfile:
 
 
 def rs_fsk_profile(frame_rate: float, row_time: float) -> CodeProfile:
-    """Return the profile of RS-FSK.
-
-    Args:
-        frame_rate: frame rate of the slowest camera [1/s].
-        row_time: line time of the camera [s]; a lamp must show one cycle of the lowest tone.
-    """
+    """Return the profile of RS-FSK for the slowest camera [1/s] and its line time [s]."""
     rows_min = math.ceil(1.0 / (TONE_LOWEST * row_time))
     return _symbol_profile('rs_fsk', rows_min, rs_fsk_code(frame_rate))
 
@@ -66,25 +60,13 @@ def manchester_profile(segment_format: SegmentFormat, row_time: float, exposure:
     """Return the profile of Manchester segments for a camera's line time and exposure [s]."""
 
     def seconds(packet_bytes: int) -> float:
-        return (
-            len(segments_from_packet(bytes(packet_bytes), segment_format.segment_bytes))
-            * segment_format.segment_seconds
-        )
+        segments = segments_from_packet(bytes(packet_bytes), segment_format.segment_bytes)
+        return len(segments) * segment_format.segment_seconds
 
     return CodeProfile(
-        'manchester',
-        segment_format.rows_min(row_time, exposure),
-        seconds(ID_BYTES),
-        seconds(COMMAND_BYTES),
-        seconds(DATA_BYTES + DATA_OVERHEAD),
+        'manchester', segment_format.rows_min(row_time, exposure), *map(seconds, _PACKET_BYTES)
     )
 
 
 def _symbol_profile(name: str, rows_min: int, code: SymbolCode) -> CodeProfile:
-    return CodeProfile(
-        name,
-        rows_min,
-        code.packet_duration(ID_BYTES),
-        code.packet_duration(COMMAND_BYTES),
-        code.packet_duration(DATA_BYTES + DATA_OVERHEAD),
-    )
+    return CodeProfile(name, rows_min, *map(code.packet_duration, _PACKET_BYTES))

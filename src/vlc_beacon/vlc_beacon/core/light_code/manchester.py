@@ -13,14 +13,18 @@ change, are erasures of the block.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from reedsolo import ReedSolomonError, RSCodec
 
 from shirube_core.waveform import Waveform, waveform_from_steps
-from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.core.light_code.symbol_code import whiten
+from vlc_beacon.core.packet.packet_reader import Packet, packet_length, read_packet
+from vlc_beacon.core.vlc_beacon_error import PacketError, VlcBeaconError
 
 PREAMBLE = (1, 1, 1, 0, 0, 0)
 INDEX_BITS = 7
@@ -87,12 +91,7 @@ class SegmentFormat:
 
 @dataclass(frozen=True)
 class Segment:
-    """A segment of a block.
-
-    Attributes:
-        index: index in the block, 0 to 127.
-        content: bytes of the block.
-    """
+    """A segment of a block with its index in the block, 0 to 127."""
 
     index: int
     content: bytes
@@ -115,13 +114,7 @@ def segment_from_bits(bits: NDArray[np.uint8]) -> Segment | None:
 def segments_waveform(
     segments: list[Segment], segment_format: SegmentFormat, clock_scale: float = 1.0
 ) -> Waveform:
-    """Return the periodic waveform of segments, each repeated, with one part.
-
-    Args:
-        segments: segments, at least one.
-        segment_format: repetitions and chip time.
-        clock_scale: actual over nominal duration, to simulate a clock error.
-    """
+    """Return the periodic waveform of segments, each repeated; ``clock_scale`` simulates a clock error."""
     chips = np.concatenate([np.tile(segment.chips(), segment_format.repeats) for segment in segments])
     return waveform_from_steps(np.full(len(chips), segment_format.chip_time * clock_scale), chips)
 
@@ -154,3 +147,58 @@ def _crc4_matrix(count: int) -> NDArray[np.int64]:
     units = np.eye(count - CRC_BITS, dtype=np.uint8)
     columns = [_int_to_bits(_crc4(unit), CRC_BITS) for unit in units]
     return np.vstack([*columns, np.eye(CRC_BITS)]).astype(np.int64)
+
+
+BLOCK_MAX = 255
+"""Maximum bytes of a block over GF(256)."""
+PARITY_DIVISOR = 7
+PARITY_MIN = 4
+PARITY_RESERVE = 2
+"""Parity bytes reserved for error detection, not used for erasures."""
+
+
+def segments_from_packet(packet: bytes, segment_bytes: int) -> list[Segment]:
+    """Return the segments of a packet; raises `PacketError` if there are more than can be numbered."""
+    for count in range(1, min((1 << INDEX_BITS) - 1, BLOCK_MAX // segment_bytes) + 1):
+        size = count * segment_bytes
+        capacity = size - parity_size(size) - 1
+        if capacity >= len(packet):
+            message = bytes([count]) + packet + bytes(capacity - len(packet))
+            block = whiten(bytes(_codec(parity_size(size)).encode(message)))
+            return [Segment(i, block[i * segment_bytes : (i + 1) * segment_bytes]) for i in range(count)]
+    raise PacketError(f'packet has {len(packet)} bytes, too many for segments of {segment_bytes} bytes')
+
+
+def packet_from_segments(content_by_index: Mapping[int, bytes]) -> Packet | None:
+    """Return the packet of the received segments by index, or None if they are too few or inconsistent."""
+    if 0 not in content_by_index:
+        return None
+    count, segment_bytes = segment_count(content_by_index[0]), len(content_by_index[0])
+    size = count * segment_bytes
+    parity = parity_size(size)
+    missing = [i for i in range(count) if i not in content_by_index]
+    if not parity < size <= BLOCK_MAX or len(missing) * segment_bytes + PARITY_RESERVE > parity:
+        return None
+    block = whiten(b''.join(content_by_index.get(i, bytes(segment_bytes)) for i in range(count)))
+    erasures = [i * segment_bytes + k for i in missing for k in range(segment_bytes)]
+    try:
+        message = bytes(_codec(parity).decode(block, erase_pos=erasures)[0])
+    except ReedSolomonError:
+        return None
+    length = packet_length(message[1:])
+    return None if length is None or message[0] != count else read_packet(message[1 : 1 + length])
+
+
+def segment_count(first: bytes) -> int:
+    """Return the number of segments of a block, from the content of its first segment."""
+    return whiten(first)[0]
+
+
+def parity_size(size: int) -> int:
+    """Return the number of parity bytes of a block."""
+    return max(PARITY_MIN, size // PARITY_DIVISOR)
+
+
+@lru_cache(maxsize=64)
+def _codec(parity: int) -> RSCodec:
+    return RSCodec(parity)

@@ -13,9 +13,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.light_code.frame_buffer import FrameBuffer
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
-from vlc_beacon.core.light_code.symbol_timing import symbol_log_likelihoods, timing_scores
+from vlc_beacon.core.light_code.symbol_timing import FrameBuffer, symbol_log_likelihoods, timing_scores
 from vlc_beacon.core.packet.id_packet import ID_BYTES
 from vlc_beacon.core.packet.packet_reader import Packet, ReceivedPacket, read_packet
 
@@ -75,12 +74,7 @@ class SymbolReceiver:
         self._undecoded: NDArray[np.float64] | None = None
 
     def add(self, stamps: NDArray[np.float64], tables: NDArray[np.float32]) -> list[ReceivedPacket]:
-        """Add frames and return the packets that they complete.
-
-        Args:
-            stamps: stamps of the frames, shape (n,) [s]; those that do not increase are skipped.
-            tables: log-likelihood tables, shape (n, bins, symbols), see `symbol_log_likelihoods`.
-        """
+        """Add frames and return the packets that they complete; stamps that do not increase are skipped."""
         known = self._frames.stamps
         previous = np.append(known[-1] if len(known) else -np.inf, stamps)
         rising = stamps > np.maximum.accumulate(previous)[:-1]
@@ -234,9 +228,8 @@ class SymbolReceiver:
         second, best = np.argsort(data, axis=1)[:, -2:].T
         rows = np.arange(len(data))
         ambiguous = np.flatnonzero(data[rows, best] - data[rows, second] < SYMBOL_MARGIN)
-        if len(ambiguous) > (
-            AMBIGUOUS_MAX_ID if len(data) * self._code.bits < 8 * (ID_BYTES + 1) else AMBIGUOUS_MAX
-        ):
+        is_id = len(data) * self._code.bits < 8 * (ID_BYTES + 1)
+        if len(ambiguous) > (AMBIGUOUS_MAX_ID if is_id else AMBIGUOUS_MAX):
             return None
         packets = []
         for choice in product((False, True), repeat=len(ambiguous)):

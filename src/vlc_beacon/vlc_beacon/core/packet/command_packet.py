@@ -11,12 +11,33 @@ from __future__ import annotations
 
 import math
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import IntEnum
 
 from vlc_beacon.core.packet.crc import crc16
-from vlc_beacon.core.packet.id_packet import check_beacon_id
-from vlc_beacon.core.packet.packet_error import PacketError
-from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+from vlc_beacon.core.packet.id_packet import KIND_SHIFT, PacketKind, check_beacon_id
+from vlc_beacon.core.vlc_beacon_error import PacketError
+
+
+class Operation(IntEnum):
+    """Operation codes of the packet. Speeds are in m/s, angles in rad, counterclockwise."""
+
+    STOP = 1
+    """Stop until resume; no value."""
+    RESUME = 2
+    """Resume driving at the cruise speed; no value."""
+    SLOW = 3
+    """Limit the speed to the value."""
+    SPEED_UP = 4
+    """Set the speed to the value, bounded by the speed limit."""
+    TURN = 5
+    """Turn in place by the value."""
+
+    @property
+    def label(self) -> str:
+        """Name of the operation in topics and files."""
+        return self.name.lower()
+
 
 MAC_BYTES = 4
 COMMAND_BYTES = 17
@@ -67,12 +88,7 @@ class Command:
 
 @dataclass(frozen=True)
 class CommandPacket:
-    """A command with its message authentication code (MAC), not yet verified.
-
-    Attributes:
-        command: the command.
-        mac: authentication code, `MAC_BYTES` bytes.
-    """
+    """A command with its message authentication code (MAC) of `MAC_BYTES` bytes, not yet verified."""
 
     command: Command
     mac: bytes
@@ -97,3 +113,29 @@ def read_command_packet(data: bytes) -> CommandPacket | None:
     except PacketError:
         return None
     return CommandPacket(command, data[_BODY.size : -2])
+
+
+TURN_MAX = 2.0 * math.pi
+"""Maximum commanded turn [rad]."""
+
+
+def find_implausibility(command: Command) -> str | None:
+    """Return why operation or value is implausible, or None."""
+    if command.operation not in set(Operation):
+        return f'operation {command.operation} is unknown'
+    operation = Operation(command.operation)
+    match operation:
+        case Operation.STOP | Operation.RESUME:
+            is_good = command.value == 0.0
+        case Operation.SLOW | Operation.SPEED_UP:
+            is_good = command.value > 0.0
+        case Operation.TURN:
+            is_good = abs(command.value) <= TURN_MAX
+    return None if is_good else f'{operation.label} cannot have the value {command.value:g}'
+
+
+def clamp_speed(command: Command, speed_limit: float) -> Command:
+    """Return the command with its speed limited [m/s]; other commands are unchanged."""
+    if command.operation in (Operation.SLOW, Operation.SPEED_UP):
+        return replace(command, value=min(command.value, speed_limit))
+    return command

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vlc_beacon.core.packet.crc import crc8, crc32
-from vlc_beacon.core.packet.packet_error import PacketError
-from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+from vlc_beacon.core.packet.id_packet import KIND_SHIFT, PacketKind
+from vlc_beacon.core.vlc_beacon_error import PacketError
 
 PAYLOAD_MAX = 100
 DATA_OVERHEAD = 7
@@ -67,14 +67,43 @@ def read_data_packet(data: bytes) -> DataPacket | None:
 
 
 def split_message(message: bytes | str) -> list[DataPacket]:
-    """Split a message into packets; text is encoded as UTF-8.
-
-    Raises:
-        PacketError: it is longer than 256 packets.
-    """
+    """Split a message, text as UTF-8, into packets; raises `PacketError` if there are more than 256."""
     content = message.encode() if isinstance(message, str) else message
     parts = [content[i : i + PAYLOAD_MAX] for i in range(0, len(content), PAYLOAD_MAX)] or [b'']
     if len(parts) > 256:
         raise PacketError(f'message has {len(content)} bytes, up to {256 * PAYLOAD_MAX} can be sent')
     last, tag = len(parts) - 1, crc8(content) & TAG_MAX
     return [DataPacket(part, i, i == last, isinstance(message, str), tag) for i, part in enumerate(parts)]
+
+
+class MessageAssembler:
+    """Reassembles fragmented messages; lamps repeat them, so a missed fragment is received later."""
+
+    def __init__(self) -> None:
+        """Start without fragments."""
+        self._parts: dict[int, DataPacket] = {}
+        self._last_message: str | bytes | None = None
+
+    def add(self, packet: DataPacket) -> str | bytes | None:
+        """Add a fragment and return the completed message; None if incomplete or equal to the last one."""
+        if not all(_are_compatible(part, packet) for part in self._parts.values()):
+            self._parts.clear()
+        self._parts[packet.sequence] = packet
+        last = next((part.sequence for part in self._parts.values() if part.is_last), None)
+        if last is None or any(number not in self._parts for number in range(last + 1)):
+            return None
+        content = b''.join(self._parts[number].payload for number in range(last + 1))
+        message = content.decode(errors='replace') if packet.is_text else content
+        if message == self._last_message:
+            return None
+        self._last_message = message
+        return message
+
+
+def _are_compatible(one: DataPacket, other: DataPacket) -> bool:
+    if (one.tag, one.is_text) != (other.tag, other.is_text):
+        return False
+    if one.sequence == other.sequence:
+        return one == other
+    earlier = one if one.sequence < other.sequence else other
+    return not earlier.is_last

@@ -8,10 +8,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 from vlc_beacon.core.packet.crc import crc8
-from vlc_beacon.core.packet.packet_error import PacketError
-from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+from vlc_beacon.core.vlc_beacon_error import PacketError
+
+KIND_SHIFT = 6
+"""The kind is in the two highest bits of the first byte; 0 is invalid, so that darkness is not a packet."""
+
+
+class PacketKind(IntEnum):
+    """Kind of a packet."""
+
+    ID = 1
+    DATA = 2
+    COMMAND = 3
+
 
 BEACON_ID_MAX = (1 << 14) - 1
 ID_BYTES = 3
@@ -19,11 +31,7 @@ ID_BYTES = 3
 
 @dataclass(frozen=True)
 class IdPacket:
-    """The ID of a lamp.
-
-    Attributes:
-        beacon: ID, 0 to `BEACON_ID_MAX`.
-    """
+    """The ID of a lamp, 0 to `BEACON_ID_MAX`."""
 
     beacon: int
 
@@ -44,10 +52,6 @@ def read_id_packet(data: bytes) -> IdPacket | None:
 
 
 def check_beacon_id(beacon: int) -> None:
-    """Check the range of an ID.
-
-    Raises:
-        PacketError: it is out of range.
-    """
+    """Check the range of an ID; raises `PacketError`."""
     if not 0 <= beacon <= BEACON_ID_MAX:
         raise PacketError(f'beacon ID is {beacon}, it must be from 0 to {BEACON_ID_MAX}')

@@ -6,20 +6,14 @@ from dataclasses import dataclass
 
 from vlc_beacon.core.packet.command_packet import COMMAND_BYTES, CommandPacket, read_command_packet
 from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, DataPacket, read_data_packet
-from vlc_beacon.core.packet.id_packet import ID_BYTES, IdPacket, read_id_packet
-from vlc_beacon.core.packet.packet_kind import KIND_SHIFT, PacketKind
+from vlc_beacon.core.packet.id_packet import ID_BYTES, KIND_SHIFT, IdPacket, PacketKind, read_id_packet
 
 Packet = IdPacket | DataPacket | CommandPacket
 
 
 @dataclass(frozen=True)
 class ReceivedPacket:
-    """A packet with a correct checksum.
-
-    Attributes:
-        stamp: stamp of the frame that completed it [s].
-        packet: packet contents, not yet confirmed: see `id_confirmation` and `vlc_beacon.core.authorization`.
-    """
+    """A packet with a correct checksum, not yet confirmed, and the stamp of its last frame [s]."""
 
     stamp: float
     packet: Packet
@@ -27,17 +21,7 @@ class ReceivedPacket:
 
 def read_packet(data: bytes) -> Packet | None:
     """Parse a packet; None if it is invalid."""
-    if not data:
-        return None
-    match data[0] >> KIND_SHIFT:
-        case PacketKind.ID:
-            return read_id_packet(data)
-        case PacketKind.DATA:
-            return read_data_packet(data)
-        case PacketKind.COMMAND:
-            return read_command_packet(data)
-        case _:
-            return None
+    return read_id_packet(data) or read_data_packet(data) or read_command_packet(data)
 
 
 def packet_length(data: bytes) -> int | None:

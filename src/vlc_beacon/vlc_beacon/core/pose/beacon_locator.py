@@ -12,21 +12,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
-from shirube_core.geometry import CameraMount, GravityAlignedCamera, PinholeCamera, gravity_aligned_camera
-from vlc_beacon.core.pose.beacon import Beacon
-from vlc_beacon.core.pose.beacon_anomalies import classify_anomalies, unclassified_anomalies
+from shirube_core.geometry import CameraMount, PinholeCamera, gravity_aligned_camera
 from vlc_beacon.core.pose.closed_form import TwoLampSolver
 from vlc_beacon.core.pose.consensus import (
     SAME_POSE_TOLERANCE,
-    ConsensusSet,
+    classify_anomalies,
     find_consensus_sets,
     select_consensus_set,
+    unclassified_anomalies,
 )
-from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.lamp_rays import LampRays, lamp_rays
+from vlc_beacon.core.pose.lamp_rays import Beacon, LampRays, lamp_rays
 from vlc_beacon.core.pose.pose_fix import BeaconAnomaly, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import PoseSettings
 
 GATE_PROBABILITY = 1e-6
 """Probability of rejecting consistent lamps."""
@@ -42,7 +40,7 @@ class BeaconLocator:
         self,
         beacons: Iterable[Beacon],
         mount: CameraMount,
-        known: KnownStates | None = None,
+        known_height: float | None = None,
         settings: PoseSettings | None = None,
     ) -> None:
         """Set the known quantities.
@@ -50,12 +48,13 @@ class BeaconLocator:
         Args:
             beacons: known lamps, each ID once.
             mount: pose of the camera on the robot.
-            known: known components of the pose, None for none.
+            known_height: height of the base in the map frame [m], None if it is estimated.
             settings: noise settings, None for the defaults.
         """
         self.beacons = {beacon.id: beacon for beacon in beacons}
         self._mount = mount
-        self._known = known or KnownStates()
+        self._known_height = known_height
+        self._unknowns = 4 if known_height is None else 3
         self._settings = settings or PoseSettings()
 
     def rays(
@@ -71,10 +70,7 @@ class BeaconLocator:
         return rays.subset(np.isin(rays.ids, list(self.beacons)))
 
     def locate(
-        self,
-        rays: LampRays,
-        tilt: tuple[float, float] = (0.0, 0.0),
-        expected: ExpectedPose | None = None,
+        self, rays: LampRays, tilt: tuple[float, float] = (0.0, 0.0), expected: ExpectedPose | None = None
     ) -> BeaconFix | NoBeaconFix:
         """Compute the pose.
 
@@ -86,26 +82,34 @@ class BeaconLocator:
         """
         if len(rays) == 0:
             return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
-        camera = gravity_aligned_camera(self._mount, *tilt)
-        lamps = np.array([self.beacons[int(id_)].xyz for id_ in rays.ids])
-        problem = PoseLeastSquares(rays, lamps, camera, self._known, self._settings)
-        solver = TwoLampSolver(rays, lamps, camera, self._known)
         if len(set(rays.ids.tolist())) < 2:
             anomalies = unclassified_anomalies(rays) if rays.is_duplicate.any() else ()
             return NoBeaconFix(NoFixReason.TOO_FEW_LAMPS, f'only lamp {rays.ids[0]} is in view', anomalies)
-        all_fit = self._fit_all(problem, solver, expected)
-        if all_fit is not None:
-            return all_fit
-        return self._locate_by_consensus(problem, solver, camera, expected)
+        camera = gravity_aligned_camera(self._mount, *tilt)
+        lamps = np.array([self.beacons[int(id_)].xyz for id_ in rays.ids])
+        problem = PoseLeastSquares(rays, lamps, camera, self._known_height, self._settings)
+        solver = TwoLampSolver(rays, lamps, camera, self._known_height)
+        # Poses that explain all lamps; normally there is one.
+        fits = [] if rays.is_duplicate.any() else self._fit_all(problem, solver)
+        if fits:
+            return self._choose_fit(rays, fits, expected)
+        # Otherwise the pose that explains most lamps; the others moved, were swapped or are duplicates.
+        if not solver.widest_pairs(1):
+            return NoBeaconFix(NoFixReason.POOR_GEOMETRY, _lamp_names(rays))
+        lamp_positions = np.array([beacon.xyz for beacon in self.beacons.values()])
+        starts, gate = _initial_states(solver, PAIRS_MAX), self._settings.gate_sigmas
+        consensus_sets = find_consensus_sets(problem, starts, lamp_positions, camera, gate)
+        chosen = select_consensus_set(consensus_sets, self._unknowns, expected, EXPECTED_SIGMAS)
+        if chosen is None:
+            several = len(consensus_sets) > 1 and consensus_sets[0].swapped.any()
+            reason = NoFixReason.AMBIGUOUS if several else NoFixReason.INCONSISTENT
+            return NoBeaconFix(reason, _lamp_names(rays), unclassified_anomalies(rays))
+        anomalies = classify_anomalies(rays, chosen, list(self.beacons))
+        return _make_fix(chosen.fit, chosen.inliers, anomalies)
 
-    def _fit_all(
-        self, problem: PoseLeastSquares, solver: TwoLampSolver, expected: ExpectedPose | None
-    ) -> BeaconFix | NoBeaconFix | None:
-        """Return the result if one pose explains all lamps, None otherwise."""
-        rays = problem.rays
-        if rays.is_duplicate.any():
-            return None
-        used = np.ones(len(rays), dtype=np.bool_)
+    def _fit_all(self, problem: PoseLeastSquares, solver: TwoLampSolver) -> list[PoseEstimate]:
+        """Return the distinct poses that explain all lamps."""
+        used = np.ones(len(problem.rays), dtype=np.bool_)
         fits: list[PoseEstimate] = []
         for initial_state in _initial_states(solver, START_PAIRS):
             fit = problem.refine(initial_state, used)
@@ -115,76 +119,42 @@ class BeaconLocator:
                 and not any(fit.is_within(SAME_POSE_TOLERANCE, known) for known in fits)
             ):
                 fits.append(fit)
-            if fits and 2 * len(rays) > self._known.unknowns + 1:
+            if fits and 2 * len(used) > self._unknowns + 1:
                 break
-        if not fits:
-            return None
-        if len(fits) > 1 and expected is not None:
-            fits = [fit for fit in fits if fit.mahalanobis_distance_to(expected) < EXPECTED_SIGMAS] or fits
-        if len(fits) > 1:
-            return NoBeaconFix(NoFixReason.AMBIGUOUS, f'{len(fits)} poses explain {_lamp_names(rays)}')
-        is_minimal = 2 * len(rays) <= self._known.unknowns
-        if (
-            is_minimal
-            and expected is not None
-            and fits[0].mahalanobis_distance_to(expected) > EXPECTED_SIGMAS
-        ):
-            detail = f'{fits[0].mahalanobis_distance_to(expected):.0f} standard deviations away by {_lamp_names(rays)}'
-            return NoBeaconFix(NoFixReason.UNEXPECTED, detail, unclassified_anomalies(rays))
-        return _make_fix(fits[0], used)
+        return fits
 
     def _passes_chi_square(self, fit: PoseEstimate) -> bool:
         """Return whether the residuals of a fit to all lamps pass the chi-square test."""
         if not fit.in_front.all():
             return False
-        freedom = fit.residuals.size - self._known.unknowns
-        gate = chdtri(max(freedom, 1), GATE_PROBABILITY)
-        return bool(np.sum(fit.residuals**2) + np.sum(self._normalized_tilt(fit) ** 2) < gate)
-
-    def _normalized_tilt(self, fit: PoseEstimate) -> NDArray[np.float64]:
+        gate = chdtri(max(fit.residuals.size - self._unknowns, 1), GATE_PROBABILITY)
         sigma = self._settings.tilt_sigma
-        return fit.state[4:] / sigma if sigma > 0.0 else np.zeros(2)
+        tilt = fit.state[4:] / sigma if sigma > 0.0 else np.zeros(2)
+        return bool(np.sum(fit.residuals**2) + np.sum(tilt**2) < gate)
 
-    def _locate_by_consensus(
-        self,
-        problem: PoseLeastSquares,
-        solver: TwoLampSolver,
-        camera: GravityAlignedCamera,
-        expected: ExpectedPose | None,
+    def _choose_fit(
+        self, rays: LampRays, fits: list[PoseEstimate], expected: ExpectedPose | None
     ) -> BeaconFix | NoBeaconFix:
-        """Return the pose with the largest consensus set, and classify the outliers."""
-        rays, gate = problem.rays, self._settings.gate_sigmas
-        if not solver.widest_pairs(1):
-            return NoBeaconFix(NoFixReason.POOR_GEOMETRY, _lamp_names(rays))
-        lamp_positions = np.array([beacon.xyz for beacon in self.beacons.values()])
-        initial_states = _initial_states(solver, PAIRS_MAX)
-        consensus_sets = find_consensus_sets(problem, initial_states, lamp_positions, camera, gate)
-        chosen = select_consensus_set(consensus_sets, self._known.unknowns, expected, EXPECTED_SIGMAS)
-        if chosen is None:
-            several = len(consensus_sets) > 1 and consensus_sets[0].swapped.any()
-            reason = NoFixReason.AMBIGUOUS if several else NoFixReason.INCONSISTENT
-            return NoBeaconFix(reason, _lamp_names(rays), unclassified_anomalies(rays))
-        return self._consensus_fix(problem, chosen, camera)
-
-    def _consensus_fix(
-        self, problem: PoseLeastSquares, chosen: ConsensusSet, camera: GravityAlignedCamera
-    ) -> BeaconFix:
-        anomalies = classify_anomalies(problem.rays, chosen, list(self.beacons.values()), camera)
-        return _make_fix(chosen.fit, chosen.inliers, anomalies)
+        """Return the pose that is consistent with the expected one."""
+        if len(fits) > 1 and expected is not None:
+            fits = [fit for fit in fits if fit.mahalanobis_distance_to(expected) < EXPECTED_SIGMAS] or fits
+        if len(fits) > 1:
+            return NoBeaconFix(NoFixReason.AMBIGUOUS, f'{len(fits)} poses explain {_lamp_names(rays)}')
+        # The residuals of a minimal number of lamps do not show a wrong one.
+        if 2 * len(rays) <= self._unknowns and expected is not None:
+            distance = fits[0].mahalanobis_distance_to(expected)
+            if distance > EXPECTED_SIGMAS:
+                detail = f'{distance:.0f} standard deviations away by {_lamp_names(rays)}'
+                return NoBeaconFix(NoFixReason.UNEXPECTED, detail, unclassified_anomalies(rays))
+        return _make_fix(fits[0], np.ones(len(rays), dtype=np.bool_))
 
 
 def _make_fix(
     fit: PoseEstimate, used: NDArray[np.bool_], anomalies: tuple[BeaconAnomaly, ...] = ()
 ) -> BeaconFix:
-    return BeaconFix(
-        fit.pose,
-        float(fit.state[2]),
-        fit.covariance[:4, :4],
-        (float(fit.state[4]), float(fit.state[5])),
-        used,
-        fit.residuals,
-        anomalies,
-    )
+    tilt = float(fit.state[4]), float(fit.state[5])
+    height, covariance = float(fit.state[2]), fit.covariance[:4, :4]
+    return BeaconFix(fit.pose, height, covariance, tilt, used, fit.residuals, anomalies)
 
 
 def _lamp_names(rays: LampRays) -> str:

@@ -8,16 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, CameraMount, gravity_aligned_camera
-from vlc_beacon.core.pose.beacon import Beacon
 from vlc_beacon.core.pose.beacon_locator import EXPECTED_SIGMAS, BeaconLocator
 from vlc_beacon.core.pose.keyframe_buffer import KeyframeBuffer
-from vlc_beacon.core.pose.known_states import KnownStates
-from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.odometry_settings import OdometrySettings
+from vlc_beacon.core.pose.lamp_rays import Beacon, LampRays
 from vlc_beacon.core.pose.pose_filter import PoseFilter
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix
 from vlc_beacon.core.pose.pose_least_squares import PoseLeastSquares
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import OdometrySettings, PoseSettings
 
 LOST_IMAGES = 60
 """Number of images with two or more lamps, all of them outliers, after which the filter is reset."""
@@ -30,22 +27,14 @@ class BeaconTracker:
         self,
         beacons: Iterable[Beacon],
         mount: CameraMount,
-        known: KnownStates | None = None,
+        known_height: float | None = None,
         settings: PoseSettings | None = None,
         odometry_settings: OdometrySettings | None = None,
     ) -> None:
-        """Start without a pose.
-
-        Args:
-            beacons: known lamps, each ID once.
-            mount: pose of the camera on the robot.
-            known: known components of the pose, None for none.
-            settings: measurement noise, None for the defaults.
-            odometry_settings: odometry noise, None for the defaults.
-        """
+        """Start without a pose; arguments as in `BeaconLocator` and `PoseFilter`."""
         self._settings = settings or PoseSettings()
         self._odometry_settings = odometry_settings or OdometrySettings()
-        self.locator = BeaconLocator(beacons, mount, known, self._settings)
+        self.locator = BeaconLocator(beacons, mount, known_height, self._settings)
         self._mount = mount
         self._filter: PoseFilter | None = None
         self._T_odom_base: SE2 | None = None
@@ -65,24 +54,27 @@ class BeaconTracker:
         self._T_odom_base = T_odom_base
 
     def track(self, rays: LampRays, tilt: tuple[float, float] = (0.0, 0.0)) -> BeaconFix | NoBeaconFix:
-        """Compute the pose at the time of the newest odometry pose.
-
-        Args:
-            rays: rays to known lamps from `BeaconLocator.rays`, possibly none.
-            tilt: roll and pitch of the robot [rad].
-        """
+        """Compute the pose at the newest odometry pose; arguments as in `BeaconLocator.locate`."""
+        # A pose that is uncertain, or contradicted by lamps for long, is given up.
         if self._filter is not None and not (self._filter.is_certain and self._lost_images < LOST_IMAGES):
             self.reset()
+        # The pose from this image alone; the prediction resolves ambiguities.
         expected = None if self._filter is None else self._filter.expected()
         result = self.locator.locate(rays, tilt, expected)
+        # At the start: lamps that were seen one after the other.
         if self._filter is None and isinstance(result, NoBeaconFix):
             result = self._locate_from_keyframes(rays, tilt, result)
+        # A pose from several lamps that contradicts the prediction replaces it.
         if isinstance(result, BeaconFix) and (
             expected is None
             or expected.mahalanobis_distance(result.T_map_base, result.planar_covariance) > EXPECTED_SIGMAS
         ):
-            self._initialize_filter(result)
+            self.reset()
+            self._filter = PoseFilter(
+                result.T_map_base, result.height, result.covariance, self._settings, self._odometry_settings
+            )
             return result
+        # Otherwise the lamps, one is enough, update the prediction.
         return result if self._filter is None else self._update_filter(self._filter, rays, tilt, result)
 
     def _locate_from_keyframes(
@@ -96,19 +88,8 @@ class BeaconTracker:
         result = self.locator.locate(merged, tilt) if len(merged) > len(rays) else single_view_result
         return result if isinstance(result, BeaconFix) and not result.anomalies else single_view_result
 
-    def _initialize_filter(self, result: BeaconFix) -> None:
-        self._filter = PoseFilter(
-            result.T_map_base, result.height, result.covariance, self._settings, self._odometry_settings
-        )
-        self._keyframes.clear()
-        self._lost_images = 0
-
     def _update_filter(
-        self,
-        filter_: PoseFilter,
-        rays: LampRays,
-        tilt: tuple[float, float],
-        result: BeaconFix | NoBeaconFix,
+        self, filter_: PoseFilter, rays: LampRays, tilt: tuple[float, float], result: BeaconFix | NoBeaconFix
     ) -> BeaconFix | NoBeaconFix:
         """Update the filter with the consistent lamps and return its pose."""
         camera = gravity_aligned_camera(self._mount, *tilt)
@@ -124,21 +105,17 @@ class BeaconTracker:
         if isinstance(result, NoBeaconFix) and not filter_.is_confirmed:
             return result  # do not publish dead reckoning: a fusion of both would count odometry twice
         anomalies = result.anomalies if isinstance(result, BeaconFix) else _outlier_anomalies(rays, used)
-        problem = PoseLeastSquares(rays, lamps, camera, KnownStates(), self._settings)
+        problem = PoseLeastSquares(rays, lamps, camera, None, self._settings)
         residuals = problem.evaluate(filter_.bearing_state).residuals
-        return BeaconFix(
-            filter_.pose, filter_.height, filter_.covariance, (0.0, 0.0), used, residuals, anomalies
-        )
+        pose, height, covariance = filter_.pose, filter_.height, filter_.covariance
+        return BeaconFix(pose, height, covariance, (0.0, 0.0), used, residuals, anomalies)
 
 
 def _outlier_anomalies(rays: LampRays, used: NDArray[np.bool_]) -> tuple[BeaconAnomaly, ...]:
     """Return the outliers of the filter; an outlier whose ID is also an inlier is a duplicate."""
     inlier_ids = set(rays.ids[used].tolist())
     return tuple(
-        BeaconAnomaly(
-            int(rays.ids[i]),
-            int(i),
-            AnomalyKind.DUPLICATED if int(rays.ids[i]) in inlier_ids else AnomalyKind.MOVED,
-        )
-        for i in np.flatnonzero(~used)
+        BeaconAnomaly(id_, i, AnomalyKind.DUPLICATED if id_ in inlier_ids else AnomalyKind.MOVED)
+        for i, id_ in enumerate(rays.ids.tolist())
+        if not used[i]
     )

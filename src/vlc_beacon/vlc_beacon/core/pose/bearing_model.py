@@ -24,14 +24,7 @@ def camera_points(
     motions: NDArray[np.float64],
     camera: GravityAlignedCamera,
 ) -> NDArray[np.float64]:
-    """Return the lamp positions in the optical frame [m], shape (n, 3).
-
-    Args:
-        state: pose state, shape (6,).
-        lamps: lamp positions in the map frame, shape (n, 3) [m].
-        motions: motion of the base when each lamp was observed, shape (n, 3), see `LampRays`.
-        camera: gravity-aligned camera pose on the robot.
-    """
+    """Return the lamp positions, shape (n, 3), in the optical frame [m]; ``motions`` as in `LampRays`."""
     tilted = _level_points(state, lamps, motions) @ _tilt_matrix(state)
     return np.asarray((tilted - camera.position) @ camera.rotation)
 

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import GravityAlignedCamera
 from vlc_beacon.core.pose.bearing_model import STATES
-from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
 
 SLOPE_MAX = 20.0
@@ -28,17 +27,14 @@ class TwoLampSolver:
     """The lamps of one image as complex numbers."""
 
     def __init__(
-        self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera, known: KnownStates
+        self,
+        rays: LampRays,
+        lamps: NDArray[np.float64],
+        camera: GravityAlignedCamera,
+        known_height: float | None = None,
     ) -> None:
-        """Set the observations.
-
-        Args:
-            rays: n observations.
-            lamps: lamp positions in the map frame, shape (n, 3) [m].
-            camera: gravity-aligned camera pose on the robot.
-            known: known components of the pose.
-        """
-        self._known = known
+        """Set the observations; arguments as in `PoseLeastSquares`."""
+        self._known_height = known_height
         self._positions = lamps[:, 0] + 1j * lamps[:, 1]
         directions = np.column_stack([rays.rays, np.ones(len(rays))]) @ camera.rotation.T
         upward = directions[:, 2]
@@ -78,8 +74,8 @@ class TwoLampSolver:
         return states
 
     def _heights(self, baseline: complex, D: complex, E: complex) -> list[float]:
-        if self._known.height is not None:
-            return [self._known.height]
+        if self._known_height is not None:
+            return [self._known_height]
         middle = (D * E.conjugate()).real / abs(E) ** 2
         # Noise can make the discriminant negative where both solutions coincide.
         squared = middle**2 - (abs(D) ** 2 - abs(baseline) ** 2) / abs(E) ** 2

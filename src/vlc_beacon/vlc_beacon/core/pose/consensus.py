@@ -1,8 +1,8 @@
-"""Consensus of a subset of the lamps, used when no pose explains all of them."""
+"""Consensus of a subset of the lamps, used when no pose explains all of them, and what is wrong with the others."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import GravityAlignedCamera
 from vlc_beacon.core.pose.bearing_model import camera_points
-from vlc_beacon.core.pose.pose_fix import ExpectedPose
+from vlc_beacon.core.pose.lamp_rays import LampRays
+from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, ExpectedPose
 from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
 
 ITERATIONS_MAX = 3
@@ -153,3 +154,26 @@ def _match_swapped(
         if distances.min() < LOOSE_GATE_FACTOR * gate:
             found[i] = distances.argmin()
     return found
+
+
+def classify_anomalies(
+    rays: LampRays, consensus: ConsensusSet, beacon_ids: Sequence[int]
+) -> tuple[BeaconAnomaly, ...]:
+    """Return the anomaly of each outlier; ``beacon_ids`` are indexed by ``consensus.swapped_place``."""
+    anomalies, is_duplicate = [], rays.is_duplicate
+    for i in np.flatnonzero(~consensus.inliers).tolist():
+        kind, other = AnomalyKind.MOVED, None
+        if is_duplicate[i]:
+            kind = AnomalyKind.DUPLICATED
+        elif consensus.swapped[i]:
+            kind, other = AnomalyKind.SWAPPED, beacon_ids[consensus.swapped_place[i]]
+        anomalies.append(BeaconAnomaly(int(rays.ids[i]), i, kind, other))
+    return tuple(anomalies)
+
+
+def unclassified_anomalies(rays: LampRays) -> tuple[BeaconAnomaly, ...]:
+    """Return an unclassified anomaly for each observation: at least one is wrong, but it is unknown which."""
+    return tuple(
+        BeaconAnomaly(int(id_), i, AnomalyKind.DUPLICATED if is_duplicate else AnomalyKind.UNCLEAR)
+        for i, (id_, is_duplicate) in enumerate(zip(rays.ids, rays.is_duplicate, strict=True))
+    )

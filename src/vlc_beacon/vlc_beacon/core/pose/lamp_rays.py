@@ -1,4 +1,4 @@
-"""Lamp observations as camera rays with their uncertainty."""
+"""Known lamps, and their observations as camera rays with uncertainty."""
 
 from __future__ import annotations
 
@@ -8,6 +8,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shirube_core.geometry import PinholeCamera
+
+
+@dataclass(frozen=True)
+class Beacon:
+    """A lamp of the beacons file.
+
+    Attributes:
+        id: transmitted ID.
+        xyz: position of its centre in the map frame [m].
+        radius: radius of its bright disc [m].
+        frequency: constant tone sent instead of an ID [Hz], None for a lamp that sends its ID.
+    """
+
+    id: int
+    xyz: tuple[float, float, float]
+    radius: float
+    frequency: float | None = None
 
 
 @dataclass(frozen=True)
@@ -54,17 +71,13 @@ class LampRays:
         return np.asarray(same.sum(axis=1) > 1)
 
     def covariances(self, pixel_sigma: float) -> NDArray[np.float64]:
-        """Return the covariances of the rays, shape (n, 2, 2).
-
-        Args:
-            pixel_sigma: standard deviation of the camera calibration, in addition to that of the centres [px].
-        """
+        """Return the covariances of the rays, shape (n, 2, 2), with that of the calibration [px]."""
         variances = self.sigmas**2 + pixel_sigma**2
         return variances[:, None, None] * (self.pixel_jacobians @ self.pixel_jacobians.transpose(0, 2, 1))
 
 
 def row_motions(rows: ArrayLike, row_time: float, velocity: ArrayLike) -> NDArray[np.float64]:
-    """Return the motion of the base until rows of a rolling shutter were exposed, shape (n, 3), as in `LampRays`.
+    """Return the motion of the base, as in `LampRays`, until rows of a rolling shutter were exposed.
 
     Args:
         rows: image rows of the lamp centres, shape (n,); row 0 was exposed at the stamp.

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from shirube_core.geometry import SE2, GravityAlignedCamera, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
-from vlc_beacon.core.pose.odometry_settings import OdometrySettings
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import OdometrySettings, PoseSettings
 
 X, Y, Z, YAW, DISTANCE_SCALE, YAW_SCALE, YAW_PER_METRE = range(7)
 CORRELATION_DISTANCE = 1.0
@@ -38,8 +37,8 @@ class PoseFilter:
         T_map_base: SE2,
         height: float,
         covariance: NDArray[np.float64],
-        pose_settings: PoseSettings | None = None,
-        settings: OdometrySettings | None = None,
+        settings: PoseSettings | None = None,
+        odometry_settings: OdometrySettings | None = None,
     ) -> None:
         """Initialize with a pose.
 
@@ -48,13 +47,13 @@ class PoseFilter:
             height: height of the base in the map frame [m].
             covariance: covariance of x, y, z [m] and yaw [rad], shape (4, 4), as in `BeaconFix`; a height with zero
                 variance is constant.
-            pose_settings: measurement noise, None for the defaults.
-            settings: odometry noise, None for the defaults.
+            settings: measurement noise, None for the defaults.
+            odometry_settings: odometry noise, None for the defaults.
         """
-        self._pose_settings = pose_settings or PoseSettings()
-        self._settings = settings or OdometrySettings()
+        self._settings = settings or PoseSettings()
+        self._odometry = odometry_settings or OdometrySettings()
         self._state = np.array([T_map_base.x, T_map_base.y, height, T_map_base.yaw, 0.0, 0.0, 0.0])
-        errors = [self._settings.scale_error, self._settings.scale_error, self._settings.turn_error]
+        errors = [self._odometry.scale_error, self._odometry.scale_error, self._odometry.turn_error]
         self._bias_variance = np.array(errors) ** 2
         self._P = np.zeros((7, 7))
         self._P[:4, :4] = covariance
@@ -90,12 +89,12 @@ class PoseFilter:
     def is_certain(self) -> bool:
         """Whether the position standard deviation is below the limit of the settings."""
         spread = float(np.linalg.eigvalsh(self._P[:2, :2])[-1])
-        return math.sqrt(max(spread, 0.0)) <= self._settings.position_sigma_max
+        return math.sqrt(max(spread, 0.0)) <= self._odometry.position_sigma_max
 
     @property
     def is_confirmed(self) -> bool:
         """Whether a lamp was accepted within the maximum dead reckoning distance."""
-        return self._gap_distance <= self._settings.gap_distance_max
+        return self._gap_distance <= self._odometry.gap_distance_max
 
     def expected(self) -> ExpectedPose:
         """Return the predicted pose for `BeaconLocator.locate`."""
@@ -130,10 +129,10 @@ class PoseFilter:
 
     def _process_noise(self, distance: float, turn: float) -> NDArray[np.float64]:
         noise = np.zeros(7)
-        noise[[X, Y]] = self._settings.slip**2 * distance
+        noise[[X, Y]] = self._odometry.slip**2 * distance
         noise[Z] = self._height_walk**2 * distance
-        noise[YAW] = self._settings.turn_slip**2 * (distance + turn)
-        noise[DISTANCE_SCALE:] = self._bias_variance * distance / self._settings.bias_correlation_length
+        noise[YAW] = self._odometry.turn_slip**2 * (distance + turn)
+        noise[DISTANCE_SCALE:] = self._bias_variance * distance / self._odometry.bias_correlation_length
         return np.diag(noise)
 
     def update(
@@ -152,9 +151,8 @@ class PoseFilter:
         inliers = self._gate(rays, lamps, camera)
         if inliers.any():
             accepted = rays.subset(inliers)
-            self._correct(
-                accepted, lamps[inliers], camera, self._correlated_images(set(accepted.ids.tolist()))
-            )
+            correlated = self._correlated_images(set(accepted.ids.tolist()))
+            self._correct(accepted, lamps[inliers], camera, correlated)
             self._distance = self._gap_distance = 0.0
         return inliers
 
@@ -168,11 +166,9 @@ class PoseFilter:
             self._cluster_images = 0
         self._cluster_images += 1
         correlated = max(CORRELATION_DISTANCE / max(self._distance, 1e-9), 1.0)
-        return (
-            correlated
-            if self._cluster_images > CORRELATED_IMAGES_MAX
-            else min(correlated, CORRELATED_IMAGES_MAX)
-        )
+        if self._cluster_images > CORRELATED_IMAGES_MAX:
+            return correlated
+        return min(correlated, CORRELATED_IMAGES_MAX)
 
     def _gate(
         self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera
@@ -183,7 +179,7 @@ class PoseFilter:
         for i in range(len(rays)):
             part = slice(2 * i, 2 * i + 2)
             distance = residual[part] @ np.linalg.solve(S[part, part], residual[part])
-            inliers[i] = distance < self._pose_settings.gate_sigmas**2
+            inliers[i] = distance < self._settings.gate_sigmas**2
         return inliers
 
     def _correct(
@@ -219,7 +215,7 @@ class PoseFilter:
         count = len(rays)
         H = np.zeros((2 * count, 7))
         H[:, :4] = jacobian[:, :, :4].reshape(-1, 4)
-        settings = self._pose_settings
+        settings = self._settings
         noise = rays.covariances(0.0)
         bias = rays.covariances(settings.pixel_sigma) - noise
         bias += ((settings.beacon_sigma / np.maximum(depths, 0.1)) ** 2)[:, None, None] * np.eye(2)

@@ -32,14 +32,12 @@ class BeaconAnomaly:
         observation: index of its observation.
         kind: kind of the anomaly.
         swapped_with: ID of the lamp whose position it has, None unless it is swapped.
-        observed_xyz: observed position at its nominal height, in the map frame [m]; NaN without a pose.
     """
 
     id: int
     observation: int
     kind: AnomalyKind
     swapped_with: int | None = None
-    observed_xyz: tuple[float, float, float] = (float('nan'), float('nan'), float('nan'))
 
 
 @dataclass(frozen=True)
@@ -98,23 +96,13 @@ class NoBeaconFix:
 
 @dataclass(frozen=True)
 class ExpectedPose:
-    """Expected pose of the robot, predicted from odometry.
-
-    Attributes:
-        T_map_base: the expected pose.
-        covariance: covariance of x, y [m] and yaw [rad], shape (3, 3).
-    """
+    """Pose predicted from odometry, and covariance of its x, y [m] and yaw [rad], shape (3, 3)."""
 
     T_map_base: SE2
     covariance: NDArray[np.float64]
 
     def mahalanobis_distance(self, pose: SE2, covariance: NDArray[np.float64]) -> float:
-        """Return the Mahalanobis distance of a measured pose.
-
-        Args:
-            pose: measured pose with independent errors.
-            covariance: covariance of the measured x, y [m] and yaw [rad], shape (3, 3).
-        """
+        """Return the Mahalanobis distance of an independent pose with its covariance, shape (3, 3)."""
         offset = np.array(
             [pose.x - self.T_map_base.x, pose.y - self.T_map_base.y, self.T_map_base.yaw_to(pose)]
         )

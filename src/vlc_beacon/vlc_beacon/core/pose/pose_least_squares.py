@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, GravityAlignedCamera, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
-from vlc_beacon.core.pose.known_states import KnownStates
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.pose_fix import PLANAR, ExpectedPose
-from vlc_beacon.core.pose.settings import PoseSettings
+from vlc_beacon.core.settings import PoseSettings
 
 STEPS_MAX = 12
 STEP_TOLERANCE = 1e-7
@@ -66,7 +65,7 @@ class PoseLeastSquares:
         rays: LampRays,
         lamps: NDArray[np.float64],
         camera: GravityAlignedCamera,
-        known: KnownStates,
+        known_height: float | None,
         settings: PoseSettings,
     ) -> None:
         """Set the observations.
@@ -75,7 +74,7 @@ class PoseLeastSquares:
             rays: n observations.
             lamps: lamp positions in the map frame, shape (n, 3) [m].
             camera: gravity-aligned camera pose on the robot.
-            known: known components of the pose.
+            known_height: height of the base in the map frame [m], None if it is estimated.
             settings: standard deviations of lamps and tilt.
         """
         self.rays = rays
@@ -83,7 +82,7 @@ class PoseLeastSquares:
         self.covariances = rays.covariances(settings.pixel_sigma)
         self._camera = camera
         self._settings = settings
-        self._free = known.free_states(tilt=settings.tilt_sigma > 0.0)
+        self._free = np.array([True, True, known_height is None, True, *[settings.tilt_sigma > 0.0] * 2])
 
     def evaluate(self, state: NDArray[np.float64]) -> PoseEstimate:
         """Return the residuals of a state; its covariance is left zero."""

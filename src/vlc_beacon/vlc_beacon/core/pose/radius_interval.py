@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, GravityAlignedCamera, PinholeCamera
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 
 RADIUS_STEP = 0.5
@@ -38,15 +38,21 @@ class LampDiscs:
     radii: NDArray[np.float64]
     sigma: float = 0.2
 
+    @property
+    def lamp_positions(self) -> NDArray[np.float64]:
+        """Positions of the lamps in the map, shape (n, 3) [m]."""
+        return np.array([beacon.xyz for beacon in self.beacons])
+
+    @property
+    def lamp_radii(self) -> NDArray[np.float64]:
+        """Radii of the lamps, shape (n,) [m]."""
+        return np.array([beacon.radius for beacon in self.beacons])
+
 
 def radius_interval(
     discs: LampDiscs, camera: PinholeCamera, level_camera: GravityAlignedCamera, yaw: float
 ) -> BeaconFix | NoBeaconFix:
     """Return the pose by the paper's method with its equations corrected.
-
-    Eq. (2) with the missing factor 2, from CameraInfo; eq. (3) with the depth along the optical axis; eq. (5)
-    with a minus, since the camera is below the lamp; eq. (6) positive, half as wide and projected on the ray; eq. (7)
-    with a check that the intersection is not empty.
 
     Args:
         discs: lamps in view.
@@ -56,21 +62,24 @@ def radius_interval(
     """
     if len(discs.beacons) == 0:
         return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
+    # Eqs (1) and (2): R K^-1 (u, v, 1). The focal length lacks a factor 1/2 in the paper; K is from CameraInfo.
     rays = camera.rays_from_pixels(discs.pixels) @ (_yaw_rotation(yaw) @ level_camera.rotation).T
-    sizes = np.array([beacon.radius for beacon in discs.beacons]) * math.sqrt(camera.fx * camera.fy)
+    # Eq. (3): z = r f / (p rho), the depth along the optical axis.
+    sizes = discs.lamp_radii * math.sqrt(camera.fx * camera.fy)
     depths = sizes / discs.radii
+    # Eq. (5) with a minus: the camera is below the lamp.
+    camera_positions = discs.lamp_positions - depths[:, None] * rays
+    # Eq. (6) with positive sign, half as wide and projected on the ray; and the noise of the centre.
     quarter = 0.5 * RADIUS_STEP
     nearest, farthest = sizes / (discs.radii + quarter), sizes / np.maximum(discs.radii - quarter, 0.1)
-    camera_positions = _lamp_positions(discs) - depths[:, None] * rays
     half_width = 0.5 * (farthest - nearest)[:, None] * np.abs(rays)
     half_width += CENTRE_SIGMAS * discs.sigma * (depths / camera.fx)[:, None]
+    # Eq. (7): the centre of the intersection of all intervals, which must not be empty.
     low, high = (camera_positions - half_width).max(axis=0), (camera_positions + half_width).min(axis=0)
     if (low > high).any():
-        apart = float((low - high).max())
         names = ', '.join(str(beacon.id) for beacon in discs.beacons)
-        return NoBeaconFix(
-            NoFixReason.INCONSISTENT, f'the intervals of lamps {names} are {apart:.3f} m apart'
-        )
+        detail = f'the intervals of lamps {names} are {float((low - high).max()):.3f} m apart'
+        return NoBeaconFix(NoFixReason.INCONSISTENT, detail)
     return _make_fix(0.5 * (low + high), 0.5 * (high - low), level_camera, yaw, len(depths))
 
 
@@ -84,19 +93,14 @@ def radius_interval_printed(
     focal = 2.0 * np.array([camera.fx, camera.fy])
     centred = (discs.pixels - 0.5 * np.array([camera.width, camera.height])) / focal
     rays = np.column_stack([centred, np.ones(len(centred))]) @ (_yaw_rotation(yaw) @ level_camera.rotation).T
-    sizes = np.array([beacon.radius for beacon in discs.beacons]) * camera.fx
+    # Eqs (3), (5) and (6).
+    sizes = discs.lamp_radii * camera.fx
     depths = sizes / discs.radii
-    errors = sizes / (discs.radii + 0.25) - sizes / (discs.radii - 0.25)
-    camera_positions = _lamp_positions(discs) + depths[:, None] * rays
-    low, high = (
-        (camera_positions - errors[:, None]).max(axis=0),
-        (camera_positions + errors[:, None]).min(axis=0),
-    )
+    camera_positions = discs.lamp_positions + depths[:, None] * rays
+    errors = (sizes / (discs.radii + 0.25) - sizes / (discs.radii - 0.25))[:, None]
+    # Eq. (7).
+    low, high = (camera_positions - errors).max(axis=0), (camera_positions + errors).min(axis=0)
     return _make_fix(0.5 * (low + high), 0.5 * np.abs(high - low), level_camera, yaw, len(depths))
-
-
-def _lamp_positions(discs: LampDiscs) -> NDArray[np.float64]:
-    return np.array([beacon.xyz for beacon in discs.beacons])
 
 
 def _yaw_rotation(yaw: float) -> NDArray[np.float64]:
@@ -111,7 +115,7 @@ def _make_fix(
     yaw: float,
     count: int,
 ) -> BeaconFix:
-    """Return the pose of the base for a camera position, shape (3,), with interval half-widths ``reach`` [m]."""
+    """Return the pose of the base for a camera position, shape (3,), with half-widths of its intervals [m]."""
     base = camera_position - _yaw_rotation(yaw) @ level_camera.position
     covariance = np.diag([*(half_width**2 / 3.0), 0.0])
     used = np.ones(count, dtype=np.bool_)

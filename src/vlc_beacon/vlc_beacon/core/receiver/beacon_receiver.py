@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.geometry import SE2, CameraMount, PinholeCamera, TiltBuffer
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, TiltBuffer, gravity_aligned_camera
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
+from vlc_beacon.core.pose.lamp_rays import Beacon, row_motions
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
+from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
-from vlc_beacon.core.receiver.lamp_localizer import LampLocalizer
-from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
+from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.odometry_buffer import OdometryBuffer
 from vlc_beacon.core.receiver.pose_consistency import PoseConsistencyCheck
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.settings import CENTROID, RADIUS_INTERVAL, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 _UP_MIN = 0.5
 """Minimum cosine of the angle between the optical axis and the vertical."""
+_RADIUS_MIN = 0.5
+"""Minimum lamp radius after subtraction of the blooming [px]."""
 
 
 @dataclass(frozen=True)
@@ -88,24 +92,93 @@ class BeaconReceiver:
         Args:
             stamp: start of exposure of the first row [s].
             image: grey image, shape (h, w), or BGR image, shape (h, w, 3).
-            camera: camera intrinsics.
+            camera: camera intrinsics, K of eq. (2).
 
         Raises:
             LampImageError: the image has a wrong type or is too small.
         """
         grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
-        odometry = self._odometry.pose_at(stamp)
-        lamps = self._light.receive(stamp, grey, self._image_rotation(odometry))
+        # Motion and tilt of the robot at the exposure; the tilt is the attitude of eq. (1).
+        T_odom_base, velocity = self._odometry.pose_at(stamp), self._odometry.velocity_at(stamp)
         tilt = self._tilt.tilt_at(stamp) or (0.0, 0.0)
-        velocity = self._odometry.velocity_at(stamp)
-        result = self._localizer.locate(lamps, camera, odometry, velocity, tilt)
-        if isinstance(result, BeaconFix) and self._pose_check.is_consistent(
-            stamp, result.T_map_base, odometry
-        ):
-            self._authorizer.update_position(stamp, (result.T_map_base.x, result.T_map_base.y))
-        return ReceiverOutput(tuple(lamps), result, tuple(self._command_processor.process(stamp, lamps)))
+        # Section 2.1: find the light sources, follow them and demodulate IDs, data and commands.
+        lamps = self._light.receive(stamp, grey, self._image_rotation(T_odom_base))
+        # Section 2.2: the pose from the places of the identified lamps in the image.
+        result = self._localizer.locate(lamps, camera, T_odom_base, velocity, tilt)
+        # Spoofed lamps cannot displace the odometry: only consistent poses locate commands.
+        if isinstance(result, BeaconFix):
+            pose = result.T_map_base
+            if self._pose_check.is_consistent(stamp, pose, T_odom_base):
+                self._authorizer.update_position(stamp, (pose.x, pose.y))
+        # Section 3.3: authorize the commands, also those that wait for the robot to enter their zone.
+        decisions = self._command_processor.process(stamp, lamps)
+        return ReceiverOutput(tuple(lamps), result, tuple(decisions))
 
     def _image_rotation(self, odometry: SE2 | None) -> float:
         """Return the image rotation since the last image [rad], opposite to the robot's rotation."""
         before, self._last_odometry = self._last_odometry, odometry
         return -before.yaw_to(odometry) if before is not None and odometry is not None else 0.0
+
+
+class LampLocalizer:
+    """Computes the robot's pose from the lamps in view, by the configured method.
+
+    With odometry the pose is tracked with one lamp; without, each image is independent.
+    """
+
+    def __init__(self, beacons: Iterable[Beacon], mount: CameraMount, settings: ReceiverSettings) -> None:
+        """Start without a pose; arguments as in `BeaconReceiver`."""
+        self._settings = settings
+        self._mount = mount
+        known_height = 0.0 if settings.camera_height_known else None
+        self._tracker = BeaconTracker(beacons, mount, known_height, settings.pose, settings.odometry)
+
+    def locate(
+        self,
+        lamps: Sequence[LampObservation],
+        camera: PinholeCamera,
+        T_odom_base: SE2 | None,
+        velocity: NDArray[np.float64],
+        tilt: tuple[float, float],
+    ) -> BeaconFix | NoBeaconFix:
+        """Compute the pose at the stamp of an image.
+
+        Args:
+            lamps: lamps in the image; only lit ones with an ID are used.
+            camera: camera intrinsics.
+            T_odom_base: odometry pose at the stamp, None if unavailable.
+            velocity: velocity of the base, shape (3,) [m/s, m/s, rad/s].
+            tilt: roll and pitch of the base [rad].
+        """
+        # Rays to the identified lamps; the rows of a rolling shutter are exposed one after the other.
+        identified = [lamp for lamp in lamps if lamp.beacon is not None and lamp.sample.is_lit]
+        ids = [lamp.beacon for lamp in identified if lamp.beacon is not None]
+        centres = np.array([lamp.sample.centre for lamp in identified]).reshape(-1, 2)
+        sigmas = np.array([lamp.sample.sigma.max() for lamp in identified])
+        row_time = self._settings.row_time if self._settings.is_rolling else 0.0
+        motions = row_motions(centres[:, 1], row_time, velocity)
+        rays = self._tracker.locator.rays(camera, ids, centres, sigmas, motions)
+        # Method centroid: least squares on the lamp centres, tracked with odometry.
+        if T_odom_base is None:
+            self._tracker.reset()
+            result = self._tracker.locator.locate(rays, tilt)
+        else:
+            self._tracker.add_odometry(T_odom_base)
+            result = self._tracker.track(rays, tilt)
+        if self._settings.method == CENTROID or isinstance(result, NoBeaconFix):
+            return result
+        # The paper's method: eqs (3) to (7) on the lamp radii; it needs the yaw, here from the centroids.
+        radii = np.array([lamp.sample.radius for lamp in identified]) - self._settings.blooming
+        discs = LampDiscs(
+            [self._tracker.locator.beacons[id_] for id_ in ids],
+            centres,
+            np.maximum(radii, _RADIUS_MIN),
+            float(np.max(sigmas, initial=0.0)),
+        )
+        method = radius_interval if self._settings.method == RADIUS_INTERVAL else radius_interval_printed
+        radius_fix = method(discs, camera, gravity_aligned_camera(self._mount, *tilt), result.T_map_base.yaw)
+        if isinstance(radius_fix, NoBeaconFix):
+            return radius_fix
+        covariance = radius_fix.covariance.copy()
+        covariance[3, 3] = result.covariance[3, 3]
+        return replace(radius_fix, covariance=covariance, anomalies=result.anomalies)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.packet.command_packet import CommandPacket
-from vlc_beacon.core.receiver.light_receiver import LampObservation
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 
 _RETRY_REASONS = (
     RejectionReason.NO_POSITION,
@@ -26,13 +26,7 @@ _TEMPORARY_REASONS = (RejectionReason.LOCKED_OUT, RejectionReason.COUNTERS_LOST)
 
 @dataclass(frozen=True)
 class CommandDecision:
-    """Decision on a command.
-
-    Attributes:
-        packet: the command packet.
-        sender: ID of the lamp that sent it, None while unconfirmed.
-        outcome: result of the authorization.
-    """
+    """Decision on a command, with the ID of the lamp that sent it, None while unconfirmed."""
 
     packet: CommandPacket
     sender: int | None
@@ -43,22 +37,13 @@ class CommandProcessor:
     """Passes the commands of all lamps to the authorizer."""
 
     def __init__(self, authorizer: CommandAuthorizer) -> None:
-        """Start without commands.
-
-        Args:
-            authorizer: authorizer of commands.
-        """
+        """Start without commands."""
         self._authorizer = authorizer
         self._pending: dict[int, dict[int, CommandPacket]] = {}
         self._reported: dict[tuple[int, int], RejectionReason] = {}
 
     def process(self, stamp: float, lamps: Sequence[LampObservation]) -> list[CommandDecision]:
-        """Return the new decisions: accepted commands, and rejections whose reason has changed.
-
-        Args:
-            stamp: stamp of the image [s].
-            lamps: lamps in the image.
-        """
+        """Return the new decisions: accepted commands, and rejections whose reason has changed."""
         keys = {lamp.sample.key for lamp in lamps}
         self._pending = {key: pending for key, pending in self._pending.items() if key in keys}
         self._reported = {place: reason for place, reason in self._reported.items() if place[0] in keys}

@@ -6,25 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.waveform import Waveform
-from vlc_beacon.core.light_code.lamp_rows import rows_from_frame
+from vlc_beacon.core.lamp_image.row_profile import rows_from_frame
 from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import FRAME_RATE, ufsook_waveform
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import ReceiverSettings
 
 _SECONDS = 1.6
 """Simulated time, enough for symbol timing recovery and an ID [s]."""
 _SIDE, _RADIUS, _LEVEL = 96, 12.0, 200.0
-_SHUTTERS = ('global', 'rolling')
-
-
-def compile_all_kernels() -> None:
-    """Compile the kernels of both shutters."""
-    for shutter in _SHUTTERS:
-        compile_kernels(ReceiverSettings(shutter))
 
 
 def compile_kernels(settings: ReceiverSettings) -> None:
@@ -37,9 +30,8 @@ def compile_kernels(settings: ReceiverSettings) -> None:
         receiver.receive(stamp, _image(light, stamp, settings))
     if settings.is_rolling:
         segments = SegmentFormat()
-        rows = np.random.default_rng(0).uniform(
-            size=segments.rows_min(settings.row_time, settings.exposure_time)
-        )
+        count = segments.rows_min(settings.row_time, settings.exposure_time)
+        rows = np.random.default_rng(0).uniform(size=count)
         seen = rows_from_frame(0.0, 0, rows, settings.row_time, settings.exposure_time)
         ManchesterDecoder(segments).add_frames(seen)
 
@@ -53,8 +45,3 @@ def _image(light: Waveform, stamp: float, settings: ReceiverSettings) -> NDArray
         first, second = light.exposure_means(stamp, settings.exposure_time)
         fractions = np.where(u < 0.0, first, second)
     return np.where(np.hypot(u, v) < _RADIUS, _LEVEL * fractions, 4.0).astype(np.uint8)
-
-
-if __name__ == '__main__':
-    for shutter in _SHUTTERS:
-        compile_kernels(ReceiverSettings(shutter))

@@ -34,13 +34,7 @@ class PoseConsistencyCheck:
         self._jump_stamp: float | None = None
 
     def is_consistent(self, stamp: float, T_map_base: SE2, T_odom_base: SE2 | None) -> bool:
-        """Check a pose and return whether it may be used to authorize commands.
-
-        Args:
-            stamp: stamp of the pose [s].
-            T_map_base: pose of the robot.
-            T_odom_base: odometry pose at the stamp, None if unavailable.
-        """
+        """Check a pose, with odometry if available, and return whether it may authorize commands."""
         now = stamp, T_map_base, T_odom_base
         is_compatible = all(self._is_compatible(before, now) for before in (self._anchor, self._last))
         if not is_compatible:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 from enum import Enum
 
+from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.packet.command_packet import CommandPacket
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_confirmation import IdConfirmation
+from vlc_beacon.core.packet.data_packet import DataPacket, MessageAssembler
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.packet.message_assembler import MessageAssembler
-from vlc_beacon.core.packet.packet_reader import ReceivedPacket
-from vlc_beacon.core.receiver.acquisition_backoff import AcquisitionBackoff
 from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
+
+BACKOFF_TIME = 60.0
+"""Pause between acquisition attempts [s]."""
 
 
 class SkipReason(Enum):
@@ -22,16 +23,69 @@ class SkipReason(Enum):
     TOO_SMALL = 'too small to be decoded'
 
 
-class TrackedLamp:
-    """A lamp from frame to frame.
+@dataclass(frozen=True)
+class LampObservation:
+    """A lamp in the image with its ID and messages.
 
     Attributes:
+        sample: tracked position and brightness.
         beacon: confirmed ID, None while unconfirmed.
         unknown_id: confirmed ID that is not in the beacons file, None for none.
-        commands: command packets completed by the last frame.
-        message: message completed by the last frame, None for none.
+        commands: command packets completed by this image.
         skip_reason: reason why the lamp is not decoded, None if it is decoded.
+        message: text or bytes completed by this image, not authenticated, None for none.
     """
+
+    sample: LampSample
+    beacon: int | None
+    unknown_id: int | None
+    commands: tuple[CommandPacket, ...]
+    skip_reason: SkipReason | None = None
+    message: str | bytes | None = None
+
+
+class AcquisitionBackoff:
+    """Alternates between acquisition and pause without packets: mains lamps, for example, flicker permanently.
+
+    Args:
+        seconds: duration of an acquisition attempt [s].
+
+    Attributes:
+        has_timed_out: whether an acquisition attempt has timed out since the last packet.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._since: float | None = None
+        self.has_timed_out = False
+
+    def is_active(self, stamp: float) -> bool:
+        """Return whether to decode the lamp at a time [s]."""
+        if self._since is None or stamp < self._since or stamp >= self._since + self._seconds + BACKOFF_TIME:
+            self._since = stamp
+        self.has_timed_out |= stamp >= self._since + self._seconds
+        return stamp < self._since + self._seconds
+
+    def reset(self, stamp: float) -> None:
+        """Restart the timeout after a received packet [s]."""
+        self._since, self.has_timed_out = stamp, False
+
+
+class IdConfirmation:
+    """Confirms an ID after two equal consecutive ID packets of one lamp."""
+
+    def __init__(self) -> None:
+        self._last: int | None = None
+
+    def add(self, beacon: int) -> int | None:
+        """Add the ID of one packet and return the confirmed ID, None while it is unconfirmed."""
+        confirmed = beacon if beacon == self._last else None
+        self._last = beacon
+        return confirmed
+
+
+class TrackedLamp:
+    """A lamp from frame to frame."""
 
     def __init__(
         self,
@@ -51,42 +105,36 @@ class TrackedLamp:
         self._decoder = decoder
         self._known = known
         self._readable_diameter = readable_diameter
-        self._acquisition_timeout = AcquisitionBackoff(acquisition_timeout)
-        self._confirmation = IdConfirmation()
-        self.beacon: int | None = None
-        self.unknown_id: int | None = None
-        self._assembly = MessageAssembler()
-        self.commands: list[CommandPacket] = []
-        self.message: str | bytes | None = None
-        self.skip_reason: SkipReason | None = None
+        self._backoff = AcquisitionBackoff(acquisition_timeout)
+        self._confirmation, self._assembler = IdConfirmation(), MessageAssembler()
+        self._beacon: int | None = None
+        self._unknown_id: int | None = None
 
-    def update(self, view: LampView) -> None:
+    def update(self, view: LampView) -> LampObservation:
         """Process a frame."""
-        self.commands, self.message = [], None
-        if self._acquisition_timeout.is_active(view.stamp) or self.beacon is not None:
+        commands: list[CommandPacket] = []
+        message: str | bytes | None = None
+        if self._backoff.is_active(view.stamp) or self._beacon is not None:
             for received in self._decoder.read(view):
-                self._acquisition_timeout.reset(view.stamp)
-                self._on_packet(received)
-        self.skip_reason = (
-            self._find_skip_reason(view)
-            if self._acquisition_timeout.has_timed_out and self.beacon is None
-            else None
+                self._backoff.reset(view.stamp)
+                match received.packet:
+                    case CommandPacket() as command:
+                        commands.append(command)
+                    case DataPacket() as fragment:
+                        completed = self._assembler.add(fragment)
+                        message = message if completed is None else completed
+                    case IdPacket(beacon):
+                        self._confirm(beacon)
+        skip_reason = None
+        if self._backoff.has_timed_out and self._beacon is None:
+            is_small = 2.0 * view.sample.radius < self._readable_diameter
+            skip_reason = SkipReason.TOO_SMALL if is_small else SkipReason.NO_CODE
+        return LampObservation(
+            view.sample, self._beacon, self._unknown_id, tuple(commands), skip_reason, message
         )
 
-    def _find_skip_reason(self, view: LampView) -> SkipReason:
-        is_small = 2.0 * view.sample.radius < self._readable_diameter
-        return SkipReason.TOO_SMALL if is_small else SkipReason.NO_CODE
-
-    def _on_packet(self, received: ReceivedPacket) -> None:
-        packet = received.packet
-        if isinstance(packet, CommandPacket):
-            self.commands.append(packet)
-        elif isinstance(packet, DataPacket):
-            message = self._assembly.add(packet)
-            self.message = self.message if message is None else message
-        elif isinstance(packet, IdPacket):
-            confirmed = self._confirmation.add(packet.beacon)
-            if confirmed is not None and confirmed in self._known:
-                self.beacon, self.unknown_id = confirmed, None
-            elif confirmed is not None:
-                self.beacon, self.unknown_id = None, confirmed
+    def _confirm(self, beacon: int) -> None:
+        confirmed = self._confirmation.add(beacon)
+        if confirmed is not None:
+            is_known = confirmed in self._known
+            self._beacon, self._unknown_id = (confirmed, None) if is_known else (None, confirmed)

@@ -13,7 +13,36 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from shirube_core.geometry import matrix_from_rpy
-from vlc_beacon.core.survey.lamp_bearings import LampBearings
+
+
+@dataclass(frozen=True)
+class LampBearings:
+    """Bearings to one lamp.
+
+    Attributes:
+        stamps: stamps, shape (n,), increasing [s].
+        positions: camera positions in the map, shape (n, 3) [m].
+        rotations: camera rotations ``R_map_camera``, shape (n, 3, 3).
+        rays: x and y of the undistorted rays with z = 1 in the optical frame, shape (n, 2).
+        sigmas: standard deviation of the rays along each axis, shape (n,).
+    """
+
+    stamps: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    rotations: NDArray[np.float64]
+    rays: NDArray[np.float64]
+    sigmas: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        """Return the number of bearings."""
+        return len(self.stamps)
+
+    def subset(self, mask: NDArray[np.bool_]) -> LampBearings:
+        """Return the bearings selected by a mask, shape (n,)."""
+        return LampBearings(
+            self.stamps[mask], self.positions[mask], self.rotations[mask], self.rays[mask], self.sigmas[mask]
+        )
+
 
 CLUSTER = 1.0
 """Duration of a cluster [s]."""
@@ -45,22 +74,13 @@ class SurveyedLamp:
 
 @dataclass(frozen=True)
 class NotSurveyed:
-    """A lamp whose position was not surveyed.
-
-    Attributes:
-        reason: cause and remedy.
-    """
+    """A lamp whose position was not surveyed: cause and remedy."""
 
     reason: str
 
 
 def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | NotSurveyed:
-    """Triangulate a lamp.
-
-    Args:
-        bearings: bearings to the lamp, with possible outliers.
-        tilt_sigma: standard deviation of the constant error of roll and pitch [rad].
-    """
+    """Triangulate a lamp from bearings with possible outliers; ``tilt_sigma`` is of the constant tilt error [rad]."""
     if len(_clusters(bearings)[0]) < CLUSTERS_MIN:
         return NotSurveyed(f'it was in view for less than {CLUSTERS_MIN * CLUSTER:g} s; drive on longer')
     start = _triangulate(bearings)
@@ -79,9 +99,8 @@ def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | Not
     shifts = _tilt_sensitivity(position, inliers, jacobian, residuals)
     sigma = np.sqrt(np.diag(covariance + tilt_sigma**2 * shifts @ shifts.T))
     if sigma.max() > SIGMA_MAX:
-        return NotSurveyed(
-            f'its standard deviation is {sigma.max():.1g} m; check the poses and the camera mount'
-        )
+        detail = f'its standard deviation is {sigma.max():.1g} m'
+        return NotSurveyed(f'{detail}; check the poses and the camera mount')
     x, y, z = position.tolist()
     return SurveyedLamp((x, y, z), sigma, len(inliers))
 
@@ -95,10 +114,8 @@ def _tilt_sensitivity(
     """Return the sensitivity to constant errors about the camera's x and y axes, shape (3, 2) [m/rad]."""
     columns = []
     for axis in np.eye(3)[:2]:
-        rotations = bearings.rotations @ matrix_from_rpy(_TILT_STEP * axis)
-        columns.append(
-            (_residuals(position, replace(bearings, rotations=rotations)) - residuals) / _TILT_STEP
-        )
+        tilted = replace(bearings, rotations=bearings.rotations @ matrix_from_rpy(_TILT_STEP * axis))
+        columns.append((_residuals(position, tilted) - residuals) / _TILT_STEP)
     return np.asarray(np.linalg.lstsq(jacobian, -np.column_stack(columns), rcond=None)[0])
 
 
@@ -109,16 +126,11 @@ def _residuals(position: NDArray[np.float64], bearings: LampBearings) -> NDArray
     return np.asarray(((rays - bearings.rays) / bearings.sigmas[:, None]).ravel())
 
 
-def _bearing_directions(bearings: LampBearings) -> NDArray[np.float64]:
-    """Return unit vectors towards the lamp in the map, shape (n, 3)."""
-    rays = np.column_stack([bearings.rays, np.ones(len(bearings))])
-    ahead = np.einsum('nij,nj->ni', bearings.rotations, rays)
-    return np.asarray(ahead / np.linalg.norm(ahead, axis=1, keepdims=True))
-
-
 def _triangulate(bearings: LampBearings) -> NDArray[np.float64]:
     """Return the point nearest to all lines of sight, shape (3,)."""
-    directions = _bearing_directions(bearings)
+    rays = np.column_stack([bearings.rays, np.ones(len(bearings))])
+    ahead = np.einsum('nij,nj->ni', bearings.rotations, rays)
+    directions = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
     projectors = np.eye(3) - directions[:, :, None] * directions[:, None, :]
     right_side = np.einsum('nij,nj->i', projectors, bearings.positions)
     return np.asarray(np.linalg.lstsq(projectors.sum(axis=0), right_side, rcond=None)[0])

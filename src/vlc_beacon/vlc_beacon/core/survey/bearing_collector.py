@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_core.geometry import PinholeCamera
-from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
-from vlc_beacon.core.receiver.settings import ReceiverSettings
-from vlc_beacon.core.survey.lamp_bearings import LampBearings
+from vlc_beacon.core.receiver.light_receiver import LightReceiver
+from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.settings import ReceiverSettings
+from vlc_beacon.core.survey.beacon_survey import LampBearings
 
 PIXEL_SIGMA = 0.1
 """Standard deviation of the camera calibration, in addition to that of the centres [px]."""
@@ -27,12 +28,7 @@ def image_rotation(before: NDArray[np.float64], after: NDArray[np.float64]) -> f
 
 
 class BearingCollector:
-    """Tracks the lamps over a drive.
-
-    Args:
-        camera: camera intrinsics.
-        settings: receiver settings with shutter and lamps.
-    """
+    """Tracks the lamps over a drive."""
 
     def __init__(self, camera: PinholeCamera, settings: ReceiverSettings) -> None:
         self._camera = camera
@@ -50,14 +46,7 @@ class BearingCollector:
         position: NDArray[np.float64],
         rotation: NDArray[np.float64],
     ) -> None:
-        """Process an image.
-
-        Args:
-            stamp: stamp of the image, later than the last one [s].
-            image: grey image, shape (h, w).
-            position: camera position in the map at the stamp, shape (3,) [m].
-            rotation: camera rotation ``R_map_camera`` at the stamp, shape (3, 3).
-        """
+        """Process a grey image, later than the last one, with the camera's position and rotation in the map."""
         now = stamp, position, rotation
         before, self._last = self._last or now, now
         for lamp in self._light.receive(stamp, image, image_rotation(before[2], rotation)):
@@ -83,9 +72,8 @@ class BearingCollector:
         return stamp, position, rotation, centre, sigma
 
     def _make_bearings(self, observations: list[_Observation]) -> LampBearings:
-        stamps, positions, rotations, centres, sigmas = zip(
-            *sorted(observations, key=lambda observation: observation[0]), strict=True
-        )
+        observations.sort(key=lambda observation: observation[0])
+        stamps, positions, rotations, centres, sigmas = zip(*observations, strict=True)
         return LampBearings(
             np.array(stamps),
             np.array(positions),

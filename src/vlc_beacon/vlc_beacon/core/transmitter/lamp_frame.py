@@ -6,13 +6,15 @@ pattern of output states. `firmware/led_beacon/README.md` specifies the format.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.transmitter.lamp_frame_error import LampFrameError
+from vlc_beacon.core.packet.crc import crc16
+from vlc_beacon.core.vlc_beacon_error import LampFrameError
 
 TICK_RATE = 16e6
 """Nominal clock of the lamp's timer [1/s]."""
@@ -20,7 +22,7 @@ STEP_FRACTION = 1 << 16
 """Fractions per tick of the step time."""
 STEP_TICKS_MIN, STEP_TICKS_MAX = 1000, 65000
 """Limits of the step duration: the firmware must prepare the next step, and the timer has 16 bits."""
-PATTERN_MAX, BITS_MAX, PULSE_TRAINS_MAX, PREAMBLE_MAX = 8, 3, 12, 2
+PATTERN_MAX, BITS_MAX, PULSETRAINS_MAX, PREAMBLE_MAX = 8, 3, 12, 2
 PLAYS_MAX = 255
 
 
@@ -100,7 +102,7 @@ class LampFrame:
             raise LampFrameError(
                 f'the pattern is {self.pattern}, it must have 1 to {PATTERN_MAX} states from 0 to 3'
             )
-        if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.pulse_trains) <= PULSE_TRAINS_MAX:
+        if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.pulse_trains) <= PULSETRAINS_MAX:
             raise LampFrameError(
                 f'{len(self.pulse_trains)} symbols are invalid for data symbols of {self.bits} bits'
             )
@@ -116,3 +118,34 @@ class LampFrame:
             raise LampFrameError(f'plays is {self.plays}, it must be from 0 to {PLAYS_MAX}')
         if not self.sections:
             raise LampFrameError('a frame must have at least one packet')
+
+
+VERSION = 1
+LENGTH_MAX = 508
+"""Maximum frame length: two frames with sequence number and checksum fill the EEPROM of 1024 bytes."""
+HEADER = struct.Struct('<BBHHBBBBBB')
+TRAIN = struct.Struct('<IHB')
+SECTION = struct.Struct('<BBH')
+_CRC_LENGTH = 2
+
+
+def frame_to_bytes(frame: LampFrame) -> bytes:
+    """Serialize a frame; raises `LampFrameError` if it is too long."""
+    body = b''.join(
+        TRAIN.pack(train.step_time, train.steps, train.first_index) for train in frame.pulse_trains
+    )
+    body += b''.join(_section_to_bytes(section, frame.bits) for section in frame.sections)
+    length = HEADER.size + len(body) + _CRC_LENGTH
+    if length > LENGTH_MAX:
+        raise LampFrameError(f'the frame has {length} bytes, the limit is {LENGTH_MAX}; send fewer packets')
+    pattern = sum(state << 2 * i for i, state in enumerate(frame.pattern))
+    preamble = (*frame.preamble, *[0] * (PREAMBLE_MAX - len(frame.preamble)))
+    counts = len(frame.pattern), frame.bits, len(frame.pulse_trains), len(frame.preamble)
+    whole = HEADER.pack(VERSION, frame.plays, length, pattern, *counts, *preamble) + body
+    return whole + crc16(whole).to_bytes(_CRC_LENGTH)
+
+
+def _section_to_bytes(section: Section, bits: int) -> bytes:
+    symbols = section.symbols.reshape(-1, 1) >> np.arange(bits)[::-1] & 1
+    head = SECTION.pack(section.symbols.shape[0], section.repeats, section.symbols.shape[1])
+    return head + np.packbits(symbols.ravel().astype(np.uint8)).tobytes()

@@ -11,13 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.plausibility import find_implausibility
-from vlc_beacon.core.packet.command_packet import Command
+from vlc_beacon.core.packet.command_packet import Command, Operation, find_implausibility
 from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.packet.operation import Operation
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 OPERATIONS = {operation.label: operation for operation in Operation}
@@ -43,23 +42,19 @@ class EncoderContext:
 
 
 def encode_messages(messages: Sequence[str], context: EncoderContext) -> list[bytes]:
-    """Encode messages to packets, in order.
+    """Encode messages to packets, in order; raises `VlcBeaconError`.
 
-    Raises:
-        VlcBeaconError: an unknown message, a command without a key or value, one operation with two values, or two
-            different one-shot commands: they share the counter, so the second would be rejected as a replay.
+    Two different one-shot commands share the counter: the second would be rejected as a replay.
     """
     commands = {message for message in messages if message.partition(':')[0] in OPERATIONS}
     if context.is_one_shot and len(commands) > 1:
         raise VlcBeaconError(
             f'{" and ".join(sorted(commands))}: only one command can be one-shot; choose one'
         )
-    operations = [message.partition(':')[0] for message in sorted(commands)]
-    for operation in operations:
-        if operations.count(operation) > 1:
-            raise VlcBeaconError(
-                f'{operation} is given with two values, but each rule is executed once per visit; choose one'
-            )
+    for one, other in pairwise(message.partition(':')[0] for message in sorted(commands)):
+        if one == other:
+            remedy = 'but each rule is executed once per visit; choose one'
+            raise VlcBeaconError(f'{one} is given with two values, {remedy}')
     packets = [packet for message in messages for packet in _encode_message(message, context)]
     if not packets:
         raise VlcBeaconError(f'no messages given; {_REMEDY}')

@@ -25,14 +25,7 @@ _GAP_MAX_NS = 200_000_000
 
 @dataclass(frozen=True)
 class DriveTopics:
-    """Topics of the bag.
-
-    Attributes:
-        image: raw or compressed images.
-        camera_info: calibration of the images.
-        pose: pose of the base in the map.
-        imu: IMU whose orientation gives roll and pitch; empty to use those of the pose.
-    """
+    """Topics of the bag; without an IMU, whose orientation gives roll and pitch, those of the pose are used."""
 
     image: str
     camera_info: str
@@ -58,12 +51,7 @@ class DriveImage:
 
 
 def load_camera(bag: BagReader, topic: str) -> PinholeCamera:
-    """Return the calibration of a bag's images.
-
-    Raises:
-        BagError: the bag has no calibration.
-        CameraInfoError: the calibration is invalid.
-    """
+    """Return the calibration of a bag's images; raises `BagError` or `CameraInfoError`."""
     for raw in bag.messages([topic]):
         return camera_from_camera_info(bag.decode(raw), topic)
     raise BagError(f'{bag.path}: {topic} is empty; record the calibration too')
@@ -72,13 +60,7 @@ def load_camera(bag: BagReader, topic: str) -> PinholeCamera:
 def drive_images(
     bag: BagReader, topics: DriveTopics, mount: CameraMount, camera: PinholeCamera
 ) -> Iterator[DriveImage]:
-    """Yield the images with known poses.
-
-    Args:
-        bag: an open bag.
-        topics: topics to read.
-        mount: pose of the camera on the robot.
-        camera: camera intrinsics.
+    """Yield the images of an open bag with known poses.
 
     Raises:
         BagError: a topic is missing or corrupted, or no image has a pose.
@@ -136,6 +118,4 @@ def _load_tilts(bag: BagReader, topic: str) -> tuple[NDArray[np.int64], NDArray[
 def _grey(message: object, msgtype: str, topic: str) -> NDArray[np.uint8]:
     convert = array_from_compressed_image if msgtype.endswith('CompressedImage') else array_from_image
     pixels = convert(message, topic)
-    return (
-        pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
-    )
+    return pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), np.uint8)

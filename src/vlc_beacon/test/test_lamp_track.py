@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vlc_beacon.core.lamp_image.image_motion import ImageMotion
+from vlc_beacon.core.lamp_image.lamp_track import ImageMotion
 
 
 def test_a_steady_motion_is_expected():

@@ -3,12 +3,112 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from shirube_core.geometry import SE2
-from vlc_beacon.core.drive.drive_settings import DriveSettings
-from vlc_beacon.core.drive.reference_line import ReferenceLine
-from vlc_beacon.core.drive.velocity import Velocity
-from vlc_beacon.core.packet.operation import Operation
+from shirube_core.geometry import SE2, wrap_angle
+from shirube_core.settings import setting
+from vlc_beacon.core.packet.command_packet import Operation
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """Motion parameters used when `drive` is true."""
+
+    cruise_speed: float = setting(
+        0.3,
+        'forward speed until a command changes it, and after resume',
+        unit='m/s',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    acceleration: float = setting(
+        0.5, 'maximum forward acceleration and deceleration', unit='m/s^2', minimum=0.01, maximum=10.0
+    )
+    turn_rate_max: float = setting(1.0, 'maximum yaw rate', unit='rad/s', minimum=0.05, maximum=10.0)
+    turn_acceleration: float = setting(
+        2.0, 'maximum yaw acceleration', unit='rad/s^2', minimum=0.05, maximum=50.0
+    )
+    turn_tolerance: float = setting(
+        math.radians(1.0),
+        'a turn is complete when the remaining angle is below this',
+        unit='rad',
+        minimum=0.001,
+        maximum=0.3,
+    )
+    line_distance: float = setting(
+        0.5, 'lookahead distance along the reference line', unit='m', minimum=0.05, maximum=10.0
+    )
+    pose_timeout: float = setting(
+        0.5,
+        'maximum age of a pose; without a newer one the robot brakes',
+        unit='s',
+        minimum=0.02,
+        maximum=10.0,
+    )
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """Forward speed [m/s] and yaw rate [rad/s] of the base, counterclockwise."""
+
+    forward: float = 0.0
+    turn_rate: float = 0.0
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether both components are zero."""
+        return self.forward == 0.0 and self.turn_rate == 0.0
+
+    def step_toward(self, target: Velocity, forward_step: float, turn_step: float) -> Velocity:
+        """Return this velocity moved towards a target by at most one step [m/s] and [rad/s]."""
+        return Velocity(
+            _step_toward(self.forward, target.forward, forward_step),
+            _step_toward(self.turn_rate, target.turn_rate, turn_step),
+        )
+
+
+def _step_toward(value: float, target: float, step: float) -> float:
+    return target if abs(target - value) <= step else value + math.copysign(step, target - value)
+
+
+class ReferenceLine:
+    """A line through a position, and the robot's heading error relative to it.
+
+    The heading is unwrapped, so that a turn by 270 degrees is made in the commanded direction.
+
+    Args:
+        start: initial pose of the robot in the map; it defines the line.
+    """
+
+    def __init__(self, start: SE2) -> None:
+        self._origin = (start.x, start.y)
+        self._pose = start
+        self._yaw = self._heading = start.yaw
+
+    def update_pose(self, T_map_base: SE2) -> None:
+        """Update the robot's pose."""
+        self._yaw += wrap_angle(T_map_base.yaw - self._yaw)
+        self._pose = T_map_base
+
+    def rotate(self, angle: float) -> None:
+        """Rotate the line [rad]; its origin is set when the turn is complete, see `restart_at_robot`."""
+        self._heading += angle
+
+    def restart_at_robot(self) -> None:
+        """Move the origin of the line to the robot's position."""
+        self._origin = (self._pose.x, self._pose.y)
+
+    @property
+    def remaining_turn(self) -> float:
+        """Heading error: angle from the robot's heading to the line [rad]."""
+        return self._heading - self._yaw
+
+    def steering_angle(self, distance: float) -> float:
+        """Return the angle to the heading that leads back to the line within a lookahead distance [m] [rad]."""
+        dx, dy = self._pose.x - self._origin[0], self._pose.y - self._origin[1]
+        cross_track_error = math.cos(self._heading) * dy - math.sin(self._heading) * dx
+        return wrap_angle(self.remaining_turn - math.atan2(cross_track_error, distance))
+
 
 # Time constant of the heading controller [s].
 _STEERING_TIME = 0.4

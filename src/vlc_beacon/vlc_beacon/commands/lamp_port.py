@@ -1,4 +1,4 @@
-"""Serial connection to a lamp with `firmware/led_beacon`."""
+"""Serial connection to a lamp with `firmware/led_beacon`, whose README specifies the protocol."""
 
 from __future__ import annotations
 
@@ -6,33 +6,32 @@ import os
 import select
 import termios
 import time
-from collections.abc import Iterable
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from vlc_beacon.core.transmitter.serial_protocol import (
-    HALT_REQUEST,
-    OK_REPLY,
-    PLAY_REQUEST,
-    STATUS_REQUEST,
-    VERSION_REQUEST,
-    LampStatus,
-    check_version,
-    read_status,
-    upload_requests,
-)
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
+PROTOCOL_VERSION = 1
+CHUNK_BYTES = 32
+"""Frame bytes per line."""
 BAUD = termios.B115200
 CONNECT_TIMEOUT = 5.0
 """Connection timeout [s]; opening the port resets an Arduino, whose bootloader runs for up to two seconds."""
 RETRY_INTERVAL = 0.5
 REPLY_TIMEOUT = 4.0
 """Reply timeout [s]; storing the longest frame takes 1.8 s."""
-POLL_INTERVAL = 0.02
 LINE_MAX = 200
 """Maximum length of a reply."""
+
+
+def upload_requests(frame: bytes, *, keep: bool) -> list[str]:
+    """Return the requests that upload a frame, to the EEPROM if ``keep``; wait for the reply to each."""
+    starts = range(0, len(frame), CHUNK_BYTES)
+    chunks = [f'd {start} {frame[start : start + CHUNK_BYTES].hex()}' for start in starts]
+    return [f'b {len(frame)}', *chunks, 'k' if keep else 't']
 
 
 class LampPort:
@@ -54,7 +53,7 @@ class LampPort:
             raise VlcBeaconError(f'serial port {path} cannot be opened: {error.strerror}') from error
         try:
             self._configure_port()
-            check_version(self._connect())
+            self._connect()
         except BaseException:
             os.close(self._file)
             raise
@@ -70,36 +69,19 @@ class LampPort:
         os.close(self._file)
 
     def load(self, frame: bytes, *, keep: bool) -> None:
-        """Upload and play a frame.
+        """Upload and play a frame; raises `VlcBeaconError` if the lamp rejects it or does not reply.
 
         Args:
             frame: frame bytes.
             keep: whether to store the frame in the EEPROM; otherwise it is played for its number of plays.
-
-        Raises:
-            VlcBeaconError: the lamp rejects it, or does not reply.
         """
         for request in upload_requests(frame, keep=keep):
-            self._command(request)
-
-    def stream(self, frames: Iterable[bytes]) -> None:
-        """Play frames in sequence, each as soon as the lamp accepts it; none of them is stored."""
-        for frame in frames:
-            while self.status().is_busy:
-                time.sleep(POLL_INTERVAL)
-            self.load(frame, keep=False)
-
-    def status(self) -> LampStatus:
-        """Return the status of the lamp."""
-        return read_status(self._request(STATUS_REQUEST))
-
-    def halt(self) -> None:
-        """Stop the modulation; the lamp is constantly on."""
-        self._command(HALT_REQUEST)
-
-    def play(self) -> None:
-        """Resume playing."""
-        self._command(PLAY_REQUEST)
+            self._write(request + '\r')
+            reply = self._read_line(REPLY_TIMEOUT)
+            if reply is None:
+                raise VlcBeaconError(f'the lamp on {self._path} does not reply')
+            if reply != 'OK':
+                raise VlcBeaconError(f'the lamp on {self._path} replied {reply!r} to {request[:12]!r}')
 
     def _configure_port(self) -> None:
         """Set raw 8-bit mode, without a reset when the port is closed and opened again."""
@@ -113,43 +95,30 @@ class LampPort:
         except termios.error as error:
             raise VlcBeaconError(f'{self._path} is not a serial port: {error.args[1]}') from error
 
-    def _connect(self) -> str:
-        """Request the version until the lamp replies, and drop replies to earlier requests."""
+    def _connect(self) -> None:
+        """Request the version until the lamp replies, drop replies to earlier requests, and check the version."""
         end = time.monotonic() + CONNECT_TIMEOUT
         while time.monotonic() < end:
             # The carriage return ends a line started by noise.
-            self._write(f'\r{VERSION_REQUEST}\r')
+            self._write('\rv\r')
             reply = self._read_line(RETRY_INTERVAL)
             if reply is not None and not reply.startswith('ERR'):
                 while time.monotonic() < end and self._read_line(RETRY_INTERVAL / 5.0) is not None:
                     pass
-                return reply
+                if reply.split()[:2] != ['led_beacon', str(PROTOCOL_VERSION)]:
+                    expected = f'expected led_beacon {PROTOCOL_VERSION}; flash firmware/led_beacon'
+                    raise VlcBeaconError(f'the lamp replied {reply!r}, {expected}')
+                return
         raise VlcBeaconError(
             f'no lamp replies on {self._path}: check the wiring and flash firmware/led_beacon'
         )
-
-    def _command(self, request: str) -> None:
-        reply = self._request(request)
-        if reply != OK_REPLY:
-            raise VlcBeaconError(f'the lamp on {self._path} replied {reply!r} to {request[:12]!r}')
-
-    def _request(self, request: str) -> str:
-        self._write(request + '\r')
-        reply = self._read_line(REPLY_TIMEOUT)
-        if reply is None:
-            raise VlcBeaconError(f'the lamp on {self._path} does not reply')
-        return reply
 
     def _write(self, text: str) -> None:
         data = text.encode('ascii')
         while data:
             select.select([], [self._file], [], REPLY_TIMEOUT)
-            try:
+            with self._reporting_disconnection():
                 data = data[os.write(self._file, data) :]
-            except OSError as error:
-                raise VlcBeaconError(
-                    f'the lamp on {self._path} was disconnected: {error.strerror}'
-                ) from error
 
     def _read_line(self, seconds: float) -> str | None:
         """Return the next line, None on timeout."""
@@ -160,14 +129,17 @@ class LampPort:
                 return None
             if not select.select([self._file], [], [], max(0.0, end - time.monotonic()))[0]:
                 return None
-            try:
+            with self._reporting_disconnection():
                 received = os.read(self._file, 256)
-            except OSError as error:
-                raise VlcBeaconError(
-                    f'the lamp on {self._path} was disconnected: {error.strerror}'
-                ) from error
             if not received:
                 raise VlcBeaconError(f'the lamp on {self._path} was disconnected')
             self._received += received
         line, self._received = self._received.split(b'\n', 1)
         return line.decode('ascii', 'replace').strip()
+
+    @contextmanager
+    def _reporting_disconnection(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise VlcBeaconError(f'the lamp on {self._path} was disconnected: {error.strerror}') from error

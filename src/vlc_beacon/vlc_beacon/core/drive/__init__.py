@@ -1,1 +1,0 @@
-"""Velocity commands from lamp commands and poses."""
