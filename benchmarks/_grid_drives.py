@@ -9,11 +9,10 @@ import numpy as np
 from _grid_tasks import GridTask
 from numpy.typing import NDArray
 
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.octile import route_length
-from reward_planner.core.route.route import NoRoute
+from reward_planner.core.route.route import NoRoute, route_length
 from scene_simulator.grid_truth import is_traversable
 from scene_simulator.grid_world import GridWorld
 

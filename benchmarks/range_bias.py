@@ -14,8 +14,8 @@ from _voxel_scenes import CAMERA, points_at, view_at
 from tqdm import tqdm
 
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
+from reward_planner.core.voxels.voxel_map import counts_over_expected, counts_over_maximum
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.core.voxels.voxel_values import counts_over_expected, counts_over_maximum
 from scene_simulator.box_room import BoxRoom, points_from_depth
 from shirube_core.geometry import SE2
 

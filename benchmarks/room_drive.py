@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.depth.pair_matcher import PairMatcher
-from reward_planner.core.depth.stereo_pair import pair_from_projections
+from reward_planner.core.depth.stereo_pair import PairMatcher, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, OccupancyMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, OccupancyMap
 from scene_simulator.box_room import add_spurious_depths
 from scene_simulator.room_drive import RoomDrive
 

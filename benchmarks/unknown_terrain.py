@@ -16,7 +16,7 @@ from _timed_answers import use_one_core
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.planner_settings import RewardSettings
 from scene_simulator.grid_truth import distances_from
 
 LENGTH_RATIO_MAX = 500.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.encoder_monitor import CountStatus
+from motor_bridge.link.controller_session import ControllerSession
 from shirube_ros.diagnostics import Level, Status
 
 

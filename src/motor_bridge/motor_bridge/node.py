@@ -13,19 +13,17 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from motor_bridge.bridge_report import bridge_status
-from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_link import ControllerSetup
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, check_velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.velocity import check_velocity
-from motor_bridge.link_report import LinkReport
-from motor_bridge.motor_loop import MotorLoop
+from motor_bridge.link.controller_session import ControllerSession, LinkReport
+from motor_bridge.link.motor_loop import MotorLoop
+from motor_bridge.link.serial_port import SerialPort
 from motor_bridge.node_settings import NodeSettings
 from motor_bridge.odometry_publisher import OdometryPublisher
-from motor_bridge.serial_port import SerialPort
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics, Status
 from shirube_ros.node_main import run_node

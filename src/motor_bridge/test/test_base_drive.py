@@ -3,9 +3,8 @@ import math
 import pytest
 
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.core.velocity import Velocity
 
 PERIOD = 1.0 / 30.0
 SETTINGS = DriveSettings()

@@ -1,6 +1,6 @@
 import pytest
 
-from motor_bridge.emulator.c_arithmetic import atoi, divide_truncating, wrap_signed
+from motor_bridge.emulator.firmware import atoi, divide_truncating, wrap_signed
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from motor_bridge.core.controller_link import WheelCounts
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_monitor import RESTART_COUNT, CountStatus, count_difference
 from motor_bridge.core.encoder_odometry import EncoderOdometry
-from motor_bridge.core.serial_protocol import WheelCounts
 
 SETTINGS = DriveSettings()
 BASE = DiffDriveKinematics(SETTINGS)

@@ -3,8 +3,7 @@ import re
 import numpy as np
 import pytest
 
-from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.serial_protocol import (
+from motor_bridge.core.controller_link import (
     BadReplyError,
     WheelCounts,
     check_acknowledged,
@@ -13,6 +12,7 @@ from motor_bridge.core.serial_protocol import (
     parse_counts,
     speeds_request,
 )
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
 
 def test_commands_are_ended_by_a_carriage_return_alone():

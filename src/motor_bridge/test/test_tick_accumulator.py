@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from motor_bridge.core.tick_accumulator import TickAccumulator, clamp_ticks
+from motor_bridge.core.base_drive import TickAccumulator, clamp_ticks
 
 FRAME = 0.033
 

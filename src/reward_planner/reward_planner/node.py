@@ -11,26 +11,22 @@ from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import Header, String
 
-from reward_planner.compute_path_server import create_compute_path_server
 from reward_planner.core.compile_kernels import compile_kernels
-from reward_planner.core.driving.drive_command import DriveCommand, DriveState
+from reward_planner.core.driving.drive_controller import DriveCommand, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import parse_light_command
 from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import MappedFrame, Navigator, NavigatorSettings, SensorFrame
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.inputs.depth_input import DepthInput
-from reward_planner.inputs.points_input import PointsInput
-from reward_planner.inputs.trinocular_input import TrinocularInput
-from reward_planner.map_publisher import MapPublisher
-from reward_planner.map_service import load_static_map, save_global_map
+from reward_planner.interface.compute_path_server import create_compute_path_server
+from reward_planner.interface.map_server import MapPublisher, load_static_map, save_global_map
+from reward_planner.interface.planner_report import PlannerReport
+from reward_planner.interface.sensor_inputs import DepthInput, PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings, check_source
-from reward_planner.planner_report import PlannerReport
 from shirube_core.geometry import SE2
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics

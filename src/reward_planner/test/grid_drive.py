@@ -6,16 +6,11 @@ import math
 
 import numpy as np
 
-from reward_planner.core.driving.drive_command import DriveState
-from reward_planner.core.driving.drive_controller import DriveController
+from reward_planner.core.driving.drive_controller import DriveController, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.inflation import clearance
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame, clearance
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from scene_simulator.grid_world import GridWorld
 from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
 from shirube_core.geometry import SE2

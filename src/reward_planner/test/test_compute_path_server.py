@@ -10,13 +10,12 @@ from nav_msgs.msg import Path
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from reward_planner.compute_path_server import create_compute_path_server, handle_request
-from reward_planner.core.driving.driving_error import DrivingError
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
+from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.interface.compute_path_server import create_compute_path_server, handle_request
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.pose_conversion import pose_stamped
 

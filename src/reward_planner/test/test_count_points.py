@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reward_planner.core.voxels.count_points import count_points
+from reward_planner.core.voxels.frame_kernels import count_points
 
 RANGES = (0.3, 3.0)
 SHAPE = (64, 64, 12)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from l_rig import CAMERA, true_depth
 
-from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.reward_planner_error import DepthError
 from shirube_core.geometry import PinholeCamera
 
 

@@ -6,23 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from grid_drive import (
-    RADIUS,
-    TICK,
-    GridDrive,
-    coarse,
-    goal_at,
-    hall,
-    is_stopped,
-    roomy_place,
-    wall_with_door,
-)
+from grid_drive import RADIUS, TICK, GridDrive, coarse, goal_at, hall, is_stopped, roomy_place, wall_with_door
 
-from reward_planner.core.driving.drive_command import DriveState
-from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.driving.drive_controller import DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.grid.inflation import clearance
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.global_map import LocalMap
+from reward_planner.core.occupancy_map import clearance
+from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.grid_maps import maze, random_field, rooms, warehouse
 from shirube_core.geometry import SE2

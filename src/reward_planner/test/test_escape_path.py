@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from reward_planner.core.driving.escape_path import escape_path
-from reward_planner.core.grid.inflation import clearance
+from reward_planner.core.driving.replanner import escape_path
+from reward_planner.core.occupancy_map import clearance
 
 
 def test_each_step_gains_clearance_and_the_last_is_free():

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reward_planner.core.voxels.frame_window import TILE_SIZE, window_around, window_shape
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.reward_planner_error import VoxelError
+from reward_planner.core.voxels.frame_window import TILE_SIZE, SensorView, window_around, window_shape
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
+from reward_planner.core.reward_planner_error import MappingError
 
 
 def patch(row, column, cells, observed=None, resolution=0.05):

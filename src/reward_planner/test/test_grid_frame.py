@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.occupancy_map import GridFrame
 from reward_planner.core.reward_planner_error import RewardPlannerError
 
 FRAME = GridFrame(origin_x=-2.0, origin_y=1.0, resolution=0.05, columns=80, rows=40)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.grid.inflation import clearance, inflate_obstacles
+from reward_planner.core.occupancy_map import clearance, inflate_obstacles
 
 
 def distances_one_by_one(occupied: np.ndarray) -> np.ndarray:

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.light_command import OPERATIONS, LightCommand, parse_light_command
+from reward_planner.core.reward_planner_error import DrivingError
 
 
 @pytest.mark.parametrize('operation', OPERATIONS)

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from reward_planner.core.driving.light_command import LightCommand
-from reward_planner.core.driving.light_command_state import LightCommandState
+from reward_planner.core.driving.light_command import LightCommand, LightCommandState
 
 
 def test_slow_never_makes_faster_and_no_lamp_exceeds_the_limit():

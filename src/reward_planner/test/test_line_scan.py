@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.route.bit_grid import MARGIN, pack_grid
-from reward_planner.core.route.line_scan import scan_down, scan_up
+from reward_planner.core.route.bit_grid import MARGIN, pack_grid, scan_down, scan_up
 
 
 def walk(blocked: np.ndarray, row: int, begin: int, step: int, goal: int) -> int:

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
-from reward_planner.core.driving.lookahead_point import check_path_ahead, lookahead_point
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.driving.path_following import check_path_ahead, lookahead_point
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
 from shirube_core.geometry import SE2
 
 CORNER = np.array([(0.1 * k, 0.0) for k in range(11)] + [(1.0, 0.1 * k) for k in range(1, 11)])

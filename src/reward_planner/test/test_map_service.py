@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.files.occupancy_map_file import save_occupancy_map
-from reward_planner.map_service import load_static_map
+from reward_planner.interface.map_server import load_static_map
 from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import CameraMount
 

@@ -7,15 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.driving.drive_command import DriveState
-from reward_planner.core.driving.driving_error import DrivingError
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
-from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.driving.drive_controller import DriveState
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.mapping.pose_message_filter import DropReason
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
+from reward_planner.core.reward_planner_error import DrivingError, MappingError
 from reward_planner.core.route.route import NoRouteReason
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, add_disparity_noise, forward_camera, points_from_depth

@@ -12,8 +12,7 @@ from node_robot import CAMERA, ROOM, START, Robot, stamp
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
 from scene_simulator.box_room import forward_camera
 from shirube_core.geometry import SE2
@@ -123,10 +122,7 @@ def test_the_map_is_saved_resumed_and_cleared(graph, tmp_path):
     np.testing.assert_array_equal(load_occupancy_map(tmp_path / 'new.yaml', 0.1).occupancy, cells)
     assert robot.call('clear_map').success
     answer = robot.call('save_map')
-    assert (answer.success, answer.message) == (
-        False,
-        'the map is empty; wait for the first frame',
-    )
+    assert (answer.success, answer.message) == (False, 'the map is empty; wait for the first frame')
     late = robot.listen(OccupancyGrid, '/reward_planner/map', map_profile())
     assert graph.spin_until(lambda: len(late) > 0)
     assert set(late[-1].data) == {-1}

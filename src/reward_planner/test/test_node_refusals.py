@@ -12,8 +12,7 @@ from node_robot import START, Robot
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header, String
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 from reward_planner.node import RewardPlannerNode, main
@@ -36,17 +35,9 @@ pytestmark = pytest.mark.newest_set_only
             'points has no field x; send x, y and z',
         ),
         (lambda r: r.send_pose(START, 'odom'), 'pose', "pose is in the frame 'odom', map_frame is 'map'"),
-        (
-            lambda r: r.send_pose(SE2(math.nan, 0.0, 0.0)),
-            'pose',
-            'pose holds a pose that is not finite',
-        ),
+        (lambda r: r.send_pose(SE2(math.nan, 0.0, 0.0)), 'pose', 'pose holds a pose that is not finite'),
         (lambda r: r.send_goal(START, 'odom'), 'goal_pose', "goal_pose is in the frame 'odom'"),
-        (
-            lambda r: r.send_goal(SE2(math.inf, 0.0, 0.0)),
-            'goal_pose',
-            'goal_pose holds a pose that is not',
-        ),
+        (lambda r: r.send_goal(SE2(math.inf, 0.0, 0.0)), 'goal_pose', 'goal_pose holds a pose that is not'),
         (lambda r: r.send('command', String(data='stop!')), 'command', 'command is not valid JSON'),
         (lambda r: r.send('command', String(data='{"op": "fly"}')), 'command', 'command has an unknown op'),
     ],

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from scipy.ndimage import minimum_filter
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
+from reward_planner.core.reward_planner_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera

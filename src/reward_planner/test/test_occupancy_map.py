@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
 
 

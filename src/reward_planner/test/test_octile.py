@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.route.octile import DIAGONAL, STRAIGHT, octile_distance, route_length
+from reward_planner.core.route.route import DIAGONAL, STRAIGHT, octile_distance, route_length
 
 
 def test_units_are_octile_lengths() -> None:

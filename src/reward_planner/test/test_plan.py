@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from reward_planner.commands.plan import main
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 
 FRAME = GridFrame(-1.0, -2.0, 0.1, 60, 40)

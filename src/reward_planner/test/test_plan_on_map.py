@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.inflation import inflate_obstacles
-from reward_planner.core.grid.occupancy_map import OccupancyMap
-from reward_planner.core.plan_on_map import plan_on_map
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.commands.plan import plan_on_map
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap, inflate_obstacles
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
 from scene_simulator.grid_maps import maze, rooms
 from scene_simulator.grid_truth import distances_from

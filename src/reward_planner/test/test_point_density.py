@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.voxels.point_density import equivalent_focal_length
+from reward_planner.core.voxels.frame_window import equivalent_focal_length
 from scene_simulator.box_room import BoxRoom, forward_camera
 from shirube_core.geometry import PinholeCamera
 

@@ -7,7 +7,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-from reward_planner.inputs.points_input import PointsInput
+from reward_planner.interface.sensor_inputs import PointsInput
 from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.point_cloud_conversion import cloud_from_points

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.ndimage import minimum_filter
 
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.projection import project_voxels
-from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.mapping.obstacle_mapper import project_voxels
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN
+from reward_planner.core.voxels.frame_window import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from slow_voxels import voxels_on_segment
 
-from reward_planner.core.voxels.ray_traversal import HIT, TRAVERSED, mark_traversed, mark_traversed_exits
+from reward_planner.core.voxels.frame_kernels import HIT, TRAVERSED, mark_traversed, mark_traversed_exits
 
 SHAPE = (32, 32, 10)
 

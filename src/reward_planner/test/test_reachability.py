@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from reward_planner.core.route.reachability import is_reachable
-from reward_planner.core.route.route import Route
+from reward_planner.core.route.route import Route, is_reachable
 from reward_planner.core.route.shortest_route import shortest_route
 
 

@@ -7,12 +7,9 @@ import pytest
 
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.replanner import Replanner, path_length
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.route.route import NoRouteReason
 from shirube_core.geometry import SE2
 

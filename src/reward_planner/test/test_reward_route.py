@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from reward_planner.core.reward.reward_route import reward_route
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.planner_settings import RewardSettings
+from reward_planner.core.reward.reward_walk import reward_route
 from reward_planner.core.route.route import NoRoute, NoRouteReason
 from scene_simulator.grid_truth import is_traversable
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk
 from scene_simulator.grid_maps import GRID_MAPS
 from scene_simulator.grid_truth import distances_from, is_traversable

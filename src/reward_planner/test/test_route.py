@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.grid.grid_frame import GridFrame
+from reward_planner.core.occupancy_map import GridFrame
 from reward_planner.core.route.route import Route
 
 

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
-from reward_planner.files.route_picture import draw_route
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
+from reward_planner.files.route_files import draw_route
 
 
 def test_every_kind_of_cell_has_its_colour_and_the_highest_row_is_above() -> None:

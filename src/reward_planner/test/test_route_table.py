@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reward_planner.files.route_table import save_route_table
+from reward_planner.files.route_files import save_route_table
 
 
 def test_a_table_has_a_header_and_a_line_a_point_in_metres(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.reward_planner_error import VoxelError
+from reward_planner.core.voxels.frame_window import SensorView
 
 
 def changed(row, column, value):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.steering import (
+from reward_planner.core.driving.path_following import (
     braking_speed_limit,
     obstacle_speed_limit,
     turn_rate_for_angle,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from l_rig import projection
 
-from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.stereo_pair import pair_from_projections
+from reward_planner.core.reward_planner_error import DepthError
 from shirube_core.geometry import PinholeCamera
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from reward_planner.core.route.bit_grid import pack_grid
-from reward_planner.core.route.successors import successors, successors_of_start
+from reward_planner.core.route.jump_points import successors, successors_of_start
 
 FOUND = np.empty((200, 2), np.int32)
 

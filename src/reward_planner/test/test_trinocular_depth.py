@@ -11,8 +11,7 @@ import pytest
 from l_rig import BASELINE, picture, projection, true_depth
 
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.depth.pair_matcher import PairMatcher
-from reward_planner.core.depth.stereo_pair import StereoPair, pair_from_projections
+from reward_planner.core.depth.stereo_pair import PairMatcher, StereoPair, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import (
     BOTH,
     FIRST,

@@ -10,9 +10,9 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
-from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.inputs.trinocular_input import TrinocularInput
+from reward_planner.core.reward_planner_error import DepthError
+from reward_planner.interface.sensor_inputs import TrinocularInput
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.image_conversion import image_from_array
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from l_rig import BASELINE, CAMERA, picture, projection, true_depth
 
-from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.depth.trinocular_rig import TrinocularRig
+from reward_planner.core.depth.trinocular_depth import TrinocularRig
+from reward_planner.core.reward_planner_error import DepthError
 
 
 def rig(calibrated_y, matcher='sgbm'):

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.reward.reward_table import RewardTable
+from reward_planner.core.planner_settings import RewardTable
 from reward_planner.core.reward.step_reward import STEPS
 from reward_planner.core.reward.virtual_search import best_steps, virtual_path_length
-from reward_planner.core.route.octile import STRAIGHT
+from reward_planner.core.route.route import STRAIGHT
 
 NUMBERS = RewardTable().reward_values()
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from slow_voxels import cells_as_voxels
 
+from reward_planner.core.reward_planner_error import VoxelError
+from reward_planner.core.voxels.frame_window import SensorView
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_error import VoxelError
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import Box, BoxRoom, forward_camera, points_from_depth

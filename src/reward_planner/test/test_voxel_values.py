@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
-from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.core.voxels.voxel_values import (
+from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow, SensorView
+from reward_planner.core.voxels.voxel_map import (
     add_to_voxels,
     counts_over_expected,
     counts_over_maximum,
     mark_touched_tiles,
 )
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
 

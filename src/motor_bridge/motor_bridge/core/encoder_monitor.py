@@ -1,11 +1,19 @@
-"""Plausibility check of encoder counts, since the serial line has no checksums."""
+"""Plausibility check of encoder counts, since the serial line has no checksums.
+
+Bounds of the wheel motion since the last accepted counts, from commanded and measured speeds.
+"""
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 
-from motor_bridge.core.serial_protocol import WheelCounts
-from motor_bridge.core.wheel_motion_bounds import COUNT_NOISE, WheelMotionBounds, is_within_bounds
+import numpy as np
+from numpy.typing import NDArray
+
+from motor_bridge.core.controller_link import WheelCounts
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
+from motor_bridge.core.drive_settings import DriveSettings
 
 RESTART_COUNT = 5
 """Consistent rejected counts in a row after which the encoders are taken as reset."""
@@ -104,3 +112,88 @@ def count_difference(before: WheelCounts, after: WheelCounts) -> tuple[int, int]
         for old, new in ((before.left, after.left), (before.right, after.right))
     )
     return left, right
+
+
+COUNT_NOISE = 4.0
+"""Noise of the difference of two counts [ticks]."""
+_OVERSHOOT = 0.25  # greatest overshoot of the speed control, fraction
+_RIPPLE = 3.0  # greatest ripple of the speed control [ticks per frame]
+_PUSH_FACTOR = 2.0  # greatest speed of a pushed wheel, multiple of the maximum speed
+_COAST_TIME = 0.5  # time in which motors without voltage come to rest [s]
+_RESET_ROLL_TIME = 0.25  # their coasting distance, as time at full speed [s]
+
+
+class WheelMotionBounds:
+    """Bounds of the turns of both wheels since the last accepted counts [ticks].
+
+    Bounds are arrays of shape (2, 2): least and greatest turn (rows) of the left and the right wheel (columns).
+    """
+
+    _low: NDArray[np.float64]
+    _high: NDArray[np.float64]
+
+    def __init__(self, kinematics: DiffDriveKinematics, settings: DriveSettings) -> None:
+        """Start with stopped wheels."""
+        self._frame, self._auto_stop = kinematics.frame, settings.auto_stop
+        fastest = kinematics.to_wheel_ticks(
+            Velocity(settings.max_linear_velocity, -settings.max_angular_velocity)
+        )[0]
+        self._pushed_speed_max = _PUSH_FACTOR * fastest / kinematics.frame
+        self._ripple = _RIPPLE / kinematics.frame
+        self._commanded = np.zeros(2)
+        self.start((0.0, 0.0))
+
+    def set_commanded(self, left: int, right: int) -> None:
+        """Set the commanded speeds [ticks per frame]."""
+        self._commanded = np.array([left, right]) / self._frame
+        self._low = np.minimum(self._low, self._commanded)
+        self._high = np.maximum(self._high, self._commanded)
+
+    def start(self, speeds: tuple[float, float]) -> None:
+        """Restart at accepted counts.
+
+        Args:
+            speeds: measured speeds of the wheels [ticks/s].
+        """
+        self._low = np.minimum(speeds, self._commanded)
+        self._high = np.maximum(speeds, self._commanded)
+
+    def commanded_bounds(self, elapsed: float) -> NDArray[np.float64]:
+        """Return the bounds while the controller follows the commands.
+
+        Args:
+            elapsed: time since the last accepted counts [s].
+        """
+        return self._bounds(self._low, self._high, elapsed)
+
+    def link_lost_bounds(self, elapsed: float) -> NDArray[np.float64]:
+        """Return the bounds without a link: the auto-stop ends every motion at an unknown time."""
+        time = min(elapsed, self._auto_stop + _COAST_TIME)
+        return self._bounds(np.minimum(self._low, 0.0), np.maximum(self._high, 0.0), time)
+
+    def reset_bounds(self) -> NDArray[np.float64]:
+        """Return the bounds of the counts after a reset of the controller: the wheels coast from count 0."""
+        return self._bounds(np.minimum(self._low, 0.0), np.maximum(self._high, 0.0), _RESET_ROLL_TIME)
+
+    def pushed_turn_max(self, elapsed: float) -> float:
+        """Return the greatest turn of a wheel, even if it is pushed [ticks]."""
+        return self._pushed_speed_max * elapsed + COUNT_NOISE
+
+    def _bounds(
+        self, low: NDArray[np.float64], high: NDArray[np.float64], elapsed: float
+    ) -> NDArray[np.float64]:
+        tolerance = self._ripple * elapsed + COUNT_NOISE
+        least = low * np.where(low < 0.0, 1.0 + _OVERSHOOT, 1.0 - _OVERSHOOT) * elapsed - tolerance
+        most = high * np.where(high > 0.0, 1.0 + _OVERSHOOT, 1.0 - _OVERSHOOT) * elapsed + tolerance
+        return np.array([least, most])
+
+
+def is_within_bounds(turns: tuple[int, int], bounds: NDArray[np.float64]) -> bool:
+    """Return whether the turns of both wheels [ticks] are within their bounds."""
+    return bool((bounds[0] <= turns).all() and (turns <= bounds[1]).all())
+
+
+def max_abs_turns(bounds: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the greatest absolute turn of the left and the right wheel [ticks]."""
+    left, right = np.max(np.abs(bounds), axis=0)
+    return math.ceil(left), math.ceil(right)

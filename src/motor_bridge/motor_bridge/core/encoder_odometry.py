@@ -9,14 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.controller_link import WheelCounts
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.core.encoder_monitor import CountStatus, EncoderMonitor, count_difference
-from motor_bridge.core.serial_protocol import WheelCounts
-from motor_bridge.core.velocity import Velocity
-from motor_bridge.core.wheel_motion_bounds import (
+from motor_bridge.core.encoder_monitor import (
     COUNT_NOISE,
+    CountStatus,
+    EncoderMonitor,
     WheelMotionBounds,
+    count_difference,
     is_within_bounds,
     max_abs_turns,
 )
@@ -163,10 +164,7 @@ class EncoderOdometry:
         tick = self._kinematics.metres_per_tick
         left, right = tick * differences[0], tick * differences[1]
         self._odometry.move(left, right)
-        self._angles = (
-            self._angles[0] + left / self._radius,
-            self._angles[1] + right / self._radius,
-        )
+        self._angles = (self._angles[0] + left / self._radius, self._angles[1] + right / self._radius)
         if elapsed >= _SPEED_TIME_MIN:
             self._speeds = (left / elapsed, right / elapsed)
             self._velocity_covariance = self._odometry.velocity_covariance(left, right, elapsed, tick)

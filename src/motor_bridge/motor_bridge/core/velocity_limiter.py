@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
+from motor_bridge.core.diff_drive_kinematics import Velocity
 from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.core.velocity import Velocity
 
 STEP = 0.005
 """Time step of the limiter [s]."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from motor_bridge.core.velocity import Velocity
+from motor_bridge.core.diff_drive_kinematics import Velocity
 from shirube_core.geometry import SE2
 
 _SIGMA_START = 1e-4  # [m] and [rad]; many programs reject a zero covariance

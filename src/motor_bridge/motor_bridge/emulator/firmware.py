@@ -1,13 +1,21 @@
-"""ROSArduinoBridge's firmware: protocol, speed control and auto-stop, in externally driven time."""
+"""ROSArduinoBridge's firmware: protocol, speed control and auto-stop, in externally driven time.
+
+Integer arithmetic of C: 16 and 32 bits, division truncated towards zero.
+
+The firmware's command parser, byte by byte, to emulate lost and corrupted bytes.
+
+The firmware's speed controller of one wheel, in integers as on the microcontroller.
+
+The division by ``output_divisor`` truncates, so that a wheel settles below its target: with the usual gains by two
+ticks per frame, which is 9 % of 22.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
-from motor_bridge.emulator.c_arithmetic import atoi, wrap_signed
-from motor_bridge.emulator.command_reader import CommandReader, ReceivedCommand
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.wheel_pid import PWM_MAX, PidGains, WheelPid
 
 _END = '\r\n'
 
@@ -122,3 +130,134 @@ class Firmware:
             for count, origin in zip(self._read_counts(), self._origins, strict=True)
         )
         return left, right
+
+
+def wrap_signed(value: int, bits: int) -> int:
+    """Wrap an integer to a signed one of ``bits`` bits."""
+    half = 1 << (bits - 1)
+    return (value + half) % (2 * half) - half
+
+
+def divide_truncating(numerator: int, denominator: int) -> int:
+    """Return the quotient truncated towards zero; 0 for a division by zero, which raises no error on AVR."""
+    if denominator == 0:
+        return 0
+    quotient = abs(numerator) // abs(denominator)
+    return quotient if (numerator < 0) == (denominator < 0) else -quotient
+
+
+def atoi(text: str) -> int:
+    """Return the 16-bit integer at the start of a text, 0 if there is none: ``nan`` is 0, ``1e3`` is 1."""
+    stripped = text.lstrip(' \t\n\v\f\r')
+    sign = -1 if stripped.startswith('-') else 1
+    value = 0
+    for character in stripped[1:] if stripped[:1] in ('-', '+') else stripped:
+        if character not in '0123456789':
+            break
+        value = 10 * value + int(character)
+    return wrap_signed(sign * value, 16)
+
+
+ARGUMENT_MAX = 16
+"""Longest argument [bytes]; longer ones are undefined behaviour on the microcontroller."""
+
+
+@dataclass(frozen=True)
+class ReceivedCommand:
+    """A command as the firmware parses it.
+
+    Attributes:
+        letter: letter of the command, empty for an empty line.
+        first: first argument as received.
+        second: second argument as received.
+    """
+
+    letter: str
+    first: str
+    second: str
+
+
+class CommandReader:
+    """Collects bytes until a carriage return ends a command.
+
+    A space starts an argument; spaces after the second argument are ignored. Before an argument, the last byte is the
+    letter. So ``m 1`` without its carriage return, followed by ``m 10 10``, is parsed as ``m 1 1010``.
+    """
+
+    _letter: str
+    _arguments: list[str]
+
+    def __init__(self) -> None:
+        """Start with an empty line."""
+        self._clear()
+
+    def take(self, byte: int) -> ReceivedCommand | None:
+        """Add a byte; return the command if it is complete, else None."""
+        character = chr(byte)
+        if character == '\r':
+            first, second, *_ = [*self._arguments, '', '']
+            command = ReceivedCommand(self._letter, first, second)
+            self._clear()
+            return command
+        if character == ' ':
+            if len(self._arguments) < 2:
+                self._arguments.append('')
+        elif not self._arguments:
+            self._letter = character
+        elif len(self._arguments[-1]) < ARGUMENT_MAX:
+            self._arguments[-1] += character
+        return None
+
+    def _clear(self) -> None:
+        self._letter = ''
+        self._arguments = []
+
+
+PWM_MAX = 255
+
+
+@dataclass(frozen=True)
+class PidGains:
+    """Gains of the command ``u P:D:I:O``."""
+
+    proportional: int = 20
+    derivative: int = 12
+    integral: int = 0
+    output_divisor: int = 50
+
+
+class WheelPid:
+    """Controls the speed of one wheel.
+
+    Attributes:
+        target: target speed [ticks per frame].
+        pwm: PWM of the motor, -255 to 255.
+    """
+
+    def __init__(self) -> None:
+        """Start stopped at count 0."""
+        self.restart(0)
+
+    def restart(self, count: int) -> None:
+        """Reset the controller with the wheel at a count."""
+        self.target = 0
+        self.pwm = 0
+        self._previous_count = count
+        self._previous_input = 0
+        self._integral_term = 0
+
+    def update(self, count: int, gains: PidGains) -> None:
+        """Run one control period.
+
+        Args:
+            count: current encoder count [ticks].
+            gains: gains of the control law.
+        """
+        moved = wrap_signed(count - self._previous_count, 16)
+        error = self.target - moved
+        term = gains.proportional * error - gains.derivative * (moved - self._previous_input)
+        output = self.pwm + divide_truncating(term + self._integral_term, gains.output_divisor)
+        if -PWM_MAX < output < PWM_MAX:
+            self._integral_term = wrap_signed(self._integral_term + gains.integral * error, 16)
+        self.pwm = max(-PWM_MAX, min(output, PWM_MAX))
+        self._previous_count, self._previous_input = count, moved

@@ -1,4 +1,7 @@
-"""``plan``: plans a route on a map_server map and writes CSV and PNG, without ROS running."""
+"""``plan``: plans a route on a map_server map and writes CSV and PNG, without ROS running.
+
+Planning on a static map.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +11,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from reward_planner.core.grid.inflation import inflate_obstacles
-from reward_planner.core.plan_on_map import plan_on_map
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.explained_walk import explained_walk
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.occupancy_map import OccupancyMap, inflate_obstacles
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.reward.reward_walk import explained_walk, reward_route
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.route.route import NoRoute
+from reward_planner.core.route.route import NoRoute, Route
+from reward_planner.core.route.shortest_route import shortest_route
 from reward_planner.files.occupancy_map_file import load_occupancy_map
-from reward_planner.files.reward_table_file import save_reward_table
-from reward_planner.files.route_picture import draw_route, save_picture
-from reward_planner.files.route_table import save_route_table
+from reward_planner.files.route_files import draw_route, save_picture, save_reward_table, save_route_table
 from shirube_core.settings import SettingsError, check_settings
 
 _PLANNER, _REWARD = PlannerSettings(), RewardSettings()
@@ -67,8 +68,7 @@ def plan(options: argparse.Namespace) -> int:
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
-        prog='plan',
-        description='Plan a route on a map_server map; writes it as CSV (x,y [m]) and PNG.',
+        prog='plan', description='Plan a route on a map_server map; writes it as CSV (x,y [m]) and PNG.'
     )
     add = parser.add_argument
     add('map', type=Path, metavar='MAP.yaml', help='YAML file of the map')
@@ -92,6 +92,33 @@ def make_parser() -> argparse.ArgumentParser:
         help='output file of the rewards of all steps along the route, in mode reward (CSV)',
     )
     return parser
+
+
+def plan_on_map(
+    grid: OccupancyMap,
+    start_map: ArrayLike,
+    goal_map: ArrayLike,
+    settings: PlannerSettings,
+    reward: RewardSettings,
+) -> Route | NoRoute:
+    """Plan a route between two points; unknown cells are free.
+
+    Args:
+        grid: occupancy grid to plan on.
+        start_map: start in the map frame [m], shape (2,).
+        goal_map: goal in the map frame [m], shape (2,).
+        settings: planning mode and robot radius.
+        reward: settings of the reward rule, for mode reward.
+
+    Raises:
+        RewardPlannerError: a coordinate is not finite.
+    """
+    blocked = inflate_obstacles(grid.occupied(), grid.frame.resolution, settings.robot_radius)
+    ends = grid.frame.cell_of(np.stack([np.asarray(start_map), np.asarray(goal_map)]))
+    start, goal = ((int(row), int(column)) for row, column in ends)
+    if settings.mode == 'optimal':
+        return shortest_route(blocked, start, goal)
+    return reward_route(blocked, start, goal, reward)
 
 
 if __name__ == '__main__':

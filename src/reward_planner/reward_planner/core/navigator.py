@@ -10,22 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.drive_controller import DriveController
-from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.inflated_costmap import required_frame
 from reward_planner.core.driving.replanner import Replanner
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import UNKNOWN, OccupancyMap
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.mapping.pose_buffer import PoseBuffer, PoseStatus
 from reward_planner.core.mapping.pose_message_filter import DropReason, PoseMessageFilter
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.occupancy_map import UNKNOWN, GridFrame, OccupancyMap
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.reward_planner_error import DrivingError, MappingError
 from reward_planner.core.route.route import NoRouteReason
-from reward_planner.core.voxels.count_points import PointCounts
+from reward_planner.core.voxels.frame_kernels import PointCounts
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_core.geometry import SE2, CameraMount
 

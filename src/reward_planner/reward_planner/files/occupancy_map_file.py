@@ -12,13 +12,13 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import (
+from reward_planner.core.occupancy_map import (
     FREE,
     FREE_THRESHOLD,
     OCCUPIED,
     OCCUPIED_THRESHOLD,
     UNKNOWN,
+    GridFrame,
     OccupancyMap,
 )
 from reward_planner.core.reward_planner_error import RewardPlannerError

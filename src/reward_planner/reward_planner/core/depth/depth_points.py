@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.depth.depth_error import DepthError
+from reward_planner.core.reward_planner_error import DepthError
 from shirube_core.geometry import PinholeCamera
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from reward_planner.core.depth.depth_error import DepthError
+from reward_planner.core.reward_planner_error import DepthError
 from shirube_core.settings import setting
 
 

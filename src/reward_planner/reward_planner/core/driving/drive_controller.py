@@ -1,30 +1,33 @@
-"""The drive controller: follows the route to the goal and stops on stale input, commands and obstacles."""
+"""The drive controller: follows the route to the goal and stops on stale input, commands and obstacles.
+
+State and velocity command of the robot.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.drive_command import DriveCommand, DriveState
-from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.light_command import LightCommand
-from reward_planner.core.driving.light_command_state import LightCommandState
-from reward_planner.core.driving.lookahead_point import check_path_ahead, lookahead_point
-from reward_planner.core.driving.replanner import Replanner, path_length
-from reward_planner.core.driving.steering import (
+from reward_planner.core.driving.light_command import LightCommand, LightCommandState
+from reward_planner.core.driving.path_following import (
     braking_speed_limit,
+    check_path_ahead,
+    lookahead_point,
     obstacle_speed_limit,
     turn_rate_for_angle,
     velocity_towards,
 )
+from reward_planner.core.driving.replanner import Replanner, path_length
 from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
-from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.occupancy_map import GridFrame
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.reward_planner_error import DrivingError
 from shirube_core.geometry import SE2, wrap_angle
 
 _TURN_TOLERANCE = 0.02  # tolerance of a commanded turn [rad]
@@ -145,10 +148,7 @@ class DriveController:
         if state is DriveState.GOAL_REACHED and was_stopped:
             self._is_goal_reached = True  # later poses do not restart the drive
         if state is DriveState.DRIVING and self._is_stuck(now, velocity):
-            state, detail = (
-                DriveState.STUCK,
-                f'{DriveState.STUCK.value}: obstacles or lamps allow no speed',
-            )
+            state, detail = (DriveState.STUCK, f'{DriveState.STUCK.value}: obstacles or lamps allow no speed')
         # Publish zero velocity once before cmd_vel is released to other nodes.
         is_released = (
             was_stopped and velocity == Velocity() and state in (DriveState.IDLE, DriveState.GOAL_REACHED)
@@ -249,3 +249,39 @@ class DriveController:
             braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
             braking_speed_limit(to_goal, settings),
         )
+
+
+class DriveState(Enum):
+    """State of the drive controller."""
+
+    IDLE = 'no goal'
+    DRIVING = 'driving to the goal'
+    TURNING = 'turning on command of a lamp'
+    STOPPED_BY_LAMP = 'stopped on command of a lamp'
+    GOAL_REACHED = 'goal reached'
+    UNREACHABLE = 'no path to the goal'
+    LOST = 'no valid pose'
+    MAP_STALE = 'the map is out of date'
+    STUCK = 'stuck'
+
+    @property
+    def needs_attention(self) -> bool:
+        """Whether the robot is stopped by a problem that somebody must look at."""
+        return self in (DriveState.UNREACHABLE, DriveState.LOST, DriveState.MAP_STALE, DriveState.STUCK)
+
+
+@dataclass(frozen=True)
+class DriveCommand:
+    """Output of one control cycle.
+
+    Attributes:
+        state: state of the controller.
+        detail: reason, one line for logs and diagnostics.
+        velocity: velocity command; None leaves cmd_vel to other nodes.
+        waypoint_map: lookahead point (x, y) [m], None if there is none.
+    """
+
+    state: DriveState
+    detail: str
+    velocity: Velocity | None
+    waypoint_map: tuple[float, float] | None = None

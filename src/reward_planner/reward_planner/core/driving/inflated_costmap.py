@@ -7,11 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.driving.driving_error import DrivingError
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.inflation import clearance
-from reward_planner.core.grid.occupancy_map import OCCUPIED_THRESHOLD
 from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.occupancy_map import OCCUPIED_THRESHOLD, GridFrame, clearance
+from reward_planner.core.reward_planner_error import DrivingError
 
 _GROWTH_STEP = 64
 """Size steps of the costmap [cells], so that it is not resized with each new cell."""

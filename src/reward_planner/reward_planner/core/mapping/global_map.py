@@ -1,17 +1,19 @@
-"""The global occupancy grid, updated from local maps (2.2.3, step 2)."""
+"""The global occupancy grid, updated from local maps (2.2.3, step 2).
+
+The local map around the robot.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import UNKNOWN
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.occupancy_map import UNKNOWN, GridFrame
+from reward_planner.core.reward_planner_error import MappingError
 
 _BLOCK = 64
 _CellSlices = tuple[slice, slice]
@@ -137,3 +139,19 @@ def _split_by_blocks(first: int, count: int) -> Iterator[tuple[int, slice, slice
     for block in range(first // _BLOCK, (first + count - 1) // _BLOCK + 1):
         start, end = max(block * _BLOCK, first), min((block + 1) * _BLOCK, first + count)
         yield block, slice(start - block * _BLOCK, end - block * _BLOCK), slice(start - first, end - first)
+
+
+@dataclass(frozen=True)
+class LocalMap:
+    """Occupancy of the floor around the robot, from its voxels.
+
+    Attributes:
+        frame: origin, resolution and size of the grid.
+        occupancy: OCCUPIED, FREE or UNKNOWN, shape (rows, columns).
+        observed: cells to write to the global map, shape (rows, columns): occupied, free, and UNKNOWN ones whose
+            obstacle was cleared by rays. Decayed or partial evidence does not count.
+    """
+
+    frame: GridFrame
+    occupancy: NDArray[np.int8]
+    observed: NDArray[np.bool_]

@@ -1,18 +1,22 @@
-"""Updates the local and the global map from points and the robot's pose (2.2)."""
+"""Updates the local and the global map from points and the robot's pose (2.2).
+
+Projects occupied voxels to the floor as a local map (2.2.3, step 1).
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.mapping.projection import project_voxels
-from reward_planner.core.voxels.count_points import PointCounts
-from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
+from reward_planner.core.voxels.frame_kernels import PointCounts
+from reward_planner.core.voxels.frame_window import TILE_SIZE, SensorView
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
 from reward_planner.core.voxels.voxel_map import VoxelMap
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 from shirube_core.geometry import SE2, CameraMount
 
 
@@ -77,3 +81,82 @@ def _matrix_from_parts(
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotation, translation
     return T
+
+
+_FREE_LAYER_FRACTION = 0.5
+
+
+def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap) -> LocalMap:
+    """Project the voxels within the window of a view to the floor.
+
+    A cell is occupied if any voxel above it has the value of an obstacle. It is free if no voxel has a positive value
+    and rays traversed its voxels from the lowest up without a gap, at least half of them. So it is not free where rays
+    only pass over a box, or under and over a shelf. The rules without rays give no free cells.
+
+    An obstacle that points showed is cleared once rays traversed all of its hit voxels, even if the rest of the cell
+    was not seen. An obstacle of a map file, or of voxels that were dropped, is cleared only when its cell is free.
+    """
+    settings = voxels.settings
+    window, slots = voxels.slots_around(view)
+    is_mean = settings.rule != 'log_odds'
+    value_min = settings.value_min if is_mean else settings.log_odds_occupied
+    x, y, _ = window.corner
+    frame = GridFrame(float(x), float(y), window.resolution, window.side, window.side)
+    occupancy, observed = _project(
+        voxels.tiles.values,
+        voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
+        slots,
+        (
+            float(np.float32(value_min)),
+            float(np.float32(-FREE_FRACTION * settings.log_odds_pass)),
+        ),  # float32, as the values
+        global_map.occupancy_in(frame) >= OCCUPIED_THRESHOLD,
+        voxels.tiles.has_obstacle,
+    )
+    return LocalMap(frame, occupancy, observed)
+
+
+@njit(cache=True)
+def _project(
+    values: NDArray[np.float32],
+    frames: NDArray[np.float32],
+    slots: NDArray[np.int64],
+    limits: tuple[float, float],
+    was_occupied: NDArray[np.bool_],
+    has_obstacle: NDArray[np.bool_],
+) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+    """Return occupancy and observed cells of the window; rows along y.
+
+    Args:
+        values: voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers).
+        frames: number of frames by which the values are divided, shape (slots,).
+        slots: slots of the window's tiles, shape (tiles, tiles) along x and y.
+        limits: lowest value of an obstacle, highest value of free space.
+        was_occupied: cells that are occupied in the global map, shape (rows, columns).
+        has_obstacle: columns whose obstacle rays may clear, shape (slots, TILE_SIZE, TILE_SIZE); updated in place.
+    """
+    side = TILE_SIZE * len(slots)
+    occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)
+    observed = np.zeros((side, side), dtype=np.bool_)
+    for i, j in np.ndindex(slots.shape):
+        slot = slots[i, j]
+        if slot == NO_TILE:
+            continue
+        frame_count = max(float(frames[slot]), 1.0)
+        for column in range(TILE_SIZE):
+            for row in range(TILE_SIZE):
+                highest, free_layers, free_from_bottom = np.float32(0.0), 0, 0
+                for layer, value in enumerate(values[slot, column, row]):
+                    highest = max(highest, value)
+                    free_layers += value <= limits[1]
+                    free_from_bottom += free_layers == layer + 1
+                cell = (j * TILE_SIZE + row, i * TILE_SIZE + column)
+                if highest >= limits[0] * frame_count:
+                    occupancy[cell], observed[cell] = OCCUPIED, True
+                    has_obstacle[slot, column, row] |= not was_occupied[cell]
+                elif highest <= 0.0:
+                    is_free = free_layers == free_from_bottom >= _FREE_LAYER_FRACTION * values.shape[3]
+                    occupancy[cell] = FREE if is_free else UNKNOWN
+                    observed[cell] = is_free or has_obstacle[slot, column, row]
+                    has_obstacle[slot, column, row] = False
+    return occupancy, observed

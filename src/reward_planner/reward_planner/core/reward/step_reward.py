@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.reward.reward_table import RewardTable
+from reward_planner.core.planner_settings import RewardTable
 
 ADVANCE, COLLISION, OUTSIDE, VISITED, DETOUR = range(5)
 

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.reward.step_reward import STEPS, can_enter, straight_step, write_step_terms
-from reward_planner.core.route.octile import DIAGONAL, STRAIGHT
+from reward_planner.core.route.route import DIAGONAL, STRAIGHT
 
 
 @njit(cache=True)

@@ -15,8 +15,7 @@ from reward_planner.core.route.d_star_lite_kernels import (
     insert_if_inconsistent,
     replan,
 )
-from reward_planner.core.route.octile import route_length
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, check_endpoints
+from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, check_endpoints, route_length
 
 _CHANGES_MAX = 100_000
 """With more changed cells since the last route, a search from scratch is faster than replanning."""

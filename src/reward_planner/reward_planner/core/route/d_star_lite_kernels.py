@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.route.octile import DIAGONAL, STRAIGHT, octile_distance
 from reward_planner.core.route.open_list import pop_first, push
+from reward_planner.core.route.route import DIAGONAL, STRAIGHT, octile_distance
 
 UNREACHED = 1 << 60
 

@@ -7,10 +7,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.route.bit_grid import BitGrid, pack_grid
-from reward_planner.core.route.octile import STRAIGHT, octile_distance, route_length
+from reward_planner.core.route.jump_points import successors, successors_of_start
 from reward_planner.core.route.open_list import pop_first, push
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, check_endpoints
-from reward_planner.core.route.successors import successors, successors_of_start
+from reward_planner.core.route.route import (
+    STRAIGHT,
+    NoRoute,
+    NoRouteReason,
+    Route,
+    check_endpoints,
+    octile_distance,
+    route_length,
+)
 
 _TIE_BITS = 20  # low bits of a key: distance to the goal [cells]; high bits: estimated length of the route
 

@@ -8,11 +8,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.voxels.count_points import PointCounts, count_points, count_ray_exits
-from reward_planner.core.voxels.frame_window import FrameWindow, unravel_cell, window_around, window_shape
-from reward_planner.core.voxels.ray_traversal import HIT, mark_traversed, mark_traversed_exits
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.reward_planner_error import VoxelError
+from reward_planner.core.voxels.frame_kernels import (
+    HIT,
+    PointCounts,
+    count_points,
+    count_ray_exits,
+    mark_traversed,
+    mark_traversed_exits,
+)
+from reward_planner.core.voxels.frame_window import (
+    FrameWindow,
+    SensorView,
+    unravel_cell,
+    window_around,
+    window_shape,
+)
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
 _EXIT_POINTS_MIN = 2

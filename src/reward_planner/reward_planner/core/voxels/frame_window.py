@@ -1,16 +1,21 @@
-"""The box of voxels within range of one frame."""
+"""The box of voxels within range of one frame.
+
+Pose and point density of a sensor at the time of a frame.
+
+Point density of clouds without a camera model.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.reward_planner_error import VoxelError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings, check_voxel_settings
 
 TILE_SIZE = 16
@@ -99,3 +104,73 @@ def unravel_cell(cell: int, side: int, layers: int) -> tuple[int, int, int]:
     remainder = cell - column * side * layers
     row = int((remainder + 0.5) * (1.0 / layers))
     return column, row, remainder - row * layers
+
+
+_ORTHONORMAL_WITHIN = 1e-5
+
+
+@dataclass(frozen=True)
+class SensorView:
+    """Pose and point density of a sensor.
+
+    Attributes:
+        T_map_sensor: transform from the sensor's optical frame (z forward) to the map frame, shape (4, 4).
+        focal_length: points per unit of the tangent of the viewing angle, focal length of a depth image [px]; 0 for
+            unknown density.
+
+    Raises:
+        VoxelError: not a rigid transform, or a number that is not finite or negative.
+    """
+
+    T_map_sensor: NDArray[np.float64]
+    focal_length: float
+
+    def __post_init__(self) -> None:
+        T = np.asarray(self.T_map_sensor)
+        if T.shape != (4, 4) or not np.isfinite(T).all() or (T[3] != (0.0, 0.0, 0.0, 1.0)).any():
+            raise VoxelError('T_map_sensor is not a rigid transform; give a 4 x 4 matrix of finite numbers')
+        deviation = np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max()
+        if deviation > _ORTHONORMAL_WITHIN or np.linalg.det(T[:3, :3]) < 0.0:
+            raise VoxelError(
+                f'the rotation of T_map_sensor deviates by {deviation:.3g}; give an orthonormal, right-handed one'
+            )
+        if not (math.isfinite(self.focal_length) and self.focal_length >= 0.0):
+            raise VoxelError(f'focal_length is {self.focal_length} px, it must be 0 or more')
+
+    @property
+    def origin(self) -> NDArray[np.float64]:
+        """Position of the sensor in the map frame [m], shape (3,)."""
+        return self.T_map_sensor[:3, 3]
+
+
+_CELL = 0.05  # bin size of the direction histogram [tangent]
+_CELLS = 64  # bins to each side: up to 72 degrees off the axis
+
+
+def equivalent_focal_length(points: NDArray[np.float32]) -> float:
+    """Return the focal length of a depth camera with the same point density, see `SensorView` [px].
+
+    It is the median over the directions with points, so outliers and empty directions have no effect. A sparse lidar
+    gets a small value, so that each of its points counts.
+
+    Args:
+        points: points in the sensor's optical frame [m], shape (n, 3); those behind it or not finite are ignored.
+
+    Returns:
+        focal length [px], 0 without points ahead.
+    """
+    counts = np.zeros(4 * _CELLS**2, dtype=np.int64)
+    _count_directions(points, counts)
+    filled = counts[counts > 0]
+    return float(np.sqrt(np.median(filled)) / _CELL) if len(filled) else 0.0
+
+
+@njit(cache=True)
+def _count_directions(points: NDArray[np.float32], counts: NDArray[np.int64]) -> None:
+    """Count points by direction (tangents), shape (4 _CELLS^2,)."""
+    for x, y, z in points:
+        if not z > 0.0:
+            continue
+        column, row = np.floor(x / z / _CELL) + _CELLS, np.floor(y / z / _CELL) + _CELLS
+        if 0 <= column < 2 * _CELLS and 0 <= row < 2 * _CELLS:
+            counts[int(row) * 2 * _CELLS + int(column)] += 1

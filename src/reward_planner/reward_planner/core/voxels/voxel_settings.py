@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.reward_planner_error import VoxelError
 from shirube_core.settings import setting
 
 FREE_FRACTION = 0.5
@@ -20,9 +20,7 @@ class VoxelSettings:
     """
 
     rule: str = setting(
-        'log_odds',
-        'rule of the voxel values',
-        choices=('count', 'range_normalised', 'log_odds'),
+        'log_odds', 'rule of the voxel values', choices=('count', 'range_normalised', 'log_odds')
     )
     resolution: float = setting(
         0.05, 'side of a voxel and of a map cell', unit='m', minimum=0.01, maximum=1.0

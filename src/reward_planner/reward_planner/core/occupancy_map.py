@@ -1,10 +1,16 @@
-"""Geometry of a grid: origin, resolution and size in the map frame."""
+"""Geometry of a grid: origin, resolution and size in the map frame.
+
+Distance transform and inflation of obstacles by the robot's radius.
+
+Occupancy grid with its geometry.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -85,3 +91,72 @@ class GridFrame:
         """Return which cells are inside of the grid: shape (...) for cells of shape (..., 2)."""
         inside = np.asarray(cells)
         return np.asarray(((inside >= 0) & (inside < self.shape)).all(axis=-1))
+
+
+_ROUNDING = 1e-4  # distances are computed in single precision [cells]
+
+
+def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
+    """Return the distance from the centre of each cell to that of the nearest occupied one [m].
+
+    Args:
+        occupied: occupied cells, shape (rows, columns).
+        resolution: side of a cell [m].
+
+    Returns:
+        distances [m], shape (rows, columns); infinite if no cell is occupied.
+    """
+    if not occupied.any():
+        return np.full(occupied.shape, np.inf, dtype=np.float32)
+    free = np.logical_not(occupied).astype(np.uint8)
+    distances = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(distances * np.float32(resolution), dtype=np.float32)
+
+
+def inflate_obstacles(
+    occupied: NDArray[np.bool_], resolution: float, robot_radius: float
+) -> NDArray[np.bool_]:
+    """Return the occupied cells inflated by the robot's radius: cells that its centre cannot enter.
+
+    Args:
+        occupied: occupied cells, shape (rows, columns).
+        resolution: side of a cell [m].
+        robot_radius: radius of the circle around the robot [m].
+    """
+    if robot_radius < resolution:
+        return occupied.copy()
+    return clearance(occupied, resolution) <= robot_radius + _ROUNDING * resolution
+
+
+UNKNOWN = -1
+FREE = 0
+OCCUPIED = 100
+
+OCCUPIED_THRESHOLD = 65  # map_server's default occupied_thresh, 0.65 [%]
+FREE_THRESHOLD = 25  # map_server's default free_thresh, 0.25 [%]
+
+
+@dataclass(frozen=True)
+class OccupancyMap:
+    """An occupancy grid.
+
+    Attributes:
+        frame: origin, resolution and size of the grid.
+        occupancy: probability of occupancy, 0 to 100 %, -1 for unknown; int8, shape (rows, columns).
+
+    Raises:
+        RewardPlannerError: the shapes of array and frame differ.
+    """
+
+    frame: GridFrame
+    occupancy: NDArray[np.int8]
+
+    def __post_init__(self) -> None:
+        if self.occupancy.shape != self.frame.shape:
+            raise RewardPlannerError(
+                f'the map has {self.occupancy.shape} rows and columns, its frame {self.frame.shape}; they must be equal'
+            )
+
+    def occupied(self) -> NDArray[np.bool_]:
+        """Return the occupied cells, shape (rows, columns); unknown cells are not occupied."""
+        return self.occupancy >= OCCUPIED_THRESHOLD

@@ -7,11 +7,10 @@ from contextlib import AbstractContextManager, suppress
 from threading import Event, Thread
 from typing import Protocol
 
-from motor_bridge.controller_session import ControllerSession
-from motor_bridge.core.controller_link import ControllerLink, ControllerSetup, SerialLine
-from motor_bridge.core.serial_protocol import LinkError
-from motor_bridge.core.velocity import Velocity
-from motor_bridge.serial_port import PortError
+from motor_bridge.core.controller_link import ControllerLink, ControllerSetup, LinkError, SerialLine
+from motor_bridge.core.diff_drive_kinematics import Velocity
+from motor_bridge.link.controller_session import ControllerSession
+from motor_bridge.link.serial_port import PortError
 
 BACK_OFF = (0.1, 2.0)
 """First and longest back-off before the port is reopened [s]; it doubles each time."""
