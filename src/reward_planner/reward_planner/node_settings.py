@@ -50,7 +50,7 @@ def check_source(node: NodeSettings) -> None:
     """Check the settings of the source at start.
 
     Raises:
-        DepthError: settings of stereo matching that OpenCV does not support.
+        RewardPlannerError: settings of stereo matching that OpenCV does not support.
     """
     if node.source == 'trinocular':
         check_matcher_settings(node.depth)

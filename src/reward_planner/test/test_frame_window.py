@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reward_planner.core.reward_planner_error import VoxelError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.frame_window import TILE_SIZE, SensorView, window_around, window_shape
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
@@ -58,11 +58,11 @@ def test_layers_reach_from_the_lowest_to_the_highest_height():
     ],
 )
 def test_settings_that_contradict_each_other_are_refused(settings, words):
-    with pytest.raises(VoxelError, match=words) as refusal:
+    with pytest.raises(RewardPlannerError, match=words) as refusal:
         window_shape(settings)
     assert '\n' not in str(refusal.value)
 
 
 def test_a_sensor_beyond_all_maps_is_refused():
-    with pytest.raises(VoxelError, match='too far'):
+    with pytest.raises(RewardPlannerError, match='too far'):
         window_around(view_at(1e15, 0.0), VoxelSettings())

@@ -7,7 +7,7 @@ import pytest
 
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
-from reward_planner.core.reward_planner_error import MappingError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 
 
 def patch(row, column, cells, observed=None, resolution=0.05):
@@ -88,7 +88,7 @@ def test_a_map_too_large_to_be_given_out_whole_is_given_in_parts():
     area.write(patch(0, 0, [[OCCUPIED]]))
     area.write(patch(100_000, 100_000, [[OCCUPIED]]))
     assert area.rejected_cells == 0
-    with pytest.raises(MappingError, match='use a part'):
+    with pytest.raises(RewardPlannerError, match='use a part'):
         area.occupancy()
     cells = area.occupancy_in(GridFrame(4999.95, 4999.9, 0.05, 5, 4))
     assert np.argwhere(cells == OCCUPIED).tolist() == [[2, 1]]
@@ -114,8 +114,8 @@ def test_a_known_map_that_is_out_of_step_goes_to_the_nearest_cells():
 
 def test_maps_that_do_not_fit_are_refused():
     area = GlobalMap(0.05, 100_000)
-    with pytest.raises(MappingError, match='same resolution'):
+    with pytest.raises(RewardPlannerError, match='same resolution'):
         area.write(patch(0, 0, [[FREE]], resolution=0.1))
     frame = GridFrame(0.0, 0.0, 0.05, 3, 2)
-    with pytest.raises(MappingError, match='shape'):
+    with pytest.raises(RewardPlannerError, match='shape'):
         area.write(LocalMap(frame, np.zeros((3, 2), dtype=np.int8), np.ones((3, 2), dtype=np.bool_)))

@@ -13,7 +13,7 @@ from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
-from reward_planner.core.reward_planner_error import VoxelError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
@@ -163,7 +163,7 @@ def test_an_obstacle_whose_voxels_were_given_up_stays():
 
 def test_a_pose_that_is_not_finite_is_refused_and_maps_nothing():
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    with pytest.raises(VoxelError, match='not a rigid transform'):
+    with pytest.raises(RewardPlannerError, match='not a rigid transform'):
         mapper.add(0.0, points_at(SE2(0.0, 0.0, 0.0)), SE2(math.nan, 0.0, 0.0), CAMERA.fx)
     assert mapper.map.frame() is None
 

@@ -9,7 +9,7 @@ from l_rig import CAMERA, picture, projection, true_depth
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import PairMatcher, StereoPair, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import depth_from_disparity
-from reward_planner.core.reward_planner_error import DepthError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 
 SETTINGS = DepthSettings(disparities=48)
 
@@ -78,11 +78,11 @@ def test_a_plain_grey_image_has_no_depth():
 )
 def test_images_that_do_not_fit_are_refused(left, other):
     pair = pair_from_projections(projection(), projection(x=0.1))
-    with pytest.raises(DepthError, match='grey ones of the same size'):
+    with pytest.raises(RewardPlannerError, match='grey ones of the same size'):
         PairMatcher(pair, SETTINGS).match(left, other)
 
 
 @pytest.mark.parametrize('settings', [DepthSettings(disparities=50), DepthSettings(block=4)])
 def test_settings_without_a_matcher_are_refused(settings):
-    with pytest.raises(DepthError, match='multiple of 16'):
+    with pytest.raises(RewardPlannerError, match='multiple of 16'):
         PairMatcher(StereoPair(0, 0.1, 200.0, 0.0), settings)

@@ -6,7 +6,7 @@ import pytest
 from reward_planner.commands.plan import plan_on_map
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap, inflate_obstacles
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
+from reward_planner.core.route.route import NoRoute, Route
 from scene_simulator.grid_maps import maze, rooms
 from scene_simulator.grid_truth import distances_from
 
@@ -34,4 +34,4 @@ def test_a_rule_that_goes_around_gives_up_and_says_so() -> None:
     grid = OccupancyMap(GridFrame(0.0, 0.0, 1.0, 61, 61), np.where(walls, 100, 0).astype(np.int8))
     greedy = RewardSettings(virtual_steps_max=0)
     route = plan_on_map(grid, (2.0, 2.0), (58.0, 58.0), PlannerSettings('reward', 0.0), greedy)
-    assert route == NoRoute(NoRouteReason.GAVE_UP)
+    assert route == NoRoute.GAVE_UP

@@ -10,7 +10,7 @@ from reward_planner.core.driving.replanner import Replanner, path_length
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
-from reward_planner.core.route.route import NoRouteReason
+from reward_planner.core.route.route import NoRoute
 from shirube_core.geometry import SE2
 
 FRAME = GridFrame(-1.0, -4.0, 0.1, 100, 80)
@@ -82,7 +82,7 @@ def test_why_there_is_no_route_is_reported_and_a_new_path_is_taken():
     floor.paint((-1.0, -4.0, 9.0, -3.5), OCCUPIED)
     floor.paint((-1.0, -4.0, -0.5, 4.0), OCCUPIED)
     floor.replanner.update(0.0, HERE)
-    assert floor.replanner.no_route_reason is NoRouteReason.UNREACHABLE
+    assert floor.replanner.no_route_reason is NoRoute.UNREACHABLE
     floor.paint((4.0, -1.0, 4.5, 1.0), FREE)
     floor.replanner.update(2.0, HERE)
     assert floor.replanner.no_route_reason is None
@@ -94,7 +94,7 @@ def test_a_start_in_a_passage_that_is_too_narrow_is_reported():
     floor.paint((-1.0, 0.25, 3.0, 0.5), OCCUPIED)
     floor.paint((-1.0, -0.5, 3.0, -0.25), OCCUPIED)
     floor.replanner.update(0.0, HERE)
-    assert floor.replanner.no_route_reason is NoRouteReason.START_BLOCKED
+    assert floor.replanner.no_route_reason is NoRoute.START_BLOCKED
 
 
 def test_the_route_shrinks_as_the_robot_drives_and_a_robot_off_it_gets_another():

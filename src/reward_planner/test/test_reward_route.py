@@ -6,7 +6,7 @@ import numpy as np
 
 from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import reward_route
-from reward_planner.core.route.route import NoRoute, NoRouteReason
+from reward_planner.core.route.route import NoRoute
 from scene_simulator.grid_truth import is_traversable
 
 FREE = np.zeros((30, 40), dtype=bool)
@@ -38,7 +38,7 @@ def test_where_the_robot_was_it_does_not_go_again():
 def test_what_cannot_be_reached_is_reported():
     walls = FREE.copy()
     walls[:, 20] = True
-    assert reward_route(walls, (3, 3), (3, 30), COUNTED) == NoRoute(NoRouteReason.UNREACHABLE)
+    assert reward_route(walls, (3, 3), (3, 30), COUNTED) == NoRoute.UNREACHABLE
 
 
 def dead_end():

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.reward_planner_error import VoxelError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.frame_window import SensorView
 
 
@@ -29,14 +29,14 @@ def changed(row, column, value):
     ],
 )
 def test_what_is_no_pose_is_refused(T, words):
-    with pytest.raises(VoxelError, match=words) as error:
+    with pytest.raises(RewardPlannerError, match=words) as error:
         SensorView(T, 500.0)
     assert '\n' not in str(error.value)
 
 
 @pytest.mark.parametrize('focal_length', [-1.0, math.nan, math.inf])
 def test_what_is_no_focal_length_is_refused(focal_length):
-    with pytest.raises(VoxelError, match='focal_length'):
+    with pytest.raises(RewardPlannerError, match='focal_length'):
         SensorView(np.eye(4), focal_length)
 
 

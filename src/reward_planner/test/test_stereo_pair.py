@@ -9,7 +9,7 @@ import pytest
 from l_rig import projection
 
 from reward_planner.core.depth.stereo_pair import pair_from_projections
-from reward_planner.core.reward_planner_error import DepthError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.geometry import PinholeCamera
 
 
@@ -49,7 +49,7 @@ def changed(row, column, value):
     ],
 )
 def test_cameras_that_are_no_rectified_pair_are_refused(other, words):
-    with pytest.raises(DepthError, match=words) as error:
+    with pytest.raises(RewardPlannerError, match=words) as error:
         pair_from_projections(projection(), other)
     assert '\n' not in str(error.value)
 

@@ -11,7 +11,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.reward_planner_error import DepthError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.interface.sensor_inputs import TrinocularInput
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.image_conversion import image_from_array
@@ -25,7 +25,7 @@ class Rig:
     def __init__(self, graph):
         self._graph = graph
         self.host = graph.add(lambda **options: Node('host', **options))
-        self.guard = CallbackGuard(self.host, (DepthError,))
+        self.guard = CallbackGuard(self.host, (RewardPlannerError,))
         self.frames = []
         settings = DepthSettings(disparities=48)
         self.input = TrinocularInput(

@@ -6,7 +6,7 @@ from l_rig import BASELINE, CAMERA, picture, projection, true_depth
 
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.trinocular_depth import TrinocularRig
-from reward_planner.core.reward_planner_error import DepthError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 
 
 def rig(calibrated_y, matcher='sgbm'):
@@ -37,7 +37,7 @@ def test_a_frame_without_texture_decides_nothing():
 
 
 def test_a_top_camera_that_sees_something_else_is_refused():
-    with pytest.raises(DepthError, match='are inconsistent'):
+    with pytest.raises(RewardPlannerError, match='are inconsistent'):
         rig(-BASELINE).compute(picture(), picture(x=BASELINE), turned())
 
 
@@ -50,7 +50,7 @@ def points_of(cameras, *images):
     """Number of pixels with a depth; 0 if the images are rejected."""
     try:
         return np.isfinite(cameras.compute(*images).depth).sum()
-    except DepthError:
+    except RewardPlannerError:
         return 0
 
 
@@ -78,7 +78,7 @@ def test_after_an_inconsistent_frame_frames_are_rejected_until_a_consistent_one(
     blank = np.full(picture().shape, 128, dtype=np.uint8)
     good = (picture(), picture(x=BASELINE), picture(y=-BASELINE))
     for images in ((picture(), picture(x=BASELINE), turned()), (blank, blank, blank)):
-        with pytest.raises(DepthError, match='are inconsistent'):
+        with pytest.raises(RewardPlannerError, match='are inconsistent'):
             cameras.compute(*images)
     assert points_of(cameras, *good) > 0.7 * blank.size
     cameras.compute(blank, blank, blank)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from slow_voxels import cells_as_voxels
 
-from reward_planner.core.reward_planner_error import VoxelError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.frame_window import SensorView
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
 from reward_planner.core.voxels.voxel_map import VoxelMap
@@ -139,7 +139,7 @@ def test_a_frame_without_points_changes_nothing():
 
 
 def test_a_stamp_that_is_not_finite_is_refused():
-    with pytest.raises(VoxelError, match='stamp'):
+    with pytest.raises(RewardPlannerError, match='stamp'):
         VoxelMap(SETTINGS).add(math.nan, *seen())
 
 

@@ -11,7 +11,7 @@ from reward_planner.core.voxels.voxel_map import (
     add_to_voxels,
     counts_over_expected,
     counts_over_maximum,
-    mark_touched_tiles,
+    touched_tiles,
 )
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.box_room import BoxRoom, forward_camera, points_from_depth
@@ -81,7 +81,7 @@ def test_amounts_reach_the_voxels_they_are_meant_for():
     tiles = values[slots].transpose(0, 2, 1, 3, 4).reshape(dense.shape)
     assert tiles == pytest.approx(dense)
     touched = np.zeros((3, 3), dtype=np.bool_)
-    mark_touched_tiles(window, cells[:3], touched)
+    touched_tiles(window, cells[:3], touched)
     x, y, _ = np.unravel_index(cells[:3], dense.shape)
     assert {(i, j) for i, j in np.argwhere(touched).tolist()} == set(
         zip((x // TILE_SIZE).tolist(), (y // TILE_SIZE).tolist())

@@ -20,7 +20,7 @@ def compile_kernels(mount: CameraMount, settings: NavigatorSettings) -> None:
     """Compile the kernels: map a frame, plan and replan a route with these settings, and fuse two disparity images.
 
     Raises:
-        VoxelError: the settings give no voxels.
+        RewardPlannerError: the settings give no voxels.
     """
     navigator = Navigator(mount, settings)
     middle = 0.5 * (settings.voxels.range_min + settings.voxels.range_max)

@@ -1,9 +1,4 @@
-"""Geometry of a grid: origin, resolution and size in the map frame.
-
-Distance transform and inflation of obstacles by the robot's radius.
-
-Occupancy grid with its geometry.
-"""
+"""Occupancy grids: geometry in the map frame, cell values, clearance and inflation of obstacles."""
 
 from __future__ import annotations
 
@@ -16,6 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 
+UNKNOWN = -1
+FREE = 0
+OCCUPIED = 100
+
+OCCUPIED_THRESHOLD = 65  # map_server's default occupied_thresh, 0.65 [%]
+FREE_THRESHOLD = 25  # map_server's default free_thresh, 0.25 [%]
+
+_ROUNDING = 1e-4  # distances are computed in single precision [cells]
 _CELL_MAX = 2.0**40  # cell indices are clipped here; such cells are outside of every map
 
 
@@ -57,14 +60,21 @@ class GridFrame:
         """Rows and columns, the shape of an array over the grid."""
         return self.rows, self.columns
 
+    @property
+    def size(self) -> int:
+        """Number of cells."""
+        return self.rows * self.columns
+
+    @property
+    def corners(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lowest and highest corner, x and y [m], shape (2,) each."""
+        low = np.array([self.origin_x, self.origin_y])
+        return low, low + self.resolution * np.array([self.columns, self.rows])
+
     def cell_of(self, xy: ArrayLike) -> NDArray[np.int64]:
-        """Return the cells of points; points outside of the grid get cells outside of it.
+        """Return rows and columns of points in the map frame [m], both of shape (..., 2).
 
-        Args:
-            xy: points in the map frame [m], shape (..., 2).
-
-        Returns:
-            rows and columns, shape (..., 2).
+        Points outside of the grid get cells outside of it.
 
         Raises:
             RewardPlannerError: a coordinate is not finite.
@@ -76,14 +86,7 @@ class GridFrame:
         return np.clip(cells[..., ::-1], -_CELL_MAX, _CELL_MAX).astype(np.int64)
 
     def centre_of(self, cells: ArrayLike) -> NDArray[np.float64]:
-        """Return the centres of cells.
-
-        Args:
-            cells: rows and columns, shape (..., 2).
-
-        Returns:
-            points in the map frame [m], shape (..., 2).
-        """
+        """Return the centres of cells (rows and columns) in the map frame [m], both of shape (..., 2)."""
         column_row = np.asarray(cells, dtype=np.float64)[..., ::-1]
         return (column_row + 0.5) * self.resolution + (self.origin_x, self.origin_y)
 
@@ -91,49 +94,6 @@ class GridFrame:
         """Return which cells are inside of the grid: shape (...) for cells of shape (..., 2)."""
         inside = np.asarray(cells)
         return np.asarray(((inside >= 0) & (inside < self.shape)).all(axis=-1))
-
-
-_ROUNDING = 1e-4  # distances are computed in single precision [cells]
-
-
-def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
-    """Return the distance from the centre of each cell to that of the nearest occupied one [m].
-
-    Args:
-        occupied: occupied cells, shape (rows, columns).
-        resolution: side of a cell [m].
-
-    Returns:
-        distances [m], shape (rows, columns); infinite if no cell is occupied.
-    """
-    if not occupied.any():
-        return np.full(occupied.shape, np.inf, dtype=np.float32)
-    free = np.logical_not(occupied).astype(np.uint8)
-    distances = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(distances * np.float32(resolution), dtype=np.float32)
-
-
-def inflate_obstacles(
-    occupied: NDArray[np.bool_], resolution: float, robot_radius: float
-) -> NDArray[np.bool_]:
-    """Return the occupied cells inflated by the robot's radius: cells that its centre cannot enter.
-
-    Args:
-        occupied: occupied cells, shape (rows, columns).
-        resolution: side of a cell [m].
-        robot_radius: radius of the circle around the robot [m].
-    """
-    if robot_radius < resolution:
-        return occupied.copy()
-    return clearance(occupied, resolution) <= robot_radius + _ROUNDING * resolution
-
-
-UNKNOWN = -1
-FREE = 0
-OCCUPIED = 100
-
-OCCUPIED_THRESHOLD = 65  # map_server's default occupied_thresh, 0.65 [%]
-FREE_THRESHOLD = 25  # map_server's default free_thresh, 0.25 [%]
 
 
 @dataclass(frozen=True)
@@ -160,3 +120,32 @@ class OccupancyMap:
     def occupied(self) -> NDArray[np.bool_]:
         """Return the occupied cells, shape (rows, columns); unknown cells are not occupied."""
         return self.occupancy >= OCCUPIED_THRESHOLD
+
+
+def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
+    """Return the distance from each cell's centre to that of the nearest occupied one [m], infinite without one.
+
+    Args:
+        occupied: occupied cells, shape (rows, columns) as the result.
+        resolution: side of a cell [m].
+    """
+    if not occupied.any():
+        return np.full(occupied.shape, np.inf, dtype=np.float32)
+    free = np.logical_not(occupied).astype(np.uint8)
+    distances = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(distances * np.float32(resolution), dtype=np.float32)
+
+
+def inflate_obstacles(
+    occupied: NDArray[np.bool_], resolution: float, robot_radius: float
+) -> NDArray[np.bool_]:
+    """Return the occupied cells inflated by the robot's radius: cells that its centre cannot enter.
+
+    Args:
+        occupied: occupied cells, shape (rows, columns).
+        resolution: side of a cell [m].
+        robot_radius: radius of the circle around the robot [m].
+    """
+    if robot_radius < resolution:
+        return occupied.copy()
+    return clearance(occupied, resolution) <= robot_radius + _ROUNDING * resolution

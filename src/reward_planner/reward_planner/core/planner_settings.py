@@ -1,9 +1,4 @@
-"""Settings of the planner.
-
-Settings of the reward rule.
-
-Table 1 of the paper: rewards and penalties of a step.
-"""
+"""Settings of the planner, and of the paper's reward rule."""
 
 from __future__ import annotations
 
@@ -34,23 +29,8 @@ class PlannerSettings:
 
 
 @dataclass(frozen=True)
-class RewardSettings:
-    """Penalties, virtual search and the reward table."""
-
-    visits: str = setting(
-        'once',
-        'penalty of a visited cell: once, as in the paper, or counted for each visit',
-        choices=('once', 'counted'),
-    )
-    virtual_steps_max: int = setting(
-        5000, 'maximum number of steps of the virtual search; 0 disables it', minimum=0, maximum=10_000_000
-    )
-    table: RewardTable = field(default_factory=RewardTable)
-
-
-@dataclass(frozen=True)
 class RewardTable:
-    """Rewards and penalties of one step, in the rows of the table."""
+    """Table 1 of the paper: rewards and penalties of one step, in the rows of the table."""
 
     advance: float = setting(
         100.0, 'row 1: a free step earns this/L - L, L cells from the goal', minimum=0.0, maximum=1e6
@@ -68,3 +48,18 @@ class RewardTable:
     def reward_values(self) -> NDArray[np.float64]:
         """Return the rows as an array for numba kernels, shape (5,)."""
         return np.array(astuple(self), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class RewardSettings:
+    """Penalties, virtual search and the reward table."""
+
+    visits: str = setting(
+        'once',
+        'penalty of a visited cell: once, as in the paper, or counted for each visit',
+        choices=('once', 'counted'),
+    )
+    virtual_steps_max: int = setting(
+        5000, 'maximum number of steps of the virtual search; 0 disables it', minimum=0, maximum=10_000_000
+    )
+    table: RewardTable = field(default_factory=RewardTable)

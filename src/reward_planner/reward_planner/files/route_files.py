@@ -1,9 +1,4 @@
-"""Rewards along a path as CSV: eight lines per cell, one for each step.
-
-Picture of a route on its map, at least one pixel per cell, north up.
-
-Route as CSV: one line ``x,y`` per cell, in the map frame [m].
-"""
+"""Files of a route: its points and the rewards of its steps as CSV, and its picture."""
 
 from __future__ import annotations
 
@@ -19,16 +14,24 @@ from reward_planner.core.reward.reward_walk import ExplainedCell
 from reward_planner.core.reward.step_reward import TERM_NAMES
 from shirube_core.files import atomic_write, write_text
 
+_LONG_SIDE_MIN = 800  # least size of the long side of the picture [px]
+_FREE, _UNKNOWN, _OCCUPIED, _INFLATED = (255, 255, 255), (205, 205, 205), (0, 0, 0), (200, 215, 250)
+_ROUTE, _START, _GOAL = (200, 60, 0), (0, 150, 0), (0, 0, 220)  # BGR
 _HEAD = ('number', 'x', 'y', 'to_x', 'to_y', *TERM_NAMES, 'total', 'can_enter', 'taken')
 
 
-def save_reward_table(path: Path, cells: Iterable[ExplainedCell], frame: GridFrame) -> None:
-    """Write the rewards atomically, with positions in the map frame [m].
+def save_route_table(path: Path, points_map: NDArray[np.float64]) -> None:
+    """Write the points of a route in the map frame [m], shape (n, 2), atomically: one line ``x,y`` per cell.
 
-    Args:
-        path: output file.
-        cells: cells of the path in order.
-        frame: geometry of the map.
+    Raises:
+        OSError: the file cannot be written.
+    """
+    lines = [f'{x:.4f},{y:.4f}\n' for x, y in points_map.tolist()]
+    write_text(path, ''.join(['x,y\n', *lines]))
+
+
+def save_reward_table(path: Path, cells: Iterable[ExplainedCell], frame: GridFrame) -> None:
+    """Write the rewards along a path atomically: eight lines per cell, one for each step; positions are in metres.
 
     Raises:
         OSError: the file cannot be written.
@@ -46,13 +49,8 @@ def save_reward_table(path: Path, cells: Iterable[ExplainedCell], frame: GridFra
     write_text(path, '\n'.join([*lines, '']))
 
 
-_LONG_SIDE_MIN = 800  # least size of the long side of the picture [px]
-_FREE, _UNKNOWN, _OCCUPIED, _INFLATED = (255, 255, 255), (205, 205, 205), (0, 0, 0), (200, 215, 250)
-_ROUTE, _START, _GOAL = (200, 60, 0), (0, 150, 0), (0, 0, 220)  # BGR
-
-
 def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return a BGR picture, shape (h, w, 3); its first line is the map's highest row.
+    """Return a BGR picture, shape (h, w, 3), at least one pixel per cell; its first line is the map's highest row.
 
     Args:
         grid: occupancy grid.
@@ -85,13 +83,3 @@ def save_picture(path: Path, pixels: NDArray[np.uint8]) -> None:
     data = cv2.imencode('.png', pixels)[1]
     with atomic_write(path) as file:
         file.write(data.tobytes())
-
-
-def save_route_table(path: Path, points_map: NDArray[np.float64]) -> None:
-    """Write the points of a route [m], shape (n, 2), atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    lines = [f'{x:.4f},{y:.4f}\n' for x, y in points_map.tolist()]
-    write_text(path, ''.join(['x,y\n', *lines]))

@@ -15,23 +15,23 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.route.route import NoRouteReason
+from reward_planner.core.route.route import NoRoute
 from shirube_core.geometry import SE2
 from shirube_ros.message_error import MessageError
 from shirube_ros.occupancy_conversion import path_message
 from shirube_ros.pose_conversion import planar_pose
 
-PlanRoute = Callable[[SE2 | None, SE2, float], NDArray[np.float64] | NoRouteReason]
+PlanRoute = Callable[[SE2 | None, SE2, float], NDArray[np.float64] | NoRoute]
 """Plans from a start (None for the robot's pose at a time [s]) to a goal: points [m], shape (n, 2), or a reason."""
 
 _NAME = 'compute_path_to_pose'
 _CODES = {
-    NoRouteReason.START_OUTSIDE: 'START_OUTSIDE_MAP',
-    NoRouteReason.GOAL_OUTSIDE: 'GOAL_OUTSIDE_MAP',
-    NoRouteReason.START_BLOCKED: 'START_OCCUPIED',
-    NoRouteReason.GOAL_BLOCKED: 'GOAL_OCCUPIED',
-    NoRouteReason.UNREACHABLE: 'NO_VALID_PATH',
-    NoRouteReason.GAVE_UP: 'NO_VALID_PATH',
+    NoRoute.START_OUTSIDE: 'START_OUTSIDE_MAP',
+    NoRoute.GOAL_OUTSIDE: 'GOAL_OUTSIDE_MAP',
+    NoRoute.START_BLOCKED: 'START_OCCUPIED',
+    NoRoute.GOAL_BLOCKED: 'GOAL_OCCUPIED',
+    NoRoute.UNREACHABLE: 'NO_VALID_PATH',
+    NoRoute.GAVE_UP: 'NO_VALID_PATH',
 }
 
 
@@ -71,7 +71,7 @@ def handle_request(request: Any, result: Any, header: Header, plan: PlanRoute) -
         _set_code(result, 'UNKNOWN')
         return result, str(fault)
     result.path = Path(header=header)
-    if isinstance(route, NoRouteReason):
+    if isinstance(route, NoRoute):
         _set_code(result, _CODES[route])
         return result, route.value
     result.path = path_message(route, goal.yaw, header)

@@ -16,25 +16,28 @@ from shirube_ros.stamp_synchronizer import StampSynchronizer
 class PlannerReport:
     """Collects the state of the controller and counters."""
 
-    def __init__(self, navigator: Navigator, now: Callable[[], float], frame_period_max: float) -> None:
+    def __init__(
+        self,
+        navigator: Navigator,
+        now: Callable[[], float],
+        frame_period_max: float,
+        groups: StampSynchronizer[Any] | None = None,
+    ) -> None:
         """Start without counts.
 
         Args:
             navigator: source of map, pose and route counters.
             now: current time [s], 0 before simulated time starts.
             frame_period_max: time without a mapped frame after which the map is stale [s].
+            groups: synchronizer of the images, if there are several cameras.
         """
         self._navigator, self._now, self._frame_period_max = navigator, now, frame_period_max
+        self._groups = groups
         self._last_frame_time: float | None = None
         self._groups_at_last_frame = 0
         self._drive: DriveCommand | None = None
         self._frames = 0
         self._points: Counter[str] = Counter()
-        self._groups: StampSynchronizer[Any] | None = None
-
-    def watch_groups(self, groups: StampSynchronizer[Any]) -> None:
-        """Report images that were dropped by the synchronizer, too."""
-        self._groups = groups
 
     def add_frame(self, frame: MappedFrame) -> None:
         """Count a mapped frame."""

@@ -1,16 +1,10 @@
-"""Type of the inputs' callback.
-
-Subscription to point clouds.
-
-Subscription to depth images.
-
-Subscription to three rectified cameras in an L.
-"""
+"""Subscriptions to point clouds, depth images or three cameras; each passes on points in the optical frame."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
@@ -20,11 +14,11 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.trinocular_depth import TrinocularRig
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.core.voxels.frame_window import equivalent_focal_length
-from shirube_core.geometry import CameraMount, PinholeCamera
+from reward_planner.node_settings import NodeSettings
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.depth_conversion import depth_from_image
 from shirube_ros.image_input import ImageInput
@@ -37,45 +31,29 @@ from shirube_ros.stamp_synchronizer import StampSynchronizer
 FrameCallback = Callable[[Header, SensorFrame], None]
 """Called with the header of a message and its points in the optical frame of the camera."""
 
-
-_TOPIC = 'points'
+_POINTS, _IMAGE, _INFO = 'points', 'depth/image', 'depth/camera_info'
 _OPTICAL = '_optical_frame'
+_CAMERAS = ('left', 'right', 'top')
+_SYNC_TOLERANCE = 0.005  # largest difference of stamps of one trigger [s]
 
 
 class PointsInput:
     """Subscribes to ``points`` (PointCloud2) in the camera's optical frame or in ``base_frame``."""
 
     def __init__(
-        self,
-        node: Node,
-        guard: CallbackGuard,
-        mount: CameraMount,
-        frames: tuple[str, str],
-        on_frame: FrameCallback,
+        self, node: Node, guard: CallbackGuard, settings: NodeSettings, on_frame: FrameCallback
     ) -> None:
-        """Subscribe.
-
-        Args:
-            node: node that subscribes.
-            guard: counts the messages and catches their errors.
-            mount: pose of the camera, the origin of rays also for points in the base frame.
-            frames: name of the robot's frame, and of the camera's optical frame; empty takes the first one received.
-            on_frame: called for each valid cloud.
-        """
-        self._mount, self._on_frame = mount, on_frame
-        self._base_frame, self._camera_frame = frames
-        node.create_subscription(
-            PointCloud2,
-            _TOPIC,
-            guard.guard(_TOPIC, self._take),
-            sensor_profile(),
-            qos_overriding_options=overridable(),
-        )
+        """Subscribe; `guard` counts the messages and catches their errors."""
+        self._on_frame = on_frame
+        self._mount = settings.mount  # origin of rays also for points in the base frame
+        # An empty camera frame takes the first one received.
+        self._base_frame, self._camera_frame = settings.base_frame, settings.camera_frame
+        _subscribe(node, guard, PointCloud2, _POINTS, self._take)
 
     def _take(self, message: PointCloud2) -> None:
         frame = message.header.frame_id
         self._check_frame(frame)
-        points = points_from_cloud(message, _TOPIC)
+        points = points_from_cloud(message, _POINTS)
         if frame != self._base_frame:
             self._camera_frame = frame  # the mount belongs to one camera
         else:
@@ -89,36 +67,25 @@ class PointsInput:
             return
         if self._camera_frame:
             raise PointCloudError(
-                f'{_TOPIC} is in the frame {frame!r}, the camera with this mount is {self._camera_frame!r}; '
+                f'{_POINTS} is in the frame {frame!r}, the camera with this mount is {self._camera_frame!r}; '
                 f'publish one camera only, or transform the others to {self._base_frame!r}'
             )
         if not frame.endswith(_OPTICAL):
             raise PointCloudError(
-                f'{_TOPIC} is in the unknown frame {frame!r}; '
+                f'{_POINTS} is in the unknown frame {frame!r}; '
                 f'publish it in {self._base_frame!r} or in the camera\'s frame, whose name ends with "{_OPTICAL}"'
             )
-
-
-_IMAGE, _INFO = 'depth/image', 'depth/camera_info'
 
 
 class DepthInput:
     """Subscribes to ``depth/image`` (Image, 32FC1 or 16UC1) and ``depth/camera_info`` (CameraInfo)."""
 
     def __init__(self, node: Node, guard: CallbackGuard, on_frame: FrameCallback) -> None:
-        """Subscribe.
-
-        Args:
-            node: node that subscribes.
-            guard: counts the messages and catches their errors.
-            on_frame: called for each valid image.
-        """
+        """Subscribe; `guard` counts the messages and catches their errors."""
         self._camera: PinholeCamera | None = None
         self._on_frame = on_frame
-        for kind, topic, take in ((CameraInfo, _INFO, self._take_info), (Image, _IMAGE, self._take_image)):
-            node.create_subscription(
-                kind, topic, guard.guard(topic, take), sensor_profile(), qos_overriding_options=overridable()
-            )
+        _subscribe(node, guard, CameraInfo, _INFO, self._take_info)
+        _subscribe(node, guard, Image, _IMAGE, self._take_image)
 
     def _take_info(self, message: CameraInfo) -> None:
         self._camera = None  # after an invalid calibration the old one must not be used
@@ -132,10 +99,6 @@ class DepthInput:
         self._on_frame(message.header, SensorFrame(points, self._camera.fx))
 
 
-_CAMERAS = ('left', 'right', 'top')
-_SYNC_TOLERANCE = 0.005  # largest difference of stamps of one trigger [s]
-
-
 class TrinocularInput:
     """Subscribes to ``image_rect`` and ``camera_info`` of ``left/``, ``right/`` and ``top/`` and synchronizes them.
 
@@ -144,39 +107,18 @@ class TrinocularInput:
     """
 
     def __init__(
-        self,
-        node: Node,
-        guard: CallbackGuard,
-        transport: str,
-        settings: DepthSettings,
-        on_frame: FrameCallback,
+        self, node: Node, guard: CallbackGuard, settings: NodeSettings, on_frame: FrameCallback
     ) -> None:
-        """Subscribe.
-
-        Args:
-            node: node that subscribes.
-            guard: counts the messages and catches their errors.
-            transport: ``raw``, ``compressed`` or ``auto``.
-            settings: settings of stereo matching.
-            on_frame: called for each three valid images.
-        """
-        self._settings, self._on_frame = settings, on_frame
-        self.groups: StampSynchronizer[tuple[Header, NDArray[np.uint8]]] = StampSynchronizer(
-            _CAMERAS, _SYNC_TOLERANCE
-        )
+        """Subscribe; `guard` counts the messages and catches their errors."""
+        self._settings, self._on_frame = settings.depth, on_frame
+        self._logger = node.get_logger()
+        self.groups = StampSynchronizer[tuple[Header, NDArray[np.uint8]]](_CAMERAS, _SYNC_TOLERANCE)
         self._cameras: dict[str, RigCamera] = {}
-        for name in _CAMERAS:
-            ImageInput(
-                node,
-                guard,
-                (f'{name}/image_rect', f'{name}/camera_info'),
-                transport,
-                rig_camera,
-                partial(self._take, name),
-            )
         self._projections: NDArray[np.float64] | None = None
         self._rig: TrinocularRig | None = None
-        self._logger = node.get_logger()
+        for name in _CAMERAS:
+            topics, take = (f'{name}/image_rect', f'{name}/camera_info'), partial(self._take, name)
+            ImageInput(node, guard, topics, settings.image_transport, rig_camera, take)
 
     def _take(self, name: str, header: Header, pixels: NDArray[np.uint8], camera: RigCamera) -> None:
         grey = pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY))
@@ -186,16 +128,16 @@ class TrinocularInput:
         if group is None:
             return
         rig = self._rig_of(np.array([self._cameras[each].projection for each in _CAMERAS]))
-        images = [image for _, image in group]
+        (first, left_image), (_, right_image), (_, top_image) = group
         was_mirrored = rig.is_mirrored
-        depth = rig.compute(images[0], images[1], images[2]).depth
+        depth = rig.compute(left_image, right_image, top_image).depth
         if rig.is_mirrored and not was_mirrored:
             self._logger.warning(
                 'P[1, 3] of top/camera_info has the wrong sign: the images show the camera on the other side of the '
                 'left one; the images are used'
             )
         left = self._cameras['left'].camera
-        self._on_frame(group[0][0], SensorFrame(points_from_depth_image(depth, left), left.fx))
+        self._on_frame(first, SensorFrame(points_from_depth_image(depth, left), left.fx))
 
     def _rig_of(self, projections: NDArray[np.float64]) -> TrinocularRig:
         """Return the rig for projection matrices P, shape (3, 3, 4); a new one if the calibration changed."""
@@ -204,3 +146,8 @@ class TrinocularInput:
             self._rig = TrinocularRig(projections, self._settings)
             self._projections = projections
         return self._rig
+
+
+def _subscribe(node: Node, guard: CallbackGuard, kind: type, topic: str, take: Callable[[Any], None]) -> None:
+    guarded = guard.guard(topic, take)
+    node.create_subscription(kind, topic, guarded, sensor_profile(), qos_overriding_options=overridable())

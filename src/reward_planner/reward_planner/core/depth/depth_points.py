@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.reward_planner_error import DepthError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.geometry import PinholeCamera
 
 
@@ -18,15 +18,15 @@ def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -
         camera: rectified camera of the image.
 
     Raises:
-        DepthError: the sizes of image and camera differ, or the camera has distortion.
+        RewardPlannerError: the sizes of image and camera differ, or the camera has distortion.
     """
     if depth.shape != (camera.height, camera.width):
-        raise DepthError(
+        raise RewardPlannerError(
             f'the depth image has {depth.shape[::-1]} pixels, camera_info {camera.width} x {camera.height}; '
             'they must be equal'
         )
     if any(camera.distortion):
-        raise DepthError('the camera of the depth image has distortion; give a rectified image')
+        raise RewardPlannerError('the camera of the depth image has distortion; give a rectified image')
     image = np.ascontiguousarray(depth, dtype=np.float32)
     return _points(image, (camera.fx, camera.fy, camera.cx, camera.cy))
 

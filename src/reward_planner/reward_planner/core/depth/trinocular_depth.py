@@ -1,7 +1,4 @@
-"""Trinocular depth: a horizontal and a vertical pair, fused by agreement or union (2.2.1).
-
-Three calibrated cameras in an L; the side of the top camera is found from the images.
-"""
+"""Trinocular depth of three cameras in an L: a horizontal and a vertical pair, fused by agreement or union (2.2.1)."""
 
 from __future__ import annotations
 
@@ -13,11 +10,12 @@ from numpy.typing import NDArray
 
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import PairMatcher, StereoPair, pair_from_projections
-from reward_planner.core.reward_planner_error import DepthError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 
 NO_DEPTH, FIRST, SECOND, BOTH, INCONSISTENT = range(5)
 """Source of a depth: the pairs that measured it; inconsistent pairs give no depth."""
 
+_INCONSISTENT_FRACTION_MAX = 0.5  # consistent pairs differ in a few percent of the pixels
 _OVERLAP_MIN = 0.01  # least fraction of pixels that both pairs see for a consistency check
 
 
@@ -45,9 +43,8 @@ class DepthImage:
         """Return only the depths that both pairs confirm."""
         is_consistent = self.source == BOTH
         depth = np.where(is_consistent, self.depth, np.float32(np.nan))
-        return DepthImage(
-            depth, np.where(is_consistent | (self.source == INCONSISTENT), self.source, np.uint8(NO_DEPTH))
-        )
+        is_kept = is_consistent | (self.source == INCONSISTENT)
+        return DepthImage(depth, np.where(is_kept, self.source, np.uint8(NO_DEPTH)))
 
 
 class TrinocularDepth:
@@ -62,7 +59,7 @@ class TrinocularDepth:
             settings: settings of stereo matching.
 
         Raises:
-            DepthError: settings that OpenCV does not support.
+            RewardPlannerError: settings that OpenCV does not support.
         """
         self._pairs = (first, second)
         self._matchers = (PairMatcher(first, settings), PairMatcher(second, settings))
@@ -79,7 +76,7 @@ class TrinocularDepth:
             top: rectified grey image of the second pair's other camera, same shape.
 
         Raises:
-            DepthError: images that are not grey or not of the same size.
+            RewardPlannerError: images that are not grey or not of the same size.
         """
         first, second = self._matchers[0].match(left, right), self._matchers[1].match(left, top)
         scales = (self._pairs[0].focal_baseline, self._pairs[1].focal_baseline)
@@ -132,9 +129,6 @@ def fuse_disparities(
     return depth, source
 
 
-_INCONSISTENT_FRACTION_MAX = 0.5  # consistent pairs differ in a few percent of the pixels
-
-
 class TrinocularRig:
     """Depth of three cameras.
 
@@ -156,14 +150,13 @@ class TrinocularRig:
             settings: settings of stereo matching.
 
         Raises:
-            DepthError: cameras that are not rectified to each other, or settings that OpenCV does not support.
+            RewardPlannerError: cameras that are not rectified to each other, or settings that OpenCV does not support.
         """
         left, right, top = projections
         horizontal, vertical = pair_from_projections(left, right), pair_from_projections(left, top)
         self.is_mirrored = False
         self._is_confirmed: bool | None = None  # by the latest frame with enough common pixels
-        self._as_calibrated = TrinocularDepth(horizontal, vertical, settings)
-        self._mirrored = TrinocularDepth(horizontal, vertical.mirror(), settings)
+        self._sides = [TrinocularDepth(horizontal, side, settings) for side in (vertical, vertical.mirror())]
 
     def compute(
         self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]
@@ -171,32 +164,28 @@ class TrinocularRig:
         """Return the depth; arguments as for `TrinocularDepth.compute`.
 
         Raises:
-            DepthError: images of a wrong type or shape, or pairs that are inconsistent with either sign, now or in the
-                latest frame with enough common pixels.
+            RewardPlannerError: images of a wrong type or shape, or pairs that are inconsistent with either sign, now
+                or in the latest frame with enough common pixels.
         """
-        depth = self._pairs(self.is_mirrored).compute(left, right, top)
-        if _is_consistent(depth):
+        depth = self._sides[self.is_mirrored].compute(left, right, top)
+        inconsistent = depth.inconsistent_fraction
+        if _is_consistent(inconsistent):
             self._is_confirmed = True
             return depth
-        if depth.inconsistent_fraction is not None or self._is_confirmed is None:
-            mirrored_depth = self._pairs(not self.is_mirrored).compute(left, right, top)
-            if _is_consistent(mirrored_depth):
+        if inconsistent is not None or self._is_confirmed is None:
+            mirrored_depth = self._sides[not self.is_mirrored].compute(left, right, top)
+            if _is_consistent(mirrored_depth.inconsistent_fraction):
                 self.is_mirrored, self._is_confirmed = not self.is_mirrored, True
                 return mirrored_depth
-        if depth.inconsistent_fraction is not None:
+        if inconsistent is not None:
             self._is_confirmed = False
         if self._is_confirmed is False:
-            raise DepthError(
+            raise RewardPlannerError(
                 'the depths of left-right and left-top are inconsistent; check that the topics are those of these '
                 'cameras, and calibrate them together'
             )
         return depth.only_consistent()
 
-    def _pairs(self, is_mirrored: bool) -> TrinocularDepth:
-        return self._mirrored if is_mirrored else self._as_calibrated
 
-
-def _is_consistent(depth: DepthImage) -> bool:
-    return (
-        depth.inconsistent_fraction is not None and depth.inconsistent_fraction <= _INCONSISTENT_FRACTION_MAX
-    )
+def _is_consistent(inconsistent_fraction: float | None) -> bool:
+    return inconsistent_fraction is not None and inconsistent_fraction <= _INCONSISTENT_FRACTION_MAX

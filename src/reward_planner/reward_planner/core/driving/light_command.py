@@ -1,7 +1,4 @@
-"""Commands of lamps, as `vlc_beacon` publishes them.
-
-State of the lamps' commands: stop, speed limit and turn.
-"""
+"""Commands of lamps, as `vlc_beacon` publishes them, and those that are in effect."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""The lookahead point on the route, and the free distance ahead of the robot.
-
-Steering and speed limits of a differential drive robot.
-"""
+"""Path following: the lookahead point on the route, the free distance ahead, steering and speed limits."""
 
 from __future__ import annotations
 
@@ -17,6 +14,12 @@ from shirube_core.geometry import SE2
 
 _SAMPLES_PER_CELL = 2.0
 _EXIT_DISTANCE = 1.5  # a robot on an occupied cell may drive on if it leaves it within this distance [cells]
+_HEADING_TIME_CONSTANT = 0.4  # time constant of the heading error [s]
+_BRAKE_FRACTION = 0.5  # fraction of the maximum acceleration that is planned for braking
+_RESPONSE_TIME = 0.15  # latency from a pose to the motion of the wheels [s]
+_DRIVE_BEARING_MAX = 0.6  # above this bearing the robot turns in place [rad]
+_SLOWEST_FRACTION = 0.25  # minimum speed near obstacles, fraction of the maximum speed
+_SLOWEST = 0.1  # upper bound of the minimum speed near obstacles [m/s]
 
 
 def lookahead_point(
@@ -72,14 +75,6 @@ def check_path_ahead(
 
 def _sample_count(costmap: InflatedCostmap, distance: float) -> int:
     return 2 + int(_SAMPLES_PER_CELL * distance / costmap.frame.resolution)
-
-
-_HEADING_TIME_CONSTANT = 0.4  # time constant of the heading error [s]
-_BRAKE_FRACTION = 0.5  # fraction of the maximum acceleration that is planned for braking
-_RESPONSE_TIME = 0.15  # latency from a pose to the motion of the wheels [s]
-_DRIVE_BEARING_MAX = 0.6  # above this bearing the robot turns in place [rad]
-_SLOWEST_FRACTION = 0.25  # minimum speed near obstacles, fraction of the maximum speed
-_SLOWEST = 0.1  # upper bound of the minimum speed near obstacles [m/s]
 
 
 def turn_rate_for_angle(angle: float, settings: DrivingSettings) -> float:

@@ -1,7 +1,4 @@
-"""Updates the local and the global map from points and the robot's pose (2.2).
-
-Projects occupied voxels to the floor as a local map (2.2.3, step 1).
-"""
+"""Updates the local and the global map from points and the robot's pose (2.2)."""
 
 from __future__ import annotations
 
@@ -18,6 +15,8 @@ from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 from shirube_core.geometry import SE2, CameraMount
+
+_FREE_LAYER_FRACTION = 0.5  # of the layers are traversed in a free cell
 
 
 class ObstacleMapper:
@@ -37,9 +36,9 @@ class ObstacleMapper:
             mapping: maximum size of the global map.
 
         Raises:
-            VoxelError: the settings give no voxels.
+            RewardPlannerError: the settings give no voxels.
         """
-        self._T_base_sensor = _matrix_from_parts(mount.rotation, np.array(mount.xyz))
+        self._T_base_sensor = _rigid_transform(mount.rotation, mount.xyz)
         self.voxels = VoxelMap(voxels)
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
 
@@ -55,11 +54,18 @@ class ObstacleMapper:
             focal_length: density of the points, see `SensorView`.
 
         Raises:
-            VoxelError: points of a wrong shape, or a pose or stamp that is not finite.
+            RewardPlannerError: points of a wrong shape, or a pose or stamp that is not finite.
         """
-        view = SensorView(_matrix_from_pose(T_map_base) @ self._T_base_sensor, focal_length)
+        # The sensor in the map: the robot's pose at the stamp and the mount.
+        cos, sin = np.cos(T_map_base.yaw), np.sin(T_map_base.yaw)
+        rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        T_map_robot = _rigid_transform(rotation, (T_map_base.x, T_map_base.y, 0.0))
+        view = SensorView(T_map_robot @ self._T_base_sensor, focal_length)
+        # 2.2.2: voxels from the points.
         point_counts = self.voxels.add(stamp, points, view).point_counts
+        # 2.2.3, step 1: the voxels of obstacles, projected to the floor.
         local = project_voxels(self.voxels, view, self.map)
+        # 2.2.3, steps 2 and 3: the global map, where the local one observed it.
         self.map.write(local)
         return local, point_counts
 
@@ -69,21 +75,10 @@ class ObstacleMapper:
         self.map.clear()
 
 
-def _matrix_from_pose(pose: SE2) -> NDArray[np.float64]:
-    cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
-    rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return _matrix_from_parts(rotation, np.array([pose.x, pose.y, 0.0]))
-
-
-def _matrix_from_parts(
-    rotation: NDArray[np.float64], translation: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _rigid_transform(rotation: NDArray[np.float64], translation: ArrayLike) -> NDArray[np.float64]:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotation, translation
     return T
-
-
-_FREE_LAYER_FRACTION = 0.5
 
 
 def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap) -> LocalMap:
@@ -100,16 +95,15 @@ def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap) ->
     window, slots = voxels.slots_around(view)
     is_mean = settings.rule != 'log_odds'
     value_min = settings.value_min if is_mean else settings.log_odds_occupied
+    free_max = -FREE_FRACTION * settings.log_odds_pass
+    limits = float(np.float32(value_min)), float(np.float32(free_max))  # rounded as the values are
     x, y, _ = window.corner
     frame = GridFrame(float(x), float(y), window.resolution, window.side, window.side)
     occupancy, observed = _project(
         voxels.tiles.values,
         voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
         slots,
-        (
-            float(np.float32(value_min)),
-            float(np.float32(-FREE_FRACTION * settings.log_odds_pass)),
-        ),  # float32, as the values
+        limits,
         global_map.occupancy_in(frame) >= OCCUPIED_THRESHOLD,
         voxels.tiles.has_obstacle,
     )

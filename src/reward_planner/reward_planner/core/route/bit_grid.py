@@ -1,6 +1,4 @@
-"""A grid of blocked cells as bits, by rows and by columns, to test 64 cells at once.
-
-Line scans of jump point search, 64 cells at once.
+"""A grid of blocked cells as bits, by rows and by columns, and its line scans of 64 cells at once.
 
 A scan along a row or column stops where an adjacent wall ends: there cells become reachable that a diagonal step could
 not reach before, because corners are not cut.
@@ -17,7 +15,21 @@ from numpy.typing import NDArray
 
 MARGIN = 64  # bits before the first cell of a line: one 64-bit word of blocked cells
 
-_ALL_BLOCKED = np.uint64(0xFFFFFFFFFFFFFFFF)
+_ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
+_ONE = np.uint64(1)
+_LAST = np.uint64(63)
+_SIX = np.uint64(58)
+_DE_BRUIJN = np.uint64(0x03F79D71B4CB0A89)  # de Bruijn sequence: every run of six bits occurs once
+
+
+def _bit_indices() -> NDArray[np.int64]:
+    places = np.empty(64, dtype=np.int64)
+    for bit in range(64):
+        places[(int(_DE_BRUIJN) << bit & int(_ALL)) >> 58] = bit
+    return places
+
+
+_BIT_INDICES = _bit_indices()
 
 
 class BitGrid(NamedTuple):
@@ -36,13 +48,13 @@ def pack_grid(blocked: NDArray[np.bool_]) -> BitGrid:
     """Pack a grid of shape (rows, columns) into bits."""
     rows, columns = blocked.shape
     row_words, column_words = -(-columns // 64), -(-rows // 64)
-    lines = np.full((64 * column_words + 2, row_words + 2), _ALL_BLOCKED)
+    lines = np.full((64 * column_words + 2, row_words + 2), _ALL)
     packed = np.packbits(blocked, axis=1, bitorder='little')
     octets = lines[:, 1:-1].view(np.uint8)[1 : rows + 1]
     octets[:, : packed.shape[1]] = packed
     if columns % 8:
         octets[:, packed.shape[1] - 1] |= np.uint8(0xFF << columns % 8 & 0xFF)
-    across = np.full((64 * row_words + 2, column_words + 2), _ALL_BLOCKED)
+    across = np.full((64 * row_words + 2, column_words + 2), _ALL)
     _transpose(lines, across)
     return BitGrid(lines[: rows + 2], across[: columns + 2])
 
@@ -75,23 +87,6 @@ def _transpose_block(block: NDArray[np.uint64]) -> None:
             k = (k + width + 1) & ~width
         width >>= 1
         mask ^= mask << np.uint64(width)
-
-
-_ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
-_ONE = np.uint64(1)
-_LAST = np.uint64(63)
-_SIX = np.uint64(58)
-_DE_BRUIJN = np.uint64(0x03F79D71B4CB0A89)  # de Bruijn sequence: every run of six bits occurs once
-
-
-def _bit_indices() -> NDArray[np.int64]:
-    places = np.empty(64, dtype=np.int64)
-    for bit in range(64):
-        places[(int(_DE_BRUIJN) << bit & int(_ALL)) >> 58] = bit
-    return places
-
-
-_BIT_INDICES = _bit_indices()
 
 
 @njit(cache=True)

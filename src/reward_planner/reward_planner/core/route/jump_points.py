@@ -1,10 +1,8 @@
-"""Jump points of a cell (Harabor and Grastien, AAAI 2011, ICAPS 2014).
+"""Jump points of a cell, and the successors of a jump point (Harabor and Grastien, AAAI 2011, ICAPS 2014).
 
 Of all shortest paths between two cells only one is followed: diagonal steps first, then straight ones. So the search
 turns from straight to diagonal only where an adjacent wall ends. On a diagonal, only the jump points along its rows
 and columns are kept.
-
-Successors of a jump point, given its parent.
 """
 
 from __future__ import annotations

@@ -1,12 +1,9 @@
-"""Result of planning: a route, or the reason why there is none.
+"""Result of planning: a route, or the reason why there is none; and the octile lengths of routes.
 
-Octile lengths as integers that compare exactly as the true lengths do.
-
-A diagonal step is sqrt(2) times a straight one. 665857/470832 is a convergent of sqrt(2), so no fraction with a smaller
-denominator is between the two. Sums of these integers order two routes as their true lengths do, and are equal only if
-those are, as long as their numbers of diagonal steps differ by less than 470832.
-
-Reachability by connected components, much faster than a search.
+Octile lengths are integers that compare exactly as the true lengths do. A diagonal step is sqrt(2) times a straight
+one. 665857/470832 is a convergent of sqrt(2), so no fraction with a smaller denominator is between the two. Sums of
+these integers order two routes as their true lengths do, and are equal only if those are, as long as their numbers of
+diagonal steps differ by less than 470832.
 """
 
 from __future__ import annotations
@@ -20,7 +17,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.occupancy_map import GridFrame
+STRAIGHT = 470832
+DIAGONAL = 665857
 
 
 @dataclass(frozen=True)
@@ -29,22 +27,17 @@ class Route:
 
     Attributes:
         cells: rows and columns from start to goal, shape (n, 2); one cell if the start is the goal.
-        length: sum of the steps, 1 for a straight and sqrt(2) for a diagonal one [cells].
     """
 
     cells: NDArray[np.int64]
-    length: float
 
-    def points_map(self, frame: GridFrame) -> NDArray[np.float64]:
-        """Return the centres of the cells in the map frame, shape (n, 2) [m]."""
-        return frame.centre_of(self.cells)
-
-    def length_in_metres(self, frame: GridFrame) -> float:
-        """Return the length on a grid of some resolution [m]."""
-        return self.length * frame.resolution
+    @property
+    def length(self) -> float:
+        """Sum of the steps, 1 for a straight and sqrt(2) for a diagonal one [cells]."""
+        return route_length(self.cells)
 
 
-class NoRouteReason(Enum):
+class NoRoute(Enum):
     """Why there is no route."""
 
     START_OUTSIDE = 'the start is outside of the map'
@@ -53,13 +46,6 @@ class NoRouteReason(Enum):
     GOAL_BLOCKED = 'the goal is in an obstacle or too near to one'
     UNREACHABLE = 'obstacles block every path'
     GAVE_UP = 'the reward rule did not reach the goal'
-
-
-@dataclass(frozen=True)
-class NoRoute:
-    """No route, and the reason."""
-
-    reason: NoRouteReason
 
 
 def check_endpoints(
@@ -74,19 +60,15 @@ def check_endpoints(
     """
     rows, columns = blocked.shape
     ends = (
-        (goal, NoRouteReason.GOAL_OUTSIDE, NoRouteReason.GOAL_BLOCKED),
-        (start, NoRouteReason.START_OUTSIDE, NoRouteReason.START_BLOCKED),
+        (goal, NoRoute.GOAL_OUTSIDE, NoRoute.GOAL_BLOCKED),
+        (start, NoRoute.START_OUTSIDE, NoRoute.START_BLOCKED),
     )
     for (row, column), outside, inside in ends:
         if not (0 <= row < rows and 0 <= column < columns):
-            return NoRoute(outside)
+            return outside
         if blocked[row, column]:
-            return NoRoute(inside)
+            return inside
     return None
-
-
-STRAIGHT = 470832
-DIAGONAL = 665857
 
 
 @njit(cache=True)
@@ -98,17 +80,9 @@ def octile_distance(row_a: int, column_a: int, row_b: int, column_b: int) -> int
     return STRAIGHT * (rows - columns) + DIAGONAL * columns
 
 
-@njit(cache=True)
 def route_length(cells: NDArray[np.int64]) -> float:
-    """Return the length of a route of neighbouring cells [cells].
-
-    Args:
-        cells: rows and columns, shape (n, 2).
-    """
-    diagonal = 0
-    for k in range(1, len(cells)):
-        if cells[k, 0] != cells[k - 1, 0] and cells[k, 1] != cells[k - 1, 1]:
-            diagonal += 1
+    """Return the length of a route of neighbouring cells (rows and columns, shape (n, 2)) [cells]."""
+    diagonal = int((np.diff(cells, axis=0) != 0).all(axis=1).sum())
     return len(cells) - 1 - diagonal + diagonal * math.sqrt(2.0)
 
 

@@ -12,11 +12,9 @@ from reward_planner.core.route.open_list import pop_first, push
 from reward_planner.core.route.route import (
     STRAIGHT,
     NoRoute,
-    NoRouteReason,
     Route,
     check_endpoints,
     octile_distance,
-    route_length,
 )
 
 _TIE_BITS = 20  # low bits of a key: distance to the goal [cells]; high bits: estimated length of the route
@@ -45,9 +43,9 @@ def shortest_route(
     parents = np.zeros(rows << shift, dtype=np.int32)
     # Search from the goal: it makes diagonal steps first, so the robot makes straight steps first.
     if not _search(pack_grid(blocked), shift, goal, start, lengths, parents):
-        return NoRoute(NoRouteReason.UNREACHABLE)
+        return NoRoute.UNREACHABLE
     cells = _expand_path(parents, shift, goal, start)[::-1]
-    return Route(cells, route_length(cells))
+    return Route(cells)
 
 
 @njit(cache=True)

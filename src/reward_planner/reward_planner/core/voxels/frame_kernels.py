@@ -1,6 +1,6 @@
-"""Counts points into the voxels of a window (2.2.2, step 1), and finds where rays leave it.
+"""Numba kernels of one frame: points counted in the voxels of a window (2.2.2, step 1), and rays traced through them.
 
-Fast voxel traversal (Amanatides and Woo 1987), one ray for each voxel in which rays end.
+The rays follow Amanatides and Woo 1987, one ray for each voxel in which rays of points end.
 """
 
 from __future__ import annotations
@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 from reward_planner.core.voxels.frame_window import unravel_cell
 
-_OCCLUDED_FRACTION = 0.8
-"""Fraction of near points above which a frame is occluded; a wall close ahead gives fewer."""
+UNSEEN, HIT, TRAVERSED = 0, 1, 2
+"""Marks of voxels in a frame. A voxel with points is never marked as traversed."""
+
+_OCCLUDED_FRACTION = 0.8  # of the points are near: a covered sensor; a wall close ahead gives fewer
+_Row = tuple[float, float, float, float]
 
 
 class PointCounts(NamedTuple):
@@ -80,9 +83,8 @@ def count_points(
             continue
         column = np.int32(xx * x + xy * y + xz * z + x0)
         row = np.int32(yx * x + yy * y + yz * z + y0)
-        cell = np.uint32(
-            (column * side + row) * layers + np.int32(height)
-        )  # signed indices cost a check of the sign
+        # Signed indices would cost a check of the sign.
+        cell = np.uint32((column * side + row) * layers + np.int32(height))
         if flat[cell] == 0:
             cells[filled] = cell
             filled += 1
@@ -102,14 +104,8 @@ def count_ray_exits(
 ) -> int:
     """Count rays of points outside of the window in their last voxel; return the number of such voxels.
 
-    Rays of points that are too far end at the greatest distance, others at the lower or upper face.
-
-    Args:
-        points: points in the sensor frame [m], shape (n, 3).
-        T_window_sensor: transform to voxels from the window's corner, shape (3, 4).
-        ranges: least and greatest distance from the sensor [m].
-        counts: output, ray exits of each voxel, shape (side, side, layers), all 0 at first.
-        cells: output, flat indices of voxels with ray exits.
+    Rays of points that are too far end at the greatest distance, others at the lower or upper face. Arguments as for
+    `count_points`; the outputs are ray exits instead of points.
     """
     side, layers = counts.shape[1], counts.shape[2]
     flat, top = counts.reshape(-1), float(layers)
@@ -145,9 +141,6 @@ def count_ray_exits(
     return filled
 
 
-_Row = tuple[float, float, float, float]
-
-
 @njit(cache=True, inline='always')
 def _rows(T: NDArray[np.float64]) -> tuple[_Row, _Row, _Row]:
     """Return the rows of a transform as scalars, which stay in registers."""
@@ -156,10 +149,6 @@ def _rows(T: NDArray[np.float64]) -> tuple[_Row, _Row, _Row]:
         (T[1, 0], T[1, 1], T[1, 2], T[1, 3]),
         (T[2, 0], T[2, 1], T[2, 2], T[2, 3]),
     )
-
-
-UNSEEN, HIT, TRAVERSED = 0, 1, 2
-"""Marks of voxels in a frame. A voxel with points is never marked as traversed."""
 
 
 @njit(cache=True)
