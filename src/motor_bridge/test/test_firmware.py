@@ -1,3 +1,5 @@
+""""""
+
 import pytest
 
 from motor_bridge.emulator.firmware import atoi, divide_truncating, wrap_signed

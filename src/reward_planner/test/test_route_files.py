@@ -1,9 +1,11 @@
-"""Tests of the picture of a route."""
+"""Tests of the picture of a route. Tests of routes as CSV."""
+
+from pathlib import Path
 
 import numpy as np
 
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
-from reward_planner.files.route_files import draw_route
+from reward_planner.files.route_files import draw_route, save_route_table
 
 
 def test_every_kind_of_cell_has_its_colour_and_the_highest_row_is_above() -> None:
@@ -30,3 +32,8 @@ def test_the_route_begins_green_and_ends_red() -> None:
     assert row[5 * 20 + 10].tolist() == [0, 150, 0]
     assert row[34 * 20 + 10].tolist() == [0, 0, 220]
     assert row[20 * 20].tolist() == [200, 60, 0]
+
+
+def test_a_table_has_a_header_and_a_line_a_point_in_metres(tmp_path: Path) -> None:
+    save_route_table(tmp_path / 'new' / 'route.csv', np.array([[0.025, -1.0], [0.075, -0.95]]))
+    assert (tmp_path / 'new' / 'route.csv').read_text() == 'x,y\n0.0250,-1.0000\n0.0750,-0.9500\n'
