@@ -1,4 +1,4 @@
-"""Tests of grids as bits. Tests of the scans along lines against a walk cell by cell."""
+"""Bit grids and their line scans."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Windows contain all points within range, and consist of whole tiles. Invalid sensor poses are rejected with one line. The density of a cloud is that of its depth camera."""
+"""Windows contain all points within range; invalid poses and settings are rejected; the density of clouds."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.frame_window import (
     TILE_SIZE,
     SensorView,
+    check_voxel_settings,
     equivalent_focal_length,
     window_around,
     window_shape,
@@ -70,7 +71,7 @@ def test_layers_reach_from_the_lowest_to_the_highest_height():
 )
 def test_settings_that_contradict_each_other_are_refused(settings, words):
     with pytest.raises(RewardPlannerError, match=words) as refusal:
-        window_shape(settings)
+        check_voxel_settings(settings)
     assert '\n' not in str(refusal.value)
 
 

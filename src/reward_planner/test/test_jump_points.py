@@ -1,4 +1,4 @@
-"""Tests of jump points against the definition, walked cell by cell. Successors of jump points."""
+"""Jump points and successors."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Commands of vlc_beacon are parsed, and malformed ones are rejected in one line. Commands of lamps are in effect until the next ones."""
+"""Commands of lamps: parsing, and which are in effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drive through a room: the map shows its walls and boxes where they are, in bounded memory. Projection of voxels: obstacles at the robot's heights, free cells along rays."""
+"""Maps from points, and the projection of voxels: obstacles at the robot's heights, free cells along rays."""
 
 from __future__ import annotations
 
@@ -178,17 +178,16 @@ def test_a_cleared_mapper_knows_nothing():
     assert len(mapper.voxels.tiles) == 0
 
 
-CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
+WIDE_CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
 HALL = (-3.0, -3.5, 0.0, 4.0, 3.5, 2.5)
 BOX = (1.53, 0.23, 0.0, 2.02, 0.87, 0.6)
 OVERHANG = (1.5, -0.8, 0.85, 2.2, -0.2, 1.0)
-SETTINGS = VoxelSettings(resolution=0.1, range_max=3.0)
 
 
 def project(boxes, settings=SETTINGS, yaw=0.0, frames=5):
     T = forward_camera(0.0, 0.0, 0.5, yaw)
-    room, view = BoxRoom(HALL, boxes), SensorView(T, CAMERA.fx)
-    points = points_from_depth(room.depth_image(CAMERA, T), CAMERA)
+    room, view = BoxRoom(HALL, boxes), SensorView(T, WIDE_CAMERA.fx)
+    points = points_from_depth(room.depth_image(WIDE_CAMERA, T), WIDE_CAMERA)
     voxels = VoxelMap(settings)
     for k in range(frames):
         voxels.add(0.1 * k, points, view)
@@ -201,7 +200,7 @@ def project(boxes, settings=SETTINGS, yaw=0.0, frames=5):
     return local, solid
 
 
-def cell(local, x, y):
+def occupancy_at(local, x, y):
     row, column = local.frame.cell_of((x, y))
     return local.occupancy[row, column]
 
@@ -218,8 +217,8 @@ def test_only_solid_cells_are_occupied(rule):
 def test_the_face_of_a_box_is_occupied_and_the_floor_before_it_free():
     local, solid = project((BOX,))
     for y in (0.35, 0.45, 0.55, 0.65):
-        assert cell(local, 1.55, y) == OCCUPIED
-        assert cell(local, 1.25, y) == FREE
+        assert occupancy_at(local, 1.55, y) == OCCUPIED
+        assert occupancy_at(local, 1.25, y) == FREE
     # Rays go to the centres of voxels: they may cut the edge of a solid, never its inside.
     inside = minimum_filter(solid, 3)
     assert inside.sum() > 100
@@ -238,30 +237,30 @@ def test_an_overhang_counts_only_if_the_robot_could_hit_it():
     tall, _ = project((OVERHANG,))
     low_robot = VoxelSettings(resolution=0.1, range_max=3.0, height_max=0.8)
     low, _ = project((OVERHANG,), low_robot)
-    assert cell(tall, 1.55, -0.5) == OCCUPIED
-    assert cell(low, 1.55, -0.5) == FREE
+    assert occupancy_at(tall, 1.55, -0.5) == OCCUPIED
+    assert occupancy_at(low, 1.55, -0.5) == FREE
 
 
 def test_cells_behind_a_high_box_stay_unknown():
     local, _ = project(((1.53, -0.5, 0.0, 1.9, 0.5, 1.3),))
-    assert cell(local, 2.5, 0.0) == UNKNOWN
+    assert occupancy_at(local, 2.5, 0.0) == UNKNOWN
     assert not local.observed[tuple(local.frame.cell_of((2.5, 0.0)))]
 
 
 def test_one_hit_is_no_obstacle_yet():
     local, _ = project((BOX,), frames=1)
-    assert cell(local, 1.55, 0.5) == UNKNOWN
+    assert occupancy_at(local, 1.55, 0.5) == UNKNOWN
     assert not local.observed[tuple(local.frame.cell_of((1.55, 0.5)))]
     local, _ = project((BOX,), frames=2)
-    assert cell(local, 1.55, 0.5) == OCCUPIED
+    assert occupancy_at(local, 1.55, 0.5) == OCCUPIED
 
 
 def test_the_map_turns_with_the_view():
     ahead, _ = project((BOX,))
     aside, _ = project((BOX,), yaw=np.pi)
-    assert cell(ahead, 1.55, 0.5) == OCCUPIED
+    assert occupancy_at(ahead, 1.55, 0.5) == OCCUPIED
     assert not aside.observed[tuple(aside.frame.cell_of((1.55, 0.5)))]
-    assert cell(aside, -2.0, 0.0) == FREE
+    assert occupancy_at(aside, -2.0, 0.0) == FREE
 
 
 @pytest.mark.parametrize(
@@ -275,5 +274,5 @@ def test_the_map_turns_with_the_view():
 def test_at_the_limits_of_the_rule_there_are_still_obstacles_and_free_cells(rule):
     settings = VoxelSettings(resolution=0.1, range_max=3.0, **rule)
     local, _ = project((BOX,), settings, frames=20)
-    assert cell(local, 1.55, 0.5) == OCCUPIED
-    assert cell(local, 1.25, 0.5) == FREE
+    assert occupancy_at(local, 1.55, 0.5) == OCCUPIED
+    assert occupancy_at(local, 1.25, 0.5) == FREE

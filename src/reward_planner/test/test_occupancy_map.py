@@ -1,4 +1,4 @@
-"""Tests of occupancy maps. Geometry of grids. Clearance and inflation of obstacles."""
+"""Occupancy grids: geometry, cells and inflation."""
 
 import math
 

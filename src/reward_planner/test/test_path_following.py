@@ -1,4 +1,4 @@
-"""The lookahead point is in line of sight, and the free distance ahead is known. Turns end without overshoot, and the robot can always stop in time."""
+"""The lookahead point, the free distance ahead, steering and speed limits."""
 
 from __future__ import annotations
 

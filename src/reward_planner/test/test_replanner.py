@@ -1,4 +1,4 @@
-"""A route is kept unless it is blocked or clearly longer than a new one. On an escape path the clearance grows with each step."""
+"""A route is kept unless it is blocked or clearly longer; a robot too near to an obstacle escapes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of walks by the reward rule. Routes of the reward rule reach the goal, avoid visited cells, and can be planned in parts."""
+"""Walks and routes by the reward rule."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk, reward_route
 from reward_planner.core.route.route import NoRoute
-from scene_simulator.grid_maps import GRID_MAPS
+from scene_simulator.grid_maps import GRID_MAPS, maze
 from scene_simulator.grid_truth import distances_from, is_traversable
 
 
@@ -118,3 +118,9 @@ def test_a_partial_route_has_no_loops():
         assert len(np.unique(piece.cells, axis=0)) == len(piece.cells)
         assert len(piece.cells) == steps + 1 or (piece.cells[-1] == (12, 35)).all()
         assert is_traversable(dead_end(), piece.cells)
+
+
+def test_a_rule_that_goes_around_gives_up_and_says_so():
+    walls = maze(61, 2, corridor=3)
+    greedy = RewardSettings(virtual_steps_max=0)
+    assert reward_route(walls, (2, 2), (58, 58), greedy) is NoRoute.GAVE_UP

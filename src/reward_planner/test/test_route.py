@@ -1,11 +1,10 @@
-"""Tests of routes as values. Octile lengths as integers. Reachable is what the search finds a route to."""
+"""Routes: octile lengths and reachability."""
 
 import math
 
 import numpy as np
 import pytest
 
-from reward_planner.core.occupancy_map import GridFrame
 from reward_planner.core.route.route import (
     DIAGONAL,
     STRAIGHT,
@@ -15,15 +14,6 @@ from reward_planner.core.route.route import (
     route_length,
 )
 from reward_planner.core.route.shortest_route import shortest_route
-
-
-def test_a_route_is_given_in_metres_of_the_map_frame() -> None:
-    frame = GridFrame(-1.0, 2.0, 0.5, 10, 10)
-    route = Route(np.array([[0, 0], [0, 1], [1, 2]]), 1.0 + 2.0**0.5)
-    np.testing.assert_allclose(route.points_map(frame), [[-0.75, 2.25], [-0.25, 2.25], [0.25, 2.75]])
-    assert route.length_in_metres(frame) == pytest.approx(
-        np.linalg.norm(np.diff(route.points_map(frame), axis=0), axis=1).sum()
-    )
 
 
 def test_units_are_octile_lengths() -> None:
@@ -46,7 +36,7 @@ def test_sums_of_steps_are_ordered_as_their_true_lengths() -> None:
 
 def test_a_route_is_as_long_as_its_steps() -> None:
     cells = np.array([[0, 0], [1, 1], [1, 2], [0, 3], [0, 3 - 1]])
-    assert route_length(cells) == pytest.approx(2.0 + 2.0 * math.sqrt(2.0))
+    assert Route(cells).length == route_length(cells) == pytest.approx(2.0 + 2.0 * math.sqrt(2.0))
     assert route_length(cells[:1]) == 0.0
 
 

@@ -1,4 +1,4 @@
-"""Tests of the picture of a route. Tests of routes as CSV."""
+"""Files of routes."""
 
 from pathlib import Path
 

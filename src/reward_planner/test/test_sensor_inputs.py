@@ -1,4 +1,4 @@
-"""A cloud gives the same points in the robot's frame as in the camera's. Three synchronized images become the points of the rendered room."""
+"""Points of clouds and of three cameras."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from std_msgs.msg import Header
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.interface.sensor_inputs import PointsInput, TrinocularInput
+from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.image_conversion import image_from_array
@@ -28,8 +29,8 @@ class Input:
         self._graph, self.frames = graph, []
         host = graph.add(lambda **options: Node('host', **options))
         self.guard = CallbackGuard(host)
-        names = ('base_link', camera_frame)
-        PointsInput(host, self.guard, MOUNT, names, lambda _, frame: self.frames.append(frame))
+        settings = NodeSettings(camera_xyz=MOUNT.xyz, camera_rpy=MOUNT.rpy, camera_frame=camera_frame)
+        PointsInput(host, self.guard, settings, lambda _, frame: self.frames.append(frame))
         camera = graph.add(lambda **options: Node('camera', **options))
         self._publisher = camera.create_publisher(PointCloud2, 'points', 10)
         assert graph.spin_until(lambda: self._publisher.get_subscription_count() == 1)
@@ -83,10 +84,8 @@ class Rig:
         self.host = graph.add(lambda **options: Node('host', **options))
         self.guard = CallbackGuard(self.host, (RewardPlannerError,))
         self.frames = []
-        settings = DepthSettings(disparities=48)
-        self.input = TrinocularInput(
-            self.host, self.guard, 'raw', settings, lambda header, frame: self.frames.append((header, frame))
-        )
+        settings = NodeSettings(image_transport='raw', depth=DepthSettings(disparities=48))
+        self.input = TrinocularInput(self.host, self.guard, settings, lambda *both: self.frames.append(both))
         cameras = graph.add(lambda **options: Node('cameras', **options))
         self._publishers = {
             f'{name}/{topic}': cameras.create_publisher(kind, f'{name}/{topic}', 10)

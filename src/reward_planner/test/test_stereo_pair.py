@@ -1,4 +1,4 @@
-"""Pairs of cameras from their projection matrices. Disparities of pairs in all four directions, against the true depth of a rendered room."""
+"""Geometry and disparities of horizontal and vertical pairs."""
 
 from __future__ import annotations
 

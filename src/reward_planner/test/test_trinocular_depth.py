@@ -1,4 +1,4 @@
-"""Three cameras against two: fewer wrong depths, fewer gaps; on a rendered L and on real images. The rig finds the side of the top camera, and rejects inconsistent images."""
+"""Depth of two pairs, and of a rig whose top camera may be on either side."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values over time: sums against a dictionary, clearing, decay, and jumps of the clock. Voxel values of a frame: the paper's rule loses far voxels, the normalised one does not."""
+"""Voxel values: of one frame, and over time."""
 
 from __future__ import annotations
 
@@ -158,8 +158,8 @@ def test_a_cleared_map_is_empty():
     assert not dense_values(voxels, seen()[1]).any()
 
 
-CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
-SETTINGS = VoxelSettings(resolution=0.1, height_min=0.1, height_max=1.2)
+WIDE_CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
+POLE_SETTINGS = VoxelSettings(resolution=0.1, height_min=0.1, height_max=1.2)
 FACES = tuple((x, 0.2 * x - 0.24 * i) for i, x in enumerate((1.01, 1.91, 2.91, 3.91)))
 POLES = BoxRoom(
     (-1.0, -4.0, 0.0, 6.0, 4.0, 2.5), tuple((x, y, 0.0, x + 0.05, y + 0.21, 1.0) for x, y in FACES)
@@ -168,8 +168,8 @@ POLES = BoxRoom(
 
 def voxels_of_poles():
     T = forward_camera(0.0, 0.0, 0.55, 0.0)
-    points = points_from_depth(POLES.depth_image(CAMERA, T), CAMERA)
-    frame = FrameVoxelizer(SETTINGS).count(points, SensorView(T, CAMERA.fx))
+    points = points_from_depth(POLES.depth_image(WIDE_CAMERA, T), WIDE_CAMERA)
+    frame = FrameVoxelizer(POLE_SETTINGS).count(points, SensorView(T, WIDE_CAMERA.fx))
     depth = 262.0 * 0.1 / np.sqrt(frame.expected)
     full = frame.counts > 0.5 * frame.expected
     return frame, depth, full
@@ -177,7 +177,7 @@ def voxels_of_poles():
 
 def test_the_printed_value_loses_far_voxels_that_are_as_full_as_near_ones():
     frame, depth, full = voxels_of_poles()
-    kept = counts_over_maximum(frame.counts) >= SETTINGS.value_min
+    kept = counts_over_maximum(frame.counts) >= POLE_SETTINGS.value_min
     near, far = full & (depth < 1.5), full & (depth > 2.5) & (depth < 4.0)
     assert near.sum() > 5
     assert far.sum() > 5
@@ -187,7 +187,7 @@ def test_the_printed_value_loses_far_voxels_that_are_as_full_as_near_ones():
 
 def test_the_normalised_value_keeps_near_and_far_voxels():
     frame, depth, full = voxels_of_poles()
-    kept = counts_over_expected(frame.counts, frame.expected) >= SETTINGS.value_min
+    kept = counts_over_expected(frame.counts, frame.expected) >= POLE_SETTINGS.value_min
     assert kept[full & (depth < 1.5)].all()
     assert kept[full & (depth > 2.5)].all()
 
@@ -221,8 +221,7 @@ def test_amounts_reach_the_voxels_they_are_meant_for():
     dense.reshape(-1)[cells] = np.clip(amounts, -1.0, 1.5)
     tiles = values[slots].transpose(0, 2, 1, 3, 4).reshape(dense.shape)
     assert tiles == pytest.approx(dense)
-    touched = np.zeros((3, 3), dtype=np.bool_)
-    touched_tiles(window, cells[:3], touched)
+    touched = touched_tiles(window, cells[:3])
     x, y, _ = np.unravel_index(cells[:3], dense.shape)
     assert {(i, j) for i, j in np.argwhere(touched).tolist()} == set(
         zip((x // TILE_SIZE).tolist(), (y // TILE_SIZE).tolist())

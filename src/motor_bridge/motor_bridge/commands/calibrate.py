@@ -1,7 +1,4 @@
-"""``calibrate``: wheel radius and separation from measured runs.
-
-Reads and updates the wheel parameters in a parameter file.
-"""
+"""``calibrate``: wheel radius and separation from measured runs, written to the robot's parameter file."""
 
 from __future__ import annotations
 
@@ -26,6 +23,7 @@ from shirube_core.settings import SettingsError, settings_from_values
 
 _HANDSHAKE_ATTEMPTS = 20  # an Arduino boots for up to 2 s
 _DEFAULTS = NodeSettings()
+_NODE = 'motor_bridge'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -66,20 +64,14 @@ def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCa
             raise MotorBridgeError('--port measures new runs; omit --straight and --turn, or --port')
         return calibrate_wheels(*_measure_runs(options, ask), settings.ticks_per_revolution)
     kinematics = DiffDriveKinematics(settings)
-    straights = [
-        MeasuredRun(odometry / kinematics.metres_per_tick, odometry / kinematics.metres_per_tick, measured)
-        for odometry, measured in options.straight
-    ]
-    turns = [
-        _turn_run(kinematics, math.radians(odometry), math.radians(measured))
-        for odometry, measured in options.turn
-    ]
+    straights, turns = [], []
+    for odometry, measured in options.straight:
+        ticks = odometry / kinematics.metres_per_tick
+        straights.append(MeasuredRun(ticks, ticks, measured))
+    for odometry, measured in options.turn:
+        ticks = 0.5 * math.radians(odometry) * kinematics.separation / kinematics.metres_per_tick
+        turns.append(MeasuredRun(-ticks, ticks, math.radians(measured)))
     return calibrate_wheels(straights, turns, settings.ticks_per_revolution)
-
-
-def _turn_run(kinematics: DiffDriveKinematics, odometry: float, measured: float) -> MeasuredRun:
-    ticks = 0.5 * odometry * kinematics.separation / kinematics.metres_per_tick
-    return MeasuredRun(-ticks, ticks, measured)
 
 
 def _measure_runs(
@@ -89,18 +81,13 @@ def _measure_runs(
     with SerialPort(options.port, options.baud, _DEFAULTS.reply_timeout) as line:
         link = ControllerLink(line, ControllerSetup(options.baud, _DEFAULTS.gains))
         _handshake(link)
-        straights = [
-            _measure_push(
-                link, ask, 'Push the robot straight ahead, 2 m or more, without slip.', 'How far [m]? '
+        straights, turns = (
+            [_measure_push(link, ask, instruction, question) for _ in range(options.runs)]
+            for instruction, question in (
+                ('Push the robot straight ahead, 2 m or more, without slip.', 'How far [m]? '),
+                ('Turn it on the spot counterclockwise, 5 times or more.', 'How far [degrees]? '),
             )
-            for _ in range(options.runs)
-        ]
-        turns = [
-            _measure_push(
-                link, ask, 'Turn it on the spot counterclockwise, 5 times or more.', 'How far [degrees]? '
-            )
-            for _ in range(options.runs)
-        ]
+        )
     return straights, [MeasuredRun(run.left, run.right, math.radians(run.measured)) for run in turns]
 
 
@@ -167,9 +154,6 @@ def make_parser() -> argparse.ArgumentParser:
     add('--runs', type=int, default=2, help='number of straights and of turns to push (default: %(default)s)')
     add('--out', type=Path, metavar='FILE', help='output file (default: the parameter file)')
     return parser
-
-
-_NODE = 'motor_bridge'
 
 
 def read_drive_settings(path: Path) -> DriveSettings:

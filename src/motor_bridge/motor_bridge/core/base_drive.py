@@ -1,7 +1,4 @@
-"""Wheel speed commands from cmd_vel: timeout, emergency stop, velocity limits and rounding to ticks.
-
-Rounding of wheel speeds to whole ticks per frame with error accumulation.
-"""
+"""Wheel speed commands from cmd_vel: timeout, emergency stop, velocity limits and rounding to ticks."""
 
 from __future__ import annotations
 
@@ -31,10 +28,7 @@ class BaseDrive:
         """
         self._kinematics, self._timeout = kinematics, settings.cmd_vel_timeout
         self._limiter = VelocityLimiter(settings)
-        self._accumulators = (
-            TickAccumulator(kinematics.frame, period),
-            TickAccumulator(kinematics.frame, period),
-        )
+        self._accumulators = [TickAccumulator(kinematics.frame, period) for _ in range(2)]
         self.is_stopped = False
         self._target, self._target_time = _STOPPED, -math.inf
         self._last_time: float | None = None
@@ -93,19 +87,13 @@ class TickAccumulator:
     """
 
     def __init__(self, frame: float, period: float) -> None:
-        """Start with no error.
-
-        Args:
-            frame: control period of the firmware [s].
-            period: expected time between two calls [s].
-        """
+        """Start with no error, for a frame of the firmware [s] and an expected time between two calls [s]."""
         self._frame, self._frames = frame, period / frame
         self.clear()
 
     def clear(self) -> None:
         """Reset the error, with the wheel at rest."""
-        self._error = 0.0
-        self._target = 0.0
+        self._error = self._target = 0.0
         self._commanded = 0
 
     def round(self, target: float, elapsed: float) -> int:

@@ -1,7 +1,4 @@
-"""Differential drive kinematics in the units of the motor controller.
-
-Velocity of the base, in the base frame.
-"""
+"""Velocity of a differential drive base, and its kinematics in the units of the motor controller."""
 
 from __future__ import annotations
 
@@ -13,6 +10,33 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
 TICKS_MAX = 32767
 """Maximum speed [ticks per frame]: the firmware reads arguments into 16 bits."""
+_VELOCITY_MAX = 1e6  # far above all limits, with finite squares [m/s, rad/s]
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """Velocity of a differential drive robot.
+
+    Attributes:
+        forward: linear velocity along x [m/s].
+        turn_rate: angular velocity, counterclockwise [rad/s].
+    """
+
+    forward: float = 0.0
+    turn_rate: float = 0.0
+
+
+def check_velocity(forward: float, turn_rate: float) -> Velocity:
+    """Return a commanded velocity after checking it.
+
+    Raises:
+        MotorBridgeError: a component is not finite or absurdly large.
+    """
+    if not (math.isfinite(forward) and math.isfinite(turn_rate)):
+        raise MotorBridgeError('cmd_vel has a velocity that is not finite; check its publisher')
+    if max(abs(forward), abs(turn_rate)) > _VELOCITY_MAX:
+        raise MotorBridgeError('cmd_vel has a velocity that is implausibly high; check its publisher')
+    return Velocity(forward, turn_rate)
 
 
 class DiffDriveKinematics:
@@ -55,32 +79,3 @@ class DiffDriveKinematics:
         """Return the velocity of wheel speeds [ticks per frame]; the inverse of `to_wheel_ticks`."""
         per_tick = self.metres_per_tick / self.frame
         return Velocity(0.5 * per_tick * (left + right), per_tick * (right - left) / self.separation)
-
-
-_VELOCITY_MAX = 1e6  # far above all limits, with finite squares [m/s, rad/s]
-
-
-@dataclass(frozen=True)
-class Velocity:
-    """Velocity of a differential drive robot.
-
-    Attributes:
-        forward: linear velocity along x [m/s].
-        turn_rate: angular velocity, counterclockwise [rad/s].
-    """
-
-    forward: float = 0.0
-    turn_rate: float = 0.0
-
-
-def check_velocity(forward: float, turn_rate: float) -> Velocity:
-    """Return a commanded velocity after checking it.
-
-    Raises:
-        MotorBridgeError: a component is not finite or absurdly large.
-    """
-    if not (math.isfinite(forward) and math.isfinite(turn_rate)):
-        raise MotorBridgeError('cmd_vel has a velocity that is not finite; check its publisher')
-    if max(abs(forward), abs(turn_rate)) > _VELOCITY_MAX:
-        raise MotorBridgeError('cmd_vel has a velocity that is implausibly high; check its publisher')
-    return Velocity(forward, turn_rate)

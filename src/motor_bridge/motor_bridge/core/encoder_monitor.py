@@ -1,7 +1,4 @@
-"""Plausibility check of encoder counts, since the serial line has no checksums.
-
-Bounds of the wheel motion since the last accepted counts, from commanded and measured speeds.
-"""
+"""Plausibility check of encoder counts against the possible wheel motion, since the serial line has no checksums."""
 
 from __future__ import annotations
 
@@ -17,103 +14,6 @@ from motor_bridge.core.drive_settings import DriveSettings
 
 RESTART_COUNT = 5
 """Consistent rejected counts in a row after which the encoders are taken as reset."""
-_CONTINUATION_FACTOR = (
-    1.5  # two consistent counts differ by at most this multiple of the greatest turn between them
-)
-
-
-class CountStatus(Enum):
-    """Outcome of the check of encoder counts."""
-
-    ACCEPTED = 'accepted'
-    RETRY = 'implausible, read again'
-    REJECTED = 'rejected, the wheels cannot have turned so far'
-    RESTARTED = 'restarted after a jump of the encoders'
-
-
-class EncoderMonitor:
-    """Checks counts against the possible motion of the wheels since the last accepted ones."""
-
-    def __init__(self, bounds: WheelMotionBounds) -> None:
-        """Start without counts."""
-        self._bounds = bounds
-        self._last_accepted: tuple[WheelCounts, float] | None = None
-        self._unconfirmed: tuple[WheelCounts, float] | None = None
-        self._rejected: tuple[WheelCounts, float] | None = None
-        self._rejected_in_row = 0
-
-    @property
-    def last_accepted(self) -> tuple[WheelCounts, float] | None:
-        """Last accepted counts and their time [s], None before the first."""
-        return self._last_accepted
-
-    def start(self, counts: WheelCounts, now: float) -> None:
-        """Accept counts."""
-        self._last_accepted, self._unconfirmed, self._rejected, self._rejected_in_row = (
-            (counts, now),
-            None,
-            None,
-            0,
-        )
-
-    def check(self, counts: WheelCounts, now: float) -> CountStatus:
-        """Check counts against the last accepted ones.
-
-        A wheel that is pushed or stuck does not follow its commands: such counts are read again at once, and accepted
-        if both reads are consistent.
-
-        Args:
-            counts: counts as read.
-            now: time of the read [s].
-        """
-        if self._last_accepted is None:
-            self.start(counts, now)
-            return CountStatus.ACCEPTED
-        difference, elapsed = (
-            count_difference(self._last_accepted[0], counts),
-            max(0.0, now - self._last_accepted[1]),
-        )
-        is_reachable = max(map(abs, difference)) <= self._bounds.pushed_turn_max(elapsed)
-        if is_within_bounds(difference, self._bounds.commanded_bounds(elapsed)) or (
-            is_reachable and self._is_continuation(self._unconfirmed, counts, now)
-        ):
-            self.start(counts, now)
-            return CountStatus.ACCEPTED
-        if self._unconfirmed is None:
-            self._unconfirmed = counts, now
-            return CountStatus.RETRY
-        confirmed = self._is_continuation(self._unconfirmed, counts, now)
-        self._unconfirmed = None
-        return self._reject(counts, now) if confirmed else CountStatus.REJECTED
-
-    def _reject(self, counts: WheelCounts, now: float) -> CountStatus:
-        self._rejected_in_row = (
-            self._rejected_in_row + 1 if self._is_continuation(self._rejected, counts, now) else 1
-        )
-        self._rejected = counts, now
-        return CountStatus.RESTARTED if self._rejected_in_row >= RESTART_COUNT else CountStatus.REJECTED
-
-    def _is_continuation(
-        self, before: tuple[WheelCounts, float] | None, counts: WheelCounts, now: float
-    ) -> bool:
-        """Return whether counts are consistent with earlier ones."""
-        if before is None:
-            return False
-        elapsed = max(0.0, now - before[1])
-        limit = _CONTINUATION_FACTOR * (self._bounds.pushed_turn_max(elapsed) - COUNT_NOISE) + COUNT_NOISE
-        return max(map(abs, count_difference(before[0], counts))) <= limit
-
-
-def count_difference(before: WheelCounts, after: WheelCounts) -> tuple[int, int]:
-    """Return the differences of the counts [ticks], modulo 2^32 with the least absolute value."""
-    half = 1 << 31
-    left, right = (
-        (new - old + half) % (2 * half) - half
-        for old, new in ((before.left, after.left), (before.right, after.right))
-    )
-    return left, right
-
-
 COUNT_NOISE = 4.0
 """Noise of the difference of two counts [ticks]."""
 _OVERSHOOT = 0.25  # greatest overshoot of the speed control, fraction
@@ -121,6 +21,8 @@ _RIPPLE = 3.0  # greatest ripple of the speed control [ticks per frame]
 _PUSH_FACTOR = 2.0  # greatest speed of a pushed wheel, multiple of the maximum speed
 _COAST_TIME = 0.5  # time in which motors without voltage come to rest [s]
 _RESET_ROLL_TIME = 0.25  # their coasting distance, as time at full speed [s]
+_CONTINUATION_FACTOR = 1.5  # two consistent counts differ by at most this multiple of the greatest turn
+_Read = tuple[WheelCounts, float]  # with its time [s]
 
 
 class WheelMotionBounds:
@@ -197,3 +99,88 @@ def max_abs_turns(bounds: NDArray[np.float64]) -> tuple[float, float]:
     """Return the greatest absolute turn of the left and the right wheel [ticks]."""
     left, right = np.max(np.abs(bounds), axis=0)
     return math.ceil(left), math.ceil(right)
+
+
+class CountStatus(Enum):
+    """Outcome of the check of encoder counts."""
+
+    ACCEPTED = 'accepted'
+    RETRY = 'implausible, read again'
+    REJECTED = 'rejected, the wheels cannot have turned so far'
+    RESTARTED = 'restarted after a jump of the encoders'
+
+
+class EncoderMonitor:
+    """Checks counts against the possible motion of the wheels since the last accepted ones."""
+
+    def __init__(self, bounds: WheelMotionBounds) -> None:
+        """Start without counts."""
+        self._bounds = bounds
+        self._last_accepted: _Read | None = None
+        self._unconfirmed: _Read | None = None
+        self._rejected: _Read | None = None
+        self._rejected_in_row = 0
+
+    @property
+    def last_accepted(self) -> _Read | None:
+        """Last accepted counts and their time [s], None before the first."""
+        return self._last_accepted
+
+    def start(self, counts: WheelCounts, now: float) -> None:
+        """Accept counts."""
+        self._last_accepted, self._unconfirmed, self._rejected = (counts, now), None, None
+        self._rejected_in_row = 0
+
+    def check(self, counts: WheelCounts, now: float) -> CountStatus:
+        """Check counts against the last accepted ones.
+
+        A wheel that is pushed or stuck does not follow its commands: such counts are read again at once, and accepted
+        if both reads are consistent.
+
+        Args:
+            counts: counts as read.
+            now: time of the read [s].
+        """
+        if self._last_accepted is None:
+            self.start(counts, now)
+            return CountStatus.ACCEPTED
+        # The wheels followed their commands, or were pushed and a second read confirms it.
+        difference = count_difference(self._last_accepted[0], counts)
+        elapsed = max(0.0, now - self._last_accepted[1])
+        is_reachable = max(map(abs, difference)) <= self._bounds.pushed_turn_max(elapsed)
+        if is_within_bounds(difference, self._bounds.commanded_bounds(elapsed)) or (
+            is_reachable and self._is_continuation(self._unconfirmed, counts, now)
+        ):
+            self.start(counts, now)
+            return CountStatus.ACCEPTED
+        # Otherwise read once more; counts that a second read confirms may be those of reset encoders.
+        if self._unconfirmed is None:
+            self._unconfirmed = counts, now
+            return CountStatus.RETRY
+        confirmed = self._is_continuation(self._unconfirmed, counts, now)
+        self._unconfirmed = None
+        return self._reject(counts, now) if confirmed else CountStatus.REJECTED
+
+    def _reject(self, counts: WheelCounts, now: float) -> CountStatus:
+        is_continued = self._is_continuation(self._rejected, counts, now)
+        self._rejected_in_row = self._rejected_in_row + 1 if is_continued else 1
+        self._rejected = counts, now
+        return CountStatus.RESTARTED if self._rejected_in_row >= RESTART_COUNT else CountStatus.REJECTED
+
+    def _is_continuation(self, before: _Read | None, counts: WheelCounts, now: float) -> bool:
+        """Return whether counts are consistent with earlier ones."""
+        if before is None:
+            return False
+        elapsed = max(0.0, now - before[1])
+        limit = _CONTINUATION_FACTOR * (self._bounds.pushed_turn_max(elapsed) - COUNT_NOISE) + COUNT_NOISE
+        return max(map(abs, count_difference(before[0], counts))) <= limit
+
+
+def count_difference(before: WheelCounts, after: WheelCounts) -> tuple[int, int]:
+    """Return the differences of the counts [ticks], modulo 2^32 with the least absolute value."""
+    half = 1 << 31
+    left, right = (
+        (new - old + half) % (2 * half) - half
+        for old, new in ((before.left, after.left), (before.right, after.right))
+    )
+    return left, right

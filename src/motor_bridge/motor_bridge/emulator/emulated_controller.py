@@ -1,7 +1,4 @@
-"""Emulated motor controller and robot, in externally driven time.
-
-Robot model: motors, wheels and slip.
-"""
+"""Emulated motor controller and robot, in externally driven time."""
 
 from __future__ import annotations
 
@@ -18,6 +15,7 @@ from shirube_core.geometry import SE2
 _STEP = 0.005  # longest simulation step [s]
 _HISTORY_MAX = 120_000  # poses to keep: ten minutes
 _STOPPED_SPEED = 1e-2  # below this a wheel counts as stopped [rad/s]
+_COASTING_SPEED_MIN = 1e-3  # below this a wheel without voltage stops [rad/s]
 _ORIGIN = SE2(0.0, 0.0, 0.0)
 
 
@@ -98,11 +96,8 @@ class EmulatedController:
         return here @ SE2(fraction * step.x, fraction * step.y, fraction * step.yaw)
 
 
-_STOPPED_SPEED = 1e-3  # below this a wheel without voltage stops [rad/s]
-
-
 class RobotModel:
-    """A differential drive robot.
+    """A differential drive robot: motors, wheels and slip.
 
     Attributes:
         T_world_base: true pose of the robot.
@@ -144,7 +139,7 @@ class RobotModel:
         settings = self._settings
         target = 0.0 if abs(pwm) <= settings.motor_dead_band else settings.wheel_speed_max * pwm / PWM_MAX
         after = target + (speed - target) * math.exp(-elapsed / settings.motor_time_constant)
-        return 0.0 if target == 0.0 and abs(after) < _STOPPED_SPEED else after
+        return 0.0 if target == 0.0 and abs(after) < _COASTING_SPEED_MIN else after
 
     def _roll(self, *distances: float) -> None:
         """Move the robot by the distances of its wheels [m], minus slip."""

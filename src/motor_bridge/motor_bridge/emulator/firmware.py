@@ -1,13 +1,8 @@
 """ROSArduinoBridge's firmware: protocol, speed control and auto-stop, in externally driven time.
 
-Integer arithmetic of C: 16 and 32 bits, division truncated towards zero.
-
-The firmware's command parser, byte by byte, to emulate lost and corrupted bytes.
-
-The firmware's speed controller of one wheel, in integers as on the microcontroller.
-
-The division by ``output_divisor`` truncates, so that a wheel settles below its target: with the usual gains by two
-ticks per frame, which is 9 % of 22.
+Integers are those of C, with 16 and 32 bits. Commands are parsed byte by byte, to emulate lost and corrupted bytes.
+The division by ``output_divisor`` of the speed control truncates, so that a wheel settles below its target: with the
+usual gains by two ticks per frame, which is 9 % of 22.
 """
 
 from __future__ import annotations
@@ -17,6 +12,9 @@ from dataclasses import dataclass
 
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 
+PWM_MAX = 255
+ARGUMENT_MAX = 16
+"""Longest argument [bytes]; longer ones are undefined behaviour on the microcontroller."""
 _END = '\r\n'
 
 
@@ -28,12 +26,7 @@ class Firmware:
     """
 
     def __init__(self, settings: EmulatorSettings, read_counts: Callable[[], tuple[int, int]]) -> None:
-        """Start with stopped wheels.
-
-        Args:
-            settings: baud rate, period of the speed control and auto-stop.
-            read_counts: returns the encoder counts since power on, left and right.
-        """
+        """Start with stopped wheels; ``read_counts`` returns the encoder counts since power on, left and right."""
         self._settings, self._read_counts = settings, read_counts
         self.time = 0.0
         self._next_frame = settings.pid_frame
@@ -62,7 +55,7 @@ class Firmware:
     def receive(self, data: bytes) -> bytes:
         """Receive bytes and return the replies."""
         commands = filter(None, map(self._reader.take, data))
-        return ''.join(self._execute(command) + _END for command in commands).encode()
+        return ''.join(self._execute(*command) + _END for command in commands).encode()
 
     def run_to(self, time: float) -> None:
         """Advance to a time not after the next event [s]."""
@@ -75,8 +68,8 @@ class Firmware:
         if time - self._last_command > self._settings.auto_stop:
             self._stop()
 
-    def _execute(self, command: ReceivedCommand) -> str:
-        match command.letter:
+    def _execute(self, letter: str, first: str, second: str) -> str:
+        match letter:
             case 'b':
                 return str(self._settings.baud)
             case 'e':
@@ -86,11 +79,11 @@ class Firmware:
                 self._zero_encoders()
                 self._stop()
             case 'm':
-                self._set_speeds(atoi(command.first), atoi(command.second))
+                self._set_speeds(atoi(first), atoi(second))
             case 'o':
-                self._set_pwm(atoi(command.first), atoi(command.second))
+                self._set_pwm(atoi(first), atoi(second))
             case 'u':
-                numbers = [atoi(part) for part in command.first.split(':') if part]
+                numbers = [atoi(part) for part in first.split(':') if part]
                 self._gains = PidGains(*[*numbers, 0, 0, 0, 0][:4])
             case _:
                 return 'Invalid Command'
@@ -132,51 +125,6 @@ class Firmware:
         return left, right
 
 
-def wrap_signed(value: int, bits: int) -> int:
-    """Wrap an integer to a signed one of ``bits`` bits."""
-    half = 1 << (bits - 1)
-    return (value + half) % (2 * half) - half
-
-
-def divide_truncating(numerator: int, denominator: int) -> int:
-    """Return the quotient truncated towards zero; 0 for a division by zero, which raises no error on AVR."""
-    if denominator == 0:
-        return 0
-    quotient = abs(numerator) // abs(denominator)
-    return quotient if (numerator < 0) == (denominator < 0) else -quotient
-
-
-def atoi(text: str) -> int:
-    """Return the 16-bit integer at the start of a text, 0 if there is none: ``nan`` is 0, ``1e3`` is 1."""
-    stripped = text.lstrip(' \t\n\v\f\r')
-    sign = -1 if stripped.startswith('-') else 1
-    value = 0
-    for character in stripped[1:] if stripped[:1] in ('-', '+') else stripped:
-        if character not in '0123456789':
-            break
-        value = 10 * value + int(character)
-    return wrap_signed(sign * value, 16)
-
-
-ARGUMENT_MAX = 16
-"""Longest argument [bytes]; longer ones are undefined behaviour on the microcontroller."""
-
-
-@dataclass(frozen=True)
-class ReceivedCommand:
-    """A command as the firmware parses it.
-
-    Attributes:
-        letter: letter of the command, empty for an empty line.
-        first: first argument as received.
-        second: second argument as received.
-    """
-
-    letter: str
-    first: str
-    second: str
-
-
 class CommandReader:
     """Collects bytes until a carriage return ends a command.
 
@@ -184,20 +132,17 @@ class CommandReader:
     letter. So ``m 1`` without its carriage return, followed by ``m 10 10``, is parsed as ``m 1 1010``.
     """
 
-    _letter: str
-    _arguments: list[str]
-
     def __init__(self) -> None:
         """Start with an empty line."""
-        self._clear()
+        self._letter, self._arguments = '', list[str]()
 
-    def take(self, byte: int) -> ReceivedCommand | None:
-        """Add a byte; return the command if it is complete, else None."""
+    def take(self, byte: int) -> tuple[str, str, str] | None:
+        """Add a byte; return letter and two arguments, which may be empty, if the command is complete, else None."""
         character = chr(byte)
         if character == '\r':
             first, second, *_ = [*self._arguments, '', '']
-            command = ReceivedCommand(self._letter, first, second)
-            self._clear()
+            command = self._letter, first, second
+            self._letter, self._arguments = '', []
             return command
         if character == ' ':
             if len(self._arguments) < 2:
@@ -207,13 +152,6 @@ class CommandReader:
         elif len(self._arguments[-1]) < ARGUMENT_MAX:
             self._arguments[-1] += character
         return None
-
-    def _clear(self) -> None:
-        self._letter = ''
-        self._arguments = []
-
-
-PWM_MAX = 255
 
 
 @dataclass(frozen=True)
@@ -240,19 +178,11 @@ class WheelPid:
 
     def restart(self, count: int) -> None:
         """Reset the controller with the wheel at a count."""
-        self.target = 0
-        self.pwm = 0
-        self._previous_count = count
-        self._previous_input = 0
-        self._integral_term = 0
+        self.target = self.pwm = 0
+        self._previous_count, self._previous_input, self._integral_term = count, 0, 0
 
     def update(self, count: int, gains: PidGains) -> None:
-        """Run one control period.
-
-        Args:
-            count: current encoder count [ticks].
-            gains: gains of the control law.
-        """
+        """Run one control period with the current encoder count [ticks]."""
         moved = wrap_signed(count - self._previous_count, 16)
         error = self.target - moved
         term = gains.proportional * error - gains.derivative * (moved - self._previous_input)
@@ -261,3 +191,29 @@ class WheelPid:
             self._integral_term = wrap_signed(self._integral_term + gains.integral * error, 16)
         self.pwm = max(-PWM_MAX, min(output, PWM_MAX))
         self._previous_count, self._previous_input = count, moved
+
+
+def wrap_signed(value: int, bits: int) -> int:
+    """Wrap an integer to a signed one of ``bits`` bits."""
+    half = 1 << (bits - 1)
+    return (value + half) % (2 * half) - half
+
+
+def divide_truncating(numerator: int, denominator: int) -> int:
+    """Return the quotient truncated towards zero; 0 for a division by zero, which raises no error on AVR."""
+    if denominator == 0:
+        return 0
+    quotient = abs(numerator) // abs(denominator)
+    return quotient if (numerator < 0) == (denominator < 0) else -quotient
+
+
+def atoi(text: str) -> int:
+    """Return the 16-bit integer at the start of a text, 0 if there is none: ``nan`` is 0, ``1e3`` is 1."""
+    stripped = text.lstrip(' \t\n\v\f\r')
+    sign = -1 if stripped.startswith('-') else 1
+    value = 0
+    for character in stripped[1:] if stripped[:1] in ('-', '+') else stripped:
+        if character not in '0123456789':
+            break
+        value = 10 * value + int(character)
+    return wrap_signed(sign * value, 16)

@@ -1,7 +1,4 @@
-"""Session with the motor controller: handshake, command cycle and recovery from link errors.
-
-State and faults of the serial link, for logs and diagnostics.
-"""
+"""Session with the motor controller: handshake, command cycle, recovery from link errors, and their report."""
 
 from __future__ import annotations
 
@@ -28,6 +25,44 @@ CONNECT_TIMEOUT = 5.0
 BAD_REPLIES_MAX = 10
 """Invalid replies in a row after which the session reconnects."""
 _BETWEEN_READS = 0.01  # upper bound of the time between the first two reads [s]
+
+
+@dataclass
+class LinkReport:
+    """State of the serial link and its fault counters.
+
+    Attributes:
+        log: called with each new state: one line, and whether the controller is connected.
+        state: latest state, one line.
+        is_connected: whether the controller is connected.
+        faults: number of faults by kind.
+        connections: number of successful handshakes.
+    """
+
+    log: Callable[[str, bool], None]
+    state: str = 'no controller yet'
+    is_connected: bool = False
+    faults: Counter[str] = field(default_factory=Counter)
+    connections: int = 0
+
+    def set_connected(self, message: str) -> None:
+        """Report a successful handshake."""
+        self.connections += 1
+        self._set_state(message, is_connected=True)
+
+    def set_disconnected(self, message: str) -> None:
+        """Report a lost or missing connection."""
+        self._set_state(message, is_connected=False)
+
+    def count_time_jump(self) -> None:
+        """Report that the clock jumped back."""
+        self.faults['clock jumped back'] += 1
+        self.log('clock jumped back: the robot stops, odometry continues from the current pose', False)
+
+    def _set_state(self, message: str, *, is_connected: bool) -> None:
+        if (message, is_connected) != (self.state, self.is_connected):
+            self.state, self.is_connected = message, is_connected
+            self.log(message, is_connected)
 
 
 class ControllerSession:
@@ -131,9 +166,8 @@ class ControllerSession:
         """Return counts that two reads confirm, since there are no earlier ones."""
         first = link.handshake()
         second = link.read_counts()
-        if max(map(abs, count_difference(first, second))) > self.odometry.motion_bounds.pushed_turn_max(
-            _BETWEEN_READS
-        ):
+        turn_max = self.odometry.motion_bounds.pushed_turn_max(_BETWEEN_READS)
+        if max(map(abs, count_difference(first, second))) > turn_max:
             raise BadReplyError('two consecutive reads of the counts differ; check wiring and noise')
         return second
 
@@ -160,41 +194,3 @@ class ControllerSession:
         if status is CountStatus.ACCEPTED:
             self._publish(state)
         return status
-
-
-@dataclass
-class LinkReport:
-    """State of the serial link and its fault counters.
-
-    Attributes:
-        log: called with each new state: one line, and whether the controller is connected.
-        state: latest state, one line.
-        is_connected: whether the controller is connected.
-        faults: number of faults by kind.
-        connections: number of successful handshakes.
-    """
-
-    log: Callable[[str, bool], None]
-    state: str = 'no controller yet'
-    is_connected: bool = False
-    faults: Counter[str] = field(default_factory=Counter)
-    connections: int = 0
-
-    def set_connected(self, message: str) -> None:
-        """Report a successful handshake."""
-        self.connections += 1
-        self._set_state(message, is_connected=True)
-
-    def set_disconnected(self, message: str) -> None:
-        """Report a lost or missing connection."""
-        self._set_state(message, is_connected=False)
-
-    def count_time_jump(self) -> None:
-        """Report that the clock jumped back."""
-        self.faults['clock jumped back'] += 1
-        self.log('clock jumped back: the robot stops, odometry continues from the current pose', False)
-
-    def _set_state(self, message: str, *, is_connected: bool) -> None:
-        if (message, is_connected) != (self.state, self.is_connected):
-            self.state, self.is_connected = message, is_connected
-            self.log(message, is_connected)
