@@ -71,7 +71,7 @@ def test_silence_swallows_replies_for_a_time(bench):
 
 
 def test_a_controller_that_hangs_answers_later(bench):
-    bench.faults.inject(FaultRequest('hang', 2.0))
+    bench.faults.inject(FaultRequest('hang', 0.8))
     time.sleep(0.05)
     assert bench.ask(b'b\r') == b''
     bench.port.timeout = 20.0
