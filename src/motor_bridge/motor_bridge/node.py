@@ -55,10 +55,7 @@ class MotorBridgeNode(Node):
     """
 
     def __init__(self, **options: Any) -> None:
-        """Subscribe and connect to the controller.
-
-        Args:
-            options: passed on to ``rclpy.node.Node``.
+        """Subscribe and connect to the controller; options are those of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: an invalid parameter.
@@ -104,15 +101,13 @@ class MotorBridgeNode(Node):
         return MotorLoop(open_line, ControllerSetup(settings.baud, settings.gains), self._session, self._now)
 
     def _subscribe(self) -> None:
-        if self._settings.stamped:
-            self._cmd_vel_subscription = self._create_guarded_subscription(
-                TwistStamped, 'cmd_vel', self._take_stamped
-            )
-        else:
-            self._cmd_vel_subscription = self._create_guarded_subscription(Twist, 'cmd_vel', self._take_twist)
-        self._create_guarded_subscription(Bool, 'estop', self._take_estop)
+        kind, take = (
+            (TwistStamped, self._take_stamped) if self._settings.stamped else (Twist, self._take_twist)
+        )
+        self._cmd_vel_subscription = self._subscribe_to(kind, 'cmd_vel', take)
+        self._subscribe_to(Bool, 'estop', self._take_estop)
 
-    def _create_guarded_subscription(self, kind: type, topic: str, take: Any) -> Subscription:
+    def _subscribe_to(self, kind: type, topic: str, take: Any) -> Subscription:
         guarded = self._guard.guard(topic, take)
         return self.create_subscription(
             kind, topic, guarded, pose_profile(), qos_overriding_options=overridable()

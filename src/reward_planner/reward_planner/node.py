@@ -75,10 +75,7 @@ class RewardPlannerNode(Node):
     """
 
     def __init__(self, **options: Any) -> None:
-        """Load the map, if map_file is set, and subscribe.
-
-        Args:
-            options: passed on to ``rclpy.node.Node``.
+        """Load the map, if map_file is set, and subscribe; options are those of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: an invalid parameter.

@@ -49,11 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCalibration:
-    """Calibrate from runs that are given as options or measured now.
-
-    Args:
-        options: options of the command.
-        ask: prompts the operator and returns the answer.
+    """Calibrate from runs that are given as options or measured now; ``ask`` prompts the operator.
 
     Raises:
         MotorBridgeError: invalid measurements, an invalid file, or a port without a controller.
@@ -178,12 +174,7 @@ def read_drive_settings(path: Path) -> DriveSettings:
 
 
 def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
-    """Write a parameter file with some changed values; comments and everything else stay.
-
-    Args:
-        source: input file.
-        path: output file, written atomically.
-        values: new values by name of the parameter.
+    """Write a parameter file with some changed values, atomically; comments and everything else stay.
 
     Raises:
         OSError: the file cannot be written.

@@ -49,12 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def emulate(options: argparse.Namespace, stop_event: Event, commands: TextIO) -> None:
-    """Serve a controller until the stop event; inject faults from lines of text.
-
-    Args:
-        options: options of the command.
-        stop_event: ends the emulation.
-        commands: lines such as ``silence 1.5``.
+    """Serve a controller until the stop event; inject faults from lines of text such as ``silence 1.5``.
 
     Raises:
         SettingsError: an invalid option.

@@ -19,13 +19,7 @@ class BaseDrive:
     """
 
     def __init__(self, kinematics: DiffDriveKinematics, settings: DriveSettings, period: float) -> None:
-        """Start at rest.
-
-        Args:
-            kinematics: kinematics of the wheels.
-            settings: velocity limits and timeout.
-            period: period of the calls of `next_ticks` [s].
-        """
+        """Start at rest; ``period`` is that of the calls of `next_ticks` [s]."""
         self._kinematics, self._timeout = kinematics, settings.cmd_vel_timeout
         self._limiter = VelocityLimiter(settings)
         self._accumulators = [TickAccumulator(kinematics.frame, period) for _ in range(2)]
@@ -97,12 +91,7 @@ class TickAccumulator:
         self._commanded = 0
 
     def round(self, target: float, elapsed: float) -> int:
-        """Return the speed to command now [ticks per frame].
-
-        Args:
-            target: target speed from now on [ticks per frame].
-            elapsed: time since the last call [s].
-        """
+        """Return the speed to command now, for a target [ticks per frame] and the time since the last call [s]."""
         self._error += (self._target - self._commanded) * elapsed / self._frame
         if target == 0.0 or target * self._target < 0.0:
             self._error = 0.0  # a stopped wheel must not turn, and the error is not carried over a reversal

@@ -40,12 +40,7 @@ class BadReplyError(LinkError):
 
 @dataclass(frozen=True)
 class WheelCounts:
-    """Counts of both encoders, signed 32 bits.
-
-    Attributes:
-        left: count of the left encoder [ticks].
-        right: count of the right encoder [ticks].
-    """
+    """Counts of both encoders, signed 32 bits [ticks]."""
 
     left: int
     right: int
@@ -68,21 +63,13 @@ def gains_request(proportional: int, derivative: int, integral: int, divisor: in
 
 
 def check_acknowledged(reply: bytes) -> None:
-    """Check the reply to a command that returns no value.
-
-    Raises:
-        BadReplyError: the reply is not ``OK``.
-    """
+    """Check the reply to a command that returns no value: ``OK``."""
     if reply != b'OK\r\n':
         raise _bad_reply(reply, 'OK')
 
 
 def parse_baud(reply: bytes) -> int:
-    """Parse the reply to ``b``, the baud rate.
-
-    Raises:
-        BadReplyError: the reply is not a number.
-    """
+    """Parse the reply to ``b``, the baud rate."""
     if not re.fullmatch(rb'\d{3,7}\r\n', reply):
         raise _bad_reply(reply, 'a baud rate')
     return int(reply)

@@ -52,20 +52,12 @@ class WheelMotionBounds:
         self._high = np.maximum(self._high, self._commanded)
 
     def start(self, speeds: tuple[float, float]) -> None:
-        """Restart at accepted counts.
-
-        Args:
-            speeds: measured speeds of the wheels [ticks/s].
-        """
+        """Restart at accepted counts, with the measured speeds of the wheels [ticks/s]."""
         self._low = np.minimum(speeds, self._commanded)
         self._high = np.maximum(speeds, self._commanded)
 
     def commanded_bounds(self, elapsed: float) -> NDArray[np.float64]:
-        """Return the bounds while the controller follows the commands.
-
-        Args:
-            elapsed: time since the last accepted counts [s].
-        """
+        """Return the bounds some time [s] after the last accepted counts, while the controller follows the commands."""
         return self._bounds(self._low, self._high, elapsed)
 
     def link_lost_bounds(self, elapsed: float) -> NDArray[np.float64]:
@@ -132,14 +124,10 @@ class EncoderMonitor:
         self._rejected_in_row = 0
 
     def check(self, counts: WheelCounts, now: float) -> CountStatus:
-        """Check counts against the last accepted ones.
+        """Check counts that were read at a time [s] against the last accepted ones.
 
         A wheel that is pushed or stuck does not follow its commands: such counts are read again at once, and accepted
         if both reads are consistent.
-
-        Args:
-            counts: counts as read.
-            now: time of the read [s].
         """
         if self._last_accepted is None:
             self.start(counts, now)

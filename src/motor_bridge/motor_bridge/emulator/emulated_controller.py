@@ -27,13 +27,7 @@ class EmulatedController:
     """
 
     def __init__(self, settings: EmulatorSettings, rng: np.random.Generator, start: SE2 = _ORIGIN) -> None:
-        """Start at rest at time 0.
-
-        Args:
-            settings: settings of the controller and the robot.
-            rng: random generator of slip and noise.
-            start: ``T_world_base`` at time 0.
-        """
+        """Start at rest at time 0, at the pose ``start`` in the world; the generator gives slip and noise."""
         self._settings = settings
         self._body = RobotModel(settings, rng, start)
         self._firmware = Firmware(settings, self._body.read_counts)
@@ -81,11 +75,7 @@ class EmulatedController:
             del self._times[:_HISTORY_MAX], self._poses[:_HISTORY_MAX]
 
     def pose_at(self, time: float) -> SE2:
-        """Return ``T_world_base`` at a time [s], at the earliest that of the start.
-
-        Raises:
-            MotorBridgeError: the time is after the simulated time.
-        """
+        """Return ``T_world_base`` at a time [s] until now, at the earliest that of the start."""
         if time > self.time + 1e-9:
             raise MotorBridgeError(f'the robot is simulated until {self.time} s, not until {time} s')
         after = bisect_right(self._times, time)
@@ -113,12 +103,7 @@ class RobotModel:
         self.wheel_angles = (0.0, 0.0)
 
     def move(self, pwm: tuple[int, int], elapsed: float) -> None:
-        """Simulate a short time step.
-
-        Args:
-            pwm: PWM of the left and the right motor, -255 to 255.
-            elapsed: length of the step [s].
-        """
+        """Simulate a short time step [s] with the PWM of both motors, -255 to 255."""
         before = self.wheel_speeds
         left, right = (self._next_speed(s, p, elapsed) for s, p in zip(before, pwm, strict=True))
         self.wheel_speeds = left, right

@@ -44,12 +44,8 @@ class PseudoTerminal:
     ) -> None:
         """Prepare; the port exists inside of the `with` statement.
 
-        Args:
-            controller: controller that replies.
-            lock: protects the controller; hold it to advance its time.
-            faults: faults to inject.
-            latency: time from the last byte of a command to its reply [s].
-            link: symbolic link to the port, renewed at each reconnection.
+        The lock protects the controller: hold it to advance its time. ``latency`` is the time from the last byte of a
+        command to its reply [s]; ``link`` a symbolic link to the port, renewed at each reconnection.
         """
         self._controller, self._lock, self._latency, self._link = controller, lock, latency, link
         self._faults = faults or LineFaults(np.random.default_rng())

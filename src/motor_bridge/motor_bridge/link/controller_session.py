@@ -85,12 +85,7 @@ class ControllerSession:
     ) -> None:
         """Start without a controller.
 
-        Args:
-            drive: wheel speed commands.
-            odometry: wheel odometry.
-            now: returns the time of timeouts, limits and odometry [s].
-            report: receives changes of the link's state.
-            publish: called with odometry after each valid read.
+        ``now`` returns the time of timeouts, limits and odometry [s]; ``publish`` is called after each valid read.
         """
         self._now, self._publish = now, publish
         self.drive, self.odometry, self.report = drive, odometry, report
@@ -124,12 +119,7 @@ class ControllerSession:
             return
 
     def step(self, link: ControllerLink, stop_event: Event, *, is_cycle: bool) -> bool:
-        """Send the wheel speeds and, once per cycle, read the encoders.
-
-        Args:
-            link: link to a connected controller.
-            stop_event: ends the waiting for a controller that does not reply.
-            is_cycle: whether to read the encoders; otherwise speeds are sent only if they changed.
+        """Send the wheel speeds and, once per cycle, read the encoders; between cycles only changed speeds are sent.
 
         Returns:
             True on success; otherwise a whole cycle should follow at once.

@@ -35,14 +35,7 @@ class MotorLoop:
         session: ControllerSession,
         now: Callable[[], float],
     ) -> None:
-        """Prepare; call `start` to begin.
-
-        Args:
-            open_line: opens the serial port, or raises PortError.
-            setup: settings for the handshake.
-            session: session with the controller.
-            now: returns the time of timeouts [s].
-        """
+        """Prepare; call `start` to begin. ``now`` returns the time of timeouts [s]."""
         self._open_line, self._setup, self._now = open_line, setup, now
         self._session = session
         self._wake, self._stop_event, self._cycle_due = Event(), Event(), Event()

@@ -39,12 +39,7 @@ class SerialPort:
     """
 
     def __init__(self, path: str, baud: int, reply_timeout: float) -> None:
-        """Open the port exclusively.
-
-        Args:
-            path: path of the device.
-            baud: baud rate.
-            reply_timeout: timeout of `read_line` [s].
+        """Open the port exclusively; the reply timeout [s] is that of `read_line`.
 
         Raises:
             PortError: the device is missing, in use, not a serial port or not permitted.
@@ -70,20 +65,12 @@ class SerialPort:
             self._serial.close()
 
     def write(self, data: bytes) -> None:
-        """Write bytes.
-
-        Raises:
-            PortError: the port was disconnected or accepts no bytes.
-        """
+        """Write bytes."""
         with self._port_errors():
             self._serial.write(data)
 
     def read_line(self, size_max: int) -> bytes:
-        """Return bytes up to a line feed, at most ``size_max``, or fewer after the reply timeout.
-
-        Raises:
-            PortError: the port was disconnected.
-        """
+        """Return bytes up to a line feed, at most ``size_max``, or fewer after the reply timeout."""
         end = monotonic() + self._reply_timeout
         while b'\n' not in self._received and len(self._received) < size_max:
             remaining = end - monotonic()
@@ -95,22 +82,14 @@ class SerialPort:
         return line
 
     def drain(self) -> int:
-        """Discard received bytes until the line is quiet or a timeout; return their number.
-
-        Raises:
-            PortError: the port was disconnected.
-        """
+        """Discard received bytes until the line is quiet or a timeout; return their number."""
         end, count = monotonic() + _DRAIN_TIMEOUT, self.discard_received()
         while monotonic() < end and self._wait(_QUIET_TIME):
             count += len(self._read())
         return count
 
     def discard_received(self) -> int:
-        """Discard received bytes without waiting; return their number.
-
-        Raises:
-            PortError: the port was disconnected.
-        """
+        """Discard received bytes without waiting; return their number."""
         count, self._received = len(self._received), b''
         while self._wait(0.0) and count < _CHUNK:
             count += len(self._read())
@@ -128,12 +107,7 @@ class SerialPort:
     def _port_errors(self) -> Iterator[None]:
         try:
             yield
-        except (
-            OSError,
-            termios.error,
-            TypeError,
-            ValueError,
-        ) as fault:  # the last two: raised by a closed port
+        except (OSError, termios.error, TypeError, ValueError) as fault:  # the last two: of a closed port
             raise PortError(
                 f'{self._path} was disconnected or accepts no bytes; reconnect the controller'
             ) from fault

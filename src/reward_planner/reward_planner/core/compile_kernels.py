@@ -17,11 +17,7 @@ _GOAL = SE2(-1.0, 0.3, 0.0)
 
 
 def compile_kernels(mount: CameraMount, settings: NavigatorSettings) -> None:
-    """Compile the kernels: map a frame, plan and replan a route with these settings, and fuse two disparity images.
-
-    Raises:
-        RewardPlannerError: the settings give no voxels.
-    """
+    """Compile the kernels: map a frame, plan and replan a route with these settings, and fuse two disparity images."""
     navigator = Navigator(mount, settings)
     middle = 0.5 * (settings.voxels.range_min + settings.voxels.range_max)
     depth = np.full((_CAMERA.height, _CAMERA.width), middle, dtype=np.float32)

@@ -77,15 +77,7 @@ class Navigator:
     """
 
     def __init__(self, mount: CameraMount, settings: NavigatorSettings) -> None:
-        """Start with an empty map.
-
-        Args:
-            mount: pose of the sensor's optical frame in the base frame.
-            settings: settings of mapping, planning and control.
-
-        Raises:
-            RewardPlannerError: contradictory settings of the voxels.
-        """
+        """Start with an empty map; ``mount`` is the pose of the sensor's optical frame in the base frame."""
         self._settings = settings
         self.mapper = ObstacleMapper(mount, settings.voxels, settings.mapping)
         planning = (settings.planner, settings.reward, settings.driving)
@@ -176,15 +168,10 @@ class Navigator:
         return mapped
 
     def route_between(self, start: SE2 | None, goal: SE2, now: float) -> NDArray[np.float64] | NoRoute:
-        """Plan the shortest route on the current map in any mode; return it or why there is none.
-
-        Args:
-            start: start pose; None for the robot's pose.
-            goal: goal pose.
-            now: current time [s].
+        """Plan the shortest route on the current map in any mode at a time [s]; a start of None is the robot's pose.
 
         Returns:
-            points of the route [m], shape (n, 2), or the reason.
+            points of the route [m], shape (n, 2), or why there is none.
 
         Raises:
             DrivingError: the robot's pose is needed and not known, or the goal is too far away.

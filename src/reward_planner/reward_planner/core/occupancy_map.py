@@ -139,13 +139,7 @@ def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.floa
 def inflate_obstacles(
     occupied: NDArray[np.bool_], resolution: float, robot_radius: float
 ) -> NDArray[np.bool_]:
-    """Return the occupied cells inflated by the robot's radius: cells that its centre cannot enter.
-
-    Args:
-        occupied: occupied cells, shape (rows, columns).
-        resolution: side of a cell [m].
-        robot_radius: radius of the circle around the robot [m].
-    """
+    """Return the cells that the robot's centre cannot enter: occupied ones inflated by its radius [m], same shape."""
     if robot_radius < resolution:
         return occupied.copy()
     return clearance(occupied, resolution) <= robot_radius + _ROUNDING * resolution

@@ -21,21 +21,13 @@ _HEAD = ('number', 'x', 'y', 'to_x', 'to_y', *TERM_NAMES, 'total', 'can_enter', 
 
 
 def save_route_table(path: Path, points_map: NDArray[np.float64]) -> None:
-    """Write the points of a route in the map frame [m], shape (n, 2), atomically: one line ``x,y`` per cell.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write the points of a route in the map frame [m], shape (n, 2), atomically: one line ``x,y`` per cell."""
     lines = [f'{x:.4f},{y:.4f}\n' for x, y in points_map.tolist()]
     write_text(path, ''.join(['x,y\n', *lines]))
 
 
 def save_reward_table(path: Path, cells: Iterable[ExplainedCell], frame: GridFrame) -> None:
-    """Write the rewards along a path atomically: eight lines per cell, one for each step; positions are in metres.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write the rewards along a path atomically: eight lines per cell, one for each step; positions are in metres."""
     lines = [','.join(_HEAD)]
     for number, at in enumerate(cells):
         x, y = frame.centre_of(at.cell)
@@ -50,12 +42,9 @@ def save_reward_table(path: Path, cells: Iterable[ExplainedCell], frame: GridFra
 
 
 def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return a BGR picture, shape (h, w, 3), at least one pixel per cell; its first line is the map's highest row.
+    """Return a BGR picture, shape (h, w, 3), one or more pixels per cell; its first line is the map's highest row.
 
-    Args:
-        grid: occupancy grid.
-        blocked: inflated obstacles, tinted, shape (rows, columns).
-        cells: rows and columns of the route, shape (n, 2), n may be 0.
+    Inflated obstacles, shape (rows, columns), are tinted; the route is rows and columns, shape (n, 2), n may be 0.
     """
     picture = np.full((*grid.frame.shape, 3), _UNKNOWN, dtype=np.uint8)
     picture[(grid.occupancy >= 0) & (grid.occupancy < FREE_THRESHOLD)] = _FREE
@@ -75,11 +64,7 @@ def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np
 
 
 def save_picture(path: Path, pixels: NDArray[np.uint8]) -> None:
-    """Write a PNG atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write a PNG atomically."""
     data = cv2.imencode('.png', pixels)[1]
     with atomic_write(path) as file:
         file.write(data.tobytes())

@@ -57,11 +57,7 @@ def create_compute_path_server(node: Node, map_frame: str, plan: PlanRoute) -> A
 def handle_request(request: Any, result: Any, header: Header, plan: PlanRoute) -> tuple[Any, str]:
     """Fill the result of the action; return it with a one-line error, empty on success.
 
-    Args:
-        request: goal of the action: start, goal, use_start.
-        result: result of the action, filled in place.
-        header: stamp, and the required frame of goal and start.
-        plan: planner.
+    The header has the stamp of the result and the frame that goal and start must be in.
     """
     try:
         start = _in_map(request.start, header, 'start') if request.use_start else None

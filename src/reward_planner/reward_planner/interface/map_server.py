@@ -97,11 +97,7 @@ def load_static_map(navigator: Navigator, settings: NodeSettings) -> str:
 
 
 def save_global_map(navigator: Navigator, settings: NodeSettings) -> str:
-    """Save the map and return the name of its file.
-
-    Raises:
-        RewardPlannerError: the map is empty, no file is set, or it cannot be written.
-    """
+    """Save the map and return the name of its file; a RewardPlannerError says why it cannot be saved."""
     name = settings.save_file or settings.map_file
     if not name:
         raise RewardPlannerError('no file to save to; set save_file')

@@ -11,11 +11,7 @@ from shirube_core.geometry import PinholeCamera
 
 
 def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
-    """Return the points of the pixels with a depth in the optical frame [m], shape (n, 3).
-
-    Args:
-        depth: depth along the optical axis [m], shape (height, width); NaN, infinite and non-positive ones are skipped.
-        camera: rectified camera of the image.
+    """Return the points of the pixels with a finite depth above 0 in the optical frame [m], shape (n, 3).
 
     Raises:
         RewardPlannerError: the sizes of image and camera differ, or the camera has distortion.

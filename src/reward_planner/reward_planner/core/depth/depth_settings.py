@@ -46,11 +46,7 @@ class DepthSettings:
 
 
 def check_matcher_settings(settings: DepthSettings) -> None:
-    """Check settings that OpenCV's matchers reject.
-
-    Raises:
-        RewardPlannerError: disparities is not a multiple of 16, or block is even.
-    """
+    """Raise a RewardPlannerError for settings that OpenCV's matchers reject."""
     if settings.disparities % 16 or settings.block % 2 == 0:
         raise RewardPlannerError(
             f'disparities is {settings.disparities} and block {settings.block}; '

@@ -53,13 +53,9 @@ class StereoPair:
 
 
 def pair_from_projections(P_left: ArrayLike, P_other: ArrayLike) -> StereoPair:
-    """Return the stereo pair of two projection matrices of CameraInfo.
+    """Return the stereo pair of two projection matrices P of CameraInfo, shape (3, 4).
 
     The other camera is at -P[0, 3] / fx along x or at -P[1, 3] / fy along y.
-
-    Args:
-        P_left: projection matrix of the left camera, array-like, shape (3, 4).
-        P_other: projection matrix of the right or top camera, array-like, shape (3, 4).
 
     Raises:
         RewardPlannerError: the cameras are not rectified to each other, or have no baseline.
@@ -99,21 +95,13 @@ class PairMatcher:
     """Matches the images of one pair; those of a vertical pair are transposed."""
 
     def __init__(self, pair: StereoPair, settings: DepthSettings) -> None:
-        """Prepare the matcher.
-
-        Raises:
-            RewardPlannerError: OpenCV does not support disparities or block.
-        """
+        """Prepare the matcher; errors are those of `check_matcher_settings`."""
         check_matcher_settings(settings)
         self._pair, self._speckle = pair, settings.speckle
         self._matcher = _make_matcher(settings)
 
     def match(self, left: NDArray[np.uint8], other: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """Return the disparity of each pixel of the left image [px], positive, NaN for none; shape (height, width).
-
-        Args:
-            left: rectified grey image of the left camera, shape (height, width).
-            other: rectified grey image of the other camera, same shape.
+        """Return the disparity of each pixel of the left image [px], NaN for none; shapes (height, width).
 
         Raises:
             RewardPlannerError: images that are not grey or not of the same size.

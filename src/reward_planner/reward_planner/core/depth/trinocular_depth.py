@@ -51,16 +51,7 @@ class TrinocularDepth:
     """Matches the left camera with two others, usually the right and the top one."""
 
     def __init__(self, first: StereoPair, second: StereoPair, settings: DepthSettings) -> None:
-        """Prepare the matchers of both pairs.
-
-        Args:
-            first: pair of the left and the right camera.
-            second: pair of the left and the top camera.
-            settings: settings of stereo matching.
-
-        Raises:
-            RewardPlannerError: settings that OpenCV does not support.
-        """
+        """Prepare the matchers of two pairs, usually of the left with the right and the top camera."""
         self._pairs = (first, second)
         self._matchers = (PairMatcher(first, settings), PairMatcher(second, settings))
         self._settings = settings
@@ -68,12 +59,7 @@ class TrinocularDepth:
     def compute(
         self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]
     ) -> DepthImage:
-        """Return the fused depth of both pairs.
-
-        Args:
-            left: rectified grey image of the left camera, shape (height, width).
-            right: rectified grey image of the first pair's other camera, same shape.
-            top: rectified grey image of the second pair's other camera, same shape.
+        """Return the fused depth of both pairs, from rectified grey images of the same shape (height, width).
 
         Raises:
             RewardPlannerError: images that are not grey or not of the same size.
@@ -97,17 +83,11 @@ def fuse_disparities(
     agreement: float,
     union: bool,
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """Return depth and source of each pixel.
+    """Return depth and source of each pixel from the disparities of both pairs [px], NaN for none.
 
     Pairs that agree are averaged as 1 / Z = d / (b f), with weights (b f)^2: the inverse variance. So the weighted mean
-    is the sum of d b f over the sum of (b f)^2. Agreement is measured in pixels of the coarser pair.
-
-    Args:
-        first: disparities of the first pair [px], NaN for none, shape (height, width).
-        second: disparities of the second pair [px], NaN for none, same shape.
-        scales: b f of both pairs [px m].
-        agreement: largest difference of disparities of agreeing pairs [px].
-        union: whether to keep depths of one pair alone.
+    is the sum of d b f over the sum of (b f)^2. Agreement is measured in pixels of the coarser pair. ``scales`` are b f
+    of both pairs [px m]; with ``union``, depths of one pair alone are kept.
     """
     depth = np.full(first.shape, np.nan, dtype=np.float32)
     source = np.zeros(first.shape, dtype=np.uint8)
@@ -143,11 +123,7 @@ class TrinocularRig:
     """
 
     def __init__(self, projections: NDArray[np.float64], settings: DepthSettings) -> None:
-        """Prepare the matchers.
-
-        Args:
-            projections: projection matrices P of the left, right and top camera, shape (3, 3, 4).
-            settings: settings of stereo matching.
+        """Prepare the matchers for projection matrices P of the left, right and top camera, shape (3, 3, 4).
 
         Raises:
             RewardPlannerError: cameras that are not rectified to each other, or settings that OpenCV does not support.

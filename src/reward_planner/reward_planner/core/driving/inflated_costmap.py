@@ -30,26 +30,17 @@ class InflatedCostmap:
     """
 
     def __init__(self, inflation_radius: float, clearance_max: float) -> None:
-        """Start with one cell.
-
-        Args:
-            inflation_radius: least distance of a route from obstacles [m].
-            clearance_max: largest clearance that is computed, at least inflation_radius [m].
-        """
+        """Start with one cell; ``clearance_max`` is at least ``inflation_radius``."""
         self.inflation_radius, self.clearance_max = inflation_radius, clearance_max
         self.frame = GridFrame(0.0, 0.0, 1.0, 1, 1)
         self.clearance = np.full((1, 1), clearance_max, dtype=np.float32)
         self.blocked = np.zeros((1, 1), dtype=np.bool_)
 
     def cover(self, global_map: GlobalMap, points_map: ArrayLike) -> bool:
-        """Resize the costmap to cover a map and some points; return whether it was resized.
+        """Resize the costmap to cover a map and points [m], shape (n, 2); return whether it was resized.
 
         It keeps what it covered before while cells_max allows that. On a larger map it covers a part around the
         points.
-
-        Args:
-            global_map: obstacles.
-            points_map: points to cover [m], array-like, shape (n, 2), n at least 1.
 
         Raises:
             DrivingError: the points are too far apart.
@@ -77,15 +68,7 @@ class InflatedCostmap:
         return True
 
     def refresh(self, global_map: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
-        """Update the costmap where the map changed.
-
-        Args:
-            global_map: obstacles.
-            changed: part of the map that changed.
-
-        Returns:
-            cells that became blocked or free, shape (n, 2).
-        """
+        """Update the costmap where the map changed; return the cells that became blocked or free, shape (n, 2)."""
         resolution = self.frame.resolution
         pad = math.ceil(self.clearance_max / resolution) + 1
         corner = np.array([changed.origin_y, changed.origin_x])

@@ -30,11 +30,7 @@ class LightCommand:
 
 
 def parse_light_command(text: str) -> LightCommand:
-    """Parse a JSON command.
-
-    Raises:
-        DrivingError: not a JSON object, an unknown operation or an invalid value.
-    """
+    """Parse a JSON command; raise a DrivingError if it is not one, or has an unknown operation or an invalid value."""
     try:
         fields = json.loads(text)
     except (ValueError, RecursionError) as fault:

@@ -29,12 +29,7 @@ def lookahead_point(
 
     This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inflation radius,
     or the robot's present clearance if that is less. If no point is in line of sight, it is the route's next point.
-
-    Args:
-        costmap: clearance around the robot.
-        robot: pose of the robot in the map.
-        points_map: route from near the robot on [m], shape (n, 2), n at least 1.
-        lookahead: lookahead distance along the route [m].
+    The route begins near the robot [m], shape (n, 2), n at least 1.
     """
     along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))
     candidates = points_map[: max(1, int(np.searchsorted(along, lookahead)) + 1)]
@@ -56,13 +51,9 @@ def lookahead_point(
 def check_path_ahead(
     costmap: InflatedCostmap, robot: SE2, inflation_radius: float, distance_max: float
 ) -> tuple[float, float]:
-    """Return the free distance straight ahead of the robot, and the least clearance along it [m].
+    """Return the free distance straight ahead, up to ``distance_max``, and the least clearance along it [m].
 
-    Args:
-        costmap: clearance around the robot.
-        robot: pose of the robot in the map.
-        inflation_radius: clearance at which the path ends, or the present clearance if that is less [m].
-        distance_max: largest distance to check [m].
+    The path ends at a clearance of ``inflation_radius``, or of the present clearance if that is less [m].
     """
     distances = np.linspace(0.0, distance_max, _sample_count(costmap, distance_max))
     ahead = np.array([math.cos(robot.yaw), math.sin(robot.yaw)])
@@ -85,13 +76,7 @@ def turn_rate_for_angle(angle: float, settings: DrivingSettings) -> float:
 
 
 def velocity_towards(bearing: float, speed: float, settings: DrivingSettings) -> Velocity:
-    """Return the velocity towards a point.
-
-    Args:
-        bearing: bearing of the point, counterclockwise from straight ahead [rad].
-        speed: speed at zero bearing [m/s].
-        settings: velocity and acceleration limits.
-    """
+    """Return the velocity towards a point at a bearing [rad]; ``speed`` is that at zero bearing [m/s]."""
     forward = speed * max(0.0, 1.0 - abs(bearing) / _DRIVE_BEARING_MAX)
     return Velocity(forward, turn_rate_for_angle(bearing, settings))
 
@@ -105,12 +90,7 @@ def braking_speed_limit(distance: float, settings: DrivingSettings) -> float:
 
 
 def obstacle_speed_limit(gap: float, settings: DrivingSettings) -> float:
-    """Return the maximum speed near obstacles [m/s].
-
-    Args:
-        gap: distance from the robot's edge to the nearest obstacle [m]; no limit from ``slow_distance`` on.
-        settings: velocity and acceleration limits.
-    """
+    """Return the maximum speed [m/s] at a gap between the robot's edge and the nearest obstacle [m]."""
     fastest = settings.max_linear_velocity
     slowest = min(_SLOWEST, _SLOWEST_FRACTION * fastest)
     return max(slowest, fastest * min(1.0, gap / settings.slow_distance))

@@ -41,15 +41,7 @@ class Replanner:
         reward: RewardSettings,
         driving: DrivingSettings,
     ) -> None:
-        """Start without a route.
-
-        Args:
-            global_map: map to plan on; it is only read, call `update_map` after changes.
-            goal_map: x and y of the goal [m].
-            planner: planning mode and robot radius.
-            reward: settings of the reward rule.
-            driving: clearances, lookahead and replanning thresholds.
-        """
+        """Start without a route to a goal (x, y) [m]; the map is only read, call `update_map` after changes."""
         self.replan_count = 0
         self._global_map, self._goal, self._settings = global_map, goal_map, driving
         self._planner, self._reward = planner, reward
@@ -81,11 +73,7 @@ class Replanner:
             self._has_changed = True
 
     def update(self, now: float, robot: SE2) -> None:
-        """Update the route, and replan if needed.
-
-        Args:
-            now: current time [s].
-            robot: pose of the robot in the map.
+        """Update the route at a time [s] for a pose of the robot in the map, and replan if needed.
 
         Raises:
             DrivingError: the goal is too far away.
@@ -204,15 +192,9 @@ def path_length(points: NDArray[np.float64]) -> float:
 def escape_path(
     clearance: NDArray[np.float32], blocked: NDArray[np.bool_], start: tuple[int, int]
 ) -> NDArray[np.int64] | None:
-    """Return the path of steepest clearance ascent from a start to the first free cell.
+    """Return the path of steepest clearance ascent from a start to the first free cell, shape (n, 2).
 
-    Args:
-        clearance: distance to the nearest obstacle [m], shape (rows, columns).
-        blocked: blocked cells, shape (rows, columns).
-        start: row and column of the start, inside of the grid.
-
-    Returns:
-        rows and columns, shape (n, 2), only the start if it is free; None if clearance stops growing before.
+    It is only the start if that is free, and None if clearance [m] stops growing before a free cell.
     """
     cells = [start]
     while blocked[cells[-1]]:

@@ -102,11 +102,7 @@ class GlobalMap:
         return frame, self.occupancy_in(frame)
 
     def occupancy_in(self, frame: GridFrame) -> NDArray[np.int8]:
-        """Return the cells of a frame, shape (rows, columns), UNKNOWN by default.
-
-        Raises:
-            RewardPlannerError: another resolution.
-        """
+        """Return the cells of a frame of the map's resolution, shape (rows, columns), UNKNOWN by default."""
         cells = np.full(frame.shape, UNKNOWN, dtype=np.int8)
         for index, block, part in self._overlapping_blocks(frame):
             if index in self._blocks:

@@ -28,16 +28,7 @@ class ObstacleMapper:
     """
 
     def __init__(self, mount: CameraMount, voxels: VoxelSettings, mapping: MappingSettings) -> None:
-        """Start with empty maps.
-
-        Args:
-            mount: pose of the sensor's optical frame in the base frame.
-            voxels: settings of the voxel map.
-            mapping: maximum size of the global map.
-
-        Raises:
-            RewardPlannerError: the settings give no voxels.
-        """
+        """Start with empty maps; ``mount`` is the pose of the sensor's optical frame in the base frame."""
         self._T_base_sensor = _rigid_transform(mount.rotation, mount.xyz)
         self.voxels = VoxelMap(voxels)
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
@@ -121,13 +112,9 @@ def _project(
 ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
     """Return occupancy and observed cells of the window; rows along y.
 
-    Args:
-        values: voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers).
-        frames: number of frames by which the values are divided, shape (slots,).
-        slots: slots of the window's tiles, shape (tiles, tiles) along x and y.
-        limits: lowest value of an obstacle, highest value of free space.
-        was_occupied: cells that are occupied in the global map, shape (rows, columns).
-        has_obstacle: columns whose obstacle rays may clear, shape (slots, TILE_SIZE, TILE_SIZE); updated in place.
+    Values, shape (slots, TILE_SIZE, TILE_SIZE, layers), are divided by the numbers of frames, shape (slots,). The
+    limits are the lowest value of an obstacle and the highest of free space. ``was_occupied`` are cells of the
+    global map; ``has_obstacle`` are columns whose obstacle rays may clear, updated in place.
     """
     side = TILE_SIZE * len(slots)
     occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)

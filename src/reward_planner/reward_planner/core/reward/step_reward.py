@@ -89,14 +89,10 @@ def write_step_terms(
     state: tuple[int, int, bool],
     terms: NDArray[np.float64],
 ) -> None:
-    """Compute the rewards of the eight steps, by the rows of Table 1.
+    """Compute the rewards of the eight steps, by the rows of Table 1: ``terms``, shape (8, 5).
 
-    Args:
-        rule: goal and table.
-        blocked: cells known to be occupied, shape (rows, columns).
-        visits: number of visits of each cell, shape (rows, columns).
-        state: row and column of the robot, and whether its last step went straight to the goal.
-        terms: output, rewards of each step by row, shape (8, 5); a step past a blocked corner is a collision.
+    ``blocked`` and the numbers of ``visits`` of each cell have the shape (rows, columns). The state is the robot's row
+    and column, and whether its last step went straight to the goal. A step past a blocked corner is a collision.
     """
     row, column, went_straight = state
     straight = straight_step(row, column, rule.goal)

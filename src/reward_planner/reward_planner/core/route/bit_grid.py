@@ -97,13 +97,9 @@ def _bit_index(bit: np.uint64) -> int:
 
 @njit(cache=True)
 def scan_up(lines: NDArray[np.uint64], line: int, begin: int, goal: int) -> int:
-    """Return where a scan towards higher positions on a line stops.
+    """Return where a scan towards higher positions on a line, rows or columns of a `BitGrid`, stops.
 
-    Args:
-        lines: rows or columns of a `BitGrid`, shape (lines, words).
-        line: index of the line.
-        begin: start position on the line, a free cell.
-        goal: position of the goal on this line; 0 if it is on another one.
+    It begins at a free cell; the goal is a position on this line, 0 if it is on another one.
 
     Returns:
         first position after the end of an adjacent wall, or the goal; 0 if the line is blocked before.

@@ -59,11 +59,7 @@ class DStarLite:
         return view
 
     def update_cells(self, cells: ArrayLike, blocked: ArrayLike) -> None:
-        """Set cells blocked or free.
-
-        Args:
-            cells: rows and columns, shape (n, 2).
-            blocked: whether each cell is blocked, shape (n,).
+        """Set cells (rows and columns, shape (n, 2)) blocked or free (shape (n,)).
 
         Raises:
             RewardPlannerError: a cell is outside of the map.

@@ -142,13 +142,7 @@ def _compact_open_list(state: SearchState, open_list: OpenList) -> OpenList:
 def apply_changes(
     state: SearchState, cells: NDArray[np.int64], blocked: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
-    """Set cells blocked or free, and return the indices of those that changed.
-
-    Args:
-        state: state of the search.
-        cells: rows and columns without border, shape (n, 2).
-        blocked: whether each cell is blocked, shape (n,).
-    """
+    """Set cells (without border, shape (n, 2)) blocked or free; return the indices of those that changed."""
     changed = np.empty(len(cells), np.int64)
     count = 0
     for k in range(len(cells)):
@@ -166,12 +160,7 @@ def update_changed_cells(
 ) -> OpenList:
     """Update rhs around cells that became blocked or free (UpdateVertex); return the open list.
 
-    Args:
-        state: state of the search.
-        open_list: cells to expand.
-        changed: indices of the cells that became blocked or free since the last call.
-        start: index of the robot's cell.
-        key_modifier: k_m, the sum of the robot's motions from start to start [1/STRAIGHT cells].
+    ``start`` is the robot's cell, and ``key_modifier`` k_m, the sum of its motions so far [1/STRAIGHT cells].
     """
     width = state.width
     for cell in changed:

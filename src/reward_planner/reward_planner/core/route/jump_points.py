@@ -59,17 +59,8 @@ def jump_diagonally(
 ) -> int:
     """Append the jump points along the rows and columns of a diagonal.
 
-    Args:
-        grid: blocked cells as bits.
-        row: row of the first cell of the diagonal.
-        column: column of the first cell of the diagonal.
-        directions: direction, 1 or -1 in rows and in columns.
-        goal: row and column of the goal.
-        found: output, rows and columns of jump points, shape (n, 2).
-        count: number of entries in found.
-
-    Returns:
-        new number of entries in found.
+    The diagonal starts at a cell in the directions 1 or -1 of rows and of columns. ``found`` is the output: rows and
+    columns of jump points, shape (n, 2), with ``count`` entries so far; return the new count.
     """
     row_direction, column_direction = directions
     while not (
@@ -136,18 +127,9 @@ def successors(
     goal: tuple[int, int],
     found: NDArray[np.int32],
 ) -> int:
-    """Find the jump points that follow a jump point.
+    """Find the jump points that follow a jump point; arguments as for `jump_diagonally`, return their number.
 
-    Args:
-        grid: blocked cells as bits.
-        row: row of the jump point.
-        column: column of the jump point.
-        parent: row and column of the previous jump point; the path from there ends with straight steps.
-        goal: row and column of the goal.
-        found: output, rows and columns of jump points, shape (n, 2).
-
-    Returns:
-        number of jump points.
+    The path from the ``parent``, the previous jump point, ends with straight steps.
     """
     rows, columns = row - parent[0], column - parent[1]
     along_row = abs(columns) > abs(rows)

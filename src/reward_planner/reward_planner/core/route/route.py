@@ -51,13 +51,7 @@ class NoRoute(Enum):
 def check_endpoints(
     blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]
 ) -> NoRoute | None:
-    """Return why no route can start or end at these cells, or None.
-
-    Args:
-        blocked: cells that the robot cannot enter, shape (rows, columns).
-        start: row and column of the start.
-        goal: row and column of the goal.
-    """
+    """Return why no route on a grid, shape (rows, columns), can start or end at these cells, or None."""
     rows, columns = blocked.shape
     ends = (
         (goal, NoRoute.GOAL_OUTSIDE, NoRoute.GOAL_BLOCKED),
@@ -87,14 +81,9 @@ def route_length(cells: NDArray[np.int64]) -> float:
 
 
 def is_reachable(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]) -> bool:
-    """Return whether there is a route between two free cells that cuts no corner.
+    """Return whether a route that cuts no corner leads between two free cells of a grid, shape (rows, columns).
 
     A diagonal step needs both adjacent cells free, so connected cells are connected by straight steps.
-
-    Args:
-        blocked: cells that the robot cannot enter, shape (rows, columns).
-        start: row and column of the start, free.
-        goal: row and column of the goal, free.
     """
     _, components = cv2.connectedComponents((~blocked).view(np.uint8), connectivity=4)
     return bool(components[start] == components[goal])

@@ -159,17 +159,11 @@ def mark_traversed(
     traversed: NDArray[np.int32],
     count: int,
 ) -> int:
-    """Mark the voxels between the sensor and the centres of end voxels, without the ends.
+    """Mark the voxels between the sensor and the centres of end voxels (flat indices), without the ends.
 
-    Args:
-        ends: flat indices of the end voxels, shape (n,).
-        origin: position of the sensor [voxels from the window's corner], shape (3,), inside along x and y.
-        marks: marks of voxels, shape (side, side, layers); UNSEEN becomes TRAVERSED.
-        traversed: output, flat indices of the marked voxels, from index count on.
-        count: number of entries in traversed.
-
-    Returns:
-        new number of entries in traversed.
+    The origin is the sensor's position [voxels from the window's corner], inside along x and y. Marks have the shape
+    (side, side, layers); UNSEEN becomes TRAVERSED. Flat indices of marked voxels are appended to ``traversed`` from
+    index ``count`` on; return the new count.
     """
     side, layers = marks.shape[1], marks.shape[2]
     flat = marks.reshape(-1)

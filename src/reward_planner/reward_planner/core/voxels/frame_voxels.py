@@ -55,11 +55,7 @@ class FrameVoxelizer:
     """Converts frames to voxels; owns the work space, whose size does not depend on the points."""
 
     def __init__(self, settings: VoxelSettings) -> None:
-        """Allocate the work space.
-
-        Raises:
-            RewardPlannerError: the settings give no voxels, or one frame does not fit into them.
-        """
+        """Allocate the work space; errors are those of `check_voxel_settings`."""
         check_voxel_settings(settings)
         self._settings = settings
         self._ranges = settings.range_min, settings.range_max
@@ -72,9 +68,7 @@ class FrameVoxelizer:
     def count(self, points: ArrayLike, view: SensorView) -> FrameVoxels:
         """Count points into voxels (2.2.2, step 1).
 
-        Args:
-            points: points in the sensor frame [m], array-like, shape (n, 3); NaN and infinite ones are dropped.
-            view: pose of the sensor.
+        Points are in the sensor frame [m], array-like, shape (n, 3); NaN and infinite ones are dropped.
 
         Raises:
             RewardPlannerError: points of a wrong shape.
@@ -143,11 +137,7 @@ def expected_points(
 ) -> NDArray[np.float64]:
     """Return the number of points that a surface across a voxel gives, (f s / Z)^2, shape (k,).
 
-    Args:
-        cells: flat indices in the window, shape (k,).
-        window: box of voxels.
-        T_window_sensor: transform from the sensor frame to voxels from the window's corner, shape (3, 4).
-        focal_length: f, points per unit of the tangent.
+    Cells are flat indices, shape (k,); f is the focal length. The transform leads to voxels from the window's corner.
     """
     axis = T_window_sensor[:, 2] * window.resolution  # of unit length
     start = T_window_sensor[:, 3]

@@ -148,16 +148,10 @@ def check_voxel_settings(settings: VoxelSettings) -> None:
 
 
 def equivalent_focal_length(points: NDArray[np.float32]) -> float:
-    """Return the focal length of a depth camera with the same point density, see `SensorView` [px].
+    """Return the focal length of a depth camera with the same point density, see `SensorView` [px], 0 for none.
 
     It is the median over the directions with points, so outliers and empty directions have no effect. A sparse lidar
-    gets a small value, so that each of its points counts.
-
-    Args:
-        points: points in the sensor's optical frame [m], shape (n, 3); those behind it or not finite are ignored.
-
-    Returns:
-        focal length [px], 0 without points ahead.
+    gets a small value, so that each of its points counts. Points behind the sensor or not finite are ignored.
     """
     counts = np.zeros(4 * _BINS**2, dtype=np.int64)
     _count_directions(points, counts)

@@ -49,13 +49,9 @@ class RollingVoxelGrid:
     def allocate_missing(
         self, window: FrameWindow, slots: NDArray[np.int64], needed: NDArray[np.bool_], stamp: float
     ) -> None:
-        """Allocate needed tiles that are missing; the farthest tiles are evicted if there are too many.
+        """Allocate needed tiles of the window that are missing; the farthest tiles are evicted if there are too many.
 
-        Args:
-            window: tiles around the robot, which are never evicted.
-            slots: slots of the window's tiles, shape (tiles, tiles); updated in place.
-            needed: tiles that are needed, shape (tiles, tiles).
-            stamp: current time [s].
+        ``slots`` and ``needed`` have the shape (tiles, tiles); slots are updated in place.
         """
         missing = np.argwhere(needed & (slots == NO_TILE))
         if len(missing) == 0:

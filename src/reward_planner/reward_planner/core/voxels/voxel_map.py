@@ -40,11 +40,7 @@ class VoxelMap:
     """
 
     def __init__(self, settings: VoxelSettings) -> None:
-        """Start without voxels.
-
-        Raises:
-            RewardPlannerError: the settings give no voxels, or too few tiles for one frame.
-        """
+        """Start without voxels; errors are those of `check_voxel_settings`."""
         self.settings = settings
         self._voxelizer = FrameVoxelizer(settings)
         self.tiles = RollingVoxelGrid(window_shape(settings)[1], settings.tiles_max)
@@ -120,9 +116,6 @@ def counts_over_maximum(counts: NDArray[np.int32]) -> NDArray[np.float32]:
 
     The paper defines M as "about the maximum of the counts of all voxels". Here it is the 99 % quantile of the frame's
     voxels with points, so that a single outlier does not scale all others.
-
-    Args:
-        counts: points of each voxel with points, shape (k,).
     """
     if len(counts) == 0:
         return np.empty(0, dtype=np.float32)
@@ -132,12 +125,7 @@ def counts_over_maximum(counts: NDArray[np.int32]) -> NDArray[np.float32]:
 
 
 def counts_over_expected(counts: NDArray[np.int32], expected: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return count / (f s / Z)^2, shape (k,), at most 1: independent of the voxel's range.
-
-    Args:
-        counts: points of each voxel with points, shape (k,).
-        expected: points of a surface across each voxel, shape (k,); 0 gives the value 1.
-    """
+    """Return count / (f s / Z)^2, shape (k,), at most 1: independent of the range; 1 where no point is expected."""
     return np.minimum(counts / np.maximum(expected, 1.0), 1.0).astype(np.float32)
 
 
@@ -161,15 +149,10 @@ def add_to_voxels(
     amounts: NDArray[np.float32],
     limits: tuple[float, float],
 ) -> None:
-    """Add amounts to voxel values and clamp them.
+    """Add amounts to voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers), and clamp them to limits.
 
-    Args:
-        values: voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers).
-        slots: slots of the window's tiles, shape (tiles, tiles); those of the cells exist.
-        window: box of voxels.
-        cells: flat indices in the window, shape (k,).
-        amounts: amount for each cell, shape (k,), or (1,) for all.
-        limits: lowest and highest value.
+    Cells are flat indices in the window, shape (k,), whose tiles have the slots, shape (tiles, tiles); there is an
+    amount for each cell, shape (k,), or for all, shape (1,).
     """
     is_uniform = len(amounts) == 1
     for i, cell in enumerate(cells):
