@@ -1,4 +1,4 @@
-""" """
+"""Wheel speed commands: timeout, emergency stop, limits, and rounding to ticks."""
 
 import math
 

@@ -113,6 +113,14 @@ def hall(rows=60, columns=100):
     return walls
 
 
+def hall_drive(goal_x, seconds):
+    """A robot that has driven along the hall for some time."""
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
+    drive.controller.set_goal(goal_at(goal_x, 3.0))
+    drive.run(seconds)
+    return drive
+
+
 def wall_with_door():
     """The hall with a wall across, and a door at its upper end."""
     walls = hall()

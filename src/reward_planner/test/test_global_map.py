@@ -65,15 +65,6 @@ def test_memory_grows_with_the_ground_in_any_direction():
     assert max(sizes) < 500 * 40 * 80 * 8
 
 
-def test_the_same_ground_again_takes_no_memory():
-    area = GlobalMap(0.05, 1_000_000)
-    area.write(patch(5, 5, np.zeros((100, 100))))
-    size = area.bytes
-    for _ in range(20):
-        area.write(patch(5, 5, np.zeros((100, 100))))
-    assert area.bytes == size
-
-
 def test_cells_beyond_the_budget_are_refused_and_reported():
     area = GlobalMap(0.05, 20_000)
     for k in range(10):

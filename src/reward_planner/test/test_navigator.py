@@ -223,18 +223,3 @@ def test_on_the_largest_known_map_routes_are_found():
         OccupancyMap(GridFrame(0.0, 0.0, 0.1, 830, 830), np.zeros((830, 830), dtype=np.int8))
     )
     assert len(navigator.route_between(SE2(0.0, 0.0, 0.0), SE2(82.9, 82.9, 0.0), 0.0)) > 800
-
-
-@pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
-def test_points_that_are_not_finite_change_nothing_in_the_map(bad):
-    clean, dirty = RoomDrive(ROOMS['box']), RoomDrive(ROOMS['box'])
-    points = clean.points()
-    more = np.concatenate([points, np.full((500, 3), bad, dtype=np.float32)])
-    for drive, cloud in ((clean, points), (dirty, more)):
-        for k in range(3):
-            drive.navigator.add_pose(1.0 + 0.1 * k, SE2(0.0, 0.0, 0.0))
-            drive.navigator.add_frame(1.0 + 0.1 * k, 1.0 + 0.1 * k, SensorFrame(cloud, CAMERA.fx))
-            drive.navigator.process_frames(1.0 + 0.1 * k)
-    (_, one), (_, other) = clean.navigator.mapper.map.occupancy(), dirty.navigator.mapper.map.occupancy()
-    np.testing.assert_array_equal(one, other)
-    assert (one == 100).any()

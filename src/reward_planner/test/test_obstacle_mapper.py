@@ -87,18 +87,6 @@ def test_the_same_ground_again_takes_no_memory():
     assert sizes[0] == sizes[1] == sizes[2]
 
 
-def test_the_walls_of_a_known_room_stay_when_only_others_are_seen():
-    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    wall = SE2(-2.0, 0.0, math.pi)
-    for k in range(5):
-        mapper.add(0.1 * k, points_at(wall), wall, CAMERA.fx)
-    away = SE2(-2.0, 0.0, 0.0)
-    for k in range(5, 10):
-        mapper.add(0.1 * k, points_at(away), away, CAMERA.fx)
-    frame, cells = mapper.map.occupancy()
-    assert cells[tuple(frame.cell_of((-3.05, 0.0)))] == OCCUPIED
-
-
 BEFORE_THE_WALL = SE2(-1.9, 0.0, math.pi)
 WALL = (-3.05, 0.0)
 
