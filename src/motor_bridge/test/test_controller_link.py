@@ -1,4 +1,4 @@
-""""""
+"""Requests and replies of the protocol."""
 
 import re
 

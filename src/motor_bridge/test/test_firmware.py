@@ -1,4 +1,4 @@
-""""""
+"""Integers are those of C on the microcontroller."""
 
 import pytest
 
