@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from motor_bridge.core.serial_protocol import BadReplyError, WheelCounts, parse_counts
+from motor_bridge.core.controller_link import BadReplyError, WheelCounts, parse_counts
 from motor_bridge.emulator.emulated_controller import EmulatedController
 
 REPLY_FAULTS = (

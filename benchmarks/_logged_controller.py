@@ -12,8 +12,7 @@ import numpy as np
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time_stepper import RealTimeStepper
+from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 
 
 class LoggedController(EmulatedController):

@@ -8,10 +8,14 @@ import numpy as np
 from _peer_octomap import OctoMap
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow, window_shape
-from reward_planner.core.voxels.point_density import equivalent_focal_length
+from reward_planner.core.voxels.frame_window import (
+    TILE_SIZE,
+    FrameWindow,
+    SensorView,
+    equivalent_focal_length,
+    window_shape,
+)
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
-from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 

@@ -9,16 +9,14 @@ from threading import Event
 import numpy as np
 from _corrupted_line import CorruptedLine
 
-from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
-from motor_bridge.core.velocity import Velocity
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.link_report import LinkReport
+from motor_bridge.link.controller_session import ControllerSession, LinkReport
 
 PERIOD = 1.0 / 30.0
 ROUNDS = 3

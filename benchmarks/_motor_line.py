@@ -23,8 +23,7 @@ from rclpy.publisher import Publisher
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time_stepper import RealTimeStepper
+from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from motor_bridge.node import MotorBridgeNode
 
 AUTO_STOP = EmulatorSettings().auto_stop

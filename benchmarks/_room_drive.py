@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.inflation import clearance
-from reward_planner.core.grid.occupancy_map import FREE, OccupancyMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.occupancy_map import FREE, GridFrame, OccupancyMap, clearance
 from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.commands.room import HEIGHTS

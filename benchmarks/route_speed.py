@@ -72,7 +72,7 @@ def pairs_of(blocked: NDArray[np.bool_], count: int) -> list[Pair]:
 def route_of(answer: Route | NoRoute) -> Route:
     """Return a route that must be there."""
     if isinstance(answer, NoRoute):
-        raise TypeError(answer.reason.value)
+        raise TypeError(answer.value)
     return answer
 
 

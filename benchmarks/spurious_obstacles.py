@@ -30,8 +30,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
-from reward_planner.core.voxels.frame_window import TILE_SIZE
-from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.voxels.frame_window import TILE_SIZE, SensorView
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_core.geometry import SE2
 

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.depth.pair_matcher import PairMatcher
-from reward_planner.core.depth.stereo_pair import StereoPair
+from reward_planner.core.depth.stereo_pair import PairMatcher, StereoPair
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
 from scene_simulator.room.cameras import render_picture
 

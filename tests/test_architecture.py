@@ -38,7 +38,6 @@ PURE = (
 )
 NOT_PURE = (
     'motor_bridge/motor_bridge/emulator/pseudo_terminal.py',
-    'motor_bridge/motor_bridge/emulator/real_time_stepper.py',
     'scene_simulator/scene_simulator/commands',
     'scene_simulator/scene_simulator/messages.py',
     'scene_simulator/scene_simulator/room/movingai_files.py',

@@ -7,14 +7,12 @@ from threading import Event
 import pytest
 from simulated_motor_controller import SimulatedMotorController
 
-from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
-from motor_bridge.core.velocity import Velocity
-from motor_bridge.link_report import LinkReport
+from motor_bridge.link.controller_session import ControllerSession, LinkReport
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -99,20 +97,20 @@ def bridge(motor_firmware: Path) -> Iterator[Bridge]:
 def test_the_robot_goes_where_it_is_sent_and_odometry_counts_every_tick(
     bridge: Bridge, velocity: Velocity
 ) -> None:
-    bridge.drive(velocity, 2.5)
+    bridge.drive(velocity, 1.5)
     before = bridge.states[-1].velocity
     assert before.forward == pytest.approx(velocity.forward, abs=0.02)
     assert before.turn_rate == pytest.approx(velocity.turn_rate, abs=0.1)
-    bridge.drive(Velocity(), 2.0)
+    bridge.drive(Velocity(), 1.0)
     assert bridge.session.report.faults.total() == 0
     assert bridge.counts() == bridge.chip.truth().ticks
 
 
 def test_a_link_without_replies_stops_the_robot_until_they_return(bridge: Bridge) -> None:
-    bridge.drive(Velocity(0.3, 0.0), 1.0)
-    bridge.chip.run(2.5)
+    bridge.drive(Velocity(0.3, 0.0), 0.5)
+    bridge.chip.run(2.2)
     assert bridge.chip.truth().pwm == (0, 0)
-    bridge.drive(Velocity(0.3, 0.0), 1.0)
+    bridge.drive(Velocity(0.3, 0.0), 0.5)
     assert any(bridge.chip.truth().pwm)
-    bridge.drive(Velocity(), 2.0)
+    bridge.drive(Velocity(), 1.0)
     assert bridge.counts() == bridge.chip.truth().ticks

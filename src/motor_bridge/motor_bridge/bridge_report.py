@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.encoder_monitor import CountStatus
+from motor_bridge.link.controller_session import ControllerSession
 from shirube_ros.diagnostics import Level, Status
 
 
@@ -14,11 +14,7 @@ def bridge_status(
 ) -> Status:
     """Return the diagnostic status of the serial link, the wheels and cmd_vel.
 
-    Args:
-        session: session with the controller.
-        now: current time [s], 0 before simulated time starts.
-        expected_type: message type of the node's cmd_vel subscription.
-        published_types: message type of each publisher of cmd_vel.
+    ``now`` is 0 before simulated time starts; types are those of the node's cmd_vel subscription and of its publishers.
     """
     report = session.report
     with session.lock:

@@ -13,24 +13,23 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from motor_bridge.bridge_report import bridge_status
-from motor_bridge.controller_session import ControllerSession
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_link import ControllerSetup
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, check_velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.velocity import check_velocity
-from motor_bridge.link_report import LinkReport
-from motor_bridge.motor_loop import MotorLoop
+from motor_bridge.link.controller_session import ControllerSession, LinkReport
+from motor_bridge.link.motor_loop import MotorLoop
+from motor_bridge.link.serial_port import SerialPort
 from motor_bridge.node_settings import NodeSettings
 from motor_bridge.odometry_publisher import OdometryPublisher
-from motor_bridge.serial_port import SerialPort
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics, Status
-from shirube_ros.node import run_node
+from shirube_ros.node_main import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.quality_of_service import overridable, pose_profile
+from shirube_ros.trigger_service import create_trigger_service
 
 
 class MotorBridgeNode(Node):
@@ -56,10 +55,7 @@ class MotorBridgeNode(Node):
     """
 
     def __init__(self, **options: Any) -> None:
-        """Subscribe and connect to the controller.
-
-        Args:
-            options: passed on to ``rclpy.node.Node``.
+        """Subscribe and connect to the controller; options are those of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: an invalid parameter.
@@ -105,15 +101,13 @@ class MotorBridgeNode(Node):
         return MotorLoop(open_line, ControllerSetup(settings.baud, settings.gains), self._session, self._now)
 
     def _subscribe(self) -> None:
-        if self._settings.stamped:
-            self._cmd_vel_subscription = self._create_guarded_subscription(
-                TwistStamped, 'cmd_vel', self._take_stamped
-            )
-        else:
-            self._cmd_vel_subscription = self._create_guarded_subscription(Twist, 'cmd_vel', self._take_twist)
-        self._create_guarded_subscription(Bool, 'estop', self._take_estop)
+        kind, take = (
+            (TwistStamped, self._take_stamped) if self._settings.stamped else (Twist, self._take_twist)
+        )
+        self._cmd_vel_subscription = self._subscribe_to(kind, 'cmd_vel', take)
+        self._subscribe_to(Bool, 'estop', self._take_estop)
 
-    def _create_guarded_subscription(self, kind: type, topic: str, take: Any) -> Subscription:
+    def _subscribe_to(self, kind: type, topic: str, take: Any) -> Subscription:
         guarded = self._guard.guard(topic, take)
         return self.create_subscription(
             kind, topic, guarded, pose_profile(), qos_overriding_options=overridable()

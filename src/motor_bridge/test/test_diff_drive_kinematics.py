@@ -1,9 +1,8 @@
 import pytest
 
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity, check_velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.velocity import Velocity, check_velocity
 
 BASE = DiffDriveKinematics(DriveSettings())
 
@@ -33,10 +32,7 @@ def test_a_revolution_a_second_is_as_many_ticks_as_the_encoder_has():
             DriveSettings(ticks_per_revolution=1_000_000),
             'ticks per frame, the controller accepts 32767; check them',
         ),
-        (
-            DriveSettings(ticks_per_revolution=4, max_linear_velocity=0.05),
-            'below the resolution of 1',
-        ),
+        (DriveSettings(ticks_per_revolution=4, max_linear_velocity=0.05), 'below the resolution of 1'),
     ],
 )
 def test_impossible_wheels_are_refused_in_one_line(settings, words):

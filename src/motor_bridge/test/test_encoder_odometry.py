@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from motor_bridge.core.controller_link import WheelCounts
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_monitor import RESTART_COUNT, CountStatus, count_difference
 from motor_bridge.core.encoder_odometry import EncoderOdometry
-from motor_bridge.core.serial_protocol import WheelCounts
 
 SETTINGS = DriveSettings()
 BASE = DiffDriveKinematics(SETTINGS)
@@ -92,22 +92,21 @@ def test_two_different_wrong_counts_are_refused_and_the_next_good_ones_bring_all
     assert wheels.way == pytest.approx(480)
 
 
-def test_wrong_counts_a_few_times_too_far_apart_do_not_confirm_each_other():
+@pytest.mark.parametrize(
+    ('speed', 'errors', 'status', 'way'),
+    [
+        (0, [(60, 60), (62, 62)], CountStatus.ACCEPTED, 62),  # pushed
+        (0, [(100, 0), (160, 0)], CountStatus.REJECTED, 0),  # too far apart to confirm each other
+        (10, [(30_000, 0), (30_000, 0)], CountStatus.REJECTED, 50),  # impossible
+    ],
+)
+def test_a_second_read_confirms_only_what_is_possible(speed, errors, status, way):
     wheels = Wheels(50_000)
-    wheels.drive(0, 0, 5)
+    wheels.drive(speed, speed, 5)
     wheels.now += FRAME
-    assert wheels.take((100, 0)) is CountStatus.RETRY
-    assert wheels.take((160, 0), 0.002) is CountStatus.REJECTED
-    assert wheels.way == 0.0
-
-
-def test_a_pushed_robot_is_accepted_at_the_second_read():
-    wheels = Wheels()
-    wheels.drive(0, 0, 5)
-    wheels.now += FRAME
-    assert wheels.take((60, 60)) is CountStatus.RETRY
-    assert wheels.take((62, 62), 0.002) is CountStatus.ACCEPTED
-    assert wheels.way == pytest.approx(62)
+    assert wheels.take(errors[0]) is CountStatus.RETRY
+    assert wheels.take(errors[1], 0.002) is status
+    assert wheels.way == pytest.approx(way)
 
 
 def test_a_stuck_wheel_is_accepted_at_the_second_read():
@@ -117,15 +116,6 @@ def test_a_stuck_wheel_is_accepted_at_the_second_read():
     wheels.now += 3 * FRAME
     assert wheels.take() is CountStatus.RETRY
     assert wheels.take(later=0.002) is CountStatus.ACCEPTED
-
-
-def test_an_impossible_count_is_refused_even_twice():
-    wheels = Wheels(50_000)
-    wheels.drive(10, 10, 5)
-    wheels.now += FRAME
-    assert wheels.take((30_000, 0)) is CountStatus.RETRY
-    assert wheels.take((30_000, 0), 0.002) is CountStatus.REJECTED
-    assert wheels.way == pytest.approx(50)
 
 
 def test_encoders_that_were_reset_unnoticed_are_followed_and_the_covariance_grows():
@@ -159,27 +149,18 @@ def test_counts_that_continue_after_a_gap_are_moved_by(gap):
 
 
 @pytest.mark.parametrize('start', [50_000, -700, 300, -50_000])
-@pytest.mark.parametrize('rolled', [0, 15])
-def test_counts_that_were_reset_in_a_gap_make_no_jump(start, rolled):
+@pytest.mark.parametrize('counts', [(0, 0), (15, 15), (123_456, 7)])
+def test_counts_that_were_reset_in_a_gap_or_fit_nothing_make_no_jump(start, counts):
     wheels = Wheels(start)
     wheels.drive(40, 40, 10)
     before = wheels.x
     wheels.now += 1.5
-    status = wheels.odometry.resume(WheelCounts(rolled, rolled), wheels.now)
+    status = wheels.odometry.resume(WheelCounts(*counts), wheels.now)
     assert status is CountStatus.RESTARTED
     assert wheels.x == before
     possible = 40 * 1.5 / FRAME * TICK
     assert possible < wheels.sigma[0] < 3.0 * possible
     assert wheels.odometry.state.velocity.forward == 0.0
-
-
-def test_counts_that_fit_nothing_make_no_jump():
-    wheels = Wheels(50_000)
-    wheels.drive(40, 40, 10)
-    before = wheels.x
-    wheels.now += 1.0
-    assert wheels.odometry.resume(WheelCounts(123_456, 7), wheels.now) is CountStatus.RESTARTED
-    assert wheels.x == before
 
 
 def test_a_robot_that_stopped_at_zero_continues():

@@ -18,10 +18,7 @@ pytestmark = pytest.mark.newest_set_only
         ({'left_wheel_joint': 'right_wheel_joint'}, 'left_wheel_joint and right_wheel_joint are equal'),
         ({'wheel_radius': 0.0}, 'setting wheel_radius is 0.0 m, allowed is 0.005 to 1 m'),
         ({'wheel_separation': float('nan')}, 'setting wheel_separation is nan m, allowed is'),
-        (
-            {'wheel_radius': 0.4, 'ticks_per_revolution': 4},
-            'frame, below the resolution of 1',
-        ),
+        ({'wheel_radius': 0.4, 'ticks_per_revolution': 4}, 'frame, below the resolution of 1'),
         ({'wheel_radios': 0.03}, 'parameter wheel_radios does not exist, did you mean wheel_radius'),
     ],
 )

@@ -12,8 +12,7 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.line_faults import FAULTS, FaultRequest, LineFaults, parse_fault_request
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time_stepper import RealTimeStepper
+from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -72,7 +71,7 @@ def test_silence_swallows_replies_for_a_time(bench):
 
 
 def test_a_controller_that_hangs_answers_later(bench):
-    bench.faults.inject(FaultRequest('hang', 2.0))
+    bench.faults.inject(FaultRequest('hang', 0.8))
     time.sleep(0.05)
     assert bench.ask(b'b\r') == b''
     bench.port.timeout = 20.0

@@ -14,8 +14,8 @@ from contextlib import suppress
 import pytest
 import serial
 
-from motor_bridge import serial_port
-from motor_bridge.serial_port import PortError, SerialPort
+from motor_bridge.link import serial_port
+from motor_bridge.link.serial_port import PortError, SerialPort
 
 
 @pytest.fixture

@@ -3,44 +3,41 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
-from rclpy.time import Time
 from std_msgs.msg import Header, String
 
-from reward_planner.compute_path_server import create_compute_path_server
 from reward_planner.core.compile_kernels import compile_kernels
-from reward_planner.core.driving.drive_command import DriveCommand, DriveState
+from reward_planner.core.driving.drive_controller import DriveCommand, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import parse_light_command
 from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseStatus
-from reward_planner.core.navigator import MappedFrame, Navigator, NavigatorSettings, SensorFrame
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.inputs.depth_input import DepthInput
-from reward_planner.inputs.points_input import PointsInput
-from reward_planner.inputs.trinocular_input import TrinocularInput
-from reward_planner.map_publisher import MapPublisher
-from reward_planner.map_service import load_static_map, save_global_map
+from reward_planner.interface.compute_path_server import create_compute_path_server
+from reward_planner.interface.map_server import MapServer, load_static_map
+from reward_planner.interface.planner_report import PlannerReport
+from reward_planner.interface.sensor_inputs import DepthInput, PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings, check_source
-from reward_planner.planner_report import PlannerReport
 from shirube_core.geometry import SE2
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.errors import PoseError
-from shirube_ros.map_conversion import path_message
-from shirube_ros.node import run_node
+from shirube_ros.message_error import PoseError
+from shirube_ros.node_main import run_node
+from shirube_ros.occupancy_conversion import path_message
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
-from shirube_ros.stamps import StampSynchronizer, StampValidator
+from shirube_ros.stamp_synchronizer import StampSynchronizer
+from shirube_ros.stamp_validator import StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
 
 _DRIVE_PERIOD = 0.05  # control period [s]
@@ -78,10 +75,7 @@ class RewardPlannerNode(Node):
     """
 
     def __init__(self, **options: Any) -> None:
-        """Load the map, if map_file is set, and subscribe.
-
-        Args:
-            options: passed on to ``rclpy.node.Node``.
+        """Load the map, if map_file is set, and subscribe; options are those of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: an invalid parameter.
@@ -107,59 +101,45 @@ class RewardPlannerNode(Node):
         self._logged_state: tuple[DriveState, str] | None = None
         self._plan_number: tuple[int, int] | None = None
         self._goal_yaw = 0.0
-        self._groups: StampSynchronizer[Any] | None = None
-        self._has_new_map = bool(self._settings.map_file)
         self._stamps = StampValidator(self._handle_time_jump, self._now)
         self._guard = CallbackGuard(self, (RewardPlannerError,))
-        self._report = PlannerReport(self._navigator, self._now, method.driving.map_timeout)
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
-        self._advertise()
+        self._groups = self._subscribe_to_source()
         self._subscribe()
-        self._start_timers()
+        self._report = PlannerReport(self._navigator, self._now, method.driving.map_timeout, self._groups)
+        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
+        self._maps = MapServer(self, self._guard, self._navigator, self._settings)
+        self._plan = self.create_publisher(Path, '~/plan', map_profile())
+        self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
+        is_driver, base_frame = self._settings.drive, self._settings.base_frame
+        self._cmd_vel = VelocityPublisher(self, 'cmd_vel', base_frame) if is_driver else None
+        for period, work in ((_DRIVE_PERIOD, self._run_cycle), (_MAP_PERIOD, self._maps.publish_map)):
+            guarded = self._guard.guard(_CONTROL, lambda _, work=work: work())  # type: ignore[misc]
+            self.create_timer(period, partial(guarded, None))
         self._path_server = create_compute_path_server(
             self, self._settings.map_frame, self._navigator.route_between
         )
 
-    def _advertise(self) -> None:
-        self._map, self._local_map = MapPublisher(self, '~/map'), MapPublisher(self, '~/local_map')
-        self._plan = self.create_publisher(Path, '~/plan', map_profile())
-        self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
-        self._cmd_vel = None
-        if self._settings.drive:
-            self._cmd_vel = VelocityPublisher(self, 'cmd_vel', self._settings.base_frame)
-        create_trigger_service(self, self._guard, '~/clear_map', self._clear_map)
-        create_trigger_service(self, self._guard, '~/save_map', self._save_map)
-
-    def _subscribe(self) -> None:
-        settings = self._settings
-        match settings.source:
+    def _subscribe_to_source(self) -> StampSynchronizer[Any] | None:
+        """Subscribe to the source; return the synchronizer of its images, if it has one."""
+        match self._settings.source:
             case 'depth':
                 DepthInput(self, self._guard, self._take_frame)
             case 'trinocular':
-                transport = settings.image_transport
-                trinocular = TrinocularInput(self, self._guard, transport, settings.depth, self._take_frame)
-                self._report.watch_groups(trinocular.groups)
-                self._groups = trinocular.groups
+                return TrinocularInput(self, self._guard, self._settings, self._take_frame).groups
             case _:
-                frames = (settings.base_frame, settings.camera_frame)
-                PointsInput(self, self._guard, settings.mount, frames, self._take_frame)
+                PointsInput(self, self._guard, self._settings, self._take_frame)
+        return None
+
+    def _subscribe(self) -> None:
         for kind, topic, take in (
             (PoseStamped, 'pose', self._take_pose),
             (PoseStamped, 'goal_pose', self._take_goal),
             (String, 'command', self._take_command),
         ):
+            guarded = self._guard.guard(topic, take)
             self.create_subscription(
-                kind,
-                topic,
-                self._guard.guard(topic, take),
-                pose_profile(),
-                qos_overriding_options=overridable(),
+                kind, topic, guarded, pose_profile(), qos_overriding_options=overridable()
             )
-
-    def _start_timers(self) -> None:
-        for period, work in ((_DRIVE_PERIOD, self._run_cycle), (_MAP_PERIOD, self._publish_map)):
-            guarded = self._guard.guard(_CONTROL, work)
-            self.create_timer(period, lambda guarded=guarded: guarded(None))
 
     def _now(self) -> float:
         return float(self.get_clock().now().nanoseconds * 1e-9)
@@ -201,13 +181,13 @@ class RewardPlannerNode(Node):
         self._navigator.controller.apply_command(command)
         self.get_logger().info(f'command of a lamp: {command.operation} {command.value:g}')
 
-    def _run_cycle(self, _: None) -> None:
+    def _run_cycle(self) -> None:
         """Map queued frames and run the drive controller, which runs even after an invalid frame."""
         now = self._now()
         try:
             for frame in self._navigator.process_frames(now):
                 self._report.add_frame(frame)
-                self._publish_local_map(frame)
+                self._maps.publish_local_map(frame)
         finally:
             self._drive(now)
 
@@ -240,10 +220,11 @@ class RewardPlannerNode(Node):
         if self._logged_state == (drive.state, drive.detail):
             return
         self._logged_state = (drive.state, drive.detail)
+        logger = self.get_logger()
         if drive.state.needs_attention:
-            self.get_logger().warning(drive.detail)
+            logger.warning(drive.detail)
         else:
-            self.get_logger().info(drive.detail)
+            logger.info(drive.detail)
 
     def _publish_plan(self) -> None:
         """Publish the route if it changed."""
@@ -254,28 +235,6 @@ class RewardPlannerNode(Node):
         if number != self._plan_number:
             self._plan_number = number
             self._plan.publish(path_message(points, self._goal_yaw, self._map_header()))
-
-    def _publish_local_map(self, frame: MappedFrame) -> None:
-        self._has_new_map = True
-        stamp = Time(nanoseconds=round(1e9 * frame.stamp)).to_msg()
-        header = Header(stamp=stamp, frame_id=self._settings.map_frame)
-        self._local_map.publish(frame.local.frame, frame.local.occupancy, header)
-
-    def _publish_map(self, _: None) -> None:
-        known = self._navigator.mapper.map.occupancy() if self._has_new_map else None
-        self._has_new_map = False
-        if known is not None:
-            self._map.publish(*known, self._map_header())
-
-    def _clear_map(self) -> str:
-        self._navigator.clear_map()
-        self._has_new_map = False
-        for publisher in (self._map, self._local_map):
-            publisher.publish_unknown(self._map_header())
-        return 'map cleared'
-
-    def _save_map(self) -> str:
-        return f'saved to {save_global_map(self._navigator, self._settings)}'
 
     def _handle_time_jump(self) -> None:
         self.get_logger().warning(

@@ -47,10 +47,6 @@ class NodeSettings(CameraSettings):
 
 
 def check_source(node: NodeSettings) -> None:
-    """Check the settings of the source at start.
-
-    Raises:
-        DepthError: settings of stereo matching that OpenCV does not support.
-    """
+    """Raise a RewardPlannerError for settings of the source that OpenCV does not support."""
     if node.source == 'trinocular':
         check_matcher_settings(node.depth)

@@ -6,18 +6,13 @@ import math
 
 import numpy as np
 
-from reward_planner.core.driving.drive_command import DriveState
-from reward_planner.core.driving.drive_controller import DriveController
+from reward_planner.core.driving.drive_controller import DriveController, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.inflation import clearance
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
-from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
-from scene_simulator.room.grid_world import GridWorld
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame, clearance
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from scene_simulator.grid_world import GridWorld
+from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
 from shirube_core.geometry import SE2
 
 TICK = 0.05
@@ -116,6 +111,14 @@ def hall(rows=60, columns=100):
     walls = np.zeros((rows, columns), dtype=bool)
     walls[[0, -1]] = walls[:, [0, -1]] = True
     return walls
+
+
+def hall_drive(goal_x, seconds):
+    """A robot that has driven along the hall for some time."""
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
+    drive.controller.set_goal(goal_at(goal_x, 3.0))
+    drive.run(seconds)
+    return drive
 
 
 def wall_with_door():

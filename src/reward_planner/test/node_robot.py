@@ -22,6 +22,7 @@ from shirube_ros.pose_conversion import pose_stamped
 CAMERA = PinholeCamera(80, 60, 60.0, 60.0, 39.5, 29.5)
 ROOM = BoxRoom((-1.0, -2.0, 0.0, 5.0, 2.0, 2.5), ((1.6, -0.4, 0.0, 2.0, 0.5, 1.0),))
 START = SE2(0.0, 0.0, 0.0)
+AHEAD = SE2(3.5, 0.0, 0.0)
 TOPICS = {
     'points': PointCloud2,
     'pose': PoseStamped,
@@ -98,12 +99,21 @@ class Robot:
         for _ in range(round(10 * seconds)):
             self.send_points()
             self.send_pose()
-            self.tick(0.1)
-            self._graph.spin_until(lambda: False, timeout=0.01)
+            self.cycle()
             twist = self.velocities[-1].twist if self.velocities else TwistStamped().twist
             self.body.drive(twist.linear.x, twist.angular.z, self.body.time + 0.1)
             if until():
                 return
+
+    def cycle(self):
+        """Advance a tenth of a second; wait for the control cycle and its velocity, if one is published."""
+        cycles, received = self.node._guard.counts['control loop'], len(self.velocities)
+        before = cycles.received
+        self.tick(0.1)
+        assert self._graph.spin_until(lambda: cycles.received > before)
+        drive = self.node._report._drive
+        if self.node._cmd_vel is not None and drive is not None and drive.velocity is not None:
+            assert self._graph.spin_until(lambda: len(self.velocities) > received)
 
     def refusals(self, topic):
         return list(self.node._guard.counts[topic].rejected)
@@ -120,6 +130,12 @@ class Robot:
         future = client.call_async(Trigger.Request())
         assert self._graph.spin_until(future.done)
         return future.result()
+
+    def drive_to(self, goal, seconds=1.0):
+        """Map the surroundings, set a goal and drive."""
+        self.drive(0.3)
+        self.send_goal(goal)
+        self.drive(seconds)
 
     @property
     def speed(self):

@@ -10,13 +10,12 @@ from nav_msgs.msg import Path
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from reward_planner.compute_path_server import create_compute_path_server, handle_request
-from reward_planner.core.driving.driving_error import DrivingError
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings
-from reward_planner.core.route.route import NoRouteReason
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
+from reward_planner.core.reward_planner_error import DrivingError
+from reward_planner.core.route.route import NoRoute
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.interface.compute_path_server import create_compute_path_server, handle_request
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.pose_conversion import pose_stamped
 
@@ -76,13 +75,13 @@ def test_no_route_starts_at_an_outdated_pose():
 def test_errors_are_reported_by_line_and_code():
     planner, start = navigator(), SE2(1.0, 3.0, 0.0)
     result, problem = ask(planner, SE2(3.0, 3.0, 0.0), start)
-    assert (result.error_code, problem) == (206, NoRouteReason.GOAL_BLOCKED.value)
+    assert (result.error_code, problem) == (206, NoRoute.GOAL_BLOCKED.value)
     result, problem = ask(planner, SE2(5.0, 3.0, 0.0), start, frame='odom')
     assert (result.error_code, problem) == (200, "start is in the frame 'odom'; give it in 'map'")
     result, problem = ask(planner, SE2(9.0, 3.0, 0.0), start)
-    assert (result.error_code, problem) == (204, NoRouteReason.GOAL_OUTSIDE.value)
+    assert (result.error_code, problem) == (204, NoRoute.GOAL_OUTSIDE.value)
     result, problem = ask(planner, start, SE2(9.0, 3.0, 0.0))
-    assert (result.error_code, problem) == (203, NoRouteReason.START_OUTSIDE.value)
+    assert (result.error_code, problem) == (203, NoRoute.START_OUTSIDE.value)
     planner.clear_map()
     with pytest.raises(DrivingError, match='give a nearer goal'):
         planner.route_between(start, SE2(1e7, 0.0, 0.0), 0.0)

@@ -6,7 +6,7 @@ import pytest
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route import d_star_lite
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
+from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.room.grid_maps import GRID_MAPS
 from scene_simulator.room.grid_world import GridWorld, is_traversable
@@ -65,9 +65,9 @@ def test_a_goal_that_is_walled_in_is_reported_and_reached_once_the_wall_is_gone(
     around = [(r, c) for r in range(8, 13) for c in range(8, 13) if max(abs(r - 10), abs(c - 10)) == 2]
     assert isinstance(routes.route_from((0, 0)), Route)
     routes.update_cells(around, True)
-    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.UNREACHABLE)
+    assert routes.route_from((0, 0)) == NoRoute.UNREACHABLE
     routes.update_cells([(10, 10)], True)
-    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.GOAL_BLOCKED)
+    assert routes.route_from((0, 0)) == NoRoute.GOAL_BLOCKED
     routes.update_cells([*around, (10, 10)], False)
     route = routes.route_from((0, 0))
     assert isinstance(route, Route)
@@ -83,7 +83,7 @@ def test_what_the_caller_does_with_its_map_later_changes_nothing() -> None:
 
 def test_a_goal_outside_is_reported_and_a_cell_outside_is_refused() -> None:
     routes = DStarLite(np.zeros((5, 5), dtype=bool), (5, 0))
-    assert routes.route_from((0, 0)) == NoRoute(NoRouteReason.GOAL_OUTSIDE)
+    assert routes.route_from((0, 0)) == NoRoute.GOAL_OUTSIDE
     with pytest.raises(RewardPlannerError, match='outside'):
         routes.update_cells([(0, -1)], [True])
 

@@ -10,7 +10,7 @@ from reward_planner.core.route.d_star_lite_kernels import (
     insert_if_inconsistent,
     key_of,
 )
-from reward_planner.core.route.octile import STRAIGHT
+from reward_planner.core.route.route import STRAIGHT
 
 WIDTH = 12
 

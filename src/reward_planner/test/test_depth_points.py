@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from l_rig import CAMERA, true_depth
 
-from reward_planner.core.depth.depth_error import DepthError
 from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.geometry import PinholeCamera
 
 
@@ -28,8 +28,8 @@ def test_pixels_without_depth_are_left_out():
 
 
 def test_an_image_that_does_not_fit_its_camera_is_refused():
-    with pytest.raises(DepthError, match='320 x 240'):
+    with pytest.raises(RewardPlannerError, match='320 x 240'):
         points_from_depth_image(np.ones((120, 160), dtype=np.float32), CAMERA)
     bent = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5, (0.1, 0.0, 0.0, 0.0, 0.0))
-    with pytest.raises(DepthError, match='rectified'):
+    with pytest.raises(RewardPlannerError, match='rectified'):
         points_from_depth_image(true_depth(), bent)

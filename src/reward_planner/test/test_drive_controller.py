@@ -13,16 +13,17 @@ from grid_drive import (
     coarse,
     goal_at,
     hall,
+    hall_drive,
     is_stopped,
     roomy_place,
     wall_with_door,
 )
 
-from reward_planner.core.driving.drive_command import DriveState
-from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.driving.drive_controller import DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.grid.inflation import clearance
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.global_map import LocalMap
+from reward_planner.core.occupancy_map import clearance
+from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.room.grid_maps import maze, random_field, rooms, warehouse
 from shirube_core.geometry import SE2
@@ -88,11 +89,11 @@ def test_a_robot_whose_pose_is_corrected_at_the_goal_drives_there_again(yaw):
     assert drive.drives[-1].state is DriveState.GOAL_REACHED
 
 
-def test_velocities_stay_within_all_limits():
-    settings = DrivingSettings()
+@pytest.mark.parametrize('settings', [DrivingSettings(), DrivingSettings(max_linear_velocity=2.0)])
+def test_velocities_stay_within_all_limits_and_never_go_backwards(settings):
     drive = GridDrive(wall_with_door(), SE2(2.0, 1.0, 2.0), settings)
     drive.controller.set_goal(goal_at(8.0, 1.0))
-    drive.run(120.0)
+    assert drive.run(120.0).state is DriveState.GOAL_REACHED
     given = [d.velocity for d in drive.drives if d.velocity is not None]
     forward = np.array([v.forward for v in given])
     turn = np.array([v.turn_rate for v in given])
@@ -101,6 +102,7 @@ def test_velocities_stay_within_all_limits():
     assert np.abs(np.diff(forward)).max() <= settings.max_linear_acceleration * TICK + 1e-9
     assert np.abs(np.diff(turn)).max() <= settings.max_angular_acceleration * TICK + 1e-9
     assert forward.max() > 0.4
+    assert forward.min() >= 0.0
 
 
 def test_the_robot_is_slower_near_obstacles():
@@ -128,23 +130,20 @@ def test_a_goal_behind_walls_is_reported_unreachable_and_the_robot_stops():
     assert is_stopped(drive.run(2.0))
 
 
-def test_a_goal_in_a_known_obstacle_is_reported_and_the_robot_stops():
+@pytest.mark.parametrize(
+    ('goal', 'reason'),
+    [
+        (goal_at(5.1, 3.0), 'the goal is in an obstacle or too near to one'),
+        (goal_at(1e6, 1e6), 'give a nearer goal'),
+    ],
+)
+def test_a_goal_in_a_known_obstacle_or_too_far_away_is_reported_and_the_robot_stops(goal, reason):
     drive = GridDrive(wall_with_door(), SE2(4.0, 3.0, 0.0))
     drive.tick()
-    drive.controller.set_goal(goal_at(5.1, 3.0))
+    drive.controller.set_goal(goal)
     last = drive.run(1.0)
     assert last.state is DriveState.UNREACHABLE
-    assert 'the goal is in an obstacle or too near to one' in last.detail
-    assert drive.way() < 1e-6
-
-
-def test_a_goal_that_is_too_far_away_for_any_map_is_reported():
-    drive = GridDrive(hall(), SE2(2.0, 3.0, 0.0))
-    drive.tick()
-    drive.controller.set_goal(goal_at(1e6, 1e6))
-    last = drive.run(0.5)
-    assert last.state is DriveState.UNREACHABLE
-    assert 'give a nearer goal' in last.detail
+    assert reason in last.detail
     assert drive.way() < 1e-6
 
 
@@ -162,22 +161,11 @@ def test_a_robot_too_near_to_a_wall_leaves_by_the_way_of_growing_clearance():
 
 
 def test_an_obstacle_that_appears_on_the_route_is_driven_around():
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(9.0, 3.0))
-    drive.run(6.0)
+    drive = hall_drive(9.0, 6.0)
     ahead = round(drive.pose.x / 0.1) + 10
     drive.walls[20:40, ahead : ahead + 3] = True
     assert drive.run(120.0).state is DriveState.GOAL_REACHED
     assert drive.controller.replanner.replan_count >= 2
-
-
-def test_a_cleared_map_is_observed_again_and_the_goal_stays():
-    drive = GridDrive(wall_with_door(), SE2(2.0, 1.0, 0.0))
-    drive.controller.set_goal(goal_at(8.0, 1.0))
-    drive.run(5.0)
-    drive.global_map.clear()
-    drive.controller.reset_map()
-    assert drive.run(120.0).state is DriveState.GOAL_REACHED
 
 
 def test_a_known_map_is_used_before_anything_is_seen():
@@ -235,12 +223,3 @@ def test_a_cleared_map_forgets_its_obstacles():
     before = drive.way()
     assert drive.run(120.0).state is DriveState.GOAL_REACHED
     assert drive.way() - before < 6.5
-
-
-@pytest.mark.newest_set_only
-def test_the_robot_never_drives_backwards_nor_fast_on_what_is_occupied():
-    drive = GridDrive(wall_with_door(), SE2(2.0, 1.0, 2.0), DrivingSettings(max_linear_velocity=2.0))
-    drive.controller.set_goal(goal_at(8.0, 1.0))
-    assert drive.run(120.0).state is DriveState.GOAL_REACHED
-    speeds = [each.velocity.forward for each in drive.drives if each.velocity is not None]
-    assert min(speeds) >= 0.0

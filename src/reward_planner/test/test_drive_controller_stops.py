@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-from grid_drive import GridDrive, goal_at, hall, is_stopped
+from grid_drive import GridDrive, goal_at, hall, hall_drive, is_stopped
 
-from reward_planner.core.driving.drive_command import DriveState
+from reward_planner.core.driving.drive_controller import DriveState
 from reward_planner.core.driving.light_command import LightCommand
 from reward_planner.core.driving.velocity_smoother import Velocity
 from shirube_core.geometry import SE2
@@ -17,9 +17,7 @@ from shirube_core.geometry import SE2
     ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)]
 )
 def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, state):
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(9.0, 3.0))
-    drive.run(4.0)
+    drive = hall_drive(9.0, 4.0)
     setattr(drive, sense, False)
     last = drive.run(4.0)
     assert last.state is state
@@ -42,9 +40,7 @@ def test_before_the_first_pose_and_frame_nothing_moves():
 
 
 def test_poses_that_jump_stop_the_robot():
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(9.0, 3.0))
-    drive.run(4.0)
+    drive = hall_drive(9.0, 4.0)
     drive.senses_pose = False
     drive.controller.update_pose(drive.robot.time, None)
     last = drive.run(3.0)
@@ -53,9 +49,7 @@ def test_poses_that_jump_stop_the_robot():
 
 
 def test_the_lamps_slow_stop_and_turn_the_robot():
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(9.0, 3.0))
-    drive.run(3.0)
+    drive = hall_drive(9.0, 3.0)
     drive.controller.apply_command(LightCommand('slow', 0.15))
     drive.run(2.0)
     assert drive.run(0.5).velocity.forward == pytest.approx(0.15, abs=0.01)
@@ -73,9 +67,7 @@ def test_the_lamps_slow_stop_and_turn_the_robot():
 
 
 def test_when_time_jumps_back_the_robot_stops_without_a_goal():
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(9.0, 3.0))
-    drive.run(3.0)
+    drive = hall_drive(9.0, 3.0)
     drive.controller.handle_time_jump()
     assert drive.run(3.0).state is DriveState.IDLE
     assert drive.drives[-1].velocity is None
@@ -84,9 +76,7 @@ def test_when_time_jumps_back_the_robot_stops_without_a_goal():
 
 
 def test_after_the_goal_is_reached_no_push_makes_the_robot_drive_again():
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(3.0, 3.0))
-    drive.run(60.0)
+    drive = hall_drive(3.0, 60.0)
     drive.run(0.5, until=())
     for place in (SE2(4.0, 3.0, 2.0), None):
         drive.controller.update_pose(drive.robot.time, place)
@@ -111,9 +101,7 @@ def test_a_turn_that_nobody_could_make_is_not_made_later():
 
 
 def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(8.0, 3.0))
-    drive.run(2.0)
+    drive = hall_drive(8.0, 2.0)
     monkeypatch.setattr(drive.controller, '_allowed_speed', lambda *_: 0.0)
     assert drive.run(4.0).state is DriveState.DRIVING
     assert drive.run(4.0).state is DriveState.STUCK
@@ -122,18 +110,14 @@ def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
 
 
 def test_a_lamp_that_leaves_no_speed_holds_the_robot():
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(8.0, 3.0))
-    drive.run(2.0)
+    drive = hall_drive(8.0, 2.0)
     drive.controller.apply_command(LightCommand('slow', 0.0))
     assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
     assert is_stopped(drive.drives[-1])
 
 
 def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(8.0, 3.0))
-    drive.run(3.0)
+    drive = hall_drive(8.0, 3.0)
     begun = len(drive.drives)
     drive.controller.apply_command(LightCommand('turn', 1.0))
     drive.run(3.0)
@@ -145,9 +129,7 @@ def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
 
 @pytest.mark.parametrize('what', ['pose', 'frame'])
 def test_stamps_in_the_future_are_not_accepted_for_ever(what):
-    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
-    drive.controller.set_goal(goal_at(8.0, 3.0))
-    drive.run(2.0)
+    drive = hall_drive(8.0, 2.0)
     ahead = drive.robot.time + 30.0
     if what == 'pose':
         drive.controller.update_pose(ahead, drive.pose)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from slow_voxels import cells_as_voxels, centre_of, voxel_of, voxels_on_segment
 
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels import frame_voxels
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.voxels.frame_window import SensorView
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
@@ -171,5 +171,5 @@ def test_single_points_far_behind_free_nothing():
 
 @pytest.mark.parametrize('points', [np.zeros((3, 2)), np.zeros(3), np.zeros((2, 3, 3))])
 def test_points_of_another_shape_are_refused(points):
-    with pytest.raises(VoxelError, match='one row x, y, z per point'):
+    with pytest.raises(RewardPlannerError, match='one row x, y, z per point'):
         FrameVoxelizer(SETTINGS).count(points, seen()[1])

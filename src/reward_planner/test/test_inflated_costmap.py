@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
+from reward_planner.core.reward_planner_error import DrivingError
 
 
 def seen(rng, column, row, share):

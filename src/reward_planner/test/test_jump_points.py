@@ -1,4 +1,4 @@
-"""Tests of jump points against the definition, walked cell by cell."""
+"""Jump points and successors."""
 
 import numpy as np
 import pytest
@@ -9,6 +9,8 @@ from reward_planner.core.route.jump_points import (
     jump_along_column,
     jump_along_row,
     jump_diagonally,
+    successors,
+    successors_of_start,
 )
 
 BLOCKED = np.random.default_rng(4).random((70, 90)) < 0.15
@@ -68,3 +70,25 @@ def test_a_diagonal_gives_what_its_rows_and_columns_lead_to(turns: tuple[int, in
             ]
         count = jump_diagonally(GRID, *begin, turns, GOAL, found, 0)
         assert sorted(map(tuple, found[:count].tolist())) == sorted(expected)
+
+
+FOUND = np.empty((200, 2), np.int32)
+
+
+def test_in_the_open_a_start_leads_to_nothing_but_the_goal() -> None:
+    grid = pack_grid(np.zeros((20, 20), dtype=bool))
+    count = successors_of_start(grid, 5, 5, (9, 15), FOUND)
+    assert {tuple(place) for place in FOUND[:count].tolist()} == {(9, 15)}
+
+
+def test_past_the_end_of_a_wall_the_way_turns_behind_it() -> None:
+    blocked = np.zeros((20, 20), dtype=bool)
+    blocked[6, :10] = True
+    grid = pack_grid(blocked)
+    behind = (7, 3)
+    count = successors_of_start(grid, 5, 2, behind, FOUND)
+    assert [5, 10] in FOUND[:count].tolist()
+    count = successors(grid, 5, 10, (5, 2), behind, FOUND)
+    assert [7, 10] in FOUND[:count].tolist()
+    count = successors(grid, 7, 10, (5, 10), behind, FOUND)
+    assert list(behind) in FOUND[:count].tolist()

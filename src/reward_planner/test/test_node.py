@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Path
-from node_robot import CAMERA, ROOM, START, Robot, stamp
+from node_robot import AHEAD, CAMERA, ROOM, START, Robot, stamp
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
 from scene_simulator.room.box_room import forward_camera
 from shirube_core.geometry import SE2
@@ -21,15 +20,14 @@ from shirube_ros.quality_of_service import map_profile
 
 
 def test_the_robot_is_driven_around_a_box_to_its_goal(graph):
-    robot = Robot(graph, drive=True)
+    robot = Robot(graph, drive=True, max_linear_velocity=1.0, max_linear_acceleration=1.0)
     plans = robot.listen(Path, '/reward_planner/plan')
     waypoints = robot.listen(PoseStamped, '/reward_planner/next_waypoint')
     local_maps = robot.listen(OccupancyGrid, '/reward_planner/local_map', map_profile())
     robot.drive(0.5)
-    robot.send_goal(SE2(3.5, 0.0, 0.0))
-    goal = SE2(3.5, 0.0, 0.0)
-    robot.drive(60.0, until=lambda: robot.body.pose_at(robot.body.time).distance_to(goal) < 0.1)
-    assert robot.body.pose_at(robot.body.time).distance_to(goal) < 0.1
+    robot.send_goal(AHEAD)
+    robot.drive(60.0, until=lambda: robot.body.pose_at(robot.body.time).distance_to(AHEAD) < 0.1)
+    assert robot.body.pose_at(robot.body.time).distance_to(AHEAD) < 0.1
     assert plans[0].header.frame_id == waypoints[0].header.frame_id == 'map'
     assert plans[0].poses[-1].pose.position.x == pytest.approx(3.5)
     assert max(abs(pose.pose.position.y) for plan in plans for pose in plan.poses) > 0.6
@@ -61,9 +59,7 @@ def test_the_local_map_bears_the_time_of_its_frame(graph):
 def test_without_drive_a_plan_is_made_and_nothing_is_driven(graph):
     robot = Robot(graph)
     plans = robot.listen(Path, '/reward_planner/plan')
-    robot.drive(0.3)
-    robot.send_goal(SE2(3.5, 0.0, 0.0))
-    robot.drive(0.5)
+    robot.drive_to(AHEAD, 0.5)
     assert graph.spin_until(lambda: len(plans) > 0)
     assert robot.velocities == []
     assert robot.robot.count_publishers('/cmd_vel') == 0
@@ -71,9 +67,7 @@ def test_without_drive_a_plan_is_made_and_nothing_is_driven(graph):
 
 def test_lamps_are_obeyed(graph):
     robot = Robot(graph, drive=True)
-    robot.drive(0.3)
-    robot.send_goal(SE2(3.5, 0.0, 0.0))
-    robot.drive(1.5)
+    robot.drive_to(AHEAD, 1.5)
     fields = {'beacon': 3, 'counter': 7, 'op': 'stop', 'value': 0.0}
     robot.send('command', String(data=json.dumps(fields)))
     robot.drive(2.0)
@@ -123,10 +117,7 @@ def test_the_map_is_saved_resumed_and_cleared(graph, tmp_path):
     np.testing.assert_array_equal(load_occupancy_map(tmp_path / 'new.yaml', 0.1).occupancy, cells)
     assert robot.call('clear_map').success
     answer = robot.call('save_map')
-    assert (answer.success, answer.message) == (
-        False,
-        'the map is empty; wait for the first frame',
-    )
+    assert (answer.success, answer.message) == (False, 'the map is empty; wait for the first frame')
     late = robot.listen(OccupancyGrid, '/reward_planner/map', map_profile())
     assert graph.spin_until(lambda: len(late) > 0)
     assert set(late[-1].data) == {-1}
@@ -140,8 +131,10 @@ def test_each_goal_gets_its_plan_and_a_latecomer_the_newest(graph):
     for goal in goals:
         robot.send_goal(goal)
         robot.drive(0.2)
-    ends = {round(plan.poses[-1].pose.position.y, 3) for plan in plans if plan.poses}
-    assert ends == {round(goal.y, 3) for goal in goals}
+    expected = {round(goal.y, 3) for goal in goals}
+    assert graph.spin_until(
+        lambda: {round(plan.poses[-1].pose.position.y, 3) for plan in plans if plan.poses} == expected
+    )
     late = robot.listen(Path, '/reward_planner/plan', map_profile())
     assert graph.spin_until(lambda: len(late) > 0)
     assert late[-1].poses[-1].pose.position.y == pytest.approx(goals[-1].y)
@@ -149,9 +142,7 @@ def test_each_goal_gets_its_plan_and_a_latecomer_the_newest(graph):
 
 def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     robot = Robot(graph, drive=True)
-    robot.drive(0.3)
-    robot.send_goal(SE2(3.5, 0.0, 0.0))
-    robot.drive(1.0)
+    robot.drive_to(AHEAD)
     assert robot.speed > 0.0
 
     def fail(_):
@@ -162,22 +153,12 @@ def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     assert graph.spin_until(lambda: robot.speed == 0.0)
 
 
-def test_the_robot_stops_when_the_node_ends(graph):
-    robot = Robot(graph, drive=True)
-    robot.drive(0.3)
-    robot.send_goal(SE2(3.5, 0.0, 0.0))
-    robot.drive(1.0)
-    assert robot.speed > 0.0
-    robot.node.stop()
-    assert graph.spin_until(lambda: robot.speed == 0.0)
-
-
 def test_the_robot_stops_while_simulated_time_is_paused(graph):
     robot = Robot(graph, drive=True)
-    robot.drive(0.3)
-    robot.send_goal(SE2(3.5, 0.0, 0.0))
-    robot.drive(1.0)
+    robot.drive_to(AHEAD)
     assert robot.speed > 0.0
     assert graph.spin_until(lambda: robot.speed == 0.0, timeout=3.0)
     robot.drive(1.0)
     assert robot.speed > 0.0
+    robot.node.stop()  # as when the node ends
+    assert graph.spin_until(lambda: robot.speed == 0.0)

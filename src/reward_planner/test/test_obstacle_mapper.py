@@ -1,4 +1,4 @@
-"""A drive through a room: the map shows its walls and boxes where they are, in bounded memory."""
+"""Maps from points, and the projection of voxels: obstacles at the robot's heights, free cells along rays."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from scipy.ndimage import minimum_filter
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, UNKNOWN
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper, project_voxels
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.voxels.frame_window import SensorView
+from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
@@ -86,18 +87,6 @@ def test_the_same_ground_again_takes_no_memory():
     assert sizes[0] == sizes[1] == sizes[2]
 
 
-def test_the_walls_of_a_known_room_stay_when_only_others_are_seen():
-    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    wall = SE2(-2.0, 0.0, math.pi)
-    for k in range(5):
-        mapper.add(0.1 * k, points_at(wall), wall, CAMERA.fx)
-    away = SE2(-2.0, 0.0, 0.0)
-    for k in range(5, 10):
-        mapper.add(0.1 * k, points_at(away), away, CAMERA.fx)
-    frame, cells = mapper.map.occupancy()
-    assert cells[tuple(frame.cell_of((-3.05, 0.0)))] == OCCUPIED
-
-
 BEFORE_THE_WALL = SE2(-1.9, 0.0, math.pi)
 WALL = (-3.05, 0.0)
 
@@ -164,7 +153,7 @@ def test_an_obstacle_whose_voxels_were_given_up_stays():
 
 def test_a_pose_that_is_not_finite_is_refused_and_maps_nothing():
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    with pytest.raises(VoxelError, match='not a rigid transform'):
+    with pytest.raises(RewardPlannerError, match='not a rigid transform'):
         mapper.add(0.0, points_at(SE2(0.0, 0.0, 0.0)), SE2(math.nan, 0.0, 0.0), CAMERA.fx)
     assert mapper.map.frame() is None
 
@@ -175,3 +164,103 @@ def test_a_cleared_mapper_knows_nothing():
     mapper.clear()
     assert mapper.map.frame() is None
     assert len(mapper.voxels.tiles) == 0
+
+
+WIDE_CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
+HALL = (-3.0, -3.5, 0.0, 4.0, 3.5, 2.5)
+BOX = (1.53, 0.23, 0.0, 2.02, 0.87, 0.6)
+OVERHANG = (1.5, -0.8, 0.85, 2.2, -0.2, 1.0)
+
+
+def project(boxes, settings=SETTINGS, yaw=0.0, frames=5):
+    T = forward_camera(0.0, 0.0, 0.5, yaw)
+    room, view = BoxRoom(HALL, boxes), SensorView(T, WIDE_CAMERA.fx)
+    points = points_from_depth(room.depth_image(WIDE_CAMERA, T), WIDE_CAMERA)
+    voxels = VoxelMap(settings)
+    for k in range(frames):
+        voxels.add(0.1 * k, points, view)
+    local = project_voxels(voxels, view, GlobalMap(settings.resolution, 1_000_000))
+    frame = local.frame
+    corner = (frame.origin_x, frame.origin_y)
+    solid = room.solid_cells(
+        corner, frame.resolution, frame.shape, (settings.height_min, settings.height_max)
+    )
+    return local, solid
+
+
+def occupancy_at(local, x, y):
+    row, column = local.frame.cell_of((x, y))
+    return local.occupancy[row, column]
+
+
+@pytest.mark.parametrize('rule', ['count', 'range_normalised', 'log_odds'])
+def test_only_solid_cells_are_occupied(rule):
+    settings = VoxelSettings(rule=rule, resolution=0.1, range_max=3.0)
+    local, solid = project((BOX, OVERHANG), settings)
+    assert solid[local.occupancy == OCCUPIED].all()
+    assert (local.occupancy == OCCUPIED).sum() >= 5
+    np.testing.assert_array_equal(local.observed, local.occupancy != UNKNOWN)
+
+
+def test_the_face_of_a_box_is_occupied_and_the_floor_before_it_free():
+    local, solid = project((BOX,))
+    for y in (0.35, 0.45, 0.55, 0.65):
+        assert occupancy_at(local, 1.55, y) == OCCUPIED
+        assert occupancy_at(local, 1.25, y) == FREE
+    # Rays go to the centres of voxels: they may cut the edge of a solid, never its inside.
+    inside = minimum_filter(solid, 3)
+    assert inside.sum() > 100
+    assert not inside[local.occupancy == FREE].any()
+
+
+def test_rows_go_along_y_and_columns_along_x():
+    local, _ = project((BOX,))
+    rows, columns = np.nonzero(local.occupancy == OCCUPIED)
+    centres = local.frame.centre_of(np.column_stack([rows, columns]))
+    assert centres[:, 0].min() == pytest.approx(1.55)
+    assert (centres[:, 1] > 0.2).all()
+
+
+def test_an_overhang_counts_only_if_the_robot_could_hit_it():
+    tall, _ = project((OVERHANG,))
+    low_robot = VoxelSettings(resolution=0.1, range_max=3.0, height_max=0.8)
+    low, _ = project((OVERHANG,), low_robot)
+    assert occupancy_at(tall, 1.55, -0.5) == OCCUPIED
+    assert occupancy_at(low, 1.55, -0.5) == FREE
+
+
+def test_cells_behind_a_high_box_stay_unknown():
+    local, _ = project(((1.53, -0.5, 0.0, 1.9, 0.5, 1.3),))
+    assert occupancy_at(local, 2.5, 0.0) == UNKNOWN
+    assert not local.observed[tuple(local.frame.cell_of((2.5, 0.0)))]
+
+
+def test_one_hit_is_no_obstacle_yet():
+    local, _ = project((BOX,), frames=1)
+    assert occupancy_at(local, 1.55, 0.5) == UNKNOWN
+    assert not local.observed[tuple(local.frame.cell_of((1.55, 0.5)))]
+    local, _ = project((BOX,), frames=2)
+    assert occupancy_at(local, 1.55, 0.5) == OCCUPIED
+
+
+def test_the_map_turns_with_the_view():
+    ahead, _ = project((BOX,))
+    aside, _ = project((BOX,), yaw=np.pi)
+    assert occupancy_at(ahead, 1.55, 0.5) == OCCUPIED
+    assert not aside.observed[tuple(aside.frame.cell_of((1.55, 0.5)))]
+    assert occupancy_at(aside, -2.0, 0.0) == FREE
+
+
+@pytest.mark.parametrize(
+    'rule',
+    [
+        {'log_odds_occupied': 3.3, 'log_odds_max': 3.3},
+        {'log_odds_pass': 1.4, 'log_odds_min': -0.7},
+        {'log_odds_hit': 0.06, 'log_odds_pass': 5.0, 'log_odds_min': -2.5},
+    ],
+)
+def test_at_the_limits_of_the_rule_there_are_still_obstacles_and_free_cells(rule):
+    settings = VoxelSettings(resolution=0.1, range_max=3.0, **rule)
+    local, _ = project((BOX,), settings, frames=20)
+    assert occupancy_at(local, 1.55, 0.5) == OCCUPIED
+    assert occupancy_at(local, 1.25, 0.5) == FREE

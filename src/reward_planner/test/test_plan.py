@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from reward_planner.commands.plan import main
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import OccupancyMap
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 
 FRAME = GridFrame(-1.0, -2.0, 0.1, 60, 40)
@@ -65,15 +64,6 @@ def test_the_rewards_of_every_step_are_reported(room: Path, tmp_path: Path) -> N
     assert set(rows['detour']) == {0.0, -100.0}
     sums = sum(rows[name] for name in ('advance', 'collision', 'outside', 'visited', 'detour'))
     np.testing.assert_allclose(rows['total'], sums, atol=3e-3)
-
-
-def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
-    assert plan(room, '0 0', '1 1', '--png', str(tmp_path / 'a.png')) == 0
-    picture = cv2.imread(str(tmp_path / 'a.png'))
-    scale = picture.shape[1] // 60
-    wall = (picture[:, 30 * scale + scale // 2] == 0).all(axis=1)
-    assert not wall[: 10 * scale].any()
-    assert wall[10 * scale :].all()
 
 
 @pytest.mark.parametrize(

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from reward_planner.core.driving.drive_command import DriveCommand, DriveState
+from reward_planner.core.driving.drive_controller import DriveCommand, DriveState
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
-from reward_planner.planner_report import PlannerReport
+from reward_planner.interface.planner_report import PlannerReport
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.diagnostics import Level
 from shirube_ros.stamps import StampSynchronizer
 
 
-def a_report(navigator=None, now=lambda: 5.0):
-    return PlannerReport(navigator or a_navigator(), now, 1.0)
+def a_report(navigator=None, now=lambda: 5.0, groups=None):
+    return PlannerReport(navigator or a_navigator(), now, 1.0, groups)
 
 
 def a_navigator():
@@ -49,8 +49,7 @@ def test_frames_points_and_what_was_dropped_are_counted():
 
 def test_images_without_partners_are_counted():
     groups = StampSynchronizer(('left', 'right'), 0.0)
-    report = a_report()
-    report.watch_groups(groups)
+    report = a_report(groups=groups)
     groups.put('left', 1.0, None)
     for side in ('left', 'right'):
         groups.put(side, 2.0, None)
@@ -78,8 +77,7 @@ def test_frames_that_are_late_are_a_warning_whatever_the_robot_does():
 def test_the_camera_whose_images_lack_is_named():
     time = [100.0]
     groups = StampSynchronizer(('left', 'right', 'top'), 0.0)
-    report = a_report(now=lambda: time[0])
-    report.watch_groups(groups)
+    report = a_report(now=lambda: time[0], groups=groups)
     report.status()
     time[0] = 105.0
     for side in ('left', 'right'):

@@ -1,4 +1,4 @@
-"""A route is kept unless it is blocked or clearly longer than a new one."""
+"""A route is kept unless it is blocked or clearly longer; a robot too near to an obstacle escapes."""
 
 from __future__ import annotations
 
@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.replanner import Replanner, path_length
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
-from reward_planner.core.route.route import NoRouteReason
+from reward_planner.core.driving.replanner import Replanner, escape_path, path_length
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame, clearance
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.route.route import NoRoute
 from shirube_core.geometry import SE2
 
 FRAME = GridFrame(-1.0, -4.0, 0.1, 100, 80)
@@ -85,7 +82,7 @@ def test_why_there_is_no_route_is_reported_and_a_new_path_is_taken():
     floor.paint((-1.0, -4.0, 9.0, -3.5), OCCUPIED)
     floor.paint((-1.0, -4.0, -0.5, 4.0), OCCUPIED)
     floor.replanner.update(0.0, HERE)
-    assert floor.replanner.no_route_reason is NoRouteReason.UNREACHABLE
+    assert floor.replanner.no_route_reason is NoRoute.UNREACHABLE
     floor.paint((4.0, -1.0, 4.5, 1.0), FREE)
     floor.replanner.update(2.0, HERE)
     assert floor.replanner.no_route_reason is None
@@ -97,7 +94,7 @@ def test_a_start_in_a_passage_that_is_too_narrow_is_reported():
     floor.paint((-1.0, 0.25, 3.0, 0.5), OCCUPIED)
     floor.paint((-1.0, -0.5, 3.0, -0.25), OCCUPIED)
     floor.replanner.update(0.0, HERE)
-    assert floor.replanner.no_route_reason is NoRouteReason.START_BLOCKED
+    assert floor.replanner.no_route_reason is NoRoute.START_BLOCKED
 
 
 def test_the_route_shrinks_as_the_robot_drives_and_a_robot_off_it_gets_another():
@@ -118,3 +115,38 @@ def test_the_reward_rule_decides_a_stretch_at_a_time():
         x += 0.1
         floor.replanner.update(x, SE2(x, 0.0, 0.0))
     assert floor.replanner.points_map[-1].tolist() == list(GOAL)
+
+
+def test_each_step_gains_clearance_and_the_last_is_free():
+    rng = np.random.default_rng(3)
+    found = 0
+    for _ in range(50):
+        occupied = rng.random((40, 40)) < 0.004
+        room = clearance(occupied, 0.1)
+        blocked = room <= 0.45
+        inside = np.argwhere(blocked & (room > 0.0))
+        start = tuple(int(n) for n in inside[rng.integers(len(inside))])
+        out = escape_path(room, blocked, start)
+        if out is None:
+            continue
+        found += 1
+        along = room[out[:, 0], out[:, 1]]
+        assert (np.diff(along) > 0.0).all()
+        assert blocked[tuple(out[:-1].T)].all()
+        assert not blocked[tuple(out[-1])]
+        assert (np.abs(np.diff(out, axis=0)).max(axis=1) == 1).all()
+    assert found > 25
+
+
+def test_a_free_start_is_its_own_escape_path():
+    room = np.full((5, 5), 1.0, dtype=np.float32)
+    out = escape_path(room, np.zeros((5, 5), dtype=bool), (2, 3))
+    assert out is not None
+    assert out.tolist() == [[2, 3]]
+
+
+def test_a_passage_that_is_too_narrow_has_none():
+    occupied = np.zeros((20, 9), dtype=bool)
+    occupied[:, [0, 8]] = True
+    room = clearance(occupied, 0.1)
+    assert escape_path(room, room <= 0.6, (10, 2)) is None

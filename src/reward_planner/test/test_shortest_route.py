@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route
+from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.room.grid_maps import GRID_MAPS
 from scene_simulator.room.grid_world import distances_from, is_traversable
@@ -20,7 +20,7 @@ def assert_routes_are_shortest(blocked, start, goals) -> None:
     for goal in goals:
         route = shortest_route(blocked, start, goal)
         if np.isinf(truth[goal]):
-            assert route == NoRoute(NoRouteReason.UNREACHABLE)
+            assert route == NoRoute.UNREACHABLE
             continue
         assert isinstance(route, Route)
         assert route.length == pytest.approx(truth[goal], abs=1e-9)
@@ -79,24 +79,24 @@ def test_no_corner_is_cut() -> None:
 
 def test_two_walls_that_touch_at_a_corner_let_nobody_through() -> None:
     blocked = np.array([[0, 1], [1, 0]], dtype=bool)
-    assert shortest_route(blocked, (0, 0), (1, 1)) == NoRoute(NoRouteReason.UNREACHABLE)
+    assert shortest_route(blocked, (0, 0), (1, 1)) == NoRoute.UNREACHABLE
 
 
 @pytest.mark.parametrize(
     ('start', 'goal', 'reason'),
     [
-        ((0, 0), (0, 3), NoRouteReason.GOAL_OUTSIDE),
-        ((0, 0), (-1, 0), NoRouteReason.GOAL_OUTSIDE),
-        ((3, 0), (0, 0), NoRouteReason.START_OUTSIDE),
-        ((1, 1), (0, 0), NoRouteReason.START_BLOCKED),
-        ((0, 0), (1, 1), NoRouteReason.GOAL_BLOCKED),
-        ((1, 1), (1, 1), NoRouteReason.GOAL_BLOCKED),
+        ((0, 0), (0, 3), NoRoute.GOAL_OUTSIDE),
+        ((0, 0), (-1, 0), NoRoute.GOAL_OUTSIDE),
+        ((3, 0), (0, 0), NoRoute.START_OUTSIDE),
+        ((1, 1), (0, 0), NoRoute.START_BLOCKED),
+        ((0, 0), (1, 1), NoRoute.GOAL_BLOCKED),
+        ((1, 1), (1, 1), NoRoute.GOAL_BLOCKED),
     ],
 )
-def test_ends_that_cannot_be_are_reported(start, goal, reason: NoRouteReason) -> None:
+def test_ends_that_cannot_be_are_reported(start, goal, reason: NoRoute) -> None:
     blocked = np.zeros((3, 3), dtype=bool)
     blocked[1, 1] = True
-    assert shortest_route(blocked, start, goal) == NoRoute(reason)
+    assert shortest_route(blocked, start, goal) == reason
 
 
 def test_a_route_turned_around_is_as_long() -> None:

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.reward.reward_settings import RewardSettings
-from reward_planner.core.reward.reward_table import RewardTable
+from reward_planner.core.planner_settings import RewardSettings, RewardTable
 from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.reward.step_reward import StepReward
 

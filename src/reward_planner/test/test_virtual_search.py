@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.reward.reward_table import RewardTable
-from reward_planner.core.reward.step_reward import STEPS
+from reward_planner.core.planner_settings import RewardTable
+from reward_planner.core.reward.step_reward import STEPS, RewardRule
 from reward_planner.core.reward.virtual_search import best_steps, virtual_path_length
-from reward_planner.core.route.octile import STRAIGHT
+from reward_planner.core.route.route import STRAIGHT
 
-NUMBERS = RewardTable().reward_values()
+RULE = RewardRule((4, 7), RewardTable().reward_values(), is_counted=True)
 
 
 def test_the_best_two_steps_are_those_with_the_highest_sums_that_can_be_taken() -> None:
@@ -26,7 +26,7 @@ def test_a_virtual_path_has_its_length_and_leaves_no_visits_behind() -> None:
     free, visits = np.zeros((9, 9), dtype=bool), np.zeros((9, 9), dtype=np.int32)
     right, up_right = (int(np.flatnonzero((step == STEPS).all(axis=1))[0]) for step in ((0, 1), (1, 1)))
     for step, expected in ((right, 5.0), (up_right, 3.0 + 2.0 * math.sqrt(2.0))):
-        length = virtual_path_length(free, visits, (4, 2, True), (4, 7), NUMBERS, True, step, 100)
+        length = virtual_path_length(RULE, free, visits, (4, 2, True), step, 100)
         assert length / STRAIGHT == pytest.approx(expected)
     assert not visits.any()
 
@@ -35,5 +35,5 @@ def test_a_virtual_path_that_does_not_arrive_has_no_length() -> None:
     split = np.zeros((9, 9), dtype=bool)
     split[:, 5] = True
     visits = np.zeros((9, 9), dtype=np.int32)
-    assert virtual_path_length(split, visits, (4, 2, True), (4, 7), NUMBERS, True, 0, 200) == -1
+    assert virtual_path_length(RULE, split, visits, (4, 2, True), 0, 200) == -1
     assert not visits.any()

@@ -1,13 +1,14 @@
 """Compiles the kernels, drives, and prints kernels that were compiled only while driving; for a fresh process.
 
 A frame of a room, a goal, an obstacle in the way that appears and disappears: the robot maps, plans, replans and
-drives. Then three pictures become depth. The argument names the mode of the planner.
+drives. Then three pictures become depth. Each mode of the planner has a process of its own, forked after the imports.
 """
 
 from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from multiprocessing import get_context
 
 import numpy as np
 from l_rig import BASELINE, CAMERA, picture, projection
@@ -17,7 +18,7 @@ from test_navigator import MOUNT, ROOMS, SETTINGS, RoomDrive
 from reward_planner.core.compile_kernels import compile_kernels
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.depth.trinocular_rig import TrinocularRig
+from reward_planner.core.depth.trinocular_depth import TrinocularRig
 from reward_planner.core.planner_settings import PlannerSettings
 from scene_simulator.room.box_room import BoxRoom
 from shirube_core.geometry import SE2
@@ -52,15 +53,20 @@ def see():
     points_from_depth_image(depth, CAMERA)
 
 
-def main(mode):
+def check(mode):
     """Print the kernels that gained a signature."""
     settings = replace(SETTINGS, planner=PlannerSettings(mode))
     compile_kernels(MOUNT, settings)
     before = signatures()
     drive(settings)
     see()
-    gained = (name for name, count in signatures().items() if count > before.get(name, 0))
-    sys.stdout.write('\n'.join(gained))
+    for name, count in signatures().items():
+        if count > before.get(name, 0):
+            print(f'{mode}:{name}', flush=True)  # noqa: T201
 
 
-main(sys.argv[1])
+processes = [get_context('fork').Process(target=check, args=(mode,)) for mode in ('optimal', 'reward')]
+for process in processes:
+    process.start()
+    process.join()
+sys.exit(max(process.exitcode for process in processes))

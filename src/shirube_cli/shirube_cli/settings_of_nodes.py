@@ -9,8 +9,7 @@ from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
 from stereo_landmark.core.primitives.primitive import ImageProcessing

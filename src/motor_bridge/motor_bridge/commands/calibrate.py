@@ -1,25 +1,29 @@
-"""``calibrate``: wheel radius and separation from measured runs."""
+"""``calibrate``: wheel radius and separation from measured runs, written to the robot's parameter file."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 
 from motor_bridge.core.calibration import MeasuredRun, WheelCalibration, calibrate_wheels
-from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
+from motor_bridge.core.controller_link import ControllerLink, ControllerSetup, LinkError
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_monitor import count_difference
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.serial_protocol import LinkError
-from motor_bridge.files.wheels_file import read_drive_settings, write_values
+from motor_bridge.link.serial_port import SerialPort
 from motor_bridge.node_settings import NodeSettings
-from motor_bridge.serial_port import SerialPort
+from shirube_core.files import YamlFileError, read_yaml, write_text
+from shirube_core.settings import SettingsError, settings_from_values
 
 _HANDSHAKE_ATTEMPTS = 20  # an Arduino boots for up to 2 s
 _DEFAULTS = NodeSettings()
+_NODE = 'motor_bridge'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,11 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCalibration:
-    """Calibrate from runs that are given as options or measured now.
-
-    Args:
-        options: options of the command.
-        ask: prompts the operator and returns the answer.
+    """Calibrate from runs that are given as options or measured now; ``ask`` prompts the operator.
 
     Raises:
         MotorBridgeError: invalid measurements, an invalid file, or a port without a controller.
@@ -60,20 +60,14 @@ def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCa
             raise MotorBridgeError('--port measures new runs; omit --straight and --turn, or --port')
         return calibrate_wheels(*_measure_runs(options, ask), settings.ticks_per_revolution)
     kinematics = DiffDriveKinematics(settings)
-    straights = [
-        MeasuredRun(odometry / kinematics.metres_per_tick, odometry / kinematics.metres_per_tick, measured)
-        for odometry, measured in options.straight
-    ]
-    turns = [
-        _turn_run(kinematics, math.radians(odometry), math.radians(measured))
-        for odometry, measured in options.turn
-    ]
+    straights, turns = [], []
+    for odometry, measured in options.straight:
+        ticks = odometry / kinematics.metres_per_tick
+        straights.append(MeasuredRun(ticks, ticks, measured))
+    for odometry, measured in options.turn:
+        ticks = 0.5 * math.radians(odometry) * kinematics.separation / kinematics.metres_per_tick
+        turns.append(MeasuredRun(-ticks, ticks, math.radians(measured)))
     return calibrate_wheels(straights, turns, settings.ticks_per_revolution)
-
-
-def _turn_run(kinematics: DiffDriveKinematics, odometry: float, measured: float) -> MeasuredRun:
-    ticks = 0.5 * odometry * kinematics.separation / kinematics.metres_per_tick
-    return MeasuredRun(-ticks, ticks, measured)
 
 
 def _measure_runs(
@@ -83,18 +77,13 @@ def _measure_runs(
     with SerialPort(options.port, options.baud, _DEFAULTS.reply_timeout) as line:
         link = ControllerLink(line, ControllerSetup(options.baud, _DEFAULTS.gains))
         _handshake(link)
-        straights = [
-            _measure_push(
-                link, ask, 'Push the robot straight ahead, 2 m or more, without slip.', 'How far [m]? '
+        straights, turns = (
+            [_measure_push(link, ask, instruction, question) for _ in range(options.runs)]
+            for instruction, question in (
+                ('Push the robot straight ahead, 2 m or more, without slip.', 'How far [m]? '),
+                ('Turn it on the spot counterclockwise, 5 times or more.', 'How far [degrees]? '),
             )
-            for _ in range(options.runs)
-        ]
-        turns = [
-            _measure_push(
-                link, ask, 'Turn it on the spot counterclockwise, 5 times or more.', 'How far [degrees]? '
-            )
-            for _ in range(options.runs)
-        ]
+        )
     return straights, [MeasuredRun(run.left, run.right, math.radians(run.measured)) for run in turns]
 
 
@@ -161,6 +150,52 @@ def make_parser() -> argparse.ArgumentParser:
     add('--runs', type=int, default=2, help='number of straights and of turns to push (default: %(default)s)')
     add('--out', type=Path, metavar='FILE', help='output file (default: the parameter file)')
     return parser
+
+
+def read_drive_settings(path: Path) -> DriveSettings:
+    """Read the drive settings from a parameter file.
+
+    Raises:
+        MotorBridgeError: it is missing or corrupted, or has invalid values.
+    """
+    try:
+        node = read_yaml(path).get(_NODE)
+        parameters = node.get('ros__parameters') if isinstance(node, dict) else None
+        if not isinstance(parameters, dict):
+            raise MotorBridgeError(
+                f'{path}: has no {_NODE}: ros__parameters:; start from config/motor_bridge.yaml'
+            )
+        names = {field.name for field in fields(DriveSettings)}
+        return settings_from_values(DriveSettings, {k: v for k, v in parameters.items() if k in names})
+    except YamlFileError as fault:
+        raise MotorBridgeError(f'{fault}; start from config/motor_bridge.yaml') from fault
+    except SettingsError as fault:
+        raise MotorBridgeError(f'{path}: {fault}') from fault
+
+
+def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
+    """Write a parameter file with some changed values, atomically; comments and everything else stay.
+
+    Raises:
+        OSError: the file cannot be written.
+        MotorBridgeError: the file does not have one parameter per line.
+    """
+    text = source.read_text(encoding='utf-8')
+    section = re.search(rf'(?m)^{_NODE}:.*(?:\n[ \t#].*|\n)*', text)
+    if section is None:
+        raise MotorBridgeError(f'{source}: has no {_NODE}:; start from config/motor_bridge.yaml')
+    own = section[0]
+    for name, value in values.items():
+        own, count = re.subn(rf'(?m)^(\s+{name}:)[^#\n]*?(\s*#.*)?$', rf'\g<1> {value:.6g}\g<2>', own)
+        if count == 0:
+            own, count = re.subn(
+                r'(?m)^(\s+)ros__parameters:[ \t]*$', rf'\g<0>\n\g<1>  {name}: {value:.6g}', own, count=1
+            )
+        if count == 0:
+            raise MotorBridgeError(
+                f'{source}: {name} needs its own line; write one parameter per line, as config/motor_bridge.yaml does'
+            )
+    write_text(path, text[: section.start()] + own + text[section.end() :])
 
 
 if __name__ == '__main__':

@@ -20,8 +20,7 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.line_faults import FAULTS, LineFaults, parse_fault_request
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
-from motor_bridge.emulator.real_time_stepper import RealTimeStepper
+from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from shirube_core.settings import SettingsError, describe_settings, settings_from_values
 
 _POLL_PERIOD = 0.1  # [s]
@@ -50,12 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def emulate(options: argparse.Namespace, stop_event: Event, commands: TextIO) -> None:
-    """Serve a controller until the stop event; inject faults from lines of text.
-
-    Args:
-        options: options of the command.
-        stop_event: ends the emulation.
-        commands: lines such as ``silence 1.5``.
+    """Serve a controller until the stop event; inject faults from lines of text such as ``silence 1.5``.
 
     Raises:
         SettingsError: an invalid option.

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.diff_drive_kinematics import TICKS_MAX, DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.core.tick_accumulator import TickAccumulator, clamp_ticks
-from motor_bridge.core.velocity import Velocity
 from motor_bridge.core.velocity_limiter import VelocityLimiter
 
 _STOPPED = Velocity()
@@ -21,19 +19,10 @@ class BaseDrive:
     """
 
     def __init__(self, kinematics: DiffDriveKinematics, settings: DriveSettings, period: float) -> None:
-        """Start at rest.
-
-        Args:
-            kinematics: kinematics of the wheels.
-            settings: velocity limits and timeout.
-            period: period of the calls of `next_ticks` [s].
-        """
+        """Start at rest; ``period`` is that of the calls of `next_ticks` [s]."""
         self._kinematics, self._timeout = kinematics, settings.cmd_vel_timeout
         self._limiter = VelocityLimiter(settings)
-        self._accumulators = (
-            TickAccumulator(kinematics.frame, period),
-            TickAccumulator(kinematics.frame, period),
-        )
+        self._accumulators = [TickAccumulator(kinematics.frame, period) for _ in range(2)]
         self.is_stopped = False
         self._target, self._target_time = _STOPPED, -math.inf
         self._last_time: float | None = None
@@ -76,3 +65,40 @@ class BaseDrive:
         ticks = clamp_ticks(*self._kinematics.to_wheel_ticks(self._limiter.step_toward(target, elapsed)))
         left, right = (r.round(t, elapsed) for r, t in zip(self._accumulators, ticks, strict=True))
         return left, right
+
+
+def clamp_ticks(left: float, right: float) -> tuple[float, float]:
+    """Scale both speeds by one factor so that they fit into 16 bits: the curvature is kept."""
+    factor = min(1.0, TICKS_MAX / max(abs(left), abs(right), 1.0))
+    return factor * left, factor * right
+
+
+class TickAccumulator:
+    """Rounds a speed up or down so that the mean is exact.
+
+    The accumulated error is the target distance minus the commanded distance [ticks]. Of the two neighbouring integers
+    the one is chosen that gives the smaller error after one period, so that late calls are compensated later.
+    """
+
+    def __init__(self, frame: float, period: float) -> None:
+        """Start with no error, for a frame of the firmware [s] and an expected time between two calls [s]."""
+        self._frame, self._frames = frame, period / frame
+        self.clear()
+
+    def clear(self) -> None:
+        """Reset the error, with the wheel at rest."""
+        self._error = self._target = 0.0
+        self._commanded = 0
+
+    def round(self, target: float, elapsed: float) -> int:
+        """Return the speed to command now, for a target [ticks per frame] and the time since the last call [s]."""
+        self._error += (self._target - self._commanded) * elapsed / self._frame
+        if target == 0.0 or target * self._target < 0.0:
+            self._error = 0.0  # a stopped wheel must not turn, and the error is not carried over a reversal
+        below = math.floor(target)
+        choices = (below, below + 1) if target != below else (below,)
+        self._commanded = min(
+            choices, key=lambda commanded: abs(self._error + (target - commanded) * self._frames)
+        )
+        self._target = target
+        return self._commanded

@@ -54,11 +54,6 @@ def calibrate_wheels(
 
     A straight of s metres and n ticks has s = 2π·r·n / N, a turn of a radians has a·b = 2π·r·(n_r - n_l) / N.
 
-    Args:
-        straights: straight runs, at least one.
-        turns: turns in place, at least one.
-        ticks_per_revolution: encoder counts per revolution of a wheel, N.
-
     Raises:
         MotorBridgeError: no runs, contradictory runs, or implausible wheels.
     """

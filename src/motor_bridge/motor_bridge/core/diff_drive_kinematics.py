@@ -1,15 +1,33 @@
-"""Differential drive kinematics in the units of the motor controller."""
+"""Velocity of a differential drive base, and its kinematics in the units of the motor controller."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.velocity import Velocity
 
 TICKS_MAX = 32767
 """Maximum speed [ticks per frame]: the firmware reads arguments into 16 bits."""
+_VELOCITY_MAX = 1e6  # far above all limits, with finite squares [m/s, rad/s]
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """Velocity of the base: linear along x [m/s] and angular, counterclockwise [rad/s], in the base frame."""
+
+    forward: float = 0.0
+    turn_rate: float = 0.0
+
+
+def check_velocity(forward: float, turn_rate: float) -> Velocity:
+    """Return a commanded velocity; raise a MotorBridgeError if a component is not finite or absurdly large."""
+    if not (math.isfinite(forward) and math.isfinite(turn_rate)):
+        raise MotorBridgeError('cmd_vel has a velocity that is not finite; check its publisher')
+    if max(abs(forward), abs(turn_rate)) > _VELOCITY_MAX:
+        raise MotorBridgeError('cmd_vel has a velocity that is implausibly high; check its publisher')
+    return Velocity(forward, turn_rate)
 
 
 class DiffDriveKinematics:

@@ -9,14 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
+from motor_bridge.core.controller_link import WheelCounts
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.core.encoder_monitor import CountStatus, EncoderMonitor, count_difference
-from motor_bridge.core.serial_protocol import WheelCounts
-from motor_bridge.core.velocity import Velocity
-from motor_bridge.core.wheel_motion_bounds import (
+from motor_bridge.core.encoder_monitor import (
     COUNT_NOISE,
+    CountStatus,
+    EncoderMonitor,
     WheelMotionBounds,
+    count_difference,
     is_within_bounds,
     max_abs_turns,
 )
@@ -87,12 +88,7 @@ class EncoderOdometry:
         self._odometry.reset()
 
     def update(self, counts: WheelCounts, now: float) -> CountStatus:
-        """Check counts and update the odometry if they are accepted.
-
-        Args:
-            counts: counts as read.
-            now: time of the read [s].
-        """
+        """Check counts that were read at a time [s], and update the odometry if they are accepted."""
         before = self._monitor.last_accepted
         status = self._monitor.check(counts, now)
         self.status_counts[status] += 1
@@ -103,14 +99,10 @@ class EncoderOdometry:
         return status
 
     def resume(self, counts: WheelCounts, now: float) -> CountStatus:
-        """Continue after a gap without counts.
+        """Continue after a gap with the first counts, read at a time [s].
 
         Counts that the wheels can have reached update the pose. If the controller may have been reset, or if the counts
         are inconsistent, the pose stays and the covariance grows by the possible motion: the pose never jumps.
-
-        Args:
-            counts: first counts after the gap.
-            now: time of the read [s].
         """
         if self._monitor.last_accepted is None:
             return self.update(counts, now)
@@ -132,24 +124,21 @@ class EncoderOdometry:
 
     def handle_time_jump(self) -> None:
         """Restart with the next counts after a jump of the clock, as the elapsed time is unknown."""
-        good = self._monitor.last_accepted
-        if good is not None:
+        if self._monitor.last_accepted is not None:
             self._monitor = EncoderMonitor(self.motion_bounds)
-            left, right = max_abs_turns(self.motion_bounds.link_lost_bounds(math.inf))
-            self._odometry.add_uncounted_motion(
-                *(self._kinematics.metres_per_tick * t for t in (left, right))
-            )
+            self._add_possible_motion(math.inf)
 
     def _restart(self, counts: WheelCounts, now: float) -> None:
         good = self._monitor.last_accepted
         elapsed = now - good[1] if good is not None else 0.0
-        distances = (
-            self._kinematics.metres_per_tick * turn
-            for turn in max_abs_turns(self.motion_bounds.link_lost_bounds(elapsed))
-        )
-        self._odometry.add_uncounted_motion(*distances)
+        self._add_possible_motion(elapsed)
         self._monitor.start(counts, now)
         self._set_stationary(elapsed)
+
+    def _add_possible_motion(self, elapsed: float) -> None:
+        """Inflate the covariance by what the wheels may have turned without counts in some time [s]."""
+        turns = max_abs_turns(self.motion_bounds.link_lost_bounds(elapsed))
+        self._odometry.add_uncounted_motion(*(self._kinematics.metres_per_tick * turn for turn in turns))
 
     def _set_stationary(self, elapsed: float) -> None:
         """Set the speeds to zero, as they are unknown."""
@@ -163,10 +152,7 @@ class EncoderOdometry:
         tick = self._kinematics.metres_per_tick
         left, right = tick * differences[0], tick * differences[1]
         self._odometry.move(left, right)
-        self._angles = (
-            self._angles[0] + left / self._radius,
-            self._angles[1] + right / self._radius,
-        )
+        self._angles = (self._angles[0] + left / self._radius, self._angles[1] + right / self._radius)
         if elapsed >= _SPEED_TIME_MIN:
             self._speeds = (left / elapsed, right / elapsed)
             self._velocity_covariance = self._odometry.velocity_covariance(left, right, elapsed, tick)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
+from motor_bridge.core.diff_drive_kinematics import Velocity
 from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.core.velocity import Velocity
 
 STEP = 0.005
 """Time step of the limiter [s]."""
@@ -45,11 +45,9 @@ class VelocityLimiter:
         self._unused_time = 0.0
 
     def step_toward(self, target_velocity: Velocity, elapsed: float) -> Velocity:
-        """Return the next velocity towards the target.
+        """Return the next velocity towards a finite target, which is scaled down by one factor if it is too fast.
 
-        Args:
-            target_velocity: finite target velocity; it is scaled down by one factor if it is too fast.
-            elapsed: time since the last call [s]; the remainder of a step is kept for the next call.
+        The remainder of a step of the time since the last call [s] is kept for the next call.
         """
         target = self._clamp_speed(
             target_velocity.forward / self._unit[0], target_velocity.turn_rate / self._unit[1]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from motor_bridge.core.velocity import Velocity
+from motor_bridge.core.diff_drive_kinematics import Velocity
 from shirube_core.geometry import SE2
 
 _SIGMA_START = 1e-4  # [m] and [rad]; many programs reject a zero covariance
@@ -22,12 +22,7 @@ class WheelOdometry:
     """
 
     def __init__(self, separation: float, noise: float) -> None:
-        """Start at the origin.
-
-        Args:
-            separation: wheel separation [m].
-            noise: standard deviation of a wheel distance after one metre [m].
-        """
+        """Start at the origin; ``noise`` is the standard deviation of a wheel distance after one metre [m]."""
         self._separation, self._noise = separation, noise
         self.reset()
 
@@ -45,12 +40,7 @@ class WheelOdometry:
         self.T_odom_base = self.T_odom_base @ step
 
     def add_uncounted_motion(self, left: float, right: float) -> None:
-        """Inflate the covariance by wheel motion that was not counted; the pose stays.
-
-        Args:
-            left: greatest distance of the left wheel, used as one standard deviation [m].
-            right: greatest distance of the right wheel, used as one standard deviation [m].
-        """
+        """Inflate the covariance by the greatest uncounted distances of the wheels, one standard deviation each [m]."""
         self._propagate_covariance(0.0, 0.0, (left**2, right**2))
         # Turns during the motion move the robot sideways, which the first order neglects.
         distance = 0.5 * (abs(left) + abs(right))
@@ -59,13 +49,9 @@ class WheelOdometry:
     def velocity_covariance(
         self, left: float, right: float, elapsed: float, tick: float
     ) -> NDArray[np.float64]:
-        """Return the covariance of linear speed and turn rate, shape (2, 2).
+        """Return the covariance of linear speed and turn rate, shape (2, 2), from wheel distances [m] in some time [s].
 
-        Args:
-            left: distance of the left wheel [m].
-            right: distance of the right wheel [m].
-            elapsed: elapsed time [s], above 0.
-            tick: distance per tick [m]; each distance has two rounded counts.
+        Each distance has two rounded counts; ``tick`` is the distance per tick [m].
         """
         variances = [
             (self._noise**2 * abs(distance) + tick**2 / 6.0) / elapsed**2 for distance in (left, right)

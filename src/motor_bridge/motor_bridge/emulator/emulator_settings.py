@@ -30,10 +30,7 @@ class EmulatorSettings:
     )
     slip: float = setting(0.0, 'mean slip of a wheel, fraction of its distance', minimum=-0.5, maximum=0.5)
     slip_sigma: float = setting(
-        0.005,
-        'standard deviation of the slip after one metre, fraction',
-        minimum=0.0,
-        maximum=0.5,
+        0.005, 'standard deviation of the slip after one metre, fraction', minimum=0.0, maximum=0.5
     )
     encoder_noise: float = setting(
         0.3, 'standard deviation of a count', unit='ticks', minimum=0.0, maximum=100.0

@@ -15,23 +15,14 @@ _TIMED = ('silence', 'hang', 'unplug')
 
 @dataclass(frozen=True)
 class FaultRequest:
-    """A fault to inject.
-
-    Attributes:
-        kind: one of FAULTS.
-        amount: duration [s], or number of replies or commands.
-    """
+    """A fault to inject: one of FAULTS, and its duration [s] or number of replies or commands."""
 
     kind: str
     amount: float
 
 
 def parse_fault_request(line: str) -> FaultRequest:
-    """Parse a line such as ``silence 1.5``.
-
-    Raises:
-        MotorBridgeError: an unknown fault, or an amount that is not a number above 0.
-    """
+    """Parse a line such as ``silence 1.5``; raise a MotorBridgeError if it is invalid."""
     kind, _, amount = line.strip().partition(' ')
     if kind not in FAULTS:
         raise MotorBridgeError(f'unknown fault {kind!r}; choose one of {", ".join(FAULTS)}')
@@ -52,9 +43,9 @@ class LineFaults:
         self._rng = rng
         self._remaining: dict[str, float] = dict.fromkeys(FAULTS, 0.0)
 
-    def inject(self, inject: FaultRequest) -> None:
+    def inject(self, request: FaultRequest) -> None:
         """Inject a fault."""
-        self._remaining[inject.kind] = inject.amount
+        self._remaining[request.kind] = request.amount
 
     def advance_time(self, elapsed: float) -> None:
         """Advance the timed faults [s]."""

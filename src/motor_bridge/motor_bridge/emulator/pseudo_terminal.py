@@ -1,4 +1,4 @@
-"""Serves an emulated controller on a pseudo-terminal."""
+"""Serves an emulated controller on a pseudo-terminal, and advances it in real time."""
 
 from __future__ import annotations
 
@@ -12,12 +12,16 @@ from time import monotonic, sleep
 from types import TracebackType
 from typing import Self
 
+import numpy as np
+
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.line_faults import LineFaults
 
 _POLL_PERIOD = 0.02  # polling period [s]
 _CHUNK = 4096
+_STEP_PERIOD = 0.002  # [s]
+_STEP_MAX = 0.05  # longest step, so that time stops while the process is suspended [s]
 
 
 class PseudoTerminal:
@@ -40,15 +44,11 @@ class PseudoTerminal:
     ) -> None:
         """Prepare; the port exists inside of the `with` statement.
 
-        Args:
-            controller: controller that replies.
-            lock: protects the controller; hold it to advance its time.
-            faults: faults to inject.
-            latency: time from the last byte of a command to its reply [s].
-            link: symbolic link to the port, renewed at each reconnection.
+        The lock protects the controller: hold it to advance its time. ``latency`` is the time from the last byte of a
+        command to its reply [s]; ``link`` a symbolic link to the port, renewed at each reconnection.
         """
         self._controller, self._lock, self._latency, self._link = controller, lock, latency, link
-        self._faults = faults
+        self._faults = faults or LineFaults(np.random.default_rng())
         self._stop_event = Event()
         self._thread = Thread(target=self._serve, daemon=True)
 
@@ -89,33 +89,26 @@ class PseudoTerminal:
         before = monotonic()
         while not self._stop_event.is_set():
             now = monotonic()
-            if self._faults is not None:
-                self._apply_faults(self._faults, now - before)
+            self._apply_faults(now - before)
             before = now
             readable = select.select([self._master], [], [], _POLL_PERIOD)[0]
-            if readable and not self._is_hanging():
+            if readable and self._faults.is_active('hang'):
+                sleep(_POLL_PERIOD)
+            elif readable:
                 self._answer(os.read(self._master, _CHUNK))
 
-    def _is_hanging(self) -> bool:
-        if self._faults is None or not self._faults.is_active('hang'):
-            return False
-        sleep(_POLL_PERIOD)
-        return True
-
     def _answer(self, data: bytes) -> None:
-        faults = self._faults
-        arrived = data if faults is None else faults.to_controller(data)
         with self._lock:
-            reply = self._controller.receive(arrived)
+            reply = self._controller.receive(self._faults.to_controller(data))
         if self._latency > 0.0:
             sleep(self._latency)
-        if faults is not None:
-            reply = b''.join(faults.to_host(line) for line in reply.splitlines(keepends=True))
+        reply = b''.join(map(self._faults.to_host, reply.splitlines(keepends=True)))
         if reply:
             os.write(self._master, reply)
 
-    def _apply_faults(self, faults: LineFaults, elapsed: float) -> None:
+    def _apply_faults(self, elapsed: float) -> None:
         """Apply the faults that do not concern single bytes."""
+        faults = self._faults
         if faults.consume('reset'):
             with self._lock:
                 self._controller.reset()
@@ -125,3 +118,33 @@ class PseudoTerminal:
                 faults.advance_time(_POLL_PERIOD)
             self._plug()
         faults.advance_time(elapsed)
+
+
+class RealTimeStepper:
+    """Advances a controller from a thread; a context manager."""
+
+    def __init__(self, controller: EmulatedController, lock: Lock) -> None:
+        """Start at the controller's present time; the lock protects the controller."""
+        self._controller, self._lock = controller, lock
+        self._stop_event = Event()
+        self._thread = Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> Self:
+        """Start the thread."""
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop the thread."""
+        self._stop_event.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        before = monotonic()
+        while not self._stop_event.wait(_STEP_PERIOD):
+            now = monotonic()
+            with self._lock:
+                self._controller.advance(self._controller.time + min(now - before, _STEP_MAX))
+            before = now

@@ -9,17 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from reward_planner.core.grid.inflation import inflate_obstacles
-from reward_planner.core.plan_on_map import plan_on_map
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.explained_walk import explained_walk
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.occupancy_map import inflate_obstacles
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.reward.reward_walk import explained_walk, reward_route
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRoute
+from reward_planner.core.route.shortest_route import shortest_route
 from reward_planner.files.occupancy_map_file import load_occupancy_map
-from reward_planner.files.reward_table_file import save_reward_table
-from reward_planner.files.route_picture import draw_route, save_picture
-from reward_planner.files.route_table import save_route_table
+from reward_planner.files.route_files import draw_route, save_picture, save_reward_table, save_route_table
 from shirube_core.settings import SettingsError, check_settings
 
 _PLANNER, _REWARD = PlannerSettings(), RewardSettings()
@@ -46,29 +43,33 @@ def plan(options: argparse.Namespace) -> int:
     if options.explain is not None and settings.mode != 'reward':
         raise RewardPlannerError('--explain needs --mode reward; the shortest route has no rewards')
     grid = load_occupancy_map(options.map, options.resolution)
-    route = plan_on_map(grid, options.start, options.goal, settings, reward)
+    # Unknown cells are free; the robot's centre keeps its radius from obstacles.
+    frame = grid.frame
+    blocked = inflate_obstacles(grid.occupied(), frame.resolution, settings.robot_radius)
+    start, goal = ((int(row), int(column)) for row, column in frame.cell_of([options.start, options.goal]))
+    if settings.mode == 'optimal':
+        route = shortest_route(blocked, start, goal)
+    else:
+        route = reward_route(blocked, start, goal, reward)
     cells = np.empty((0, 2), dtype=np.int64) if isinstance(route, NoRoute) else route.cells
-    blocked = inflate_obstacles(grid.occupied(), grid.frame.resolution, settings.robot_radius)
     if options.png is not None:
         save_picture(options.png, draw_route(grid, blocked, cells))
     if isinstance(route, NoRoute):
-        print(f'plan: {options.map}: {route.reason.value}', file=sys.stderr)
+        print(f'plan: {options.map}: {route.value}', file=sys.stderr)
         return 1
     if options.csv is not None:
-        save_route_table(options.csv, route.points_map(grid.frame))
+        save_route_table(options.csv, frame.centre_of(cells))
     if options.explain is not None:
-        start, goal = ((int(row), int(column)) for row, column in (cells[0], cells[-1]))
         walk = explained_walk(blocked, start, goal, reward, len(cells) - 1)
-        save_reward_table(options.explain, walk, grid.frame)
-    print(f'{route.length_in_metres(grid.frame):.3f} m, {len(cells)} cells of {grid.frame.resolution:g} m')
+        save_reward_table(options.explain, walk, frame)
+    print(f'{route.length * frame.resolution:.3f} m, {len(cells)} cells of {frame.resolution:g} m')
     return 0
 
 
 def make_parser() -> argparse.ArgumentParser:
     """Return the parser of the command's options."""
     parser = argparse.ArgumentParser(
-        prog='plan',
-        description='Plan a route on a map_server map; writes it as CSV (x,y [m]) and PNG.',
+        prog='plan', description='Plan a route on a map_server map; writes it as CSV (x,y [m]) and PNG.'
     )
     add = parser.add_argument
     add('map', type=Path, metavar='MAP.yaml', help='YAML file of the map')

@@ -6,11 +6,10 @@ import numpy as np
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.depth.trinocular_depth import fuse_disparities
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
-from reward_planner.core.voxels.point_density import equivalent_focal_length
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
+from reward_planner.core.voxels.frame_window import equivalent_focal_length
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _CAMERA = PinholeCamera(16, 12, 12.0, 12.0, 7.5, 5.5)
@@ -18,11 +17,7 @@ _GOAL = SE2(-1.0, 0.3, 0.0)
 
 
 def compile_kernels(mount: CameraMount, settings: NavigatorSettings) -> None:
-    """Compile the kernels: map a frame, plan and replan a route with these settings, and fuse two disparity images.
-
-    Raises:
-        VoxelError: the settings give no voxels.
-    """
+    """Compile the kernels: map a frame, plan and replan a route with these settings, and fuse two disparity images."""
     navigator = Navigator(mount, settings)
     middle = 0.5 * (settings.voxels.range_min + settings.voxels.range_max)
     depth = np.full((_CAMERA.height, _CAMERA.width), middle, dtype=np.float32)

@@ -10,22 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.drive_controller import DriveController
-from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.inflated_costmap import required_frame
 from reward_planner.core.driving.replanner import Replanner
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import UNKNOWN, OccupancyMap
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.mapping.pose_buffer import PoseBuffer, PoseStatus
 from reward_planner.core.mapping.pose_message_filter import DropReason, PoseMessageFilter
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
-from reward_planner.core.route.route import NoRouteReason
-from reward_planner.core.voxels.count_points import PointCounts
+from reward_planner.core.occupancy_map import UNKNOWN, GridFrame, OccupancyMap
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.reward_planner_error import DrivingError, RewardPlannerError
+from reward_planner.core.route.route import NoRoute
+from reward_planner.core.voxels.frame_kernels import PointCounts
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_core.geometry import SE2, CameraMount
 
@@ -80,20 +77,11 @@ class Navigator:
     """
 
     def __init__(self, mount: CameraMount, settings: NavigatorSettings) -> None:
-        """Start with an empty map.
-
-        Args:
-            mount: pose of the sensor's optical frame in the base frame.
-            settings: settings of mapping, planning and control.
-
-        Raises:
-            VoxelError: the settings give no voxels.
-        """
+        """Start with an empty map; ``mount`` is the pose of the sensor's optical frame in the base frame."""
         self._settings = settings
         self.mapper = ObstacleMapper(mount, settings.voxels, settings.mapping)
-        self.controller = DriveController(
-            self.mapper.map, settings.planner, settings.reward, settings.driving
-        )
+        planning = (settings.planner, settings.reward, settings.driving)
+        self.controller = DriveController(self.mapper.map, *planning)
         self.message_filter: PoseMessageFilter[SensorFrame] = PoseMessageFilter(settings.mapping.pose_wait)
         self.pose_status_counts: Counter[PoseStatus] = Counter()
         self._pose_buffer = PoseBuffer(settings.mapping)
@@ -103,23 +91,19 @@ class Navigator:
         """Load a static map; goals must be on it or on cells observed since.
 
         Raises:
-            MappingError: its resolution differs, or it is too large with its margin.
+            RewardPlannerError: its resolution differs, or it is too large with its margin.
         """
-        observed = static_map.occupancy != UNKNOWN
-        self.mapper.map.write(LocalMap(static_map.frame, static_map.occupancy, observed))
-        self._check_map_size(static_map.frame)
-        self._static_map_frame = static_map.frame
-
-    def _check_map_size(self, frame: GridFrame) -> None:
-        """Check that a static map and a costmap around it fit into cells_max."""
-        settings, global_map = self._settings, self.mapper.map
+        frame, global_map, settings = static_map.frame, self.mapper.map, self._settings
+        global_map.write(LocalMap(frame, static_map.occupancy, static_map.occupancy != UNKNOWN))
+        # Its cells and a costmap around it must fit into cells_max.
         inflation_radius = settings.planner.robot_radius + settings.driving.clearance_margin
         costmap = required_frame(global_map, frame.centre_of([(0, 0)]), inflation_radius)
-        if global_map.rejected_cells or costmap.columns * costmap.rows > global_map.cells_max:
-            raise MappingError(
+        if global_map.rejected_cells or costmap.size > global_map.cells_max:
+            raise RewardPlannerError(
                 f'map_file has {frame.columns} x {frame.rows} cells, with its margin more than cells_max '
                 f'{global_map.cells_max}; raise cells_max, crop the map or use a larger resolution'
             )
+        self._static_map_frame = frame
 
     def set_goal(self, T_map_goal: SE2) -> None:
         """Set a goal; the previous one is cancelled even if this one is rejected.
@@ -132,11 +116,10 @@ class Navigator:
         frame = self._static_map_frame
         if frame is not None and self._is_outside(frame, T_map_goal):
             self.controller.cancel_goal()
-            end_x = frame.origin_x + frame.columns * frame.resolution
-            end_y = frame.origin_y + frame.rows * frame.resolution
+            (low_x, low_y), (high_x, high_y) = frame.corners
             raise DrivingError(
                 f'the goal at x {T_map_goal.x:.2f} m, y {T_map_goal.y:.2f} m is outside of the map, which extends from '
-                f'x {frame.origin_x:.2f} to {end_x:.2f} m and y {frame.origin_y:.2f} to {end_y:.2f} m; give one on it'
+                f'x {low_x:.2f} to {high_x:.2f} m and y {low_y:.2f} to {high_y:.2f} m; give one on it'
             )
 
     def _is_outside(self, frame: GridFrame, place: SE2) -> bool:
@@ -167,9 +150,9 @@ class Navigator:
         """Map the queued frames whose pose is known at a time [s]; occluded frames are skipped.
 
         Raises:
-            MappingError: all frames are occluded.
+            RewardPlannerError: all frames are occluded.
         """
-        mapped, is_occluded = [], False
+        mapped, is_occluded = list[MappedFrame](), False
         for stamp, frame, T_map_base in self.message_filter.take_ready(now, self._pose_buffer):
             local, point_counts = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
             if point_counts.is_occluded:
@@ -178,22 +161,17 @@ class Navigator:
             self.controller.update_map(stamp, local.frame)
             mapped.append(MappedFrame(stamp, local, point_counts))
         if is_occluded and not mapped:
-            raise MappingError(
+            raise RewardPlannerError(
                 'a frame has no finite point, or nearly all are nearer than range_min; the robot stops; check that '
                 'nothing covers the camera'
             )
         return mapped
 
-    def route_between(self, start: SE2 | None, goal: SE2, now: float) -> NDArray[np.float64] | NoRouteReason:
-        """Plan the shortest route on the current map in any mode; return it or why there is none.
-
-        Args:
-            start: start pose; None for the robot's pose.
-            goal: goal pose.
-            now: current time [s].
+    def route_between(self, start: SE2 | None, goal: SE2, now: float) -> NDArray[np.float64] | NoRoute:
+        """Plan the shortest route on the current map in any mode at a time [s]; a start of None is the robot's pose.
 
         Returns:
-            points of the route [m], shape (n, 2), or the reason.
+            points of the route [m], shape (n, 2), or why there is none.
 
         Raises:
             DrivingError: the robot's pose is needed and not known, or the goal is too far away.
@@ -204,16 +182,16 @@ class Navigator:
         frame = self._static_map_frame
         if frame is not None:
             for place, reason in (
-                (goal, NoRouteReason.GOAL_OUTSIDE),
-                (start_pose, NoRouteReason.START_OUTSIDE),
+                (goal, NoRoute.GOAL_OUTSIDE),
+                (start_pose, NoRoute.START_OUTSIDE),
             ):
                 if self._is_outside(frame, place):
                     return reason
-        planner = replace(self._settings.planner, mode='optimal')
         settings = self._settings
+        planner = replace(settings.planner, mode='optimal')
         replanner = Replanner(self.mapper.map, (goal.x, goal.y), planner, settings.reward, settings.driving)
         replanner.update(0.0, start_pose)
-        return replanner.points_map if replanner.no_route_reason is None else replanner.no_route_reason
+        return replanner.no_route_reason or replanner.points_map
 
     def clear_map(self) -> None:
         """Clear the map, including the static map; the goal stays."""

@@ -1,8 +1,11 @@
-"""Settings of the planner."""
+"""Settings of the planner, and of the paper's reward rule."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
 
 from shirube_core.settings import setting
 
@@ -23,3 +26,40 @@ class PlannerSettings:
         minimum=0.0,
         maximum=10.0,
     )
+
+
+@dataclass(frozen=True)
+class RewardTable:
+    """Table 1 of the paper: rewards and penalties of one step, in the rows of the table."""
+
+    advance: float = setting(
+        100.0, 'row 1: a free step earns this/L - L, L cells from the goal', minimum=0.0, maximum=1e6
+    )
+    collision: float = setting(-1000.0, 'row 2: the step hits an obstacle', minimum=-1e6, maximum=0.0)
+    outside: float = setting(-1000.0, 'row 3: the step leaves the map', minimum=-1e6, maximum=0.0)
+    visited: float = setting(-250.0, 'row 4: the step enters a visited cell', minimum=-1e6, maximum=0.0)
+    detour: float = setting(
+        -100.0,
+        'row 5: neither this step nor the last one goes straight to the goal',
+        minimum=-1e6,
+        maximum=0.0,
+    )
+
+    def reward_values(self) -> NDArray[np.float64]:
+        """Return the rows as an array for numba kernels, shape (5,)."""
+        return np.array(astuple(self), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class RewardSettings:
+    """Penalties, virtual search and the reward table."""
+
+    visits: str = setting(
+        'once',
+        'penalty of a visited cell: once, as in the paper, or counted for each visit',
+        choices=('once', 'counted'),
+    )
+    virtual_steps_max: int = setting(
+        5000, 'maximum number of steps of the virtual search; 0 disables it', minimum=0, maximum=10_000_000
+    )
+    table: RewardTable = field(default_factory=RewardTable)

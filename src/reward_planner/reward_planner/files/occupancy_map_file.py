@@ -12,13 +12,13 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import (
+from reward_planner.core.occupancy_map import (
     FREE,
     FREE_THRESHOLD,
     OCCUPIED,
     OCCUPIED_THRESHOLD,
     UNKNOWN,
+    GridFrame,
     OccupancyMap,
 )
 from reward_planner.core.reward_planner_error import RewardPlannerError
@@ -35,11 +35,7 @@ _YAML = ('.yaml', '.yml')
 
 
 def load_occupancy_map(path: Path, resolution: float | None = None) -> OccupancyMap:
-    """Load a map.
-
-    Args:
-        path: YAML file.
-        resolution: required resolution [m]; None for any.
+    """Load a map from a YAML file and its image; ``resolution`` is a required one [m].
 
     Raises:
         RewardPlannerError: a file is missing or corrupted, a field is missing or invalid, or the resolution differs.
@@ -84,11 +80,7 @@ def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
 
 
 def check_yaml_suffix(path: Path) -> None:
-    """Check that a map's file name ends with .yaml or .yml, so that it differs from its image's.
-
-    Raises:
-        RewardPlannerError: the name does not end with .yaml or .yml.
-    """
+    """Raise a RewardPlannerError if a map's file does not end with .yaml or .yml, unlike its image."""
     if path.suffix not in _YAML:
         raise RewardPlannerError(f'{path}: is not a name for the YAML file of a map; it must end with .yaml')
 
@@ -101,41 +93,39 @@ def _read_fields(path: Path) -> dict[str, Any]:
     missing = [name for name in _REQUIRED_FIELDS if name not in fields]
     if missing:
         raise RewardPlannerError(f'{path}: {missing[0]} is missing; a map has {", ".join(_REQUIRED_FIELDS)}')
-    if fields.get('mode', 'trinary') != 'trinary':
-        raise RewardPlannerError(
-            f'{path}: mode is {format_value(fields["mode"])}, it must be trinary; save the map with mode trinary'
-        )
-    if fields.get('negate', 0) not in (0, 1):
-        raise RewardPlannerError(f'{path}: negate is {format_value(fields["negate"])}, it must be 0 or 1')
-    image = fields['image']
-    if not isinstance(image, str) or not 0 < len(image) <= _NAME_MAX or '\0' in image:
-        raise RewardPlannerError(
-            f'{path}: image is {format_value(image)}, it must be the name of a PGM or PNG file'
-        )
+    image, mode, negate = fields['image'], fields.get('mode', 'trinary'), fields.get('negate', 0)
+    is_name = isinstance(image, str) and 0 < len(image) <= _NAME_MAX and '\0' not in image
+    for name, value, is_valid, needed in (
+        ('mode', mode, mode == 'trinary', 'trinary; save the map with mode trinary'),
+        ('negate', negate, negate in (0, 1), '0 or 1'),
+        ('image', image, is_name, 'the name of a PGM or PNG file'),
+    ):
+        if not is_valid:
+            raise _invalid(path, name, value, needed)
     return fields
 
 
 def _read_origin(path: Path, origin: object) -> tuple[float, float]:
     if not isinstance(origin, list) or len(origin) != 3 or not all(is_number(value) for value in origin):
-        raise RewardPlannerError(f'{path}: origin is {format_value(origin)}, it must be [x, y, yaw]')
+        raise _invalid(path, 'origin', origin, '[x, y, yaw]')
     if origin[2] != 0:
         raise RewardPlannerError(
             f'{path}: origin has a yaw of {origin[2]} rad, it must be 0; save the map with a yaw of 0'
         )
     if max(abs(origin[0]), abs(origin[1])) > _ORIGIN_MAX:
-        raise RewardPlannerError(
-            f'{path}: origin is {format_value(origin)}, it must be within {_ORIGIN_MAX:g} m'
-        )
+        raise _invalid(path, 'origin', origin, f'within {_ORIGIN_MAX:g} m')
     return float(origin[0]), float(origin[1])
 
 
 def _number(path: Path, fields: dict[str, Any], name: str, low: float, high: float) -> float:
     value = fields[name]
     if not is_number(value) or not low <= value <= high:
-        raise RewardPlannerError(
-            f'{path}: {name} is {format_value(value)}, it must be a number from {low:g} to {high:g}'
-        )
+        raise _invalid(path, name, value, f'a number from {low:g} to {high:g}')
     return float(value)
+
+
+def _invalid(path: Path, name: str, value: object, needed: str) -> RewardPlannerError:
+    return RewardPlannerError(f'{path}: {name} is {format_value(value)}, it must be {needed}')
 
 
 def _occupancy_of(path: Path, fields: dict[str, Any], pixels: NDArray[np.uint8]) -> NDArray[np.int8]:

@@ -6,27 +6,23 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.depth.depth_error import DepthError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.geometry import PinholeCamera
 
 
 def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
-    """Return the points of the pixels with a depth in the optical frame [m], shape (n, 3).
-
-    Args:
-        depth: depth along the optical axis [m], shape (height, width); NaN, infinite and non-positive ones are skipped.
-        camera: rectified camera of the image.
+    """Return the points of the pixels with a finite depth above 0 in the optical frame [m], shape (n, 3).
 
     Raises:
-        DepthError: the sizes of image and camera differ, or the camera has distortion.
+        RewardPlannerError: the sizes of image and camera differ, or the camera has distortion.
     """
     if depth.shape != (camera.height, camera.width):
-        raise DepthError(
+        raise RewardPlannerError(
             f'the depth image has {depth.shape[::-1]} pixels, camera_info {camera.width} x {camera.height}; '
             'they must be equal'
         )
     if any(camera.distortion):
-        raise DepthError('the camera of the depth image has distortion; give a rectified image')
+        raise RewardPlannerError('the camera of the depth image has distortion; give a rectified image')
     image = np.ascontiguousarray(depth, dtype=np.float32)
     return _points(image, (camera.fx, camera.fy, camera.cx, camera.cy))
 

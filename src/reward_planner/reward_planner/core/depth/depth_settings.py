@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from reward_planner.core.depth.depth_error import DepthError
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.settings import setting
 
 
@@ -46,13 +46,9 @@ class DepthSettings:
 
 
 def check_matcher_settings(settings: DepthSettings) -> None:
-    """Check settings that OpenCV's matchers reject.
-
-    Raises:
-        DepthError: disparities is not a multiple of 16, or block is even.
-    """
+    """Raise a RewardPlannerError for settings that OpenCV's matchers reject."""
     if settings.disparities % 16 or settings.block % 2 == 0:
-        raise DepthError(
+        raise RewardPlannerError(
             f'disparities is {settings.disparities} and block {settings.block}; '
             'give a multiple of 16 and an odd number'
         )

@@ -1,15 +1,23 @@
-"""Geometry of a rectified stereo pair, horizontal or vertical."""
+"""A rectified stereo pair, horizontal or vertical: its geometry, and its disparities by OpenCV's matchers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.depth.depth_error import DepthError
+from reward_planner.core.depth.depth_settings import DepthSettings, check_matcher_settings
+from reward_planner.core.reward_planner_error import RewardPlannerError
 
-_TOLERANCE = 0.01  # [px]
+_TOLERANCE = 0.01  # of calibrated projections [px]
+_SMOOTHNESS = (8, 32)  # penalties P1 and P2 for each pixel of a block (Hirschmüller 2008)
+_PREFILTER_CAP = 31
+_LEFT_RIGHT_TOLERANCE = 1  # tolerance of the left-right check [px]
+_BLOCK_BM = 15
+_DISPARITY_SCALE = 16.0  # OpenCV's disparities are in 1/16 px
+_SPECKLE_STEP = 1.0  # largest difference of neighbouring disparities within a speckle [px]
 
 
 @dataclass(frozen=True)
@@ -45,30 +53,28 @@ class StereoPair:
 
 
 def pair_from_projections(P_left: ArrayLike, P_other: ArrayLike) -> StereoPair:
-    """Return the stereo pair of two projection matrices of CameraInfo.
+    """Return the stereo pair of two projection matrices P of CameraInfo, shape (3, 4).
 
     The other camera is at -P[0, 3] / fx along x or at -P[1, 3] / fy along y.
 
-    Args:
-        P_left: projection matrix of the left camera, array-like, shape (3, 4).
-        P_other: projection matrix of the right or top camera, array-like, shape (3, 4).
-
     Raises:
-        DepthError: the cameras are not rectified to each other, or have no baseline.
+        RewardPlannerError: the cameras are not rectified to each other, or have no baseline.
     """
     left, other = _check_projection(P_left, 'left'), _check_projection(P_other, 'other')
     offset_along_axes = left[:2, 3] - other[:2, 3]
     axis = int(abs(offset_along_axes[1]) > abs(offset_along_axes[0]))
     if offset_along_axes[axis] == 0.0:
-        raise DepthError(
+        raise RewardPlannerError(
             'P[0, 3] and P[1, 3] of both cameras are equal, there is no baseline; calibrate the pair'
         )
     if abs(offset_along_axes[1 - axis]) > _TOLERANCE * abs(offset_along_axes[axis]):
-        raise DepthError('the cameras are neither a horizontal nor a vertical pair; rectify them as pairs')
+        raise RewardPlannerError(
+            'the cameras are neither a horizontal nor a vertical pair; rectify them as pairs'
+        )
     across = abs(left[1 - axis, 2] - other[1 - axis, 2])
     focal = np.abs(np.diag(left)[:2] - np.diag(other)[:2]).max()
     if max(across, focal) > _TOLERANCE:
-        raise DepthError(
+        raise RewardPlannerError(
             f'focal lengths differ by {focal:.3g} px and principal points across the baseline by {across:.3g} px; '
             'rectify the cameras as pairs'
         )
@@ -79,7 +85,67 @@ def pair_from_projections(P_left: ArrayLike, P_other: ArrayLike) -> StereoPair:
 def _check_projection(P: ArrayLike, name: str) -> NDArray[np.float64]:
     matrix = np.asarray(P, dtype=np.float64)
     if matrix.shape != (3, 4) or not np.isfinite(matrix).all() or matrix[0, 0] <= 0.0 or matrix[1, 1] <= 0.0:
-        raise DepthError(
+        raise RewardPlannerError(
             f'P of the {name} camera is not a projection matrix; give the 3 x 4 one of its calibration'
         )
     return matrix
+
+
+class PairMatcher:
+    """Matches the images of one pair; those of a vertical pair are transposed."""
+
+    def __init__(self, pair: StereoPair, settings: DepthSettings) -> None:
+        """Prepare the matcher; errors are those of `check_matcher_settings`."""
+        check_matcher_settings(settings)
+        self._pair, self._speckle = pair, settings.speckle
+        self._matcher = _make_matcher(settings)
+
+    def match(self, left: NDArray[np.uint8], other: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """Return the disparity of each pixel of the left image [px], NaN for none; shapes (height, width).
+
+        Raises:
+            RewardPlannerError: images that are not grey or not of the same size.
+        """
+        for image in (left, other):
+            if image.ndim != 2 or image.dtype != np.uint8 or image.shape != left.shape:
+                raise RewardPlannerError(
+                    f'images are {left.dtype} {left.shape} and {other.dtype} {other.shape}; '
+                    'give grey ones of the same size'
+                )
+        # The matchers want the other camera to the right: images are transposed and mirrored, and the result back.
+        raw = self._matcher.compute(self._align_baseline(left), self._align_baseline(other))
+        if self._speckle > 0:
+            cv2.filterSpeckles(raw, -_DISPARITY_SCALE, self._speckle, _SPECKLE_STEP * _DISPARITY_SCALE)
+        along = raw if self._pair.sign > 0 else raw[:, ::-1]
+        upright = np.ascontiguousarray(along.T if self._pair.axis == 1 else along)
+        disparity = upright.astype(np.float32) / np.float32(_DISPARITY_SCALE)
+        missing = disparity < 0.0
+        disparity -= np.float32(self._pair.sign * self._pair.offset)
+        disparity[missing | (disparity <= 0.0)] = np.nan
+        return disparity
+
+    def _align_baseline(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Transpose or mirror an image so that the other camera is to the right."""
+        along = image.T if self._pair.axis == 1 else image
+        return np.ascontiguousarray(along if self._pair.sign > 0 else along[:, ::-1])
+
+
+def _make_matcher(settings: DepthSettings) -> cv2.StereoMatcher:
+    if settings.matcher == 'bm':
+        block = max(settings.block, _BLOCK_BM)
+        matcher = cv2.StereoBM_create(settings.disparities, block)  # type: ignore[attr-defined]
+        matcher.setUniquenessRatio(settings.uniqueness)
+        matcher.setDisp12MaxDiff(_LEFT_RIGHT_TOLERANCE)
+        return matcher
+    area = settings.block**2
+    return cv2.StereoSGBM_create(  # type: ignore[attr-defined]
+        minDisparity=0,
+        numDisparities=settings.disparities,
+        blockSize=settings.block,
+        P1=_SMOOTHNESS[0] * area,
+        P2=_SMOOTHNESS[1] * area,
+        disp12MaxDiff=_LEFT_RIGHT_TOLERANCE,
+        preFilterCap=_PREFILTER_CAP,
+        uniquenessRatio=settings.uniqueness,
+        mode=cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+    )

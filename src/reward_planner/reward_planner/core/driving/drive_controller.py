@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.drive_command import DriveCommand, DriveState
-from reward_planner.core.driving.driving_error import DrivingError
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.light_command import LightCommand
-from reward_planner.core.driving.light_command_state import LightCommandState
-from reward_planner.core.driving.lookahead_point import check_path_ahead, lookahead_point
-from reward_planner.core.driving.replanner import Replanner, path_length
-from reward_planner.core.driving.steering import (
+from reward_planner.core.driving.light_command import LightCommand, LightCommandState
+from reward_planner.core.driving.path_following import (
     braking_speed_limit,
+    check_path_ahead,
+    lookahead_point,
     obstacle_speed_limit,
     turn_rate_for_angle,
     velocity_towards,
 )
+from reward_planner.core.driving.replanner import Replanner, path_length
 from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
-from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.occupancy_map import GridFrame
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.reward_planner_error import DrivingError
 from shirube_core.geometry import SE2, wrap_angle
 
 _TURN_TOLERANCE = 0.02  # tolerance of a commanded turn [rad]
@@ -33,6 +33,42 @@ _GOAL_LEAVE_FACTOR = 2.0  # beyond this multiple of goal_tolerance it drives to 
 _STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _CELL_MARGIN = 0.75  # from the centre of an occupied cell to its edge, rounded up [cells]
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
+
+
+class DriveState(Enum):
+    """State of the drive controller."""
+
+    IDLE = 'no goal'
+    DRIVING = 'driving to the goal'
+    TURNING = 'turning on command of a lamp'
+    STOPPED_BY_LAMP = 'stopped on command of a lamp'
+    GOAL_REACHED = 'goal reached'
+    UNREACHABLE = 'no path to the goal'
+    LOST = 'no valid pose'
+    MAP_STALE = 'the map is out of date'
+    STUCK = 'stuck'
+
+    @property
+    def needs_attention(self) -> bool:
+        """Whether the robot is stopped by a problem that somebody must look at."""
+        return self in (DriveState.UNREACHABLE, DriveState.LOST, DriveState.MAP_STALE, DriveState.STUCK)
+
+
+@dataclass(frozen=True)
+class DriveCommand:
+    """Output of one control cycle.
+
+    Attributes:
+        state: state of the controller.
+        detail: reason, one line for logs and diagnostics.
+        velocity: velocity command; None leaves cmd_vel to other nodes.
+        waypoint_map: lookahead point (x, y) [m], None if there is none.
+    """
+
+    state: DriveState
+    detail: str
+    velocity: Velocity | None
+    waypoint_map: tuple[float, float] | None = None
 
 
 class DriveController:
@@ -51,18 +87,11 @@ class DriveController:
         reward: RewardSettings,
         driving: DrivingSettings,
     ) -> None:
-        """Start at rest, without a goal.
-
-        Args:
-            global_map: map to plan on; it is only read, call `update_map` after changes.
-            planner: planning mode and robot radius.
-            reward: settings of the reward rule.
-            driving: velocity limits, distances and timeouts.
-        """
+        """Start at rest, without a goal; arguments as for `Replanner`."""
         self.replanner: Replanner | None = None
         self.command_state = LightCommandState(driving.max_linear_velocity)
         self._global_map, self._settings = global_map, driving
-        self._planning_settings = (planner, reward)
+        self._planner, self._reward = planner, reward
         self._smoother = VelocitySmoother(driving)
         self.goal_count = 0
         self._goal: SE2 | None = None
@@ -94,9 +123,8 @@ class DriveController:
         self.goal_count += 1
         self._last_motion_time = math.nan
         self.command_state.cancel_turn()  # it belonged to the previous goal
-        self.replanner = Replanner(
-            self._global_map, (T_map_goal.x, T_map_goal.y), *self._planning_settings, self._settings
-        )
+        goal = (T_map_goal.x, T_map_goal.y)
+        self.replanner = Replanner(self._global_map, goal, self._planner, self._reward, self._settings)
 
     def cancel_goal(self) -> None:
         """Cancel the goal and stop."""
@@ -139,41 +167,65 @@ class DriveController:
         """Run one control cycle at a time [s]."""
         elapsed = 0.0 if math.isnan(self._last_step_time) else now - self._last_step_time
         self._last_step_time = now
-        state, detail, target, waypoint = self._decide(now)
+        drive = self._decide(now)
         was_stopped = self._smoother.velocity == Velocity()
-        velocity = self._smoother.step_toward(target, elapsed)
-        if state is DriveState.GOAL_REACHED and was_stopped:
+        velocity = self._smoother.step_toward(drive.velocity or Velocity(), elapsed)
+        if drive.state is DriveState.GOAL_REACHED and was_stopped:
             self._is_goal_reached = True  # later poses do not restart the drive
-        if state is DriveState.DRIVING and self._is_stuck(now, velocity):
-            state, detail = (
-                DriveState.STUCK,
-                f'{DriveState.STUCK.value}: obstacles or lamps allow no speed',
-            )
+        if drive.state is DriveState.DRIVING and self._is_stuck(now, velocity):
+            detail = f'{DriveState.STUCK.value}: obstacles or lamps allow no speed'
+            drive = replace(drive, state=DriveState.STUCK, detail=detail)
         # Publish zero velocity once before cmd_vel is released to other nodes.
-        is_released = (
-            was_stopped and velocity == Velocity() and state in (DriveState.IDLE, DriveState.GOAL_REACHED)
-        )
-        return DriveCommand(state, detail, None if is_released else velocity, waypoint)
+        is_idle = drive.state in (DriveState.IDLE, DriveState.GOAL_REACHED)
+        is_released = is_idle and was_stopped and velocity == Velocity()
+        return replace(drive, velocity=None if is_released else velocity)
 
-    def _decide(self, now: float) -> tuple[DriveState, str, Velocity, tuple[float, float] | None]:
-        """Return state, detail, target velocity and lookahead point."""
-        robot, stopped = self._pose, Velocity()
+    def _decide(self, now: float) -> DriveCommand:
+        """Return state and detail, with the target velocity and the lookahead point."""
+        # Without a goal there is nothing to do.
         if self._goal is None or self.replanner is None or self._is_goal_reached:
-            state = DriveState.GOAL_REACHED if self._is_goal_reached else DriveState.IDLE
-            return state, state.value, stopped, None
+            return _stop(DriveState.GOAL_REACHED if self._is_goal_reached else DriveState.IDLE)
+        # 1. Input: pose and map must be fresh.
         stale = self._stale_input(now)
+        robot = self._pose
         if stale is not None or robot is None:
-            state, detail = stale or (DriveState.LOST, '')
-            return state, detail, stopped, None
+            return stale or _stop(DriveState.LOST)
+        # 2. Route: keep or replace it.
         try:
             self.replanner.update(now, robot)
         except DrivingError as fault:
-            return DriveState.UNREACHABLE, str(fault), stopped, None
+            return _stop(DriveState.UNREACHABLE, str(fault))
+        # 3. Commands of lamps.
         if self.command_state.is_stopped or self.command_state.speed_limit <= _STOPPED_SPEED:
-            return DriveState.STOPPED_BY_LAMP, DriveState.STOPPED_BY_LAMP.value, stopped, None
+            return _stop(DriveState.STOPPED_BY_LAMP)
         if self.command_state.remaining_turn != 0.0:
-            return DriveState.TURNING, DriveState.TURNING.value, self._turn_on_command(), None
+            return DriveCommand(DriveState.TURNING, DriveState.TURNING.value, self._turn_on_command())
         return self._follow_route(robot, self._goal, self.replanner)
+
+    def _follow_route(self, robot: SE2, goal: SE2, replanner: Replanner) -> DriveCommand:
+        # 4. At the goal: turn to its heading.
+        remaining = robot.yaw_to(goal)
+        is_turned = abs(remaining) <= self._settings.goal_yaw_tolerance
+        if self._check_at_goal(robot.distance_to(goal), is_turned=is_turned):
+            if is_turned:
+                return _stop(DriveState.GOAL_REACHED)
+            turn = Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
+            return DriveCommand(DriveState.DRIVING, "turning to the goal's heading", turn)
+        # 5. Follow the route: towards the lookahead point, as fast as commands, obstacles and the goal allow.
+        if len(replanner.points_map) == 0:
+            why = '' if replanner.no_route_reason is None else f': {replanner.no_route_reason.value}'
+            return _stop(DriveState.UNREACHABLE, f'{DriveState.UNREACHABLE.value}{why}')
+        x, y = lookahead_point(replanner.costmap, robot, replanner.points_map, self._settings.lookahead)
+        bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
+        target = velocity_towards(bearing, self._allowed_speed(robot, replanner), self._settings)
+        return DriveCommand(DriveState.DRIVING, DriveState.DRIVING.value, target, (float(x), float(y)))
+
+    def _check_at_goal(self, distance: float, *, is_turned: bool) -> bool:
+        """Return whether the robot is at the goal, with hysteresis while it turns to the goal's heading."""
+        leave = 1.0 if is_turned else _GOAL_LEAVE_FACTOR
+        factor = leave if self._is_at_goal else _GOAL_ENTER_FACTOR
+        self._is_at_goal = distance <= self._settings.goal_tolerance * factor
+        return self._is_at_goal
 
     def _is_stuck(self, now: float, velocity: Velocity) -> bool:
         """Return whether a robot that should drive has not moved for long."""
@@ -182,18 +234,19 @@ class DriveController:
             self._last_motion_time = now
         return now - self._last_motion_time > _STUCK_TIMEOUT
 
-    def _stale_input(self, now: float) -> tuple[DriveState, str] | None:
-        """Return state and reason if pose or map is missing or stale, else None."""
+    def _stale_input(self, now: float) -> DriveCommand | None:
+        """Return a stop with its reason if pose or map is missing or stale, else None."""
         if self._pose is None:
             detail = 'no pose received' if self._pose_stamp == -math.inf else 'the pose jumped'
-            return DriveState.LOST, f'{DriveState.LOST.value}: {detail}'
+            return _stop(DriveState.LOST, f'{DriveState.LOST.value}: {detail}')
         for state, stamp, limit, what in (
             (DriveState.LOST, self._pose_stamp, self._settings.pose_timeout, 'pose'),
             (DriveState.MAP_STALE, self._map_stamp, self._settings.map_timeout, 'frame'),
         ):
             if not abs(now - stamp) <= limit:
                 age = f'the latest {what} is older than {limit:g} s or in the future'
-                return state, f'{state.value}: {age if stamp > -math.inf else f"no {what} received"}'
+                why = age if stamp > -math.inf else f'no {what} received'
+                return _stop(state, f'{state.value}: {why}')
         return None
 
     def _turn_on_command(self) -> Velocity:
@@ -205,37 +258,10 @@ class DriveController:
             return Velocity()
         return Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
 
-    def _follow_route(
-        self, robot: SE2, goal: SE2, replanner: Replanner
-    ) -> tuple[DriveState, str, Velocity, tuple[float, float] | None]:
-        """Follow the route, and turn to the goal's heading at its end."""
-        tolerance, distance = self._settings.goal_tolerance, robot.distance_to(goal)
-        remaining = robot.yaw_to(goal)
-        is_turned = abs(remaining) <= self._settings.goal_yaw_tolerance
-        if self._is_at_goal:
-            self._is_at_goal = distance <= tolerance * (1.0 if is_turned else _GOAL_LEAVE_FACTOR)
-        else:
-            self._is_at_goal = distance <= tolerance * _GOAL_ENTER_FACTOR
-        if self._is_at_goal:
-            if is_turned:
-                return DriveState.GOAL_REACHED, DriveState.GOAL_REACHED.value, Velocity(), None
-            return DriveState.DRIVING, "turning to the goal's heading", self._turn_in_place(remaining), None
-        if len(replanner.points_map) == 0:
-            why = '' if replanner.no_route_reason is None else f': {replanner.no_route_reason.value}'
-            return DriveState.UNREACHABLE, f'{DriveState.UNREACHABLE.value}{why}', Velocity(), None
-        waypoint = lookahead_point(replanner.costmap, robot, replanner.points_map, self._settings.lookahead)
-        bearing = wrap_angle(math.atan2(waypoint[1] - robot.y, waypoint[0] - robot.x) - robot.yaw)
-        speed = self._allowed_speed(robot, replanner)
-        target = velocity_towards(bearing, speed, self._settings)
-        return DriveState.DRIVING, DriveState.DRIVING.value, target, (float(waypoint[0]), float(waypoint[1]))
-
-    def _turn_in_place(self, remaining: float) -> Velocity:
-        return Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
-
     def _allowed_speed(self, robot: SE2, replanner: Replanner) -> float:
         """Return the speed that commands, obstacles and the goal allow [m/s]."""
         costmap, settings = replanner.costmap, self._settings
-        robot_radius = self._planning_settings[0].robot_radius
+        robot_radius = self._planner.robot_radius
         distance_max = max(settings.lookahead, 2.0 * self._smoother.braking_distance())
         free_distance, clearance = check_path_ahead(
             costmap, robot, robot_radius + _CELL_MARGIN * costmap.frame.resolution, distance_max
@@ -249,3 +275,7 @@ class DriveController:
             braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
             braking_speed_limit(to_goal, settings),
         )
+
+
+def _stop(state: DriveState, detail: str = '') -> DriveCommand:
+    return DriveCommand(state, detail or state.value, Velocity())

@@ -47,17 +47,10 @@ class DrivingSettings:
         0.5, 'the robot stops when its latest pose is older', unit='s', minimum=0.05, maximum=10.0
     )
     map_timeout: float = setting(
-        1.0,
-        'the robot stops when the latest frame in the map is older',
-        unit='s',
-        minimum=0.05,
-        maximum=60.0,
+        1.0, 'the robot stops when the latest frame in the map is older', unit='s', minimum=0.05, maximum=60.0
     )
     replan_gain: float = setting(
-        0.1,
-        'a free route is replaced by one that is shorter by this fraction',
-        minimum=0.0,
-        maximum=0.9,
+        0.1, 'a free route is replaced by one that is shorter by this fraction', minimum=0.0, maximum=0.9
     )
     replan_period: float = setting(
         1.0, 'period of comparing a free route with a new one', unit='s', minimum=0.05, maximum=60.0

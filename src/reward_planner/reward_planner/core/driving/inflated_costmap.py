@@ -7,16 +7,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.driving.driving_error import DrivingError
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.inflation import clearance
-from reward_planner.core.grid.occupancy_map import OCCUPIED_THRESHOLD
 from reward_planner.core.mapping.global_map import GlobalMap
+from reward_planner.core.occupancy_map import OCCUPIED_THRESHOLD, GridFrame, clearance
+from reward_planner.core.reward_planner_error import DrivingError
 
-_GROWTH_STEP = 64
-"""Size steps of the costmap [cells], so that it is not resized with each new cell."""
-_WINDOW_MARGIN = 5.0
-"""On a map that is too large the costmap covers at least this margin around robot and goal [m]."""
+_GROWTH_STEP = 64  # size steps of the costmap [cells], so that it is not resized with each new cell
+_WINDOW_MARGIN = 5.0  # least margin around robot and goal on a map that is too large [m]
 
 
 class InflatedCostmap:
@@ -34,34 +30,25 @@ class InflatedCostmap:
     """
 
     def __init__(self, inflation_radius: float, clearance_max: float) -> None:
-        """Start with one cell.
-
-        Args:
-            inflation_radius: least distance of a route from obstacles [m].
-            clearance_max: largest clearance that is computed, at least inflation_radius [m].
-        """
+        """Start with one cell; ``clearance_max`` is at least ``inflation_radius``."""
         self.inflation_radius, self.clearance_max = inflation_radius, clearance_max
         self.frame = GridFrame(0.0, 0.0, 1.0, 1, 1)
         self.clearance = np.full((1, 1), clearance_max, dtype=np.float32)
         self.blocked = np.zeros((1, 1), dtype=np.bool_)
 
     def cover(self, global_map: GlobalMap, points_map: ArrayLike) -> bool:
-        """Resize the costmap to cover a map and some points; return whether it was resized.
+        """Resize the costmap to cover a map and points [m], shape (n, 2); return whether it was resized.
 
         It keeps what it covered before while cells_max allows that. On a larger map it covers a part around the
         points.
-
-        Args:
-            global_map: obstacles.
-            points_map: points to cover [m], array-like, shape (n, 2), n at least 1.
 
         Raises:
             DrivingError: the points are too far apart.
         """
         frame = required_frame(global_map, points_map, self.inflation_radius)
-        if _cell_count(frame) > global_map.cells_max:
+        if frame.size > global_map.cells_max:
             minimal = _frame_around(*_bounds(points_map), _WINDOW_MARGIN, global_map.resolution)
-            if _cell_count(minimal) > global_map.cells_max:
+            if minimal.size > global_map.cells_max:
                 raise DrivingError(
                     f'the route needs {minimal.columns} x {minimal.rows} cells, cells_max is {global_map.cells_max}; '
                     'give a nearer goal or a larger resolution'
@@ -73,7 +60,7 @@ class InflatedCostmap:
             return False
         else:
             union = _union(self.frame, frame)
-            frame = union if _cell_count(union) <= global_map.cells_max else frame
+            frame = union if union.size <= global_map.cells_max else frame
         self.frame = frame
         self.clearance = np.full(frame.shape, self.clearance_max, dtype=np.float32)
         self.blocked = np.zeros(frame.shape, dtype=np.bool_)
@@ -81,19 +68,12 @@ class InflatedCostmap:
         return True
 
     def refresh(self, global_map: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
-        """Update the costmap where the map changed.
-
-        Args:
-            global_map: obstacles.
-            changed: part of the map that changed.
-
-        Returns:
-            cells that became blocked or free, shape (n, 2).
-        """
+        """Update the costmap where the map changed; return the cells that became blocked or free, shape (n, 2)."""
         resolution = self.frame.resolution
         pad = math.ceil(self.clearance_max / resolution) + 1
         corner = np.array([changed.origin_y, changed.origin_x])
-        low = np.round((corner - self._origin) / resolution).astype(np.int64) - pad
+        origin = np.array([self.frame.origin_y, self.frame.origin_x])
+        low = np.round((corner - origin) / resolution).astype(np.int64) - pad
         first = np.maximum(low, 0)
         size = np.array(changed.shape) + 2 * pad
         last = np.minimum(low + size, self.frame.shape)
@@ -115,17 +95,13 @@ class InflatedCostmap:
             np.where(inside.T, self.clearance[rows, columns], self.clearance_max).T, dtype=np.float32
         )
 
-    @property
-    def _origin(self) -> NDArray[np.float64]:
-        return np.array([self.frame.origin_y, self.frame.origin_x])
-
     def _distances(
         self, global_map: GlobalMap, first: NDArray[np.int64], last: NDArray[np.int64], pad: int
     ) -> NDArray[np.float32]:
         """Return the clearance of the cells [first, last), from obstacles up to ``pad`` cells outside of them."""
         resolution = self.frame.resolution
         rows, columns = (int(n) for n in last - first + 2 * pad)
-        origin_y, origin_x = self._origin + resolution * (first - pad)
+        origin_y, origin_x = (self.frame.origin_y, self.frame.origin_x) + resolution * (first - pad)
         frame = GridFrame(float(origin_x), float(origin_y), resolution, columns, rows)
         occupied = global_map.occupancy_in(frame) >= OCCUPIED_THRESHOLD
         distances = np.minimum(clearance(occupied, resolution), np.float32(self.clearance_max))
@@ -137,7 +113,7 @@ def required_frame(global_map: GlobalMap, points_map: ArrayLike, inflation_radiu
     low, high = _bounds(points_map)
     known_frame = global_map.frame()
     if known_frame is not None:
-        corner, end = _corners(known_frame)
+        corner, end = known_frame.corners
         low, high = np.minimum(low, corner), np.maximum(high, end)
     return _frame_around(low, high, inflation_radius + 2.0 * global_map.resolution, global_map.resolution)
 
@@ -161,12 +137,8 @@ def _expand(frame: GridFrame, cells_max: int) -> GridFrame:
     columns, rows = frame.columns, frame.rows
     half = 0.25 * (columns + rows)
     growth = math.sqrt(max(half**2 - 0.25 * (columns * rows - 0.5 * cells_max), half**2)) - half
-    low, high = _corners(frame)
+    low, high = frame.corners
     return _frame_around(low, high, max(growth - _GROWTH_STEP, 0.0) * frame.resolution, frame.resolution)
-
-
-def _cell_count(frame: GridFrame) -> int:
-    return frame.rows * frame.columns
 
 
 def _union(frame: GridFrame, other: GridFrame) -> GridFrame:
@@ -174,7 +146,7 @@ def _union(frame: GridFrame, other: GridFrame) -> GridFrame:
     if frame.resolution != other.resolution:
         return other
     step = _GROWTH_STEP * frame.resolution
-    (low, high), (other_low, other_high) = _corners(frame), _corners(other)
+    (low, high), (other_low, other_high) = frame.corners, other.corners
     first, last = np.minimum(low, other_low) / step, np.maximum(high, other_high) / step
     return _frame_from_steps(np.round(first), np.round(last), frame.resolution)
 
@@ -186,22 +158,9 @@ def _frame_from_steps(first: NDArray[np.float64], last: NDArray[np.float64], res
     return GridFrame(float(first[0] * step), float(first[1] * step), resolution, columns, rows)
 
 
-def _corners(frame: GridFrame) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the lowest and the highest corner of a frame, x and y [m]."""
-    corner = np.array([frame.origin_x, frame.origin_y])
-    return corner, corner + frame.resolution * np.array([frame.columns, frame.rows])
-
-
 def _contains(frame: GridFrame, other: GridFrame) -> bool:
     if frame.resolution != other.resolution:
         return False
-    low, high = frame.cell_of(
-        [
-            (other.origin_x + 0.5 * other.resolution, other.origin_y + 0.5 * other.resolution),
-            (
-                other.origin_x + (other.columns - 0.5) * other.resolution,
-                other.origin_y + (other.rows - 0.5) * other.resolution,
-            ),
-        ]
-    )
-    return bool(frame.contains(low) and frame.contains(high))
+    half = 0.5 * other.resolution
+    low, high = other.corners
+    return bool(frame.contains(frame.cell_of([low + half, high - half])).all())

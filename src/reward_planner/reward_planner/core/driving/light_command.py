@@ -1,4 +1,4 @@
-"""Commands of lamps, as `vlc_beacon` publishes them."""
+"""Commands of lamps, as `vlc_beacon` publishes them, and those that are in effect."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import json
 import math
 from dataclasses import dataclass
 
-from reward_planner.core.driving.driving_error import DrivingError
+from reward_planner.core.reward_planner_error import DrivingError
+from shirube_core.geometry import wrap_angle
 
 OPERATIONS = ('stop', 'resume', 'slow', 'speed_up', 'turn')
 _SPEED_OPERATIONS = ('slow', 'speed_up')
@@ -29,11 +30,7 @@ class LightCommand:
 
 
 def parse_light_command(text: str) -> LightCommand:
-    """Parse a JSON command.
-
-    Raises:
-        DrivingError: not a JSON object, an unknown operation or an invalid value.
-    """
+    """Parse a JSON command; raise a DrivingError if it is not one, or has an unknown operation or an invalid value."""
     try:
         fields = json.loads(text)
     except (ValueError, RecursionError) as fault:
@@ -49,3 +46,45 @@ def parse_light_command(text: str) -> LightCommand:
     if operation == 'turn' and abs(value) > _TURN_MAX:
         raise DrivingError(f'command turn has an angle of {value:g} rad; send at most one full turn')
     return LightCommand(operation, float(value))
+
+
+class LightCommandState:
+    """Commands of lamps that are in effect.
+
+    Attributes:
+        is_stopped: whether a stop command is in effect.
+        speed_limit: maximum speed [m/s].
+        remaining_turn: remaining angle to turn in place, counterclockwise [rad], 0 for none; may exceed half a turn.
+    """
+
+    def __init__(self, speed_max: float) -> None:
+        """Start without commands, with the robot's maximum speed [m/s]."""
+        self.is_stopped = False
+        self.speed_limit = speed_max
+        self.remaining_turn = 0.0
+        self._speed_max = speed_max
+        self._yaw = math.nan
+
+    def apply_command(self, command: LightCommand) -> None:
+        """Apply a command."""
+        match command.operation:
+            case 'stop':
+                self.is_stopped = True
+            case 'resume':
+                self.is_stopped, self.speed_limit = False, self._speed_max
+            case 'slow':
+                self.speed_limit = min(self.speed_limit, command.value)
+            case 'speed_up':
+                self.speed_limit = min(command.value, self._speed_max)
+            case 'turn':
+                self.remaining_turn = max(-math.tau, min(self.remaining_turn + command.value, math.tau))
+
+    def update_heading(self, yaw: float) -> None:
+        """Update the remaining turn with the robot's heading in the map [rad]."""
+        if self.remaining_turn != 0.0 and math.isfinite(self._yaw):
+            self.remaining_turn -= wrap_angle(yaw - self._yaw)
+        self._yaw = yaw
+
+    def cancel_turn(self) -> None:
+        """End the turn; the next heading may be unrelated to the last."""
+        self.remaining_turn, self._yaw = 0.0, math.nan

@@ -8,26 +8,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.escape_path import escape_path
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
-from reward_planner.core.driving.route_planner import RoutePlanner, make_planner
-from reward_planner.core.grid.grid_frame import GridFrame
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.reward.reward_settings import RewardSettings
-from reward_planner.core.route.reachability import is_reachable
-from reward_planner.core.route.route import NoRoute, NoRouteReason, check_endpoints
+from reward_planner.core.occupancy_map import GridFrame
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.reward.reward_walk import reward_route
+from reward_planner.core.route.d_star_lite import DStarLite
+from reward_planner.core.route.route import NoRoute, check_endpoints, is_reachable
 from shirube_core.geometry import SE2
 
-_ROUNDING = 1e-5  # clearances are computed in single precision [m]
 MARGIN_CELLS_MIN = 1.5  # half diagonals of two cells, rounded up [cells]
+_ROUNDING = 1e-5  # clearances are computed in single precision [m]
 _OFF_ROUTE_DISTANCE = 0.5  # distance from the route at which the robot replans [m]
+_NEIGHBOURS = np.array([(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1)])
 
 
 class Replanner:
     """The current route to one goal.
 
     Attributes:
+        costmap: inflated obstacles around robot, goal and known cells.
         points_map: remaining route from near the robot to the goal [m], shape (n, 2), n may be 0.
         no_route_reason: why there is no route; None if there is one.
         replan_count: number of routes taken so far.
@@ -41,126 +41,92 @@ class Replanner:
         reward: RewardSettings,
         driving: DrivingSettings,
     ) -> None:
-        """Start without a route.
-
-        Args:
-            global_map: map to plan on; it is only read, call `update_map` after changes.
-            goal_map: x and y of the goal [m].
-            planner: planning mode and robot radius.
-            reward: settings of the reward rule.
-            driving: clearances, lookahead and replanning thresholds.
-        """
+        """Start without a route to a goal (x, y) [m]; the map is only read, call `update_map` after changes."""
         self.replan_count = 0
         self._global_map, self._goal, self._settings = global_map, goal_map, driving
-        self._planning_settings = (planner, reward)
+        self._planner, self._reward = planner, reward
+        self._horizon_steps = 2 + int(2.0 * driving.lookahead / global_map.resolution)
         self.reset()
-
-    def update_map(self, part: GridFrame) -> None:
-        """Update costmap and planner where the map changed."""
-        if self._planner is None:
-            return
-        cells = self.costmap.refresh(self._global_map, part)
-        if len(cells):
-            self._planner.update_cells(cells, self.costmap.blocked[cells[:, 0], cells[:, 1]])
-            self._has_changed = True
 
     def reset(self) -> None:
         """Discard route and costmap, for instance after the map was cleared; the goal stays."""
+        radius, driving = self._planner.robot_radius, self._settings
+        # Distances are between cell centres; the robot and the obstacle's edge are off them.
+        margin = max(driving.clearance_margin, MARGIN_CELLS_MIN * self._global_map.resolution)
+        clearance_max = max(radius + margin, radius + driving.slow_distance) + 0.1
+        self.costmap = InflatedCostmap(radius + margin, clearance_max)
         self.points_map = np.empty((0, 2))
-        self.no_route_reason: NoRouteReason | None = None
-        self.costmap = self._make_costmap()
-        self._planner: RoutePlanner | None = None
+        self.no_route_reason: NoRoute | None = None
+        self._search: DStarLite | None = None
         self._visited: list[tuple[float, float]] = []
-        self._has_changed = False
+        self._has_costmap = self._has_changed = False
         self._planned_at = -math.inf
 
-    def update(self, now: float, robot: SE2) -> None:
-        """Update the route, and replan if needed.
+    def update_map(self, part: GridFrame) -> None:
+        """Update costmap and search where the map changed."""
+        if not self._has_costmap:
+            return
+        cells = self.costmap.refresh(self._global_map, part)
+        if len(cells):
+            if self._search is not None:
+                self._search.update_cells(cells, self.costmap.blocked[cells[:, 0], cells[:, 1]])
+            self._has_changed = True
 
-        Args:
-            now: current time [s].
-            robot: pose of the robot in the map.
+    def update(self, now: float, robot: SE2) -> None:
+        """Update the route at a time [s] for a pose of the robot in the map, and replan if needed.
 
         Raises:
             DrivingError: the goal is too far away.
         """
-        planner = self._update_planner(robot)
+        # A resized costmap needs a new search.
+        if self.costmap.cover(self._global_map, [self._goal, (robot.x, robot.y)]) or not self._has_costmap:
+            if self._planner.mode == 'optimal':
+                self._search = DStarLite(self.costmap.blocked, self._cell_of(self._goal))
+            self._has_costmap = self._has_changed = True
+        # The robot moved: the route begins at its nearest point, and the reward rule remembers the place.
         self._drop_passed_points(robot)
         self._record_position(robot)
         is_due = now - self._planned_at >= self._settings.replan_period or now < self._planned_at
+        # Without a route: plan at once on a changed map, and then once per period.
         if len(self.points_map) == 0:
             if is_due or (self._has_changed and self.no_route_reason is None):
-                self._replan(now, robot, planner)
+                self._replan(now, robot)
+        # A route that cannot be followed to its end is replaced at once.
         elif self._is_off_route(robot) or self._is_blocked() or self._is_nearly_finished():
-            self._replan(now, robot, planner)
-        elif self._has_changed and is_due and self._planning_settings[0].mode == 'optimal':
-            self._replan_if_shorter(now, robot, planner)
+            self._replan(now, robot)
+        # A free route is replaced once per period, if the map changed and the new one is clearly shorter.
+        elif self._has_changed and is_due and self._search is not None:
+            self._replan(now, robot, only_if_shorter=True)
 
-    def _make_costmap(self) -> InflatedCostmap:
-        radius, driving = self._planning_settings[0].robot_radius, self._settings
-        # Distances are between cell centres; the robot and the obstacle's edge are off them.
-        inflation_radius = radius + max(
-            driving.clearance_margin, MARGIN_CELLS_MIN * self._global_map.resolution
-        )
-        return InflatedCostmap(inflation_radius, max(inflation_radius, radius + driving.slow_distance) + 0.1)
-
-    def _update_planner(self, robot: SE2) -> RoutePlanner:
-        """Return the planner; a new one if the costmap was resized."""
-        changed = self.costmap.cover(self._global_map, [self._goal, (robot.x, robot.y)])
-        if not changed and self._planner is not None:
-            return self._planner
-        goal = self.costmap.frame.cell_of(self._goal)
-        self._planner = make_planner(
-            self.costmap,
-            (int(goal[0]), int(goal[1])),
-            *self._planning_settings,
-            self._visited,
-            self._horizon_steps,
-        )
-        self._has_changed = True
-        return self._planner
-
-    @property
-    def _horizon_steps(self) -> int:
-        """Steps along twice the lookahead distance."""
-        return 2 + int(2.0 * self._settings.lookahead / self._global_map.resolution)
-
-    def _replan(self, now: float, robot: SE2, planner: RoutePlanner) -> None:
-        result = self._plan(robot, planner)
+    def _replan(self, now: float, robot: SE2, *, only_if_shorter: bool = False) -> None:
+        result = self._plan(robot)
         self._planned_at, self._has_changed = now, False
         if isinstance(result, NoRoute):
-            self.points_map, self.no_route_reason = np.empty((0, 2)), result.reason
-            return
-        self.points_map, self.no_route_reason = result, None
-        self.replan_count += 1
-
-    def _replan_if_shorter(self, now: float, robot: SE2, planner: RoutePlanner) -> None:
-        """Take a new route if it is shorter by replan_gain and by more than the lookahead distance."""
-        result = self._plan(robot, planner)
-        self._planned_at, self._has_changed = now, False
-        if isinstance(result, NoRoute):
-            return
-        remaining = path_length(self.points_map)
-        saved = remaining - path_length(result)
-        if saved > self._settings.replan_gain * remaining and saved > self._settings.lookahead:
-            self.points_map = result
+            if not only_if_shorter:
+                self.points_map, self.no_route_reason = np.empty((0, 2)), result
+        elif not only_if_shorter or self._is_clearly_shorter(result):
+            self.points_map, self.no_route_reason = result, None
             self.replan_count += 1
 
-    def _plan(self, robot: SE2, planner: RoutePlanner) -> NDArray[np.float64] | NoRoute:
+    def _plan(self, robot: SE2) -> NDArray[np.float64] | NoRoute:
         """Return the points of a route from the robot; it first leaves the inflated obstacles if it is in them."""
         costmap = self.costmap
-        ends = costmap.frame.cell_of([(robot.x, robot.y), self._goal])
-        start, goal = ((int(row), int(column)) for row, column in ends)
+        start, goal = self._cell_of((robot.x, robot.y)), self._cell_of(self._goal)
         failure = check_endpoints(costmap.blocked, start, goal)
-        if failure is not None and failure.reason is not NoRouteReason.START_BLOCKED:
+        if failure is not None and failure is not NoRoute.START_BLOCKED:
             return failure
         escape = escape_path(costmap.clearance, costmap.blocked, start)
         if escape is None:
-            return NoRoute(NoRouteReason.START_BLOCKED)
+            return NoRoute.START_BLOCKED
         begin = (int(escape[-1, 0]), int(escape[-1, 1]))
         if not is_reachable(costmap.blocked, begin, goal):
-            return NoRoute(NoRouteReason.UNREACHABLE)
-        result = planner.route_from(begin)
+            return NoRoute.UNREACHABLE
+        if self._search is not None:
+            result = self._search.route_from(begin)
+        else:
+            result = reward_route(
+                costmap.blocked, begin, goal, self._reward, self._visited_cells(), self._horizon_steps
+            )
         if isinstance(result, NoRoute):
             return result
         points = costmap.frame.centre_of(np.concatenate([escape[:-1], result.cells]))
@@ -168,20 +134,39 @@ class Replanner:
             points[-1] = self._goal
         return points
 
+    def _cell_of(self, point_map: tuple[float, float]) -> tuple[int, int]:
+        row, column = self.costmap.frame.cell_of(point_map)
+        return int(row), int(column)
+
     def _drop_passed_points(self, robot: SE2) -> None:
         """Drop the points before the nearest one within the horizon."""
-        if len(self.points_map) == 0:
-            return
-        distances = np.hypot(*(self.points_map[: self._horizon_steps] - (robot.x, robot.y)).T)
-        self.points_map = self.points_map[int(distances.argmin()) :]
+        if len(self.points_map):
+            distances = np.hypot(*(self.points_map[: self._horizon_steps] - (robot.x, robot.y)).T)
+            self.points_map = self.points_map[int(distances.argmin()) :]
 
     def _record_position(self, robot: SE2) -> None:
         """Record visited positions, one per robot radius; only the reward rule uses them."""
-        planner = self._planning_settings[0]
-        if planner.mode != 'reward':
-            return
-        if not self._visited or math.dist(self._visited[-1], (robot.x, robot.y)) > planner.robot_radius:
-            self._visited.append((robot.x, robot.y))
+        here = (robot.x, robot.y)
+        if self._search is None and (
+            not self._visited or math.dist(self._visited[-1], here) > self._planner.robot_radius
+        ):
+            self._visited.append(here)
+
+    def _visited_cells(self) -> NDArray[np.int64]:
+        """Return the cells within twice the robot's radius of visited positions, shape (n, 2)."""
+        frame, radius = self.costmap.frame, 2.0 * self._planner.robot_radius
+        cells = int(radius / frame.resolution)
+        steps = frame.resolution * np.arange(-cells, cells + 1)
+        offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+        disc = offsets[np.hypot(*offsets.T) <= radius]
+        visited = frame.cell_of((np.array(self._visited).reshape(-1, 1, 2) + disc).reshape(-1, 2))
+        return visited[frame.contains(visited)]
+
+    def _is_clearly_shorter(self, points: NDArray[np.float64]) -> bool:
+        """Return whether a route saves the fraction replan_gain and more than the lookahead distance."""
+        remaining = path_length(self.points_map)
+        saved = remaining - path_length(points)
+        return saved > self._settings.replan_gain * remaining and saved > self._settings.lookahead
 
     def _is_nearly_finished(self) -> bool:
         """Return whether the robot is near the end of a partial route, as the reward rule plans them."""
@@ -202,3 +187,23 @@ class Replanner:
 def path_length(points: NDArray[np.float64]) -> float:
     """Return the length of a path through points of shape (n, 2) [m]."""
     return float(np.hypot(*np.diff(points, axis=0).T).sum())
+
+
+def escape_path(
+    clearance: NDArray[np.float32], blocked: NDArray[np.bool_], start: tuple[int, int]
+) -> NDArray[np.int64] | None:
+    """Return the path of steepest clearance ascent from a start to the first free cell, shape (n, 2).
+
+    It is only the start if that is free, and None if clearance [m] stops growing before a free cell.
+    """
+    cells = [start]
+    while blocked[cells[-1]]:
+        around = _NEIGHBOURS + cells[-1]
+        around = around[((around >= 0) & (around < clearance.shape)).all(axis=1)]
+        gains = clearance[around[:, 0], around[:, 1]] - clearance[cells[-1]]
+        gains /= np.hypot(*(around - cells[-1]).T)
+        best = int(gains.argmax())
+        if gains[best] <= 0.0:
+            return None
+        cells.append((int(around[best, 0]), int(around[best, 1])))
+    return np.array(cells, dtype=np.int64)

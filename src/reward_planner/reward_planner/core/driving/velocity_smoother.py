@@ -12,12 +12,7 @@ _STEP_MAX = 0.2  # upper bound of the time between two velocities [s]
 
 @dataclass(frozen=True)
 class Velocity:
-    """Velocity of the base, in the base frame.
-
-    Attributes:
-        forward: linear velocity along x [m/s].
-        turn_rate: angular velocity, counterclockwise [rad/s].
-    """
+    """Velocity of the base: linear along x [m/s] and angular, counterclockwise [rad/s], in the base frame."""
 
     forward: float = 0.0
     turn_rate: float = 0.0
@@ -37,12 +32,7 @@ class VelocitySmoother:
         self._acceleration = 0.0
 
     def step_toward(self, target: Velocity, elapsed: float) -> Velocity:
-        """Return the next velocity towards the target.
-
-        Args:
-            target: target velocity; it is clamped to the limits.
-            elapsed: time since the last call [s].
-        """
+        """Return the next velocity towards a target, clamped to the limits, some time [s] after the last call."""
         settings = self._settings
         step = min(max(elapsed, 0.0), _STEP_MAX)
         forward = _clamp(target.forward, settings.max_linear_velocity)

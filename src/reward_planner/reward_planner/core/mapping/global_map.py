@@ -1,20 +1,35 @@
-"""The global occupancy grid, updated from local maps (2.2.3, step 2)."""
+"""The local map around the robot, and the global map that local maps update (2.2.3, steps 2 and 3)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.grid.grid_frame import GridFrame
-from reward_planner.core.grid.occupancy_map import UNKNOWN
-from reward_planner.core.mapping.local_map import LocalMap
-from reward_planner.core.mapping.mapping_error import MappingError
+from reward_planner.core.occupancy_map import UNKNOWN, GridFrame
+from reward_planner.core.reward_planner_error import RewardPlannerError
 
 _BLOCK = 64
 _CellSlices = tuple[slice, slice]
+
+
+@dataclass(frozen=True)
+class LocalMap:
+    """Occupancy of the floor around the robot, from its voxels.
+
+    Attributes:
+        frame: origin, resolution and size of the grid.
+        occupancy: OCCUPIED, FREE or UNKNOWN, shape (rows, columns).
+        observed: cells to write to the global map, shape (rows, columns): occupied, free, and UNKNOWN ones whose
+            obstacle was cleared by rays. Decayed or partial evidence does not count.
+    """
+
+    frame: GridFrame
+    occupancy: NDArray[np.int8]
+    observed: NDArray[np.bool_]
 
 
 class GlobalMap:
@@ -27,17 +42,10 @@ class GlobalMap:
     """
 
     def __init__(self, resolution: float, cells_max: int) -> None:
-        """Start with an empty map.
-
-        Args:
-            resolution: side of a cell [m].
-            cells_max: maximum number of cells.
-        """
-        self.resolution = resolution
+        """Start with an empty map."""
+        self.resolution, self.cells_max = resolution, cells_max
         self.rejected_cells = 0
-        self.cells_max = cells_max
         self._blocks: dict[tuple[int, int], NDArray[np.int8]] = {}
-        self._low = self._high = (0, 0)
 
     @property
     def bytes(self) -> int:
@@ -50,51 +58,51 @@ class GlobalMap:
         Cells of a static map that are not aligned with this map's cells are moved to the nearest ones.
 
         Raises:
-            MappingError: another resolution, or arrays that do not fit their frame.
+            RewardPlannerError: another resolution, or arrays that do not fit their frame.
         """
         if local.occupancy.shape != local.frame.shape or local.observed.shape != local.frame.shape:
-            raise MappingError(
+            raise RewardPlannerError(
                 f'occupancy has the shape {local.occupancy.shape}, its frame {local.frame.shape}; they must be equal'
             )
         for index, block, part in self._overlapping_blocks(local.frame):
             observed = local.observed[part]
             if not observed.any():
                 continue
-            if index not in self._blocks and not self._add_block(index):
-                self.rejected_cells += int(observed.sum())
-                continue
+            if index not in self._blocks:
+                if (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
+                    self.rejected_cells += int(observed.sum())
+                    continue
+                self._blocks[index] = np.full((_BLOCK, _BLOCK), UNKNOWN, dtype=np.int8)
             self._blocks[index][block][observed] = local.occupancy[part][observed]
 
     def frame(self) -> GridFrame | None:
         """Return the smallest rectangle of blocks around all known cells, None if there are none."""
         if not self._blocks:
             return None
+        (low_row, rows), (low_column, columns) = (
+            (min(n), _BLOCK * (max(n) + 1 - min(n))) for n in zip(*self._blocks, strict=True)
+        )
         metres = _BLOCK * self.resolution
-        rows, columns = (_BLOCK * (high - low) for low, high in zip(self._low, self._high, strict=True))
-        return GridFrame(self._low[1] * metres, self._low[0] * metres, self.resolution, columns, rows)
+        return GridFrame(low_column * metres, low_row * metres, self.resolution, columns, rows)
 
     def occupancy(self) -> tuple[GridFrame, NDArray[np.int8]] | None:
         """Return frame and cells of the whole map, shape (rows, columns), None if the map is empty.
 
         Raises:
-            MappingError: the rectangle around all known cells has more than cells_max cells.
+            RewardPlannerError: the rectangle around all known cells has more than cells_max cells.
         """
         frame = self.frame()
         if frame is None:
             return None
-        if frame.rows * frame.columns > self.cells_max:
-            raise MappingError(
+        if frame.size > self.cells_max:
+            raise RewardPlannerError(
                 f'the map has {frame.columns} x {frame.rows} cells, cells_max is {self.cells_max}; '
                 'raise it or use a part of the map'
             )
         return frame, self.occupancy_in(frame)
 
     def occupancy_in(self, frame: GridFrame) -> NDArray[np.int8]:
-        """Return the cells of a frame, shape (rows, columns), UNKNOWN by default.
-
-        Raises:
-            MappingError: another resolution.
-        """
+        """Return the cells of a frame of the map's resolution, shape (rows, columns), UNKNOWN by default."""
         cells = np.full(frame.shape, UNKNOWN, dtype=np.int8)
         for index, block, part in self._overlapping_blocks(frame):
             if index in self._blocks:
@@ -110,7 +118,7 @@ class GlobalMap:
     ) -> Iterator[tuple[tuple[int, int], _CellSlices, _CellSlices]]:
         """Yield the blocks that overlap a frame: block index, cells of the block, cells of the frame."""
         if not math.isclose(frame.resolution, self.resolution, rel_tol=1e-6):
-            raise MappingError(
+            raise RewardPlannerError(
                 f'the resolution is {frame.resolution} m, that of the map {self.resolution} m; '
                 'use the same resolution'
             )
@@ -118,18 +126,6 @@ class GlobalMap:
         for block_row, rows, frame_rows in _split_by_blocks(row, frame.rows):
             for block_column, columns, frame_columns in _split_by_blocks(column, frame.columns):
                 yield (block_row, block_column), (rows, columns), (frame_rows, frame_columns)
-
-    def _add_block(self, index: tuple[int, int]) -> bool:
-        """Allocate a block of unknown cells; return False if the map is full."""
-        if (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
-            return False
-        low, high = index, (index[0] + 1, index[1] + 1)
-        if self._blocks:
-            low = (min(low[0], self._low[0]), min(low[1], self._low[1]))
-            high = (max(high[0], self._high[0]), max(high[1], self._high[1]))
-        self._low, self._high = low, high
-        self._blocks[index] = np.full((_BLOCK, _BLOCK), UNKNOWN, dtype=np.int8)
-        return True
 
 
 def _split_by_blocks(first: int, count: int) -> Iterator[tuple[int, slice, slice]]:

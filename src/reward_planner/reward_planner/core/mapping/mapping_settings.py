@@ -15,11 +15,7 @@ class MappingSettings:
         0.5, 'time after which a frame without a pose is dropped', unit='s', minimum=0.0, maximum=10.0
     )
     pose_gap_max: float = setting(
-        0.5,
-        'largest gap between two poses that is interpolated',
-        unit='s',
-        minimum=0.01,
-        maximum=10.0,
+        0.5, 'largest gap between two poses that is interpolated', unit='s', minimum=0.01, maximum=10.0
     )
     speed_max: float = setting(
         3.0, 'a pose has jumped if it implies a higher speed', unit='m/s', minimum=0.01, maximum=50.0

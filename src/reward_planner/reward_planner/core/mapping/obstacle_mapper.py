@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.mapping.local_map import LocalMap
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.mapping.projection import project_voxels
-from reward_planner.core.voxels.count_points import PointCounts
-from reward_planner.core.voxels.sensor_view import SensorView
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
+from reward_planner.core.voxels.frame_kernels import PointCounts
+from reward_planner.core.voxels.frame_window import TILE_SIZE, SensorView
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
 from reward_planner.core.voxels.voxel_map import VoxelMap
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 from shirube_core.geometry import SE2, CameraMount
+
+_FREE_LAYER_FRACTION = 0.5  # of the layers are traversed in a free cell
 
 
 class ObstacleMapper:
@@ -25,17 +28,8 @@ class ObstacleMapper:
     """
 
     def __init__(self, mount: CameraMount, voxels: VoxelSettings, mapping: MappingSettings) -> None:
-        """Start with empty maps.
-
-        Args:
-            mount: pose of the sensor's optical frame in the base frame.
-            voxels: settings of the voxel map.
-            mapping: maximum size of the global map.
-
-        Raises:
-            VoxelError: the settings give no voxels.
-        """
-        self._T_base_sensor = _matrix_from_parts(mount.rotation, np.array(mount.xyz))
+        """Start with empty maps; ``mount`` is the pose of the sensor's optical frame in the base frame."""
+        self._T_base_sensor = _rigid_transform(mount.rotation, mount.xyz)
         self.voxels = VoxelMap(voxels)
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
 
@@ -51,11 +45,18 @@ class ObstacleMapper:
             focal_length: density of the points, see `SensorView`.
 
         Raises:
-            VoxelError: points of a wrong shape, or a pose or stamp that is not finite.
+            RewardPlannerError: points of a wrong shape, or a pose or stamp that is not finite.
         """
-        view = SensorView(_matrix_from_pose(T_map_base) @ self._T_base_sensor, focal_length)
+        # The sensor in the map: the robot's pose at the stamp and the mount.
+        cos, sin = np.cos(T_map_base.yaw), np.sin(T_map_base.yaw)
+        rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        T_map_robot = _rigid_transform(rotation, (T_map_base.x, T_map_base.y, 0.0))
+        view = SensorView(T_map_robot @ self._T_base_sensor, focal_length)
+        # 2.2.2: voxels from the points.
         point_counts = self.voxels.add(stamp, points, view).point_counts
+        # 2.2.3, step 1: the voxels of obstacles, projected to the floor.
         local = project_voxels(self.voxels, view, self.map)
+        # 2.2.3, steps 2 and 3: the global map, where the local one observed it.
         self.map.write(local)
         return local, point_counts
 
@@ -65,15 +66,78 @@ class ObstacleMapper:
         self.map.clear()
 
 
-def _matrix_from_pose(pose: SE2) -> NDArray[np.float64]:
-    cos, sin = np.cos(pose.yaw), np.sin(pose.yaw)
-    rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return _matrix_from_parts(rotation, np.array([pose.x, pose.y, 0.0]))
-
-
-def _matrix_from_parts(
-    rotation: NDArray[np.float64], translation: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _rigid_transform(rotation: NDArray[np.float64], translation: ArrayLike) -> NDArray[np.float64]:
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotation, translation
     return T
+
+
+def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap) -> LocalMap:
+    """Project the voxels within the window of a view to the floor.
+
+    A cell is occupied if any voxel above it has the value of an obstacle. It is free if no voxel has a positive value
+    and rays traversed its voxels from the lowest up without a gap, at least half of them. So it is not free where rays
+    only pass over a box, or under and over a shelf. The rules without rays give no free cells.
+
+    An obstacle that points showed is cleared once rays traversed all of its hit voxels, even if the rest of the cell
+    was not seen. An obstacle of a map file, or of voxels that were dropped, is cleared only when its cell is free.
+    """
+    settings = voxels.settings
+    window, slots = voxels.slots_around(view)
+    is_mean = settings.rule != 'log_odds'
+    value_min = settings.value_min if is_mean else settings.log_odds_occupied
+    free_max = -FREE_FRACTION * settings.log_odds_pass
+    limits = float(np.float32(value_min)), float(np.float32(free_max))  # rounded as the values are
+    x, y, _ = window.corner
+    frame = GridFrame(float(x), float(y), window.resolution, window.side, window.side)
+    occupancy, observed = _project(
+        voxels.tiles.values,
+        voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
+        slots,
+        limits,
+        global_map.occupancy_in(frame) >= OCCUPIED_THRESHOLD,
+        voxels.tiles.has_obstacle,
+    )
+    return LocalMap(frame, occupancy, observed)
+
+
+@njit(cache=True)
+def _project(
+    values: NDArray[np.float32],
+    frames: NDArray[np.float32],
+    slots: NDArray[np.int64],
+    limits: tuple[float, float],
+    was_occupied: NDArray[np.bool_],
+    has_obstacle: NDArray[np.bool_],
+) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
+    """Return occupancy and observed cells of the window; rows along y.
+
+    Values, shape (slots, TILE_SIZE, TILE_SIZE, layers), are divided by the numbers of frames, shape (slots,). The
+    limits are the lowest value of an obstacle and the highest of free space. ``was_occupied`` are cells of the
+    global map; ``has_obstacle`` are columns whose obstacle rays may clear, updated in place.
+    """
+    side = TILE_SIZE * len(slots)
+    occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)
+    observed = np.zeros((side, side), dtype=np.bool_)
+    for i, j in np.ndindex(slots.shape):
+        slot = slots[i, j]
+        if slot == NO_TILE:
+            continue
+        frame_count = max(float(frames[slot]), 1.0)
+        for column in range(TILE_SIZE):
+            for row in range(TILE_SIZE):
+                highest, free_layers, free_from_bottom = np.float32(0.0), 0, 0
+                for layer, value in enumerate(values[slot, column, row]):
+                    highest = max(highest, value)
+                    free_layers += value <= limits[1]
+                    free_from_bottom += free_layers == layer + 1
+                cell = (j * TILE_SIZE + row, i * TILE_SIZE + column)
+                if highest >= limits[0] * frame_count:
+                    occupancy[cell], observed[cell] = OCCUPIED, True
+                    has_obstacle[slot, column, row] |= not was_occupied[cell]
+                elif highest <= 0.0:
+                    is_free = free_layers == free_from_bottom >= _FREE_LAYER_FRACTION * values.shape[3]
+                    occupancy[cell] = FREE if is_free else UNKNOWN
+                    observed[cell] = is_free or has_obstacle[slot, column, row]
+                    has_obstacle[slot, column, row] = False
+    return occupancy, observed

@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.reward.reward_table import RewardTable
+from reward_planner.core.planner_settings import RewardTable
 
 ADVANCE, COLLISION, OUTSIDE, VISITED, DETOUR = range(5)
+TERM_NAMES = tuple(row.name for row in fields(RewardTable))
 
 STEPS = np.array([(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)])
 
 _AT_GOAL = 0.5  # L of a step that ends at the goal: nearer than any other cell, and 100/L is finite
 
-TERM_NAMES = tuple(row.name for row in fields(RewardTable))
+
+class RewardRule(NamedTuple):
+    """The reward rule to one goal, for numba kernels.
+
+    Attributes:
+        goal: row and column of the goal.
+        values: rows of Table 1, shape (5,).
+        is_counted: whether row 4 applies for each visit.
+    """
+
+    goal: tuple[int, int]
+    values: NDArray[np.float64]
+    is_counted: bool
 
 
 @dataclass(frozen=True)
@@ -37,11 +51,7 @@ class StepReward:
 
 
 def explain_steps(terms: NDArray[np.float64]) -> list[StepReward]:
-    """Return the eight steps by falling reward.
-
-    Args:
-        terms: rewards of each step by row of the table, as `write_step_terms` computes them, shape (8, 5).
-    """
+    """Return the eight steps by falling reward; ``terms`` as `write_step_terms` computes them, shape (8, 5)."""
     order = np.argsort(-terms.sum(axis=1), kind='stable')
     return [
         StepReward(
@@ -73,38 +83,30 @@ def straight_step(row: int, column: int, goal: tuple[int, int]) -> int:
 
 @njit(cache=True)
 def write_step_terms(
+    rule: RewardRule,
     blocked: NDArray[np.bool_],
     visits: NDArray[np.int32],
     state: tuple[int, int, bool],
-    goal: tuple[int, int],
-    reward_values: NDArray[np.float64],
-    counted: bool,
     terms: NDArray[np.float64],
 ) -> None:
-    """Compute the rewards of the eight steps, by the rows of Table 1.
+    """Compute the rewards of the eight steps, by the rows of Table 1: ``terms``, shape (8, 5).
 
-    Args:
-        blocked: cells known to be occupied, shape (rows, columns).
-        visits: number of visits of each cell, shape (rows, columns).
-        state: row and column of the robot, and whether its last step went straight to the goal.
-        goal: row and column of the goal.
-        reward_values: rows of the table, shape (5,).
-        counted: whether row 4 applies for each visit.
-        terms: output, rewards of each step by row, shape (8, 5); a step past a blocked corner is a collision.
+    ``blocked`` and the numbers of ``visits`` of each cell have the shape (rows, columns). The state is the robot's row
+    and column, and whether its last step went straight to the goal. A step past a blocked corner is a collision.
     """
     row, column, went_straight = state
-    straight = straight_step(row, column, goal)
+    straight = straight_step(row, column, rule.goal)
     terms[:] = 0.0
     for k in range(8):
         to_row, to_column = row + STEPS[k, 0], column + STEPS[k, 1]
         if not (0 <= to_row < blocked.shape[0] and 0 <= to_column < blocked.shape[1]):
-            terms[k, OUTSIDE] = reward_values[OUTSIDE]
+            terms[k, OUTSIDE] = rule.values[OUTSIDE]
         elif blocked[to_row, to_column] or blocked[to_row, column] or blocked[row, to_column]:
-            terms[k, COLLISION] = reward_values[COLLISION]
+            terms[k, COLLISION] = rule.values[COLLISION]
         else:
-            distance = max(np.hypot(to_row - goal[0], to_column - goal[1]), _AT_GOAL)
-            terms[k, ADVANCE] = reward_values[ADVANCE] / distance - distance
+            L = max(np.hypot(to_row - rule.goal[0], to_column - rule.goal[1]), _AT_GOAL)
+            terms[k, ADVANCE] = rule.values[ADVANCE] / L - L
             times = visits[to_row, to_column]
-            terms[k, VISITED] = reward_values[VISITED] * (times if counted else min(times, 1))
+            terms[k, VISITED] = rule.values[VISITED] * (times if rule.is_counted else min(times, 1))
             if k != straight and not went_straight:
-                terms[k, DETOUR] = reward_values[DETOUR]
+                terms[k, DETOUR] = rule.values[DETOUR]

@@ -12,18 +12,20 @@ from reward_planner.core.route.d_star_lite_kernels import (
     SearchState,
     apply_changes,
     cell_distance,
+    compute_shortest_path,
+    extract_path,
     insert_if_inconsistent,
-    replan,
+    update_changed_cells,
 )
-from reward_planner.core.route.octile import route_length
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, check_endpoints
+from reward_planner.core.route.route import NoRoute, Route, check_endpoints
 
-_CHANGES_MAX = 100_000
-"""With more changed cells since the last route, a search from scratch is faster than replanning."""
+_CHANGES_MAX = 100_000  # with more changed cells since the last route, a search from scratch is faster
 
 
 class DStarLite:
-    """Incremental planner to one goal; its routes are as short as those of `shortest_route`.
+    """Incremental planner to one goal (Koenig and Likhachev, AAAI 2002); see `d_star_lite_kernels` for the symbols.
+
+    Its routes are as short as those of `shortest_route`.
 
     Args:
         blocked: cells that the robot cannot enter, shape (rows, columns); it is copied.
@@ -57,11 +59,7 @@ class DStarLite:
         return view
 
     def update_cells(self, cells: ArrayLike, blocked: ArrayLike) -> None:
-        """Set cells blocked or free.
-
-        Args:
-            cells: rows and columns, shape (n, 2).
-            blocked: whether each cell is blocked, shape (n,).
+        """Set cells (rows and columns, shape (n, 2)) blocked or free (shape (n,)).
 
         Raises:
             RewardPlannerError: a cell is outside of the map.
@@ -79,21 +77,25 @@ class DStarLite:
             self._reset()
 
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
-        """Return a shortest route from the robot's cell, row and column."""
+        """Return a shortest route from the robot's cell, row and column (Main, figure 4)."""
         failure = check_endpoints(self._blocked, start, self._goal)
         if failure is not None:
             return failure
-        number = (start[0] + 1) * self._state.width + start[1] + 1
+        state, cell = self._state, (start[0] + 1) * self._state.width + start[1] + 1
         if self._start is None:
-            self._state.rhs[self._state.goal] = 0
-            self._open_list = insert_if_inconsistent(
-                self._state, self._open_list, self._state.goal, number, 0
-            )
+            # Initialize: only the goal is inconsistent, with rhs 0, and in the open list U.
+            state.rhs[state.goal] = 0
+            self._open_list = insert_if_inconsistent(state, self._open_list, state.goal, cell, 0)
         else:
-            self._key_modifier += cell_distance(self._state, self._start, number)
-        changed = np.concatenate(self._changed) if self._changed else np.empty(0, dtype=np.int64)
-        self._open_list, cells = replan(self._state, self._open_list, changed, number, self._key_modifier)
-        self._start, self._changed = number, []
-        if len(cells) == 0:
-            return NoRoute(NoRouteReason.UNREACHABLE)
-        return Route(cells, route_length(cells))
+            # The robot moved: k_m grows by h(s_last, s_start), so that old keys stay lower bounds.
+            self._key_modifier += cell_distance(state, self._start, cell)
+        # UpdateVertex of all cells whose edges changed.
+        changed = np.concatenate([*self._changed, np.empty(0, dtype=np.int64)])
+        self._start, self._changed = cell, []
+        open_list = update_changed_cells(state, self._open_list, changed, cell, self._key_modifier)
+        # ComputeShortestPath: expand cells until the robot's one is consistent.
+        self._open_list = compute_shortest_path(state, open_list, cell, self._key_modifier)
+        # There is no path if rhs of the robot's cell is infinite; else its cells follow the least cost-to-goal.
+        if state.rhs[cell] >= UNREACHED:
+            return NoRoute.UNREACHABLE
+        return Route(extract_path(state, cell))

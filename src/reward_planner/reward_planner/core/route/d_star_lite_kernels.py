@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.route.octile import DIAGONAL, STRAIGHT, octile_distance
 from reward_planner.core.route.open_list import pop_first, push
+from reward_planner.core.route.route import DIAGONAL, STRAIGHT, octile_distance
 
 UNREACHED = 1 << 60
 
@@ -142,13 +142,7 @@ def _compact_open_list(state: SearchState, open_list: OpenList) -> OpenList:
 def apply_changes(
     state: SearchState, cells: NDArray[np.int64], blocked: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
-    """Set cells blocked or free, and return the indices of those that changed.
-
-    Args:
-        state: state of the search.
-        cells: rows and columns without border, shape (n, 2).
-        blocked: whether each cell is blocked, shape (n,).
-    """
+    """Set cells (without border, shape (n, 2)) blocked or free; return the indices of those that changed."""
     changed = np.empty(len(cells), np.int64)
     count = 0
     for k in range(len(cells)):
@@ -161,30 +155,13 @@ def apply_changes(
 
 
 @njit(cache=True)
-def replan(
-    state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
-) -> tuple[OpenList, NDArray[np.int64]]:
-    """Repair the search after changes; return the open list and the cells of a shortest route, empty if there is none.
-
-    Args:
-        state: state of the search.
-        open_list: cells to expand.
-        changed: indices of the cells that became blocked or free since the last call.
-        start: index of the robot's cell.
-        key_modifier: k_m, the sum of the robot's motions from start to start [1/STRAIGHT cells].
-    """
-    open_list = update_changed_cells(state, open_list, changed, start, key_modifier)
-    open_list = compute_shortest_path(state, open_list, start, key_modifier)
-    if state.rhs[start] >= UNREACHED:
-        return open_list, np.empty((0, 2), np.int64)
-    return open_list, extract_path(state, start)
-
-
-@njit(cache=True)
 def update_changed_cells(
     state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
 ) -> OpenList:
-    """Update rhs around cells that became blocked or free; return the open list."""
+    """Update rhs around cells that became blocked or free (UpdateVertex); return the open list.
+
+    ``start`` is the robot's cell, and ``key_modifier`` k_m, the sum of its motions so far [1/STRAIGHT cells].
+    """
     width = state.width
     for cell in changed:
         for row_begin in (cell - width, cell, cell + width):
@@ -271,14 +248,8 @@ def extract_path(state: SearchState, start: int) -> NDArray[np.int64]:
             numbers = np.concatenate((numbers, numbers))
         numbers[count] = best
         count += 1
-    return _rows_and_columns(numbers[:count], state.width)
-
-
-@njit(cache=True)
-def _rows_and_columns(numbers: NDArray[np.int64], width: int) -> NDArray[np.int64]:
-    """Convert cell indices to rows and columns without border, shape (n, 2)."""
-    cells = np.empty((len(numbers), 2), np.int64)
-    for k in range(len(numbers)):
-        row = numbers[k] // width
-        cells[k, 0], cells[k, 1] = row - 1, numbers[k] - row * width - 1
+    cells = np.empty((count, 2), np.int64)
+    for k in range(count):
+        row = numbers[k] // state.width
+        cells[k, 0], cells[k, 1] = row - 1, numbers[k] - row * state.width - 1
     return cells

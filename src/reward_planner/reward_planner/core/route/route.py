@@ -1,14 +1,24 @@
-"""Result of planning: a route, or the reason why there is none."""
+"""Result of planning: a route, or the reason why there is none; and the octile lengths of routes.
+
+Octile lengths are integers that compare exactly as the true lengths do. A diagonal step is sqrt(2) times a straight
+one. 665857/470832 is a convergent of sqrt(2), so no fraction with a smaller denominator is between the two. Sums of
+these integers order two routes as their true lengths do, and are equal only if those are, as long as their numbers of
+diagonal steps differ by less than 470832.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
+import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.grid.grid_frame import GridFrame
+STRAIGHT = 470832
+DIAGONAL = 665857
 
 
 @dataclass(frozen=True)
@@ -17,22 +27,17 @@ class Route:
 
     Attributes:
         cells: rows and columns from start to goal, shape (n, 2); one cell if the start is the goal.
-        length: sum of the steps, 1 for a straight and sqrt(2) for a diagonal one [cells].
     """
 
     cells: NDArray[np.int64]
-    length: float
 
-    def points_map(self, frame: GridFrame) -> NDArray[np.float64]:
-        """Return the centres of the cells in the map frame, shape (n, 2) [m]."""
-        return frame.centre_of(self.cells)
-
-    def length_in_metres(self, frame: GridFrame) -> float:
-        """Return the length on a grid of some resolution [m]."""
-        return self.length * frame.resolution
+    @property
+    def length(self) -> float:
+        """Sum of the steps, 1 for a straight and sqrt(2) for a diagonal one [cells]."""
+        return route_length(self.cells)
 
 
-class NoRouteReason(Enum):
+class NoRoute(Enum):
     """Why there is no route."""
 
     START_OUTSIDE = 'the start is outside of the map'
@@ -43,31 +48,42 @@ class NoRouteReason(Enum):
     GAVE_UP = 'the reward rule did not reach the goal'
 
 
-@dataclass(frozen=True)
-class NoRoute:
-    """No route, and the reason."""
-
-    reason: NoRouteReason
-
-
 def check_endpoints(
     blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]
 ) -> NoRoute | None:
-    """Return why no route can start or end at these cells, or None.
-
-    Args:
-        blocked: cells that the robot cannot enter, shape (rows, columns).
-        start: row and column of the start.
-        goal: row and column of the goal.
-    """
+    """Return why no route on a grid, shape (rows, columns), can start or end at these cells, or None."""
     rows, columns = blocked.shape
     ends = (
-        (goal, NoRouteReason.GOAL_OUTSIDE, NoRouteReason.GOAL_BLOCKED),
-        (start, NoRouteReason.START_OUTSIDE, NoRouteReason.START_BLOCKED),
+        (goal, NoRoute.GOAL_OUTSIDE, NoRoute.GOAL_BLOCKED),
+        (start, NoRoute.START_OUTSIDE, NoRoute.START_BLOCKED),
     )
     for (row, column), outside, inside in ends:
         if not (0 <= row < rows and 0 <= column < columns):
-            return NoRoute(outside)
+            return outside
         if blocked[row, column]:
-            return NoRoute(inside)
+            return inside
     return None
+
+
+@njit(cache=True)
+def octile_distance(row_a: int, column_a: int, row_b: int, column_b: int) -> int:
+    """Return the octile distance between two cells [1/STRAIGHT cells]."""
+    rows, columns = abs(row_a - row_b), abs(column_a - column_b)
+    if rows < columns:
+        rows, columns = columns, rows
+    return STRAIGHT * (rows - columns) + DIAGONAL * columns
+
+
+def route_length(cells: NDArray[np.int64]) -> float:
+    """Return the length of a route of neighbouring cells (rows and columns, shape (n, 2)) [cells]."""
+    diagonal = int((np.diff(cells, axis=0) != 0).all(axis=1).sum())
+    return len(cells) - 1 - diagonal + diagonal * math.sqrt(2.0)
+
+
+def is_reachable(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]) -> bool:
+    """Return whether a route that cuts no corner leads between two free cells of a grid, shape (rows, columns).
+
+    A diagonal step needs both adjacent cells free, so connected cells are connected by straight steps.
+    """
+    _, components = cv2.connectedComponents((~blocked).view(np.uint8), connectivity=4)
+    return bool(components[start] == components[goal])

@@ -7,10 +7,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.route.bit_grid import BitGrid, pack_grid
-from reward_planner.core.route.octile import STRAIGHT, octile_distance, route_length
+from reward_planner.core.route.jump_points import successors, successors_of_start
 from reward_planner.core.route.open_list import pop_first, push
-from reward_planner.core.route.route import NoRoute, NoRouteReason, Route, check_endpoints
-from reward_planner.core.route.successors import successors, successors_of_start
+from reward_planner.core.route.route import (
+    STRAIGHT,
+    NoRoute,
+    Route,
+    check_endpoints,
+    octile_distance,
+)
 
 _TIE_BITS = 20  # low bits of a key: distance to the goal [cells]; high bits: estimated length of the route
 
@@ -18,15 +23,10 @@ _TIE_BITS = 20  # low bits of a key: distance to the goal [cells]; high bits: es
 def shortest_route(
     blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]
 ) -> Route | NoRoute:
-    """Return a shortest route of straight and diagonal steps that cuts no corner.
+    """Return a shortest route of straight and diagonal steps on a grid, shape (rows, columns); it cuts no corner.
 
     A diagonal step needs both adjacent cells free. Of equally long routes, the one with straight steps first is
     returned; in unknown terrain it meets fewer obstacles.
-
-    Args:
-        blocked: cells that the robot cannot enter, shape (rows, columns).
-        start: row and column of the start.
-        goal: row and column of the goal.
     """
     failure = check_endpoints(blocked, start, goal)
     if failure is not None:
@@ -38,9 +38,9 @@ def shortest_route(
     parents = np.zeros(rows << shift, dtype=np.int32)
     # Search from the goal: it makes diagonal steps first, so the robot makes straight steps first.
     if not _search(pack_grid(blocked), shift, goal, start, lengths, parents):
-        return NoRoute(NoRouteReason.UNREACHABLE)
+        return NoRoute.UNREACHABLE
     cells = _expand_path(parents, shift, goal, start)[::-1]
-    return Route(cells, route_length(cells))
+    return Route(cells)
 
 
 @njit(cache=True)
@@ -52,18 +52,10 @@ def _search(
     lengths: NDArray[np.int64],
     parents: NDArray[np.int32],
 ) -> bool:
-    """Find the jump points of a shortest route.
+    """Find the jump points of a shortest route; return whether there is one.
 
-    Args:
-        grid: blocked cells as bits.
-        shift: cell (r, c) has the index (r << shift) + c.
-        start: row and column of the start.
-        goal: row and column of the goal.
-        lengths: output, path length to each jump point plus one, 0 for none [1/STRAIGHT cells].
-        parents: output, index of the previous jump point.
-
-    Returns:
-        True if there is a route.
+    Cell (r, c) has the index (r << shift) + c. Outputs are the path length to each jump point plus one, 0 for none
+    [1/STRAIGHT cells], and the index of the previous jump point.
     """
     keys, cells = np.empty(1024, np.int64), np.empty(1024, np.int32)
     found = np.empty((4 * (len(grid.rows) + len(grid.columns)), 2), np.int32)

@@ -8,15 +8,26 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.voxels.count_points import PointCounts, count_points, count_ray_exits
-from reward_planner.core.voxels.frame_window import FrameWindow, unravel_cell, window_around, window_shape
-from reward_planner.core.voxels.ray_traversal import HIT, mark_traversed, mark_traversed_exits
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_error import VoxelError
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.voxels.frame_kernels import (
+    HIT,
+    PointCounts,
+    count_points,
+    count_ray_exits,
+    mark_traversed,
+    mark_traversed_exits,
+)
+from reward_planner.core.voxels.frame_window import (
+    FrameWindow,
+    SensorView,
+    check_voxel_settings,
+    unravel_cell,
+    window_around,
+    window_shape,
+)
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
-_EXIT_POINTS_MIN = 2
-"""Least number of rays through the same exit voxel that clear voxels; a single one may be noise."""
+_EXIT_RAYS_MIN = 2  # rays through the same exit voxel that clear voxels; a single one may be noise
 
 
 @dataclass(frozen=True)
@@ -44,30 +55,31 @@ class FrameVoxelizer:
     """Converts frames to voxels; owns the work space, whose size does not depend on the points."""
 
     def __init__(self, settings: VoxelSettings) -> None:
-        """Allocate the work space.
-
-        Raises:
-            VoxelError: the settings give no voxels.
-        """
+        """Allocate the work space; errors are those of `check_voxel_settings`."""
+        check_voxel_settings(settings)
         self._settings = settings
+        self._ranges = settings.range_min, settings.range_max
         side, layers = window_shape(settings)
-        shape = (side, side, layers)
-        self._counts = np.zeros(shape, dtype=np.int32)
-        self._marks = np.zeros(shape, dtype=np.uint8)
+        self._counts = np.zeros((side, side, layers), dtype=np.int32)
+        self._marks = np.zeros(self._counts.shape, dtype=np.uint8)
         self._cells = np.empty(self._counts.size, dtype=np.int32)
-        self._passed = np.empty(self._counts.size, dtype=np.int32)
+        self._traversed = np.empty(self._counts.size, dtype=np.int32)
 
     def count(self, points: ArrayLike, view: SensorView) -> FrameVoxels:
         """Count points into voxels (2.2.2, step 1).
 
-        Args:
-            points: points in the sensor frame [m], array-like, shape (n, 3); NaN and infinite ones are dropped.
-            view: pose of the sensor.
+        Points are in the sensor frame [m], array-like, shape (n, 3); NaN and infinite ones are dropped.
 
         Raises:
-            VoxelError: points of a wrong shape.
+            RewardPlannerError: points of a wrong shape.
         """
-        return self._count(_as_points(points), view, window_around(view, self._settings))
+        window = window_around(view, self._settings)
+        T = _window_from_sensor(view, window)
+        filled, point_counts = count_points(_as_points(points), T, self._ranges, self._counts, self._cells)
+        cells = self._cells[:filled].copy()
+        counts = pop_counts(cells, self._counts)
+        expected = expected_points(cells, window, T, view.focal_length)
+        return FrameVoxels(window, cells, counts, expected, np.empty(0, dtype=np.int32), point_counts)
 
     def count_and_trace(self, points: ArrayLike, view: SensorView) -> FrameVoxels:
         """Count points and trace their rays; arguments and errors as for `count`.
@@ -75,46 +87,32 @@ class FrameVoxelizer:
         Rays end in voxels with at least the fraction ``hit_fraction_min`` of the expected points. Voxels with fewer are
         neither hit nor traversed, and clear nothing behind them.
         """
-        cloud, window = _as_points(points), window_around(view, self._settings)
         try:
-            return self._trace(cloud, view, self._count(cloud, view, window))
+            return self._trace(_as_points(points), view, self.count(points, view))
         except BaseException:  # remains in the work space would count for the next frame
             self._counts.fill(0)
             self._marks.fill(0)
             raise
 
-    @property
-    def _ranges(self) -> tuple[float, float]:
-        return self._settings.range_min, self._settings.range_max
-
     def _trace(self, cloud: NDArray[np.float32], view: SensorView, frame: FrameVoxels) -> FrameVoxels:
         """Return the frame with the voxels that rays traversed."""
-        window = frame.window
-        hits = is_hit(frame, self._settings.hit_fraction_min)
+        window, marks = frame.window, self._marks.reshape(-1)
+        # Rays end in hit voxels, or where enough of them leave the window.
         T = _window_from_sensor(view, window)
         exit_count = count_ray_exits(cloud, T, self._ranges, self._counts, self._cells)
         exit_cells = self._cells[:exit_count]
-        exit_counts = pop_counts(exit_cells, self._counts)
-        points_min = _EXIT_POINTS_MIN if view.focal_length > 0.0 else 1
-        exits = exit_cells[exit_counts >= points_min]
+        rays_min = _EXIT_RAYS_MIN if view.focal_length > 0.0 else 1
+        exits = exit_cells[pop_counts(exit_cells, self._counts) >= rays_min]
+        ends = frame.cells[is_hit(frame, self._settings.hit_fraction_min)]
+        # One ray for each end marks the voxels on its way; those with points stay unmarked.
         origin = (view.origin - window.corner) / window.resolution
-        marks = self._marks.reshape(-1)
         marks[frame.cells] = HIT
-        count = mark_traversed(frame.cells[hits], origin, self._marks, self._passed, 0)
-        count = mark_traversed(exits, origin, self._marks, self._passed, count)
-        count = mark_traversed_exits(exits, self._marks, self._passed, count)
-        traversed = self._passed[:count].copy()
-        marks[frame.cells] = 0
-        marks[traversed] = 0
+        count = mark_traversed(ends, origin, self._marks, self._traversed, 0)
+        count = mark_traversed(exits, origin, self._marks, self._traversed, count)
+        count = mark_traversed_exits(exits, self._marks, self._traversed, count)
+        traversed = self._traversed[:count].copy()
+        marks[frame.cells] = marks[traversed] = 0
         return replace(frame, traversed=traversed)
-
-    def _count(self, cloud: NDArray[np.float32], view: SensorView, window: FrameWindow) -> FrameVoxels:
-        T = _window_from_sensor(view, window)
-        filled, point_counts = count_points(cloud, T, self._ranges, self._counts, self._cells)
-        cells = self._cells[:filled].copy()
-        counts = pop_counts(cells, self._counts)
-        expected = expected_points(cells, window, T, view.focal_length)
-        return FrameVoxels(window, cells, counts, expected, np.empty(0, dtype=np.int32), point_counts)
 
 
 def is_hit(frame: FrameVoxels, fraction: float) -> NDArray[np.bool_]:
@@ -139,11 +137,7 @@ def expected_points(
 ) -> NDArray[np.float64]:
     """Return the number of points that a surface across a voxel gives, (f s / Z)^2, shape (k,).
 
-    Args:
-        cells: flat indices in the window, shape (k,).
-        window: box of voxels.
-        T_window_sensor: transform from the sensor frame to voxels from the window's corner, shape (3, 4).
-        focal_length: f, points per unit of the tangent.
+    Cells are flat indices, shape (k,); f is the focal length. The transform leads to voxels from the window's corner.
     """
     axis = T_window_sensor[:, 2] * window.resolution  # of unit length
     start = T_window_sensor[:, 3]
@@ -169,5 +163,5 @@ def _window_from_sensor(view: SensorView, window: FrameWindow) -> NDArray[np.flo
 def _as_points(points: ArrayLike) -> NDArray[np.float32]:
     cloud = np.ascontiguousarray(points, dtype=np.float32)
     if cloud.ndim != 2 or cloud.shape[1] != 3:
-        raise VoxelError(f'points have the shape {cloud.shape}; give one row x, y, z per point')
+        raise RewardPlannerError(f'points have the shape {cloud.shape}; give one row x, y, z per point')
     return cloud

@@ -22,12 +22,7 @@ class RollingVoxelGrid:
     """
 
     def __init__(self, layers: int, tiles_max: int) -> None:
-        """Start without tiles.
-
-        Args:
-            layers: number of voxels along z.
-            tiles_max: maximum number of tiles, at least those of a window.
-        """
+        """Start without tiles, for voxels in so many layers along z; a window has at most ``tiles_max`` tiles."""
         self._tiles_max = tiles_max
         self._slots: dict[tuple[int, int], int] = {}
         self.values = np.empty((0, TILE_SIZE, TILE_SIZE, layers), dtype=np.float32)
@@ -47,22 +42,16 @@ class RollingVoxelGrid:
 
     def slots_of(self, window: FrameWindow) -> NDArray[np.int64]:
         """Return the slots of a window's tiles, shape (tiles, tiles) along x and y, NO_TILE for missing ones."""
-        across = range(window.tiles)
-        rows = [
-            [self._slots.get((window.tile_x + i, window.tile_y + j), NO_TILE) for j in across] for i in across
-        ]
-        return np.array(rows, dtype=np.int64)
+        places = ((window.tile_x + i, window.tile_y + j) for i, j in np.ndindex(window.tiles, window.tiles))
+        slots = [self._slots.get(place, NO_TILE) for place in places]
+        return np.array(slots, dtype=np.int64).reshape(window.tiles, window.tiles)
 
     def allocate_missing(
         self, window: FrameWindow, slots: NDArray[np.int64], needed: NDArray[np.bool_], stamp: float
     ) -> None:
-        """Allocate needed tiles that are missing; the farthest tiles are evicted if there are too many.
+        """Allocate needed tiles of the window that are missing; the farthest tiles are evicted if there are too many.
 
-        Args:
-            window: tiles around the robot, which are never evicted.
-            slots: slots of the window's tiles, shape (tiles, tiles); updated in place.
-            needed: tiles that are needed, shape (tiles, tiles).
-            stamp: current time [s].
+        ``slots`` and ``needed`` have the shape (tiles, tiles); slots are updated in place.
         """
         missing = np.argwhere(needed & (slots == NO_TILE))
         if len(missing) == 0:
@@ -95,9 +84,7 @@ class RollingVoxelGrid:
 
     def _grow(self, slots: int) -> None:
         extra = slots - len(self.values)
-        self.values = np.concatenate([self.values, np.zeros((extra, *self.values.shape[1:]), np.float32)])
-        self.frames = np.concatenate([self.frames, np.zeros(extra, np.float32)])
-        self.stamps = np.concatenate([self.stamps, np.zeros(extra)])
-        self.has_obstacle = np.concatenate(
-            [self.has_obstacle, np.zeros((extra, TILE_SIZE, TILE_SIZE), np.bool_)]
+        self.values, self.frames, self.stamps, self.has_obstacle = (
+            np.concatenate([array, np.zeros((extra, *array.shape[1:]), array.dtype)])
+            for array in (self.values, self.frames, self.stamps, self.has_obstacle)
         )

@@ -10,21 +10,23 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer, FrameVoxels, is_hit
-from reward_planner.core.voxels.frame_window import FrameWindow, window_around, window_shape
-from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, RollingVoxelGrid
-from reward_planner.core.voxels.sensor_view import SensorView
-from reward_planner.core.voxels.voxel_error import VoxelError
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.core.voxels.voxel_values import (
-    add_to_voxels,
-    counts_over_expected,
-    counts_over_maximum,
-    mark_touched_tiles,
+from reward_planner.core.voxels.frame_window import (
+    TILE_SIZE,
+    FrameWindow,
+    SensorView,
+    unravel_cell,
+    window_around,
+    window_shape,
 )
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, RollingVoxelGrid
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
+_MAXIMUM_QUANTILE = 0.99  # of the counts, M in eq. (3)
 _DECAY_STEPS = 32  # decay updates per half-life
 _RESIDUAL = np.float32(1e-6)  # positive values do not decay below this: only rays clear a hit voxel
 
@@ -38,13 +40,9 @@ class VoxelMap:
     """
 
     def __init__(self, settings: VoxelSettings) -> None:
-        """Start without voxels.
-
-        Raises:
-            VoxelError: the settings give no voxels, or too few tiles for one frame.
-        """
+        """Start without voxels; errors are those of `check_voxel_settings`."""
         self.settings = settings
-        self._counter = FrameVoxelizer(settings)
+        self._voxelizer = FrameVoxelizer(settings)
         self.tiles = RollingVoxelGrid(window_shape(settings)[1], settings.tiles_max)
 
     def add(self, stamp: float, points: ArrayLike, view: SensorView) -> FrameVoxels:
@@ -56,21 +54,27 @@ class VoxelMap:
             view: pose of the sensor at the stamp.
 
         Raises:
-            VoxelError: points of a wrong shape, or a stamp that is not finite.
+            RewardPlannerError: points of a wrong shape, or a stamp that is not finite.
         """
         if not math.isfinite(stamp):
-            raise VoxelError(f'the stamp is {stamp} s, it must be finite')
-        if self.settings.rule == 'log_odds':
-            frame = self._counter.count_and_trace(points, view)
-        else:
-            frame = self._counter.count(points, view)
+            raise RewardPlannerError(f'the stamp is {stamp} s, it must be finite')
+        # Step 1, fig. 2: count the points in the voxels around the sensor; only log-odds need the rays, too.
+        traces_rays = self.settings.rule == 'log_odds'
+        frame = (self._voxelizer.count_and_trace if traces_rays else self._voxelizer.count)(points, view)
         if frame.point_counts.is_occluded:
             return frame
-        slots = self._slots_for(frame, stamp)
-        if self.settings.rule == 'log_odds':
-            self._add_log_odds(frame, slots)
-        else:
-            self._add_values(frame, slots)
+        # The tiles of the window: their values decay, and tiles that the frame touches are allocated.
+        slots = self.tiles.slots_of(frame.window)
+        self._decay(slots[slots != NO_TILE], stamp)
+        with_points = touched_tiles(frame.window, frame.cells)
+        needed = with_points | touched_tiles(frame.window, frame.traversed)
+        self.tiles.allocate_missing(frame.window, slots, needed, stamp)
+        # Steps 2 and 3: add the values of the frame, eq. (3); over the number of frames they are the mean over time.
+        self.tiles.frames[slots[with_points]] += 1.0
+        s = self.settings
+        limits = (s.log_odds_min, s.log_odds_max) if traces_rays else (0.0, math.inf)
+        for cells, amounts in self._values_of(frame):
+            add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
         return frame
 
     def slots_around(self, view: SensorView) -> tuple[FrameWindow, NDArray[np.int64]]:
@@ -82,44 +86,77 @@ class VoxelMap:
         """Drop all voxels."""
         self.tiles.clear()
 
-    def _slots_for(self, frame: FrameVoxels, stamp: float) -> NDArray[np.int64]:
-        """Allocate tiles for all voxels of the frame, decay them, and return the slots of the window's tiles."""
-        needed = np.zeros((frame.window.tiles, frame.window.tiles), dtype=np.bool_)
-        mark_touched_tiles(frame.window, frame.cells, needed)
-        with_points = needed.copy()
-        mark_touched_tiles(frame.window, frame.traversed, needed)
-        slots = self.tiles.slots_of(frame.window)
-        self._decay(slots[slots != NO_TILE], stamp)
-        self.tiles.allocate_missing(frame.window, slots, needed, stamp)
-        self.tiles.frames[slots[with_points]] += 1.0
-        return slots
-
     def _decay(self, slots: NDArray[np.int64], stamp: float) -> None:
         """Decay values by the time since the last decay of their tiles."""
-        ages = stamp - self.tiles.stamps[slots]
-        self.tiles.stamps[slots[ages < 0.0]] = stamp
-        slots_due = slots[ages * _DECAY_STEPS >= self.settings.half_life]
-        if len(slots_due) == 0:
+        tiles, ages = self.tiles, stamp - self.tiles.stamps[slots]
+        tiles.stamps[slots[ages < 0.0]] = stamp
+        due = slots[ages * _DECAY_STEPS >= self.settings.half_life]
+        if len(due) == 0:
             return
-        decay = np.exp2((self.tiles.stamps[slots_due] - stamp) / self.settings.half_life).astype(np.float32)
-        values = self.tiles.values[slots_due]
-        self.tiles.values[slots_due] = np.maximum(
-            values * decay[:, None, None, None], np.minimum(values, _RESIDUAL)
-        )
-        self.tiles.frames[slots_due] *= decay
-        self.tiles.stamps[slots_due] = stamp
+        decay = np.exp2((tiles.stamps[due] - stamp) / self.settings.half_life).astype(np.float32)
+        values = tiles.values[due]
+        tiles.values[due] = np.maximum(values * decay[:, None, None, None], np.minimum(values, _RESIDUAL))
+        tiles.frames[due] *= decay
+        tiles.stamps[due] = stamp
 
-    def _add_values(self, frame: FrameVoxels, slots: NDArray[np.int64]) -> None:
-        if self.settings.rule == 'count':
-            frame_values = counts_over_maximum(frame.counts)
-        else:
-            frame_values = counts_over_expected(frame.counts, frame.expected)
-        add_to_voxels(self.tiles.values, slots, frame.window, frame.cells, frame_values, (0.0, math.inf))
+    def _values_of(self, frame: FrameVoxels) -> list[tuple[NDArray[np.int32], NDArray[np.float32]]]:
+        """Return cells and the amounts to add to them, shape (k,), or (1,) for all."""
+        s = self.settings
+        if s.rule == 'count':
+            return [(frame.cells, counts_over_maximum(frame.counts))]
+        if s.rule == 'range_normalised':
+            return [(frame.cells, counts_over_expected(frame.counts, frame.expected))]
+        hits = frame.cells[is_hit(frame, s.hit_fraction_min)]
+        hit, traversed = (np.array([odds], dtype=np.float32) for odds in (s.log_odds_hit, -s.log_odds_pass))
+        return [(hits, hit), (frame.traversed, traversed)]
 
-    def _add_log_odds(self, frame: FrameVoxels, slots: NDArray[np.int64]) -> None:
-        settings = self.settings
-        hits = frame.cells[is_hit(frame, settings.hit_fraction_min)]
-        limits = (settings.log_odds_min, settings.log_odds_max)
-        for cells, amount in ((hits, settings.log_odds_hit), (frame.traversed, -settings.log_odds_pass)):
-            amounts = np.array([amount], dtype=np.float32)
-            add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
+
+def counts_over_maximum(counts: NDArray[np.int32]) -> NDArray[np.float32]:
+    """Return V = count / M, shape (k,), at most 1 (2.2.2, eq. 3).
+
+    The paper defines M as "about the maximum of the counts of all voxels". Here it is the 99 % quantile of the frame's
+    voxels with points, so that a single outlier does not scale all others.
+    """
+    if len(counts) == 0:
+        return np.empty(0, dtype=np.float32)
+    index = min(int(_MAXIMUM_QUANTILE * len(counts)), len(counts) - 1)
+    M = np.partition(counts, index)[index]
+    return np.minimum(counts / M, 1.0).astype(np.float32)
+
+
+def counts_over_expected(counts: NDArray[np.int32], expected: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return count / (f s / Z)^2, shape (k,), at most 1: independent of the range; 1 where no point is expected."""
+    return np.minimum(counts / np.maximum(expected, 1.0), 1.0).astype(np.float32)
+
+
+@njit(cache=True)
+def touched_tiles(window: FrameWindow, cells: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return which tiles of the window contain cells (flat indices, shape (k,)); shape (tiles, tiles)."""
+    tiles = window.side // TILE_SIZE
+    touched = np.zeros((tiles, tiles), dtype=np.bool_)
+    for cell in cells:
+        column, row, _ = unravel_cell(cell, window.side, window.layers)
+        touched[column // TILE_SIZE, row // TILE_SIZE] = True
+    return touched
+
+
+@njit(cache=True)
+def add_to_voxels(
+    values: NDArray[np.float32],
+    slots: NDArray[np.int64],
+    window: FrameWindow,
+    cells: NDArray[np.int32],
+    amounts: NDArray[np.float32],
+    limits: tuple[float, float],
+) -> None:
+    """Add amounts to voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers), and clamp them to limits.
+
+    Cells are flat indices in the window, shape (k,), whose tiles have the slots, shape (tiles, tiles); there is an
+    amount for each cell, shape (k,), or for all, shape (1,).
+    """
+    is_uniform = len(amounts) == 1
+    for i, cell in enumerate(cells):
+        column, row, layer = unravel_cell(cell, window.side, window.layers)
+        slot = slots[column // TILE_SIZE, row // TILE_SIZE]
+        value = values[slot, column % TILE_SIZE, row % TILE_SIZE, layer] + amounts[0 if is_uniform else i]
+        values[slot, column % TILE_SIZE, row % TILE_SIZE, layer] = min(max(value, limits[0]), limits[1])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from reward_planner.core.voxels.voxel_error import VoxelError
 from shirube_core.settings import setting
 
 FREE_FRACTION = 0.5
@@ -20,9 +19,7 @@ class VoxelSettings:
     """
 
     rule: str = setting(
-        'log_odds',
-        'rule of the voxel values',
-        choices=('count', 'range_normalised', 'log_odds'),
+        'log_odds', 'rule of the voxel values', choices=('count', 'range_normalised', 'log_odds')
     )
     resolution: float = setting(
         0.05, 'side of a voxel and of a map cell', unit='m', minimum=0.01, maximum=1.0
@@ -74,31 +71,3 @@ class VoxelSettings:
         minimum=16,
         maximum=1_000_000,
     )
-
-
-def check_voxel_settings(settings: VoxelSettings) -> None:
-    """Check that voxels can become occupied and free.
-
-    A voxel that is always hit rises to log_odds_max, which must be the value of an obstacle; one that is only traversed
-    falls to log_odds_min, which must be the value of free space.
-
-    Raises:
-        VoxelError: two settings contradict each other; the message names them.
-    """
-    s = settings
-    free_threshold = FREE_FRACTION * s.log_odds_pass
-    for low, high, what, is_wrong in (
-        ('height_min', 'height_max', 'must be lower', s.height_min >= s.height_max),
-        ('range_min', 'range_max', 'must be less', s.range_min >= s.range_max),
-        ('log_odds_occupied', 'log_odds_max', 'may not be more', s.log_odds_occupied > s.log_odds_max),
-        (
-            'log_odds_min',
-            'log_odds_pass',
-            f'must be {-free_threshold:g} or less',
-            -s.log_odds_min < free_threshold,
-        ),
-    ):
-        if is_wrong:
-            raise VoxelError(
-                f'{low} is {getattr(s, low):g}, it {what}; {high} is {getattr(s, high):g}; change one of them'
-            )

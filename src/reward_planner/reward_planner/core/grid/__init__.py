@@ -1,1 +1,0 @@
-"""Occupancy grids: geometry, cell values and obstacle inflation."""
