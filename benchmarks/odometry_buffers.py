@@ -33,21 +33,21 @@ KEPT = 1_000_000_000  # messages given to a buffer: those of this time [ns]
 Messages = Sequence[tuple[int, SE2]]
 
 
-def tracker(messages: Messages, start: int, end: int) -> SE2 | None:
+def _tracker(messages: Messages, start: int, end: int) -> SE2 | None:
     predictor = PosePredictor(TrackerSettings())
     for stamp, pose in messages:
         predictor.add_odometry(stamp * 1e-9, pose)
     return predictor.relative_motion(start * 1e-9, end * 1e-9)
 
 
-def survey(messages: Messages, start: int, end: int) -> SE2 | None:
+def _survey(messages: Messages, start: int, end: int) -> SE2 | None:
     stamps, poses = zip(*messages, strict=True)
     rows = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])
     buffer = SurveyBuffer(np.array(stamps), rows, '/odom')
     return buffer.pose_at(start, 'image').inverse() @ buffer.pose_at(end, 'image')
 
 
-def lamps(messages: Messages, start: int, end: int) -> SE2 | None:
+def _lamps(messages: Messages, start: int, end: int) -> SE2 | None:
     buffer = LampBuffer()
     for stamp, pose in messages:
         buffer.add(stamp * 1e-9, pose)
@@ -55,7 +55,7 @@ def lamps(messages: Messages, start: int, end: int) -> SE2 | None:
     return None if first is None or last is None else first.inverse() @ last
 
 
-def arbiter(messages: Messages, start: int, end: int) -> SE2 | None:
+def _arbiter(messages: Messages, start: int, end: int) -> SE2 | None:
     buffer = ArbiterBuffer(ArbiterSettings())
     for stamp, pose in messages:
         buffer.add(stamp, pose)
@@ -63,7 +63,7 @@ def arbiter(messages: Messages, start: int, end: int) -> SE2 | None:
     return None if first is None or last is None else first.inverse() @ last
 
 
-def planner(messages: Messages, start: int, end: int) -> SE2 | None:
+def _planner(messages: Messages, start: int, end: int) -> SE2 | None:
     buffer = PoseBuffer(MappingSettings())
     for stamp, pose in messages:
         buffer.add(stamp * 1e-9, pose)
@@ -72,11 +72,11 @@ def planner(messages: Messages, start: int, end: int) -> SE2 | None:
 
 
 USERS: dict[str, Callable[[Messages, int, int], SE2 | None]] = {
-    'floor tracker': tracker,
-    'floor survey': survey,
-    'lamps': lamps,
-    'arbiter': arbiter,
-    'planner': planner,
+    'floor tracker': _tracker,
+    'floor survey': _survey,
+    'lamps': _lamps,
+    'arbiter': _arbiter,
+    'planner': _planner,
 }
 
 
@@ -100,22 +100,24 @@ def errors(bag_name: str, thin: int, ahead: int) -> dict[str, list[float | None]
     return found
 
 
-def cell(found: list[float | None]) -> str:
+def _cell(found: list[float | None]) -> str:
     known = np.array([error for error in found if error is not None])
     text = f'{np.sqrt((known**2).mean()):.2f} / {known.max():.2f}' if len(known) else 'none'
     return text if len(known) in (0, len(found)) else f'{text} ({len(found) - len(known)} none)'
 
 
-def main() -> None:
+def _main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--thin', type=int, default=1, help='keep every n-th odometry message of the 50 a second')
+    parser.add_argument(
+        '--thin', type=int, default=1, help='keep every n-th odometry message of the 50 a second'
+    )
     thin = parser.parse_args().thin
     for title, ahead in (('between messages', -KEPT // 2), ('0.1 s past the last message', AHEAD)):
         print(f'\n{title}, odometry at {50 / thin:g} Hz\n')
         print(f'| bag | {" | ".join(USERS)} |\n{"|---" * (len(USERS) + 1)}|')
         for bag in sorted(path.name for path in BAGS.iterdir() if path.is_dir()):
-            print(f'| {bag} | {" | ".join(map(cell, errors(bag, thin, ahead).values()))} |', flush=True)
+            print(f'| {bag} | {" | ".join(map(_cell, errors(bag, thin, ahead).values()))} |', flush=True)
 
 
 if __name__ == '__main__':
-    main()
+    _main()

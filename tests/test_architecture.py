@@ -30,6 +30,7 @@ PURE = (
     'reward_planner/reward_planner/core',
     'scene_simulator',
     'shirube_core/shirube_core/geometry',
+    'shirube_core/shirube_core/motion',
     'shirube_core/shirube_core/settings',
     'shirube_core/shirube_core/waveform',
     'stereo_landmark/stereo_landmark/core',

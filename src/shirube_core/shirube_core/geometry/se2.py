@@ -46,6 +46,28 @@ class SE2:
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return SE2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap_angle(-self.yaw))
 
+    @classmethod
+    def exp(cls, x: float, y: float, yaw: float) -> SE2:
+        """Return the pose after a constant twist for one unit of time: the end of an arc (exponential map).
+
+        Args:
+            x: distance along the x axis of the moving frame [m].
+            y: distance along its y axis [m].
+            yaw: yaw change [rad].
+        """
+        half = 0.5 * yaw
+        chord = math.sin(half) / half if half else 1.0  # ratio of chord and arc
+        cos, sin = math.cos(half), math.sin(half)
+        return cls(chord * x * cos - chord * y * sin, chord * x * sin + chord * y * cos, wrap_angle(yaw))
+
+    def log(self) -> tuple[float, float, float]:
+        """Return the constant twist (x [m], y [m], yaw [rad]) whose `exp` is this pose (logarithm map)."""
+        yaw = wrap_angle(self.yaw)
+        half = 0.5 * yaw
+        arc = half / math.sin(half) if half else 1.0  # ratio of arc and chord
+        cos, sin = math.cos(half), math.sin(half)
+        return arc * (cos * self.x + sin * self.y), arc * (cos * self.y - sin * self.x), yaw
+
     def transform(self, points: ArrayLike) -> NDArray[np.float64]:
         """Transform points from the child frame to the parent frame.
 
