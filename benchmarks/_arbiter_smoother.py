@@ -12,8 +12,8 @@ from _arbiter_bags import PoseSample
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import as_matrix
 from pose_arbiter.core.kalman_filter import Estimate, initialize, predict
-from pose_arbiter.core.odometry_buffer import OdometryBuffer
 from shirube_core.geometry import SE2
+from shirube_core.motion import OdometryBuffer
 
 try:
     gtsam: Any = import_module('gtsam')
@@ -34,7 +34,7 @@ def smooth(
         ((o, number) for number, source in enumerate(sources) for o in source), key=lambda s: s[0].stamp
     )
     samples, settings = [sample for sample, _ in sources_by_sample], ArbiterSettings()
-    buffer = OdometryBuffer(settings)
+    buffer = OdometryBuffer(history=2**63)
     for stamp, pose in odometry:
         buffer.add(stamp, pose)
     smoother = gtsam.BatchFixedLagSmoother(_LAG)

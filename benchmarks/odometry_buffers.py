@@ -16,8 +16,9 @@ import numpy as np
 from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings
 from floor_localizer.core.survey.odometry_buffer import OdometryBuffer as SurveyBuffer
+from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.odometry_buffer import OdometryBuffer as ArbiterBuffer
+from pose_arbiter.core.covariance import diagonal
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseBuffer
 from shirube_bags.bag_reader import BagReader
@@ -56,11 +57,12 @@ def _lamps(messages: Messages, start: int, end: int) -> SE2 | None:
 
 
 def _arbiter(messages: Messages, start: int, end: int) -> SE2 | None:
-    buffer = ArbiterBuffer(ArbiterSettings())
+    arbiter = Arbiter([], ArbiterSettings())
     for stamp, pose in messages:
-        buffer.add(stamp, pose)
-    first, last = buffer.pose_at(start), buffer.pose_at(end)
-    return None if first is None or last is None else first.inverse() @ last
+        arbiter.add_odometry(stamp, pose, stamp)
+    arbiter.add_pose(OPERATOR, start, SE2(0.0, 0.0, 0.0), diagonal(1e-6, 1e-6), start)
+    estimate = arbiter.estimate_at(end)
+    return None if estimate is None else SE2(estimate.x, estimate.y, estimate.yaw)
 
 
 def _planner(messages: Messages, start: int, end: int) -> SE2 | None:

@@ -19,8 +19,8 @@ from pose_arbiter.core.kalman_filter import (
     predict,
     update,
 )
-from pose_arbiter.core.odometry_buffer import OdometryBuffer
 from shirube_core.geometry import SE2
+from shirube_core.motion import OdometryBuffer
 
 SETTINGS = ArbiterSettings()
 BIAS_FRACTION = 0.4
@@ -28,7 +28,7 @@ BIAS_FRACTION = 0.4
 
 @pytest.fixture
 def buffer():
-    made = OdometryBuffer(SETTINGS)
+    made = OdometryBuffer()
     for k in range(101):
         made.add(BEGIN + k * SECOND // 50, odometry_pose(k / 50))
     return made

@@ -11,11 +11,11 @@ from pose_arbiter.core.input_validation import validate_covariance, validate_pos
 from pose_arbiter.core.kalman_filter import Estimate, predict
 from pose_arbiter.core.measurement_history import MeasurementHistory
 from pose_arbiter.core.measurement_status import MeasurementStatus, RejectReason
-from pose_arbiter.core.odometry_buffer import OdometryBuffer
 from pose_arbiter.core.outlier_rejection import FilterState, OutlierRejection
 from pose_arbiter.core.pose_measurement import PoseMeasurement
 from pose_arbiter.core.source_settings import SourceSettings
 from shirube_core.geometry import SE2
+from shirube_core.motion import NoPoseReason, OdometryBuffer
 
 OPERATOR = -1
 """Source index of poses set by an operator (`initialpose`)."""
@@ -45,7 +45,11 @@ class Arbiter:
 
     def reset(self) -> None:
         """Clear the state, the measurements and the odometry."""
-        self._odometry = OdometryBuffer(self._settings)
+        self._odometry = OdometryBuffer(
+            history=self._history_length,
+            speed_max=self._settings.speed_max,
+            turn_rate_max=self._settings.turn_rate_max,
+        )
         self._history = MeasurementHistory(self._rejection, self._odometry)
         self._newest: int | None = None
 
@@ -112,7 +116,7 @@ class Arbiter:
     def T_map_odom(self, estimate: Estimate) -> SE2 | None:  # noqa: N802
         """Return the pose of the odometry frame in the map at an estimate's stamp, None without odometry."""
         T_odom_base = self._odometry.pose_at(estimate.odometry.stamp)
-        if T_odom_base is None:
+        if isinstance(T_odom_base, NoPoseReason):
             return None
         return SE2(estimate.x, estimate.y, estimate.yaw) @ T_odom_base.inverse()
 
@@ -138,4 +142,3 @@ class Arbiter:
             return
         self._newest = stamp
         self._history.drop_before(stamp - self._history_length)
-        self._odometry.drop_before(stamp - self._history_length)

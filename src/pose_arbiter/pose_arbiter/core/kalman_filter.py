@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import Covariance, add_covariances, as_matrix, diagonal, rotate_covariance
-from pose_arbiter.core.cumulative_odometry import CumulativeOdometry, motion_between
+from shirube_core.motion import CumulativeOdometry, motion_between
 
 _PROCESS_NOISE_XY, _PROCESS_NOISE_YAW = 2e-3, 2e-3  # process noise after 1 s, standard deviations [m, rad]
 _SIGMA_ENTRIES = (2, 0, 1), (0, 1, 2)  # entries of `bias_sqrt`: yaw, then along and across
@@ -85,7 +85,9 @@ def predict(estimate: Estimate, odometry: CumulativeOdometry, settings: ArbiterS
     cos, sin = math.cos(yaw_offset), math.sin(yaw_offset)
     x, y = cos * motion.x - sin * motion.y, sin * motion.x + cos * motion.y
     noise = add_covariances(
-        rotate_covariance(motion.covariance, cos, sin),
+        rotate_covariance(
+            motion.covariance(settings.odometry_noise_xy, settings.odometry_noise_yaw), cos, sin
+        ),
         diagonal(
             (settings.drift_speed * motion.odometry_gap) ** 2 + _PROCESS_NOISE_XY**2 * motion.duration,
             (settings.drift_turn_rate * motion.odometry_gap) ** 2 + _PROCESS_NOISE_YAW**2 * motion.duration,

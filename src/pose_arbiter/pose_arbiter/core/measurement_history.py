@@ -6,9 +6,9 @@ from bisect import bisect_left
 from collections import Counter
 
 from pose_arbiter.core.measurement_status import MeasurementStatus
-from pose_arbiter.core.odometry_buffer import OdometryBuffer
 from pose_arbiter.core.outlier_rejection import FilterState, OutlierRejection
 from pose_arbiter.core.pose_measurement import PoseMeasurement
+from shirube_core.motion import OdometryBuffer
 
 
 class MeasurementHistory:

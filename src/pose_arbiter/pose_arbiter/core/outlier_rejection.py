@@ -18,7 +18,6 @@ from pose_arbiter.core.covariance import (
     mahalanobis_squared,
     scale_covariance,
 )
-from pose_arbiter.core.cumulative_odometry import CumulativeOdometry, motion_between
 from pose_arbiter.core.kalman_filter import (
     Estimate,
     compute_innovation,
@@ -36,6 +35,7 @@ from pose_arbiter.core.pose_measurement import (
 )
 from pose_arbiter.core.source_settings import SourceSettings
 from pose_arbiter.core.source_state import NEVER, SourceState, check_odometry_consistency
+from shirube_core.motion import CumulativeOdometry, motion_between
 
 _RESET_INFLATION = 4.0  # covariance factor of a pose that the estimate is reset to
 _PROBATION_DISTANCE = 0.2  # robot motion during probation [m]; 1 rad counts as 1 m

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import Covariance
-from pose_arbiter.core.cumulative_odometry import CumulativeOdometry, motion_between
+from shirube_core.motion import CumulativeOdometry, motion_between
 
 
 class PoseMeasurement(NamedTuple):
@@ -66,9 +66,11 @@ def is_consistent(a: PoseWithOdometry, b: PoseWithOdometry, gate: float, setting
     y = b.y - a.y - sin * motion.x - cos * motion.y
     yaw = math.remainder(b.yaw - a.yaw - motion.yaw, math.tau)
     chord_squared = motion.x * motion.x + motion.y * motion.y
-    yaw_bias = settings.odometry_bias * (motion.distance + motion.rotation)
+    path_length = motion.distance + motion.rotation
+    yaw_bias = settings.odometry_bias * path_length
+    yaw_noise_var = settings.odometry_noise_yaw**2 * path_length
     yaw_bias_var = yaw_bias * yaw_bias + (settings.drift_turn_rate * motion.odometry_gap) ** 2
-    var_yaw = a.var_yaw + b.var_yaw + settings.gate_margin_yaw**2 + yaw_bias_var + motion.covariance[5]
+    var_yaw = a.var_yaw + b.var_yaw + settings.gate_margin_yaw**2 + yaw_bias_var + yaw_noise_var
     var_xy = (
         a.var_xy
         + b.var_xy

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.cumulative_odometry import CumulativeOdometry
 from pose_arbiter.core.measurement_status import MeasurementStatus
 from pose_arbiter.core.pose_measurement import PoseWithOdometry, is_consistent
+from shirube_core.motion import CumulativeOdometry
 
 NEVER = -(2**62)
 """A stamp before all others [ns]."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from shirube_core.geometry.se2 import SE2
-
 
 class CumulativeOdometry(NamedTuple):
     """Odometry accumulated up to a stamp, in the buffer frame, which stays continuous when odometry restarts.
@@ -39,14 +37,16 @@ class CumulativeOdometry(NamedTuple):
         self, twist: tuple[float, float, float], stamp: int, odometry_gap: int = 0
     ) -> CumulativeOdometry:
         """Return the sums after one more step along the arc of a twist (see `SE2.exp`) until a stamp [ns]."""
-        pose = SE2(self.x, self.y, self.yaw) @ SE2.exp(*twist)
-        distance, rotation = math.hypot(twist[0], twist[1]), abs(twist[2])
-        x, y, w = pose.x, pose.y, distance + rotation
+        dx, dy, yaw = twist
+        distance, rotation, half = math.hypot(dx, dy), abs(yaw), 0.5 * yaw
+        chord = math.sin(half) / half if half else 1.0  # as in `SE2.exp`, without a pose on the way
+        cos, sin = chord * math.cos(self.yaw + half), chord * math.sin(self.yaw + half)
+        x, y, w = self.x + cos * dx - sin * dy, self.y + sin * dx + cos * dy, distance + rotation
         return CumulativeOdometry(
             stamp,
             x,
             y,
-            pose.yaw,
+            self.yaw + yaw,
             self.distance + distance,
             self.rotation + rotation,
             self.wx + w * x,

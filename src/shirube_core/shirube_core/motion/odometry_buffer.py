@@ -108,7 +108,9 @@ class OdometryBuffer:
 
     def twist_at(self, stamp: int) -> Twist:
         """Return the velocity along x and y [m/s] and the yaw rate [rad/s] of the base, zeros if unknown."""
-        k = None if self._why_unknown(stamp) is not None else self._step_around(stamp)
+        if self._why_unknown(stamp) is not None:
+            return 0.0, 0.0, 0.0
+        k = self._step_after(max(bisect_right(self._stamps, stamp) - 1, 0))
         twist = None if k is None else self._twists[k]
         if k is None or twist is None:
             return 0.0, 0.0, 0.0
@@ -150,21 +152,22 @@ class OdometryBuffer:
         """Return the message to start from and the twist from it to a stamp, None for no motion."""
         stamps = self._stamps
         index = max(bisect_right(stamps, stamp) - 1, 0)
-        k = self._step_around(stamp)
+        ahead = stamp - stamps[index]
+        k = self._step_after(index) if ahead else None
         twist = None if k is None else self._twists[k]
-        if k is None or twist is None or stamp == stamps[index]:
+        if k is None or twist is None:
             return index, None
-        ahead = min(stamp - stamps[index], self._extrapolation_max) if k <= index else stamp - stamps[index]
+        if k <= index:
+            ahead = min(ahead, self._extrapolation_max)
         fraction = ahead / (stamps[k] - stamps[k - 1])
         return index, (fraction * twist[0], fraction * twist[1], fraction * twist[2])
 
-    def _step_around(self, stamp: int) -> int | None:
-        """Return the step whose twist holds at a stamp: the one around it, or the first or last one; None for none."""
-        stamps = self._stamps
-        k = max(bisect_left(stamps, stamp), 1)
+    def _step_after(self, index: int) -> int | None:
+        """Return the step that begins at a message; after the last message the latest one that gives a velocity."""
+        stamps, k = self._stamps, index + 1
         if k < len(stamps):
             return k
-        k = len(stamps) - 1
+        k = index
         while k > 0 and self._twists[k] is not None and stamps[k] - stamps[k - 1] < _STEP_MIN:
             k -= 1
         return k if k > 0 and stamps[k] - stamps[k - 1] <= self._gap_max else None
