@@ -69,7 +69,7 @@ def _planner(messages: Messages, start: int, end: int) -> SE2 | None:
     buffer = PoseBuffer(MappingSettings())
     for stamp, pose in messages:
         buffer.add(stamp * 1e-9, pose)
-    first, last = buffer.lookup(start * 1e-9), buffer.lookup(end * 1e-9)
+    first, last = buffer.pose_at(start * 1e-9), buffer.pose_at(end * 1e-9)
     return first.inverse() @ last if isinstance(first, SE2) and isinstance(last, SE2) else None
 
 
