@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from _arbiter_bags import PoseSample
 
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import as_matrix
 from pose_arbiter.core.kalman_filter import Estimate, initialize, predict
+from pose_arbiter.core.settings import ArbiterSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import OdometryBuffer
 
@@ -47,7 +47,7 @@ def smooth(
             before, pose = states[-1]
             odometry_before = buffer.lookup(before)
             # From the origin of the odometry's frame, so that the step and its noise are in the robot's own frame.
-            origin = initialize(odometry_before, 0.0, 0.0, 0.0, (0.0,) * 6, 0)
+            origin = initialize(odometry_before, SE2(0.0, 0.0, 0.0), (0.0,) * 6, 0)
             step = predict(origin, buffer.lookup(sample.stamp), settings)
             noise = gtsam.noiseModel.Gaussian.Covariance(
                 _body_frame_covariance(step) + _MIN_SIGMA**2 * np.eye(3)

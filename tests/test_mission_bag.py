@@ -10,8 +10,7 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from pose_arbiter.node import PoseArbiterNode
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_trajectory import header_stamp

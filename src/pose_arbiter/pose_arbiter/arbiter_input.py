@@ -12,10 +12,9 @@ from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.covariance import Covariance
-from pose_arbiter.core.measurement_status import RejectReason
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.measurement import RejectReason
+from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings
-from pose_arbiter.stamp_conversion import nanoseconds
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.message_error import MessageError
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
@@ -81,10 +80,10 @@ class ArbiterInput:
         noise = None
         if source.with_covariance:
             pose, covariance = planar_pose_with_covariance(message.pose, name)
-            noise = covariance_tuple(covariance)
+            noise = _covariance_tuple(covariance)
         else:
             pose = planar_pose(message.pose, name)
-        stamp = nanoseconds(message.header.stamp)
+        stamp = _nanoseconds(message)
         _raise_if_rejected(name, self._arbiter.add_pose(index, stamp, pose, noise, self._time()))
 
     def _on_odometry(self, message: Odometry) -> None:
@@ -93,7 +92,7 @@ class ArbiterInput:
                 f'odometry has frame_id {message.header.frame_id!r}, expected '
                 f'{self._odom_frame!r}; set odom_frame'
             )
-        stamp = nanoseconds(message.header.stamp)
+        stamp = _nanoseconds(message)
         pose = planar_pose(message.pose.pose, ODOMETRY)
         _raise_if_rejected(ODOMETRY, self._arbiter.add_odometry(stamp, pose, self._time()))
         self.twist = message.twist
@@ -106,9 +105,9 @@ class ArbiterInput:
             )
         pose, covariance = planar_pose_with_covariance(message.pose, INITIAL_POSE)
         now = self._time()
-        stamp = nanoseconds(message.header.stamp) or now
+        stamp = _nanoseconds(message) or now
         _raise_if_rejected(
-            INITIAL_POSE, self._arbiter.add_pose(OPERATOR, stamp, pose, covariance_tuple(covariance), now)
+            INITIAL_POSE, self._arbiter.add_pose(OPERATOR, stamp, pose, _covariance_tuple(covariance), now)
         )
 
     def _time(self) -> int:
@@ -123,7 +122,12 @@ class ArbiterInput:
         return now
 
 
-def covariance_tuple(covariance: Any) -> Covariance:
+def _nanoseconds(message: Any) -> int:
+    """Return the stamp of a message [ns], without loss."""
+    return int(message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec)
+
+
+def _covariance_tuple(covariance: Any) -> Covariance:
     """Return a covariance, shape (3, 3), as the six floats of the core."""
     (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
     return (xx, xy, xt, yy, yt, tt)

@@ -9,7 +9,6 @@ import pytest
 from short_drive import BEGIN, SECOND, odometry_pose
 from test_covariance import random_covariance
 
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import as_matrix, diagonal, scale_covariance
 from pose_arbiter.core.kalman_filter import (
     bias_sqrt,
@@ -19,6 +18,7 @@ from pose_arbiter.core.kalman_filter import (
     predict,
     update,
 )
+from pose_arbiter.core.settings import ArbiterSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import OdometryBuffer
 
@@ -35,11 +35,11 @@ def buffer():
 
 
 def start(buffer, noise=None, sources=2):
-    return initialize(buffer.lookup(BEGIN), 1.0, 2.0, 0.5, noise or diagonal(1e-4, 1e-4), sources)
+    return initialize(buffer.lookup(BEGIN), SE2(1.0, 2.0, 0.5), noise or diagonal(1e-4, 1e-4), sources)
 
 
 def innovation_to(estimate, z):
-    return compute_innovation(estimate, 1.0 + z[0], 2.0 + z[1], 0.5 + z[2])
+    return compute_innovation(estimate, SE2(1.0 + z[0], 2.0 + z[1], 0.5 + z[2]))
 
 
 def solve_batch(p, said):
@@ -181,4 +181,4 @@ def test_the_covariance_grows_without_measurements(buffer):
 
 def test_a_residual_takes_the_short_way_around(buffer):
     estimate = start(buffer)._replace(yaw=3.1)
-    assert compute_innovation(estimate, 1.0, 2.0, -3.1)[2] == pytest.approx(math.tau - 6.2)
+    assert compute_innovation(estimate, SE2(1.0, 2.0, -3.1))[2] == pytest.approx(math.tau - 6.2)

@@ -9,7 +9,6 @@ import pytest
 from arbiter_graph import NOISE, Robot
 from nav_msgs.msg import Odometry
 
-from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
 from pose_arbiter.node import PoseArbiterNode, main
 from shirube_core.geometry import SE2
 from shirube_core.settings import SettingsError
@@ -93,7 +92,7 @@ def test_what_comes_before_simulated_time_has_begun_is_refused_and_harms_nothing
 
 @pytest.mark.parametrize('frames', [{'odom_frame': 'map'}, {'base_frame': 'map'}, {'base_frame': 'odom'}])
 def test_frames_that_are_one_are_refused(graph, frames):
-    with pytest.raises(PoseArbiterError, match='give each frame its own name'):
+    with pytest.raises(SettingsError, match='give each frame its own name'):
         graph.add(PoseArbiterNode, sources=['a'], **frames)
 
 

@@ -22,11 +22,10 @@ from short_drive import (
 )
 
 from pose_arbiter.core.arbiter import OPERATOR
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.covariance import diagonal
 from pose_arbiter.core.localization_status import LocalizationStatus, localization_status
-from pose_arbiter.core.measurement_status import MeasurementStatus
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.measurement import MeasurementStatus
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_core.geometry import SE2
 
 ORIGIN = SE2(0.0, 0.0, 0.0)

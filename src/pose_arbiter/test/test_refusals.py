@@ -10,7 +10,7 @@ from short_drive import BEGIN, SECOND, add_messages, messages, new_arbiter, nois
 
 from pose_arbiter.core.arbiter import OPERATOR
 from pose_arbiter.core.covariance import diagonal
-from pose_arbiter.core.measurement_status import RejectReason
+from pose_arbiter.core.measurement import RejectReason
 from shirube_core.geometry import SE2
 
 NAN, INF = math.nan, math.inf

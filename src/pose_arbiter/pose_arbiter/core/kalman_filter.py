@@ -13,8 +13,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.covariance import Covariance, add_covariances, as_matrix, diagonal, rotate_covariance
+from pose_arbiter.core.covariance import (
+    Covariance,
+    Vector,
+    add_covariances,
+    as_matrix,
+    diagonal,
+    rotate_covariance,
+)
+from pose_arbiter.core.settings import ArbiterSettings
+from shirube_core.geometry import SE2
 from shirube_core.motion import CumulativeOdometry, motion_between
 
 _PROCESS_NOISE_XY, _PROCESS_NOISE_YAW = 2e-3, 2e-3  # process noise after 1 s, standard deviations [m, rad]
@@ -42,19 +50,23 @@ class Estimate(NamedTuple):
     P: NDArray[np.float64]
 
     @property
+    def pose(self) -> SE2:
+        """``T_map_base``."""
+        return SE2(self.x, self.y, self.yaw)
+
+    @property
     def covariance(self) -> Covariance:
         """Covariance of (x, y, yaw)."""
         (xx, xy, xt), (_, yy, yt), (_, _, tt) = self.P[:3, :3].tolist()
         return (xx, xy, xt, yy, yt, tt)
 
 
-def initialize(
-    odometry: CumulativeOdometry, x: float, y: float, yaw: float, noise: Covariance, sources: int
-) -> Estimate:
+def initialize(odometry: CumulativeOdometry, pose: SE2, noise: Covariance, sources: int) -> Estimate:
     """Return the initial estimate from a prior pose and its covariance, for a number of sources."""
     P = np.eye(3 + 3 * sources)
     P[:3, :3] = as_matrix(noise)
-    return Estimate(odometry, x, y, yaw, np.zeros((sources, 3)), np.full((sources, 3), np.inf), P)
+    bias, bias_sigmas = np.zeros((sources, 3)), np.full((sources, 3), np.inf)
+    return Estimate(odometry, pose.x, pose.y, pose.yaw, bias, bias_sigmas, P)
 
 
 def initialize_from_source(begin: Estimate, source: int, noise: Covariance, bias_fraction: float) -> Estimate:
@@ -115,14 +127,14 @@ def predict(estimate: Estimate, odometry: CumulativeOdometry, settings: ArbiterS
     )
 
 
-def compute_innovation(estimate: Estimate, x: float, y: float, yaw: float) -> tuple[float, float, float]:
+def compute_innovation(estimate: Estimate, pose: SE2) -> Vector:
     """Return the innovation: measured pose minus estimate [m, m, rad]."""
-    return x - estimate.x, y - estimate.y, math.remainder(yaw - estimate.yaw, math.tau)
+    return pose.x - estimate.x, pose.y - estimate.y, math.remainder(pose.yaw - estimate.yaw, math.tau)
 
 
 def update(
     estimate: Estimate,
-    innovation: tuple[float, float, float],
+    innovation: Vector,
     source: int,
     noise: Covariance,
     bias_fraction: float,

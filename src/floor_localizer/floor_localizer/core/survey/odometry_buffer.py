@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from floor_localizer.core.floor_localizer_error import FloorLocalizerError
-from shirube_core import motion
 from shirube_core.geometry import SE2
+from shirube_core.motion import NoPoseReason
+from shirube_core.motion import OdometryBuffer as SharedBuffer
 
 
 class OdometryBuffer:
@@ -35,7 +36,7 @@ class OdometryBuffer:
                 f'{source}: its stamps run backwards {at:.3f} s after the first; record the drive in one go'
             )
         self._start, self._source = int(stamps_ns[0]), source
-        self._buffer = motion.OdometryBuffer(history=2**63)  # all of it
+        self._buffer = SharedBuffer(history=2**63)  # all of it
         for stamp, pose in zip(stamps_ns.tolist(), poses.tolist(), strict=True):
             self._buffer.add(stamp, SE2(*pose))
 
@@ -46,7 +47,7 @@ class OdometryBuffer:
             FloorLocalizerError: there is no odometry near this stamp.
         """
         pose = self._buffer.pose_at(stamp_ns)
-        if isinstance(pose, motion.NoPoseReason):
+        if isinstance(pose, NoPoseReason):
             time = 1e-9 * (stamp_ns - self._start)
             raise FloorLocalizerError(
                 f'{self._source}: odometry is missing around {name} ({time:.3f} s after the first); '

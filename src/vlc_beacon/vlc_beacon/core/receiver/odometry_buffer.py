@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core import motion
 from shirube_core.geometry import SE2
+from shirube_core.motion import NoPoseReason
+from shirube_core.motion import OdometryBuffer as SharedBuffer
 
 
 class OdometryBuffer:
@@ -14,7 +15,7 @@ class OdometryBuffer:
 
     def __init__(self) -> None:
         """Start with an empty buffer."""
-        self._buffer = motion.OdometryBuffer()
+        self._buffer = SharedBuffer()
 
     def add(self, stamp: float, T_odom_base: SE2) -> None:
         """Add a pose at a time [s], in any order."""
@@ -23,7 +24,7 @@ class OdometryBuffer:
     def pose_at(self, stamp: float) -> SE2 | None:
         """Return ``T_odom_base`` at a time [s], interpolated or shortly extrapolated; None if no pose is near."""
         pose = self._buffer.pose_at(round(1e9 * stamp))
-        return None if isinstance(pose, motion.NoPoseReason) else pose
+        return None if isinstance(pose, NoPoseReason) else pose
 
     def velocity_at(self, stamp: float) -> NDArray[np.float64]:
         """Return the velocity of the base along its x and y [m/s] and its yaw rate [rad/s]; zeros if unknown."""
