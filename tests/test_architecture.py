@@ -32,7 +32,7 @@ PURE = (
     'shirube_core/shirube_core/geometry',
     'shirube_core/shirube_core/motion',
     'shirube_core/shirube_core/settings',
-    'shirube_core/shirube_core/waveform',
+    'shirube_core/shirube_core/waveform.py',
     'stereo_landmark/stereo_landmark/core',
     'vlc_beacon/vlc_beacon/core',
     *(
