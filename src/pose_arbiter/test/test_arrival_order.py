@@ -69,11 +69,6 @@ def test_late_by_less_than_the_history_is_as_in_time():
     assert numbers(arbiter.estimate_at(NOW)) == pytest.approx(outcome(SAID)[0], abs=1e-9)
 
 
-def test_late_odometry_is_as_in_time():
-    late = sorted(SAID, key=lambda m: m[0] + (300_000_000 if m[1] == ODOMETRY else 0))
-    assert outcome(late)[0] == pytest.approx(outcome(SAID)[0], abs=1e-9)
-
-
 def test_sources_with_equal_stamps_have_no_order():
     said = [m for m in messages(1.0, [noisy(1)]) if m[1] == ODOMETRY]
     for k in range(1, 20):

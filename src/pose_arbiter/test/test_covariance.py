@@ -10,7 +10,6 @@ import pytest
 from pose_arbiter.core.covariance import (
     add_covariances,
     as_matrix,
-    diagonal,
     inverse,
     is_positive_definite,
     mahalanobis_squared,
@@ -49,8 +48,3 @@ def test_positive_definite_is_what_eigenvalues_say(seed):
     full = m + m.T + 2.0 * np.eye(3)
     six = tuple(float(full[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
     assert is_positive_definite(six) == (np.linalg.eigvalsh(full)[0] > 0.0)
-
-
-def test_numbers_that_are_not_finite_are_not_positive():
-    assert not is_positive_definite(diagonal(math.inf, 1.0))
-    assert not is_positive_definite(diagonal(math.nan, 1.0))

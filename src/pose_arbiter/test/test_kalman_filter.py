@@ -170,15 +170,6 @@ def test_bias_sqrt_is_a_square_root_of_the_covariance(seed):
     np.testing.assert_allclose(bias_sqrt(r)[:, 0], 1e-2 * np.array(bias_gain), atol=1e-12)
 
 
-def test_the_covariance_grows_without_measurements(buffer):
-    sigmas = [
-        math.sqrt(predict(start(buffer), buffer.lookup(BEGIN + s * SECOND), SETTINGS).covariance[0])
-        for s in (1, 2, 4, 8)
-    ]
-    assert sigmas == sorted(sigmas)
-    assert sigmas[-1] > 2.0
-
-
 def test_a_residual_takes_the_short_way_around(buffer):
     estimate = start(buffer)._replace(yaw=3.1)
     assert compute_innovation(estimate, SE2(1.0, 2.0, -3.1))[2] == pytest.approx(math.tau - 6.2)

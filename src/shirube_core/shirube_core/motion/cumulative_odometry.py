@@ -16,7 +16,7 @@ class CumulativeOdometry(NamedTuple):
         x, y, yaw: pose of the base in the buffer frame [m, rad].
         distance: distance driven [m].
         rotation: sum of the absolute yaw changes [rad].
-        wx, wy, wxx, wxy, wyy: sums over steps of w_k p_k and w_k p_k p_kᵀ (position p_k, distance and rotation w_k).
+        sx, sy, sxx, sxy, syy: sums over steps of s_k p_k and s_k p_k p_kᵀ (position p_k, distance and rotation s_k).
         odometry_gap: time without odometry [ns]; equals the stamp before the first message.
     """
 
@@ -26,11 +26,11 @@ class CumulativeOdometry(NamedTuple):
     yaw: float
     distance: float
     rotation: float
-    wx: float
-    wy: float
-    wxx: float
-    wxy: float
-    wyy: float
+    sx: float
+    sy: float
+    sxx: float
+    sxy: float
+    syy: float
     odometry_gap: int
 
     def moved(
@@ -41,7 +41,7 @@ class CumulativeOdometry(NamedTuple):
         distance, rotation, half = math.hypot(dx, dy), abs(yaw), 0.5 * yaw
         chord = math.sin(half) / half if half else 1.0  # as in `SE2.exp`, without a pose on the way
         cos, sin = chord * math.cos(self.yaw + half), chord * math.sin(self.yaw + half)
-        x, y, w = self.x + cos * dx - sin * dy, self.y + sin * dx + cos * dy, distance + rotation
+        x, y, s = self.x + cos * dx - sin * dy, self.y + sin * dx + cos * dy, distance + rotation
         return CumulativeOdometry(
             stamp,
             x,
@@ -49,11 +49,11 @@ class CumulativeOdometry(NamedTuple):
             self.yaw + yaw,
             self.distance + distance,
             self.rotation + rotation,
-            self.wx + w * x,
-            self.wy + w * y,
-            self.wxx + w * x * x,
-            self.wxy + w * x * y,
-            self.wyy + w * y * y,
+            self.sx + s * x,
+            self.sy + s * y,
+            self.sxx + s * x * x,
+            self.sxy + s * x * y,
+            self.syy + s * y * y,
             self.odometry_gap + odometry_gap,
         )
 
@@ -66,7 +66,7 @@ class Motion(NamedTuple):
         yaw: yaw change [rad].
         distance: distance driven [m].
         rotation: sum of the absolute yaw changes [rad].
-        rx, ry, rxx, rxy, ryy: sums over the steps of w_k r_k and w_k r_k r_kᵀ, r_k from the step to the end.
+        rx, ry, rxx, rxy, ryy: sums over the steps of s_k r_k and s_k r_k r_kᵀ, r_k from the step to the end.
         odometry_gap: time without odometry [s].
         duration: time between the stamps [s].
     """
@@ -90,7 +90,7 @@ class Motion(NamedTuple):
         """Return the covariance (xx, xy, xt, yy, yt, tt) of (x, y, yaw) from the odometry noise alone.
 
         A yaw error e of step k moves the end by e J r_k, J a rotation by 90°: the covariance is the sum of
-        ``q w_k J r_k r_kᵀ Jᵀ``, q the square of ``noise_yaw``.
+        ``q s_k J r_k r_kᵀ Jᵀ``, q the square of ``noise_yaw``.
 
         Args:
             noise_xy: standard deviation along x and y after 1 m [m].
@@ -116,8 +116,8 @@ def motion_between(a: CumulativeOdometry, b: CumulativeOdometry) -> Motion:
     """Return the motion from a to the later b."""
     x, y = b.x, b.y
     distance, rotation = b.distance - a.distance, b.rotation - a.rotation
-    w, wx, wy = distance + rotation, b.wx - a.wx, b.wy - a.wy
-    rx, ry = w * x - wx, w * y - wy  # sum of w_k (p - p_k)
+    s, sx, sy = distance + rotation, b.sx - a.sx, b.sy - a.sy
+    rx, ry = s * x - sx, s * y - sy  # sum of s_k (p - p_k)
     return Motion(
         x - a.x,
         y - a.y,
@@ -126,9 +126,9 @@ def motion_between(a: CumulativeOdometry, b: CumulativeOdometry) -> Motion:
         rotation,
         rx,
         ry,
-        x * rx - wx * x + (b.wxx - a.wxx),
-        x * ry - wx * y + (b.wxy - a.wxy),
-        y * ry - wy * y + (b.wyy - a.wyy),
+        x * rx - sx * x + (b.sxx - a.sxx),
+        x * ry - sx * y + (b.sxy - a.sxy),
+        y * ry - sy * y + (b.syy - a.syy),
         (b.odometry_gap - a.odometry_gap) * 1e-9,
         (b.stamp - a.stamp) * 1e-9,
     )
