@@ -18,6 +18,12 @@ def wrap_angle(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
+def rotation_matrix(angle: float) -> NDArray[np.float64]:
+    """Return the matrix of a rotation in the plane by an angle [rad], shape (2, 2)."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
 @dataclass(frozen=True)
 class SE2:
     """A pose in SE(2): the pose of one frame in another.
@@ -77,9 +83,7 @@ class SE2:
         Returns:
             array, shape (n, 2), the same points in the parent frame [m].
         """
-        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        rotation = np.array([[cos, -sin], [sin, cos]])
-        return np.asarray(points, dtype=np.float64) @ rotation.T + (self.x, self.y)
+        return np.asarray(points, dtype=np.float64) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def distance_to(self, other: SE2) -> float:
         """Return the distance between the origins of the two poses [m]."""
