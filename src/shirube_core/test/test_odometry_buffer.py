@@ -207,3 +207,9 @@ def test_dropping_the_past_does_not_change_the_present():
     assert buffer.lookup(at) == whole.lookup(at)
     assert buffer.pose_at(at) == whole.pose_at(at)
     assert buffer.pose_at(BEGIN) is NoPoseReason.TOO_OLD
+
+
+def test_a_buffer_of_jumps_is_bounded():
+    stamps = [BEGIN + k * SECOND // 100 for k in range(2000)]
+    buffer = buffer_of(stamps, lambda stamp: SE2(1e-6 * (stamp % 7) * stamp, 0.0, 0.0), history=SECOND)
+    assert len(buffer._jump_stamps) < 500

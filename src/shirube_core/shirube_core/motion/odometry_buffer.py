@@ -86,6 +86,7 @@ class OdometryBuffer:
         stale = bisect_left(stamps, stamps[-1] - self._history) - _KEPT_BEFORE
         if stale >= _DROP_BATCH:
             del stamps[:stale], self._poses[:stale], self._twists[:stale], self._cumulative[:stale]
+            del self._jump_stamps[: bisect_right(self._jump_stamps, stamps[0])]
         return changed
 
     def pose_at(self, stamp: int) -> SE2 | NoPoseReason:
