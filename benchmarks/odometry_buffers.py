@@ -1,14 +1,13 @@
 """Motion of the robot between two stamps by the buffers of all nodes, against the ground truth of the bags.
 
-Prints two tables: both stamps between odometry messages, and the later stamp 0.1 s past the last message, as for an
-image that is newer than the odometry. Each cell is the error of the position at the later stamp in the frame of the
-earlier one: root mean square / largest [mm], and the number of motions without an answer.
+Two tables: both stamps between odometry messages, and the later one 0.1 s past the last message, as for an image that
+is newer than the odometry. Cells: error of the later position, root mean square / largest [mm].
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -45,15 +44,14 @@ def _survey(messages: Messages, start: int, end: int) -> SE2 | None:
     stamps, poses = zip(*messages, strict=True)
     rows = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])
     buffer = SurveyBuffer(np.array(stamps), rows, '/odom')
-    return buffer.pose_at(start, 'image').inverse() @ buffer.pose_at(end, 'image')
+    return _between(buffer.pose_at(start, 'image'), buffer.pose_at(end, 'image'))
 
 
 def _lamps(messages: Messages, start: int, end: int) -> SE2 | None:
     buffer = LampBuffer()
     for stamp, pose in messages:
         buffer.add(stamp * 1e-9, pose)
-    first, last = buffer.pose_at(start * 1e-9), buffer.pose_at(end * 1e-9)
-    return None if first is None or last is None else first.inverse() @ last
+    return _between(buffer.pose_at(start * 1e-9), buffer.pose_at(end * 1e-9))
 
 
 def _arbiter(messages: Messages, start: int, end: int) -> SE2 | None:
@@ -62,24 +60,21 @@ def _arbiter(messages: Messages, start: int, end: int) -> SE2 | None:
         arbiter.add_odometry(stamp, pose, stamp)
     arbiter.add_pose(OPERATOR, start, SE2(0.0, 0.0, 0.0), diagonal(1e-6, 1e-6), start)
     estimate = arbiter.estimate_at(end)
-    return None if estimate is None else SE2(estimate.x, estimate.y, estimate.yaw)
+    return None if estimate is None else estimate.pose
 
 
 def _planner(messages: Messages, start: int, end: int) -> SE2 | None:
     buffer = PoseBuffer(MappingSettings())
     for stamp, pose in messages:
         buffer.add(stamp * 1e-9, pose)
-    first, last = buffer.pose_at(start * 1e-9), buffer.pose_at(end * 1e-9)
+    return _between(buffer.pose_at(start * 1e-9), buffer.pose_at(end * 1e-9))
+
+
+def _between(first: object, last: object) -> SE2 | None:
     return first.inverse() @ last if isinstance(first, SE2) and isinstance(last, SE2) else None
 
 
-USERS: dict[str, Callable[[Messages, int, int], SE2 | None]] = {
-    'floor tracker': _tracker,
-    'floor survey': _survey,
-    'lamps': _lamps,
-    'arbiter': _arbiter,
-    'planner': _planner,
-}
+USERS = {'tracker': _tracker, 'survey': _survey, 'lamps': _lamps, 'arbiter': _arbiter, 'planner': _planner}
 
 
 def errors(bag_name: str, thin: int, ahead: int) -> dict[str, list[float | None]]:
@@ -110,9 +105,7 @@ def _cell(found: list[float | None]) -> str:
 
 def _main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        '--thin', type=int, default=1, help='keep every n-th odometry message of the 50 a second'
-    )
+    parser.add_argument('--thin', type=int, default=1, help='keep every n-th odometry message')
     thin = parser.parse_args().thin
     for title, ahead in (('between messages', -KEPT // 2), ('0.1 s past the last message', AHEAD)):
         print(f'\n{title}, odometry at {50 / thin:g} Hz\n')
