@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from _arbiter_bags import PoseSample
 
-from pose_arbiter.core.covariance import as_matrix
-from pose_arbiter.core.kalman_filter import Estimate, initialize, predict
+from pose_arbiter.core.kalman_filter import Estimate, as_matrix, initialize, predict
 from pose_arbiter.core.settings import ArbiterSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import OdometryBuffer

@@ -16,7 +16,7 @@ from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings
 from floor_localizer.core.survey.odometry_buffer import OdometryBuffer as SurveyBuffer
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
-from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.kalman_filter import diagonal
 from pose_arbiter.core.settings import ArbiterSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseBuffer

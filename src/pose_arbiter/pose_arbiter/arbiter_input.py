@@ -1,4 +1,4 @@
-"""Subscriptions of the arbiter: poses of the sources, odometry and the initial pose."""
+"""Input of the arbiter: the clock, and the poses of the sources, odometry and the initial pose."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
-from pose_arbiter.core.covariance import Covariance
+from pose_arbiter.core.kalman_filter import Covariance
 from pose_arbiter.core.measurement import RejectReason
 from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings
@@ -30,6 +30,32 @@ _REMEDIES = {
     RejectReason.TOO_OLD: 'set use_sim_time of all nodes to the same value, or raise history_seconds',
     RejectReason.DUPLICATE: 'give each message its own stamp, and each topic one publisher',
 }
+_JUMP_BACK_MIN = 100_000_000  # tolerated step back when a clock is synchronized [ns]
+_JUMP_AHEAD_MIN = 10_000_000_000  # a larger step ahead of simulated time is a jump [ns]
+
+
+class ClockMonitor:
+    """Reads the node's clock and reports jumps."""
+
+    def __init__(self, node: Node, on_jump: Callable[[], None]) -> None:
+        """Start with the clock of a node.
+
+        Args:
+            node: node whose clock is read.
+            on_jump: called when time jumped back, or when simulated time jumped ahead.
+        """
+        self._clock, self._on_jump = node.get_clock(), on_jump
+        self._is_simulated = bool(node.get_parameter('use_sim_time').value)
+        self._latest = 0
+
+    def now(self) -> int:
+        """Return the current time [ns], 0 before simulated time has started."""
+        now = int(self._clock.now().nanoseconds)
+        before, self._latest = self._latest, now
+        jumped_ahead = self._is_simulated and 0 < before < now - _JUMP_AHEAD_MIN
+        if now < before - _JUMP_BACK_MIN or jumped_ahead:
+            self._on_jump()
+        return now
 
 
 class ArbiterInput:

@@ -1,4 +1,4 @@
-"""Publishes the fused pose, and map to odom on /tf if tf2_ros is installed."""
+"""Output of the arbiter at a fixed rate: the fused pose, and map to odom on /tf if tf2_ros is installed."""
 
 from __future__ import annotations
 
@@ -11,12 +11,35 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from pose_arbiter.core.covariance import as_matrix
-from pose_arbiter.core.kalman_filter import Estimate
+from pose_arbiter.core.kalman_filter import Estimate, as_matrix
 from pose_arbiter.node_settings import NodeSettings
 from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import odometry_message, pose_message, pose_stamped
 from shirube_ros.quality_of_service import pose_profile
+
+_BACKLOG_MAX = 500_000_000  # older ticks are dropped [ns]
+
+
+class TickSchedule:
+    """Ticks at multiples of the period, none skipped under load; integers, so that they do not drift."""
+
+    def __init__(self, rate: float) -> None:
+        """Start at the first call of `due`, with a tick rate [1/s]."""
+        self._period = round(1e9 / rate)
+        self._last_done: int | None = None
+
+    def reset(self) -> None:
+        """Drop the due ticks after a clock jump."""
+        self._last_done = None
+
+    def due(self, now: int) -> range:
+        """Return the stamps of the ticks since the last call, up to now [ns]."""
+        last = now // self._period
+        if self._last_done is None:
+            self._last_done = last - 1
+        first = max(self._last_done + 1, (now - _BACKLOG_MAX) // self._period + 1)
+        self._last_done = max(self._last_done, last)
+        return range(first * self._period, last * self._period + 1, self._period)
 
 
 class ArbiterOutput:

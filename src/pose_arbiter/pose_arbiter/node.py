@@ -7,10 +7,9 @@ from typing import Any
 
 from rclpy.node import Node
 
-from pose_arbiter.arbiter_input import ArbiterInput
-from pose_arbiter.arbiter_output import ArbiterOutput
+from pose_arbiter.arbiter_input import ArbiterInput, ClockMonitor
+from pose_arbiter.arbiter_output import ArbiterOutput, TickSchedule
 from pose_arbiter.arbiter_report import ArbiterReport
-from pose_arbiter.clock import ClockMonitor, TickSchedule
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.localization_status import localization_status
 from pose_arbiter.core.settings import ArbiterSettings

@@ -22,7 +22,7 @@ from short_drive import (
 )
 
 from pose_arbiter.core.arbiter import OPERATOR
-from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.kalman_filter import diagonal
 from pose_arbiter.core.localization_status import LocalizationStatus, localization_status
 from pose_arbiter.core.measurement import MeasurementStatus
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings

@@ -19,7 +19,7 @@ from short_drive import (
 )
 
 from pose_arbiter.core.arbiter import OPERATOR
-from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.kalman_filter import diagonal
 from pose_arbiter.core.measurement import RejectReason
 from shirube_core.geometry import SE2
 

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
 
-from pose_arbiter.core.covariance import Covariance, diagonal
-from pose_arbiter.core.kalman_filter import Estimate, predict
-from pose_arbiter.core.measurement import (
-    MeasurementStatus,
-    PoseMeasurement,
-    RejectReason,
-    validate_covariance,
-    validate_pose,
-)
+from pose_arbiter.core.kalman_filter import Covariance, Estimate, diagonal, is_positive_definite, predict
+from pose_arbiter.core.measurement import MeasurementStatus, PoseMeasurement, RejectReason
 from pose_arbiter.core.outlier_rejection import FilterState, OutlierRejection
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_core.geometry import SE2
@@ -23,6 +17,8 @@ from shirube_core.motion import NoPoseReason, OdometryBuffer
 OPERATOR = -1
 """Source index of poses set by an operator (`initialpose`)."""
 _CLOCK_OFFSET_MAX = 100_000_000  # tolerated clock difference between hosts [ns]
+_FARTHEST = 1e6  # [m]
+_VAR_MIN, _VAR_XY_MAX, _VAR_YAW_MAX = 1e-14, 1e4, math.tau**2
 
 
 class Arbiter:
@@ -72,7 +68,7 @@ class Arbiter:
         Returns:
             the reason it was rejected, None if accepted.
         """
-        reason = validate_pose(T_odom_base) or self._validate_stamp(stamp, now)
+        reason = _validate_pose(T_odom_base) or self._validate_stamp(stamp, now)
         if reason is not None:
             return reason
         changed = self._odometry.add(stamp, T_odom_base)
@@ -100,7 +96,7 @@ class Arbiter:
         """
         if noise is None:
             noise = self._sigmas[source]
-        reason = validate_pose(pose) or validate_covariance(noise) or self._validate_stamp(stamp, now)
+        reason = _validate_pose(pose) or _validate_covariance(noise) or self._validate_stamp(stamp, now)
         if reason is not None:
             return reason
         # Insert it by its stamp; the states after it are computed again.
@@ -174,3 +170,21 @@ class Arbiter:
             (measurement.source, status)
             for measurement, (_, status) in zip(self._measurements[:count], self._results, strict=False)
         )
+
+
+def _validate_pose(pose: SE2) -> RejectReason | None:
+    """Return the reason a pose is invalid, None if it is valid."""
+    if not (math.isfinite(pose.x) and math.isfinite(pose.y) and math.isfinite(pose.yaw)):
+        return RejectReason.NOT_FINITE
+    if max(abs(pose.x), abs(pose.y)) > _FARTHEST:
+        return RejectReason.TOO_FAR
+    return None
+
+
+def _validate_covariance(noise: Covariance) -> RejectReason | None:
+    """Return the reason a covariance is invalid, None if it is valid."""
+    if not is_positive_definite(noise) or min(noise[0], noise[3], noise[5]) < _VAR_MIN:
+        return RejectReason.BAD_COVARIANCE
+    if max(noise[0], noise[3]) > _VAR_XY_MAX or noise[5] > _VAR_YAW_MAX:
+        return RejectReason.BAD_COVARIANCE
+    return None

@@ -10,19 +10,17 @@ from typing import NamedTuple
 
 from scipy.special import gammaincinv
 
-from pose_arbiter.core.covariance import (
-    add_covariances,
-    diagonal,
-    inverse,
-    mahalanobis_squared,
-    scale_covariance,
-)
 from pose_arbiter.core.kalman_filter import (
     Estimate,
+    add_covariances,
     compute_innovation,
+    diagonal,
     initialize,
     initialize_from_source,
+    inverse,
+    mahalanobis_squared,
     predict,
+    scale_covariance,
     update,
 )
 from pose_arbiter.core.measurement import MeasurementStatus, PoseMeasurement

@@ -2,8 +2,14 @@
 
 from shirube_core.geometry.camera_mount import CameraMount, gravity_aligned_camera
 from shirube_core.geometry.pinhole_camera import PinholeCamera
-from shirube_core.geometry.se2 import SE2, rotation_matrix, wrap_angle
-from shirube_core.geometry.se3 import SE3, matrix_from_rpy, quaternion_from_yaw, yaw_from_quaternion
+from shirube_core.geometry.se2 import (
+    SE2,
+    quaternion_from_yaw,
+    rotation_matrix,
+    wrap_angle,
+    yaw_from_quaternion,
+)
+from shirube_core.geometry.se3 import SE3, matrix_from_rpy
 from shirube_core.geometry.tilt_buffer import TiltBuffer
 
 GravityAlignedCamera = SE3  # the name before

@@ -18,6 +18,16 @@ def wrap_angle(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
+def quaternion_from_yaw(yaw: float) -> tuple[float, float, float, float]:
+    """Return the quaternion (x, y, z, w) of a rotation by ``yaw`` [rad] about z."""
+    return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+
+
+def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
+    """Return the yaw [rad] in the fixed-axis roll, pitch, yaw of a quaternion (x, y, z, w)."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
 def rotation_matrix(angle: float) -> NDArray[np.float64]:
     """Return the matrix of a rotation in the plane by an angle [rad], shape (2, 2)."""
     cos, sin = math.cos(angle), math.sin(angle)
