@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from floor_localizer.commands.locate import locate as locate_floor
 from floor_localizer.commands.locate import make_parser as floor_parser
 from floor_localizer.core.fix import Fix
-from pose_arbiter.core.covariance import Covariance, diagonal
+from pose_arbiter.core.kalman_filter import Covariance, diagonal
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate, planar_poses
 from shirube_bags.trajectory_files import header_stamp, load_bag_trajectory

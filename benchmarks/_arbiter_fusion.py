@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from _arbiter_bags import PoseSample
 
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.kalman_filter import Estimate
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_core.geometry import SE2
 
 Message = tuple[int, int, PoseSample | SE2]

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Header
 
-from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.kalman_filter import diagonal
 from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import odometry_message, pose_with_covariance_stamped
 

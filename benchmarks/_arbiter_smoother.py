@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from _arbiter_bags import PoseSample
 
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.covariance import as_matrix
-from pose_arbiter.core.kalman_filter import Estimate, initialize, predict
-from pose_arbiter.core.odometry_buffer import OdometryBuffer
+from pose_arbiter.core.kalman_filter import Estimate, as_matrix, initialize, predict
+from pose_arbiter.core.settings import ArbiterSettings
 from shirube_core.geometry import SE2
+from shirube_core.motion import OdometryBuffer
 
 try:
     gtsam: Any = import_module('gtsam')
@@ -34,7 +33,7 @@ def smooth(
         ((o, number) for number, source in enumerate(sources) for o in source), key=lambda s: s[0].stamp
     )
     samples, settings = [sample for sample, _ in sources_by_sample], ArbiterSettings()
-    buffer = OdometryBuffer(settings)
+    buffer = OdometryBuffer(history=2**63)
     for stamp, pose in odometry:
         buffer.add(stamp, pose)
     smoother = gtsam.BatchFixedLagSmoother(_LAG)
@@ -47,7 +46,7 @@ def smooth(
             before, pose = states[-1]
             odometry_before = buffer.lookup(before)
             # From the origin of the odometry's frame, so that the step and its noise are in the robot's own frame.
-            origin = initialize(odometry_before, 0.0, 0.0, 0.0, (0.0,) * 6, 0)
+            origin = initialize(odometry_before, SE2(0.0, 0.0, 0.0), (0.0,) * 6, 0)
             step = predict(origin, buffer.lookup(sample.stamp), settings)
             noise = gtsam.noiseModel.Gaussian.Covariance(
                 _body_frame_covariance(step) + _MIN_SIGMA**2 * np.eye(3)

@@ -18,9 +18,8 @@ from _arbiter_load import filter_cpu_fraction, node_cpu_fraction
 from _arbiter_smoother import INSTALL, IS_INSTALLED, smooth
 
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.covariance import diagonal
-from pose_arbiter.core.kalman_filter import Estimate
+from pose_arbiter.core.kalman_filter import Estimate, diagonal
+from pose_arbiter.core.settings import ArbiterSettings
 from shirube_core.geometry import SE2
 
 OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8

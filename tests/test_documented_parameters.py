@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import yaml
 
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.source_parameters import DEFAULT_SOURCES
 from shirube_bringup.building import BuildingFiles
 from shirube_bringup.nodes import mission_nodes

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.trajectory import can_interpolate, interpolate, planar_poses
 from shirube_bags.trajectory_files import load_bag_trajectory

@@ -11,8 +11,7 @@ from node_testing import isolated_graph
 from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from pose_arbiter.node import PoseArbiterNode
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.commands.check import main as check

@@ -1,4 +1,4 @@
-"""Interpolation of odometry, and prediction of the pose."""
+"""Prediction of the pose from odometry or the last velocity."""
 
 from __future__ import annotations
 
@@ -28,52 +28,31 @@ def predictor():
     return predictor
 
 
-def test_at_a_message_it_is_the_message(predictor):
-    assert_same(predictor.interpolate_odometry(10.0), START)
-    assert_same(predictor.interpolate_odometry(10.2), START @ STEP)
+@pytest.mark.parametrize('fraction', [0.0, 0.25, 0.5, 1.0, 1.5, 2.0])
+def test_odometry_goes_along_an_arc_and_a_little_beyond_the_last_message(predictor, fraction):
+    arc = SE2.exp(*(fraction * v for v in STEP.log()))
+    assert_same(predictor.relative_motion(10.0, 10.0 + 0.2 * fraction), arc)
 
 
-@pytest.mark.parametrize('fraction', [0.25, 0.5, 0.9])
-def test_odometry_is_interpolated_across_the_cut_at_pi(predictor, fraction):
-    found = predictor.interpolate_odometry(10.0 + 0.2 * fraction)
-    assert_same(found, START @ SE2(0.1 * fraction, 0.0, 0.6 * fraction), 1e-6)
-    assert abs(START.yaw_to(found)) == pytest.approx(0.6 * fraction)
-
-
-def test_a_little_before_the_first_message_it_holds(predictor):
-    assert_same(predictor.interpolate_odometry(9.8), START)
-
-
-@pytest.mark.parametrize('beyond', [0.5, 1.0])
-def test_a_little_after_the_last_message_the_robot_goes_on(predictor, beyond):
-    found = predictor.interpolate_odometry(10.2 + 0.2 * beyond)
-    assert_same(found, START @ STEP @ SE2(0.1 * beyond, 0.0, 0.6 * beyond), 1e-6)
-
-
-def test_after_a_gap_or_a_single_message_it_stays():
-    predictor = PosePredictor(SETTINGS)
-    predictor.add_odometry(10.0, START)
-    assert_same(predictor.interpolate_odometry(10.1), START)
-    predictor.add_odometry(11.0, START @ STEP)
-    assert_same(predictor.interpolate_odometry(11.1), START @ STEP)
-
-
-def test_stale_odometry_says_nothing(predictor):
-    assert predictor.interpolate_odometry(10.5) is None
-    assert predictor.interpolate_odometry(9.7) is None
+def test_stale_odometry_gives_no_motion(predictor):
     assert predictor.relative_motion(10.0, 10.5) is None
-    assert PosePredictor(SETTINGS).interpolate_odometry(10.0) is None
+    assert predictor.relative_motion(9.7, 10.0) is None
+    assert PosePredictor(SETTINGS).relative_motion(10.0, 10.1) is None
 
 
-def test_in_the_middle_of_a_long_gap_odometry_says_nothing(predictor):
-    predictor.add_odometry(12.2, START)
-    assert predictor.interpolate_odometry(11.2) is None
+def test_after_a_jump_of_odometry_the_velocity_leads_on(predictor):
+    predictor.add_odometry(10.4, SE2(99.0, 0.0, 0.0))
+    assert predictor.relative_motion(10.2, 10.4) is None
+    predictor.add_pose(10.1, START)
+    predictor.add_pose(10.2, START @ SE2(0.02, 0.0, 0.0))
+    assert_same(predictor.predict(10.4).T_map_base, START @ SE2(0.06, 0.0, 0.0))
 
 
-def test_an_older_message_is_left_out(predictor):
-    predictor.add_odometry(10.1, SE2(99.0, 0.0, 0.0))
+def test_a_late_message_is_used_and_a_known_stamp_is_left_out(predictor):
+    predictor.add_odometry(10.1, START @ SE2(0.0, 0.1, 0.0))
     predictor.add_odometry(10.2, SE2(99.0, 0.0, 0.0))
-    assert_same(predictor.interpolate_odometry(10.2), START @ STEP)
+    assert_same(predictor.relative_motion(10.0, 10.1), SE2(0.0, 0.1, 0.0))
+    assert_same(predictor.relative_motion(10.0, 10.2), STEP)
 
 
 def test_forth_and_back_is_the_identity(predictor):

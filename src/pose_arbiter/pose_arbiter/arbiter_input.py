@@ -1,4 +1,4 @@
-"""Subscriptions of the arbiter: poses of the sources, odometry and the initial pose."""
+"""Input of the arbiter: the clock, and the poses of the sources, odometry and the initial pose."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
-from pose_arbiter.core.covariance import Covariance
-from pose_arbiter.core.measurement_status import RejectReason
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.kalman_filter import Covariance
+from pose_arbiter.core.measurement import RejectReason
+from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings
-from pose_arbiter.stamp_conversion import nanoseconds
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.errors import MessageError
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
@@ -31,6 +30,32 @@ _REMEDIES = {
     RejectReason.TOO_OLD: 'set use_sim_time of all nodes to the same value, or raise history_seconds',
     RejectReason.DUPLICATE: 'give each message its own stamp, and each topic one publisher',
 }
+_JUMP_BACK_MIN = 100_000_000  # tolerated step back when a clock is synchronized [ns]
+_JUMP_AHEAD_MIN = 10_000_000_000  # a larger step ahead of simulated time is a jump [ns]
+
+
+class ClockMonitor:
+    """Reads the node's clock and reports jumps."""
+
+    def __init__(self, node: Node, on_jump: Callable[[], None]) -> None:
+        """Start with the clock of a node.
+
+        Args:
+            node: node whose clock is read.
+            on_jump: called when time jumped back, or when simulated time jumped ahead.
+        """
+        self._clock, self._on_jump = node.get_clock(), on_jump
+        self._is_simulated = bool(node.get_parameter('use_sim_time').value)
+        self._latest = 0
+
+    def now(self) -> int:
+        """Return the current time [ns], 0 before simulated time has started."""
+        now = int(self._clock.now().nanoseconds)
+        before, self._latest = self._latest, now
+        jumped_ahead = self._is_simulated and 0 < before < now - _JUMP_AHEAD_MIN
+        if now < before - _JUMP_BACK_MIN or jumped_ahead:
+            self._on_jump()
+        return now
 
 
 class ArbiterInput:
@@ -81,10 +106,10 @@ class ArbiterInput:
         noise = None
         if source.with_covariance:
             pose, covariance = planar_pose_with_covariance(message.pose, name)
-            noise = covariance_tuple(covariance)
+            noise = _covariance_tuple(covariance)
         else:
             pose = planar_pose(message.pose, name)
-        stamp = nanoseconds(message.header.stamp)
+        stamp = _nanoseconds(message)
         _raise_if_rejected(name, self._arbiter.add_pose(index, stamp, pose, noise, self._time()))
 
     def _on_odometry(self, message: Odometry) -> None:
@@ -93,7 +118,7 @@ class ArbiterInput:
                 f'odometry has frame_id {message.header.frame_id!r}, expected '
                 f'{self._odom_frame!r}; set odom_frame'
             )
-        stamp = nanoseconds(message.header.stamp)
+        stamp = _nanoseconds(message)
         pose = planar_pose(message.pose.pose, ODOMETRY)
         _raise_if_rejected(ODOMETRY, self._arbiter.add_odometry(stamp, pose, self._time()))
         self.twist = message.twist
@@ -106,9 +131,9 @@ class ArbiterInput:
             )
         pose, covariance = planar_pose_with_covariance(message.pose, INITIAL_POSE)
         now = self._time()
-        stamp = nanoseconds(message.header.stamp) or now
+        stamp = _nanoseconds(message) or now
         _raise_if_rejected(
-            INITIAL_POSE, self._arbiter.add_pose(OPERATOR, stamp, pose, covariance_tuple(covariance), now)
+            INITIAL_POSE, self._arbiter.add_pose(OPERATOR, stamp, pose, _covariance_tuple(covariance), now)
         )
 
     def _time(self) -> int:
@@ -123,7 +148,12 @@ class ArbiterInput:
         return now
 
 
-def covariance_tuple(covariance: Any) -> Covariance:
+def _nanoseconds(message: Any) -> int:
+    """Return the stamp of a message [ns], without loss."""
+    return int(message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec)
+
+
+def _covariance_tuple(covariance: Any) -> Covariance:
     """Return a covariance, shape (3, 3), as the six floats of the core."""
     (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
     return (xx, xy, xt, yy, yt, tt)

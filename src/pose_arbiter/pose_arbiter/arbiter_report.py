@@ -11,9 +11,9 @@ from pose_arbiter.arbiter_input import ODOMETRY
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.kalman_filter import Estimate
 from pose_arbiter.core.localization_status import LocalizationStatus
-from pose_arbiter.core.measurement_status import MeasurementStatus
+from pose_arbiter.core.measurement import MeasurementStatus
 from pose_arbiter.core.outlier_rejection import FilterState
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.core.source_state import SourceState
 from shirube_ros.diagnostics import Level, Status
 

@@ -5,31 +5,22 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from std_msgs.msg import Header
 
-from pose_arbiter.arbiter_input import ArbiterInput
+from pose_arbiter.arbiter_input import ArbiterInput, ClockMonitor
+from pose_arbiter.arbiter_output import ArbiterOutput, TickSchedule
 from pose_arbiter.arbiter_report import ArbiterReport
-from pose_arbiter.clock_monitor import ClockMonitor
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.kalman_filter import Estimate
 from pose_arbiter.core.localization_status import localization_status
-from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
+from pose_arbiter.core.settings import ArbiterSettings
 from pose_arbiter.node_settings import NodeSettings
 from pose_arbiter.source_parameters import declare_sources
-from pose_arbiter.stamp_conversion import time_message
-from pose_arbiter.tick_schedule import TickSchedule
-from pose_arbiter.transform_output import TransformOutput
-from shirube_core.geometry import SE2
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_core.settings import SettingsError
+from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.node import run_node
+from shirube_ros.node_main import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
-from shirube_ros.pose_conversion import odometry_message, pose_stamped
-from shirube_ros.quality_of_service import pose_profile
+from shirube_ros.trigger_service import create_trigger_service
 
 _OUTPUT = 'output'  # name of the timer callback in the diagnostics
 
@@ -64,8 +55,7 @@ class PoseArbiterNode(Node):
             options: keyword arguments of ``rclpy.node.Node``.
 
         Raises:
-            SettingsError: a bad parameter.
-            PoseArbiterError: inconsistent parameters.
+            SettingsError: a bad parameter, or two parameters that contradict each other.
         """
         super().__init__('pose_arbiter', **options)
         self._settings = declare_parameters(self, NodeSettings)
@@ -74,20 +64,16 @@ class PoseArbiterNode(Node):
         reject_misspelled_parameters(self)
         frames = (self._settings.map_frame, self._settings.odom_frame, self._settings.base_frame)
         if len(set(frames)) < len(frames):
-            raise PoseArbiterError(
+            raise SettingsError(
                 'two of map_frame, odom_frame and base_frame are the same; give each frame its own name'
             )
         self._sources = tuple(sources.values())
         self._arbiter = Arbiter(self._sources, self._filter_settings)
         self._clock_monitor = ClockMonitor(self, self._on_clock_jump)
-        self._guard = CallbackGuard(self, (PoseArbiterError,))
+        self._guard = CallbackGuard(self)
         self._schedule = TickSchedule(self._settings.rate)
         self._report = ArbiterReport(self, self._arbiter, sources, self._clock_monitor.now)
-        self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
-        self._odometry = self.create_publisher(Odometry, '~/odometry', pose_profile())
-        self._transform = None
-        if self._settings.publish_tf:
-            self._transform = TransformOutput(self, self._settings.map_frame, self._settings.odom_frame)
+        self._output = ArbiterOutput(self, self._settings)
         self._input = ArbiterInput(
             self, self._guard, self._arbiter, sources, self._settings, self._clock_monitor.now
         )
@@ -103,29 +89,16 @@ class PoseArbiterNode(Node):
             status = localization_status(state, estimate, self._sources, self._filter_settings)
             self._report.observe(state, estimate, status)
             if status.has_pose and estimate is not None:
-                self._publish(stamp, estimate)
+                self._output.publish_pose(stamp, estimate, self._input.twist)
                 self._publish_transform(stamp)
-
-    def _publish(self, stamp: int, estimate: Estimate) -> None:
-        header = Header(stamp=time_message(stamp), frame_id=self._settings.map_frame)
-        pose = SE2(estimate.x, estimate.y, estimate.yaw)
-        self._pose.publish(pose_stamped(pose, header))
-        xx, xy, xt, yy, yt, tt = estimate.covariance
-        covariance = ((xx, xy, xt), (xy, yy, yt), (xt, yt, tt))
-        message = odometry_message(pose, covariance, header, self._settings.base_frame)
-        if self._input.twist is not None:
-            message.twist = self._input.twist
-        self._odometry.publish(message)
 
     def _publish_transform(self, stamp: int) -> None:
         """Publish map to odom, as computed at the stamp of the latest odometry."""
         latest = self._arbiter.latest_odometry
-        if self._transform is None or latest is None:
-            return
-        estimate = self._arbiter.estimate_at(min(latest, stamp))
+        estimate = None if latest is None else self._arbiter.estimate_at(min(latest, stamp))
         T_map_odom = None if estimate is None else self._arbiter.T_map_odom(estimate)
         if T_map_odom is not None:
-            self._transform.send(T_map_odom, stamp + round(1e9 * self._settings.transform_tolerance))
+            self._output.publish_transform(stamp, T_map_odom)
 
     def _reset(self) -> str:
         self._arbiter.reset()
@@ -139,7 +112,7 @@ class PoseArbiterNode(Node):
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run_node('pose_arbiter', PoseArbiterNode, (PoseArbiterError,))
+    return run_node('pose_arbiter', PoseArbiterNode)
 
 
 if __name__ == '__main__':

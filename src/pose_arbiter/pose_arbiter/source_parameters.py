@@ -12,7 +12,7 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.validate_topic_name import validate_topic_name
 
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import SourceSettings
 from shirube_core.settings import SettingsError
 from shirube_ros.parameters import declare_parameters
 

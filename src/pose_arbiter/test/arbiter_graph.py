@@ -57,7 +57,6 @@ class Robot:
 
     @property
     def pose(self):
-        """True pose of the robot."""
         return SE2(0.5 * (self.now - START), 0.0, 0.0)
 
     def tick(self, seconds):

@@ -6,8 +6,7 @@ import math
 import random
 
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_core.geometry import SE2
 
 SECOND = 1_000_000_000

@@ -30,14 +30,11 @@ FAULTS = {
     'early': lambda s: true_pose(s + 0.5),
     'jumping': lambda s: shift_pose(true_pose(s), *(random.Random(s).uniform(-1.0, 1.0) for _ in range(3))),
 }
-
 CREWS = [(2, 0.0, 0.0), (2, 0.0, 2.0), (1, 2.0, 2.0), (1, 0.0, 2.0)]
 
 
 @pytest.mark.parametrize('fault', FAULTS)
-@pytest.mark.parametrize(
-    ('correct', 'starts', 'fault_from'), [(2, 0.0, 0.0), (2, 0.0, 2.0), (1, 2.0, 2.0), (1, 0.0, 2.0)]
-)
+@pytest.mark.parametrize(('correct', 'starts', 'fault_from'), CREWS)
 def test_at_most_three_poses_are_wrong(fault, correct, starts, fault_from):
     def faulty_source(seconds):
         if seconds < starts:

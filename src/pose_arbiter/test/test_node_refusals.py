@@ -10,7 +10,6 @@ from arbiter_graph import NOISE, Robot
 from nav_msgs.msg import Odometry
 from node_testing import run_in_process
 
-from pose_arbiter.core.pose_arbiter_error import PoseArbiterError
 from pose_arbiter.node import PoseArbiterNode, main
 from shirube_core.geometry import SE2
 from shirube_core.settings import SettingsError
@@ -91,17 +90,12 @@ def test_what_comes_before_simulated_time_has_begun_is_refused_and_harms_nothing
     assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
 
 
-@pytest.mark.parametrize('frames', [{'odom_frame': 'map'}, {'base_frame': 'map'}, {'base_frame': 'odom'}])
-def test_frames_that_are_one_are_refused(graph, frames):
-    with pytest.raises(PoseArbiterError, match='give each frame its own name'):
-        graph.add(PoseArbiterNode, sources=['a'], **frames)
-
-
-def test_topics_without_a_publisher_are_logged_once(graph, capfd):
-    node = graph.add(PoseArbiterNode, sources=['a', 'b'])
+def test_an_unknown_parameter_and_topics_without_a_publisher_are_logged_once(graph, capfd):
+    node = graph.add(PoseArbiterNode, sources=['a', 'b'], wheel_radius=0.1)
     for _ in range(10):
         node._report.status()
     words = capfd.readouterr().err
+    assert words.count('parameter wheel_radius does not exist in this node and is ignored') == 1
     for topic in ('/a/pose_with_covariance (a)', '/b/pose_with_covariance (b)', '/odom (odom)'):
         assert words.count(f'{topic} has no publisher; check the topic name') == 1
 
@@ -129,17 +123,15 @@ def test_topics_without_a_publisher_are_logged_once(graph, capfd):
         ({'sources': ['a'], 'a.offset': [1.0]}, 'setting a.offset is .* it must be 3 numbers'),
         ({'sources': ['a'], 'a.timout': 1.0}, 'parameter a.timout does not exist, did you mean a.timeout'),
         ({'gate_probability': 1.0}, 'setting gate_probability is 1.0'),
+        ({'odom_frame': 'map'}, 'give each frame its own name'),
+        ({'base_frame': 'map'}, 'give each frame its own name'),
+        ({'base_frame': 'odom'}, 'give each frame its own name'),
     ],
 )
 def test_bad_parameters_are_refused_with_one_line(graph, parameters, words):
     with pytest.raises(SettingsError, match=words) as refusal:
         graph.add(PoseArbiterNode, **parameters)
     assert '\n' not in str(refusal.value)
-
-
-def test_an_unknown_parameter_is_logged(graph, capfd):
-    graph.add(PoseArbiterNode, wheel_radius=0.1)
-    assert 'parameter wheel_radius does not exist in this node and is ignored' in capfd.readouterr().err
 
 
 def test_a_bad_start_is_one_line_and_exit_code_1(capfd):

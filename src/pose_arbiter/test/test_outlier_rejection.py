@@ -22,26 +22,23 @@ from short_drive import (
 )
 
 from pose_arbiter.core.arbiter import OPERATOR
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.kalman_filter import diagonal
 from pose_arbiter.core.localization_status import LocalizationStatus, localization_status
-from pose_arbiter.core.measurement_status import MeasurementStatus
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.measurement import MeasurementStatus
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_core.geometry import SE2
-
-ORIGIN = SE2(0.0, 0.0, 0.0)
 
 
 def until(source, end):
     return lambda seconds: source(seconds) if seconds < end else None
 
 
-def since(source, begin):
-    return lambda seconds: source(seconds) if seconds >= begin else None
-
-
 def displaced_pose(seconds):
     return SE2(1.0, -2.0, 0.5) @ true_pose(seconds)
+
+
+def wrong_at_first(seconds):
+    return true_pose(seconds) if seconds < 1.0 or seconds > 4.0 else displaced_pose(seconds)
 
 
 def run(seconds, sources, **settings):
@@ -105,7 +102,7 @@ def test_a_kidnapped_robot_is_relocalized_after_the_timeout():
 
 
 def test_a_new_source_changes_nothing_while_another_supports_the_pose():
-    arbiter = run(6.0, [noisy(1), since(displaced_pose, 2.0)])
+    arbiter = run(6.0, [noisy(1), lambda s: displaced_pose(s) if s >= 2.0 else None])
     assert max(errors(arbiter, 6.0)) < 0.02
     assert arbiter.counts()[1, MeasurementStatus.OUTSIDE_GATE] > 50
     assert arbiter.counts()[1, MeasurementStatus.RESET] == 0
@@ -113,9 +110,6 @@ def test_a_new_source_changes_nothing_while_another_supports_the_pose():
 
 @pytest.mark.parametrize('is_other_there', [True, False])
 def test_a_rejected_source_stays_on_probation_while_another_supports_the_pose(is_other_there):
-    def wrong_at_first(seconds):
-        return true_pose(seconds) if seconds < 1.0 or seconds > 4.0 else displaced_pose(seconds)
-
     other = noisy(1) if is_other_there else until(noisy(1), 3.9)
     arbiter = run(8.0, [other, wrong_at_first])
     assert arbiter.counts()[1, MeasurementStatus.OUTSIDE_GATE] > 20
@@ -222,7 +216,8 @@ def test_after_a_reset_nothing_is_known():
 @pytest.mark.parametrize('seed', [1, 2, 3])
 def test_an_exact_source_is_accepted_although_the_yaw_slips_as_the_settings_say(seed):
     settings, rng = ArbiterSettings(), random.Random(seed)
-    arbiter, robot, odometry = new_arbiter(1, [SourceSettings(sigma_xy=1e-4, sigma_yaw=1e-4)]), ORIGIN, ORIGIN
+    arbiter = new_arbiter(1, [SourceSettings(sigma_xy=1e-4, sigma_yaw=1e-4)])
+    robot = odometry = SE2(0.0, 0.0, 0.0)
     step = 0.15 / 50.0  # slow: random error dominates
     for k in range(2000):
         slip = SE2(0.0, 0.0, settings.odometry_noise_yaw * math.sqrt(step) * rng.gauss(0.0, 1.0))
@@ -265,9 +260,6 @@ def test_while_the_robot_is_stationary_no_rejected_source_is_accepted_again():
 
 
 def test_without_odometry_a_rejected_source_is_accepted_again():
-    def wrong_at_first(seconds):
-        return true_pose(seconds) if seconds < 1.0 or seconds > 4.0 else displaced_pose(seconds)
-
     arbiter = new_arbiter(2)
     add_messages(arbiter, [m for m in messages(8.0, [noisy(1), wrong_at_first]) if m[1] != ODOMETRY])
     assert arbiter.counts()[1, MeasurementStatus.OUTSIDE_GATE] > 20

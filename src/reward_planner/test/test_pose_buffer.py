@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.mapping.pose_buffer import NoPoseReason, PoseBuffer, PoseStatus
+from reward_planner.core.mapping.pose_buffer import PoseBuffer, PoseStatus
 from shirube_core.geometry import SE2
+from shirube_core.motion import NoPoseReason
 
 
 def driven(until=5.0, rate=20.0):
@@ -23,29 +24,29 @@ def driven(until=5.0, rate=20.0):
 def test_poses_are_interpolated():
     buffer = driven()
     for stamp in np.linspace(0.0, 5.0, 37):
-        assert buffer.lookup(stamp).x == pytest.approx(stamp)
-        assert buffer.lookup(stamp).y == pytest.approx(2.0)
+        assert buffer.pose_at(stamp).x == pytest.approx(stamp)
+        assert buffer.pose_at(stamp).y == pytest.approx(2.0)
 
 
 def test_headings_turn_the_short_way():
     buffer = PoseBuffer(MappingSettings())
     buffer.add(0.0, SE2(0.0, 0.0, math.pi - 0.1))
     buffer.add(0.1, SE2(0.0, 0.0, -math.pi + 0.1))
-    assert abs(buffer.lookup(0.05).yaw) == pytest.approx(math.pi)
+    assert abs(buffer.pose_at(0.05).yaw) == pytest.approx(math.pi)
 
 
 def test_a_frame_newer_than_all_poses_waits_and_an_older_one_does_not():
     buffer = driven()
-    assert buffer.lookup(5.01) is NoPoseReason.NOT_YET
-    assert buffer.lookup(-0.01) is NoPoseReason.MISSING
-    assert PoseBuffer(MappingSettings()).lookup(0.0) is NoPoseReason.NOT_YET
+    assert buffer.pose_at(5.01) is NoPoseReason.TOO_NEW
+    assert buffer.pose_at(-0.01) is NoPoseReason.TOO_OLD
+    assert PoseBuffer(MappingSettings()).pose_at(0.0) is NoPoseReason.EMPTY
 
 
 def test_no_pose_is_guessed_in_a_gap():
     buffer = driven(1.0)
     buffer.add(1.8, SE2(1.8, 2.0, 0.0))
-    assert buffer.lookup(1.4) is NoPoseReason.MISSING
-    assert buffer.lookup(1.8).x == pytest.approx(1.8)
+    assert buffer.pose_at(1.4) is NoPoseReason.GAP
+    assert buffer.pose_at(1.8).x == pytest.approx(1.8)
 
 
 def test_a_pose_that_jumps_is_refused_and_the_next_good_one_taken():
@@ -54,7 +55,7 @@ def test_a_pose_that_jumps_is_refused_and_the_next_good_one_taken():
     assert buffer.has_jumped
     assert buffer.add(1.1, SE2(1.1, 2.0, 0.0)) is PoseStatus.ACCEPTED
     assert not buffer.has_jumped
-    assert buffer.lookup(1.05).x == pytest.approx(1.05)
+    assert buffer.pose_at(1.05).x == pytest.approx(1.05)
 
 
 def test_a_turn_that_no_robot_makes_is_a_jump():
@@ -67,8 +68,8 @@ def test_a_new_place_is_accepted_once_poses_agree_there():
     assert statuses[:10] == [PoseStatus.JUMPED] * 10
     assert statuses[10] is PoseStatus.RELOCATED
     assert statuses[11] is PoseStatus.ACCEPTED
-    assert buffer.lookup(1.5) is NoPoseReason.MISSING
-    assert buffer.lookup(2.15).x == pytest.approx(9.15)
+    assert buffer.pose_at(1.5) is NoPoseReason.TOO_OLD
+    assert buffer.pose_at(2.15).x == pytest.approx(9.15)
 
 
 def test_poses_that_jump_all_over_are_never_accepted():
@@ -76,14 +77,14 @@ def test_poses_that_jump_all_over_are_never_accepted():
     for k in range(1, 200):
         x, y = rng.uniform(20.0, 400.0, 2)
         assert buffer.add(1.0 + 0.1 * k, SE2(x, y, 0.0)) is PoseStatus.JUMPED
-    assert buffer.lookup(2.0) is NoPoseReason.NOT_YET
+    assert buffer.pose_at(2.0) is NoPoseReason.TOO_NEW
 
 
 def test_a_pose_that_comes_late_is_reported():
     buffer = driven()
     assert buffer.add(4.9, SE2(4.9, 2.0, 0.0)) is PoseStatus.OUT_OF_ORDER
     assert buffer.add(5.0, SE2(5.0, 2.0, 0.0)) is PoseStatus.OUT_OF_ORDER
-    assert buffer.lookup(4.95).x == pytest.approx(4.95)
+    assert buffer.pose_at(4.95).x == pytest.approx(4.95)
 
 
 @pytest.mark.parametrize('pose', [SE2(math.nan, 0.0, 0.0), SE2(0.0, math.inf, 0.0)])
@@ -91,10 +92,10 @@ def test_a_pose_that_is_not_finite_is_reported(pose):
     buffer = driven()
     assert buffer.add(5.1, pose) is PoseStatus.NOT_FINITE
     assert buffer.add(math.nan, SE2(5.0, 2.0, 0.0)) is PoseStatus.NOT_FINITE
-    assert buffer.lookup(5.0).x == pytest.approx(5.0)
+    assert buffer.pose_at(5.0).x == pytest.approx(5.0)
 
 
 def test_old_poses_are_forgotten():
     buffer = driven(30.0)
-    assert buffer.lookup(5.0) is NoPoseReason.MISSING
-    assert buffer.lookup(25.0).x == pytest.approx(25.0)
+    assert buffer.pose_at(5.0) is NoPoseReason.TOO_OLD
+    assert buffer.pose_at(25.0).x == pytest.approx(25.0)

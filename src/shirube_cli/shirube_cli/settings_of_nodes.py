@@ -4,8 +4,7 @@ from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.localization.localizer_from_map_file import NodeSettings as FloorLocalizerSettings
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings

@@ -1,13 +1,20 @@
-"""Settings from values by name."""
+"""Settings from values by name, and former names of options."""
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
 
-from shirube_core.settings import SettingsError, describe_settings, setting, settings_from_values
+from shirube_core.settings import (
+    SettingsError,
+    describe_settings,
+    reject_former_option,
+    setting,
+    settings_from_values,
+)
 
 
 @dataclass(frozen=True)
@@ -54,3 +61,22 @@ def test_the_described_defaults_make_the_default_settings() -> None:
 def test_bad_values_and_unknown_names_are_refused(values: dict[str, Any], words: str) -> None:
     with pytest.raises(SettingsError, match=words):
         settings_from_values(Floor, values)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='tool')
+    parser.add_argument('--submap-length', type=float, default=2.0)
+    reject_former_option(parser, 'piece_length', 'submap_length')
+    return parser
+
+
+def test_a_former_name_ends_with_the_new_one(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        make_parser().parse_args(['--piece-length', '3'])
+    assert 'tool: error: --piece-length is now called --submap-length' in capsys.readouterr().err
+
+
+def test_the_new_name_works_and_the_help_shows_no_other() -> None:
+    assert make_parser().parse_args([]).submap_length == 2.0
+    assert make_parser().parse_args(['--submap-length', '3']).submap_length == 3.0
+    assert 'piece' not in make_parser().format_help()

@@ -1,12 +1,13 @@
-"""Introspection of definitions, and their supported types."""
+"""Introspection of definitions, their supported types, and their table."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import pytest
 
-from shirube_core.settings import describe_settings, setting
+from shirube_core.settings import describe_settings, setting, settings_table
 
 
 @dataclass(frozen=True)
@@ -61,3 +62,18 @@ def test_an_undescribed_field_and_an_unknown_type_are_refused() -> None:
         describe_settings(Undescribed)
     with pytest.raises(TypeError, match=r'Unsupported\.x .*complex'):
         describe_settings(Unsupported)
+
+
+@dataclass(frozen=True)
+class Mounted:
+    rpy: tuple[float, float, float] = setting((math.pi, 0.0, -math.pi / 2), 'how it is turned', unit='rad')
+    mode: str = setting('a', 'either a|b', choices=('a', 'b'))
+
+
+def test_the_table_has_a_row_of_equal_cells_for_each_setting() -> None:
+    assert settings_table(Mounted).splitlines() == [
+        '| setting | type | default | unit | allowed | meaning |',
+        '| --- | --- | --- | --- | --- | --- |',
+        '| `rpy` | tuple[float, float, float] | `(3.14159, 0, -1.5708)` | rad | any | how it is turned |',
+        "| `mode` | str | `'a'` |  | 'a' or 'b' | either a\\|b |",
+    ]

@@ -43,3 +43,28 @@ def test_wrapping_keeps_the_direction(angle: float) -> None:
     assert -math.pi <= wrapped <= math.pi
     assert math.cos(wrapped) == pytest.approx(math.cos(angle))
     assert math.sin(wrapped) == pytest.approx(math.sin(angle))
+
+
+@pytest.mark.parametrize('pose', POSES)
+def test_exp_and_log_are_inverse(pose: SE2) -> None:
+    assert_same_pose(SE2.exp(*pose.log()), pose)
+    small = SE2(pose.x, pose.y, 1e-9 * pose.yaw)
+    assert_same_pose(SE2.exp(*small.log()), small)
+    straight = SE2(pose.x, pose.y, 0.0)
+    assert SE2.exp(*straight.log()) == straight
+
+
+@pytest.mark.parametrize('pose', POSES)
+def test_exp_follows_a_constant_twist(pose: SE2) -> None:
+    twist = (pose.x, pose.y, 0.6 * pose.yaw)
+    step, moved = SE2.exp(*(0.001 * v for v in twist)), SE2(0.0, 0.0, 0.0)
+    for _ in range(1000):
+        moved = moved @ step
+    assert moved.distance_to(SE2.exp(*twist)) < 1e-9
+    # Euler's method, which knows no arcs
+    x = y = 0.0
+    for k in range(1000):
+        yaw = 0.001 * (k + 0.5) * twist[2]
+        x += 0.001 * (math.cos(yaw) * twist[0] - math.sin(yaw) * twist[1])
+        y += 0.001 * (math.sin(yaw) * twist[0] + math.cos(yaw) * twist[1])
+    assert math.hypot(x - moved.x, y - moved.y) < 1e-5

@@ -35,9 +35,7 @@ class WheelOdometry:
         """Add wheel distances [m]: an arc of length (l + r)/2 that turns by (r - l)/b."""
         self._propagate_covariance(left, right, (self._noise**2 * abs(left), self._noise**2 * abs(right)))
         turn = (right - left) / self._separation
-        chord = 0.5 * (left + right) * (math.sin(0.5 * turn) / (0.5 * turn) if turn else 1.0)
-        step = SE2(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
-        self.T_odom_base = self.T_odom_base @ step
+        self.T_odom_base = self.T_odom_base @ SE2.exp(0.5 * (left + right), 0.0, turn)
 
     def add_uncounted_motion(self, left: float, right: float) -> None:
         """Inflate the covariance by the greatest uncounted distances of the wheels, one standard deviation each [m]."""

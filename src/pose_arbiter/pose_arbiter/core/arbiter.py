@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
 
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.covariance import Covariance, diagonal
-from pose_arbiter.core.input_validation import validate_covariance, validate_pose
-from pose_arbiter.core.kalman_filter import Estimate, predict
-from pose_arbiter.core.measurement_history import MeasurementHistory
-from pose_arbiter.core.measurement_status import MeasurementStatus, RejectReason
-from pose_arbiter.core.odometry_buffer import OdometryBuffer
+from pose_arbiter.core.kalman_filter import Covariance, Estimate, diagonal, is_positive_definite, predict
+from pose_arbiter.core.measurement import MeasurementStatus, PoseMeasurement, RejectReason
 from pose_arbiter.core.outlier_rejection import FilterState, OutlierRejection
-from pose_arbiter.core.pose_measurement import PoseMeasurement
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_core.geometry import SE2
+from shirube_core.motion import NoPoseReason, OdometryBuffer
 
 OPERATOR = -1
 """Source index of poses set by an operator (`initialpose`)."""
 _CLOCK_OFFSET_MAX = 100_000_000  # tolerated clock difference between hosts [ns]
+_FARTHEST = 1e6  # [m]
+_VAR_MIN, _VAR_XY_MAX, _VAR_YAW_MAX = 1e-14, 1e4, math.tau**2
 
 
 class Arbiter:
     """Fuses all sources and odometry into one pose.
 
     The state at a stamp depends only on the messages with stamps up to it (and on the odometry just after it), not on
-    their order of arrival, as long as they arrive within the history.
+    their order of arrival, as long as they arrive within the history: the measurements of the last seconds are kept in
+    the order of their stamps, with the filter state after each. A late message invalidates the states after it; they
+    are computed again when a state is asked for.
     """
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
@@ -36,7 +37,7 @@ class Arbiter:
             sources: settings of each source; its position in the sequence is the source index.
             settings: filter settings.
         """
-        self._settings, self._sources = settings, tuple(sources)
+        self._settings = settings
         self._offsets = [SE2(*source.offset) for source in sources]
         self._sigmas = [diagonal(source.sigma_xy**2, source.sigma_yaw**2) for source in sources]
         self._rejection = OutlierRejection(sources, settings)
@@ -45,9 +46,16 @@ class Arbiter:
 
     def reset(self) -> None:
         """Clear the state, the measurements and the odometry."""
-        self._odometry = OdometryBuffer(self._settings)
-        self._history = MeasurementHistory(self._rejection, self._odometry)
+        self._odometry = OdometryBuffer(
+            history=self._history_length,
+            speed_max=self._settings.speed_max,
+            turn_rate_max=self._settings.turn_rate_max,
+        )
         self._newest: int | None = None
+        self._base = self._rejection.initial_state()  # state before the first measurement
+        self._measurements: list[PoseMeasurement] = []
+        self._results: list[tuple[FilterState, MeasurementStatus]] = []  # of the first measurements
+        self._final_counts: Counter[tuple[int, MeasurementStatus]] = Counter()  # of dropped measurements
 
     def add_odometry(self, stamp: int, T_odom_base: SE2, now: int) -> RejectReason | None:
         """Add an odometry message.
@@ -60,13 +68,14 @@ class Arbiter:
         Returns:
             the reason it was rejected, None if accepted.
         """
-        reason = validate_pose(T_odom_base) or self._validate_stamp(stamp, now)
+        reason = _validate_pose(T_odom_base) or self._validate_stamp(stamp, now)
         if reason is not None:
             return reason
         changed = self._odometry.add(stamp, T_odom_base)
         if changed is None:
             return RejectReason.DUPLICATE
-        self._history.invalidate_from(changed)
+        # The states after the message before it were predicted with other odometry.
+        del self._results[bisect_left(self._measurements, (changed,)) :]
         self._advance(stamp)
         return None
 
@@ -87,24 +96,28 @@ class Arbiter:
         """
         if noise is None:
             noise = self._sigmas[source]
-        reason = validate_pose(pose) or validate_covariance(noise) or self._validate_stamp(stamp, now)
+        reason = _validate_pose(pose) or _validate_covariance(noise) or self._validate_stamp(stamp, now)
         if reason is not None:
             return reason
-        if self._history.contains(stamp, source):
+        # Insert it by its stamp; the states after it are computed again.
+        index = bisect_left(self._measurements, (stamp, source))
+        if index < len(self._measurements) and self._measurements[index][:2] == (stamp, source):
             return RejectReason.DUPLICATE
-        if source != OPERATOR:
-            pose = pose @ self._offsets[source]
-        self._history.add(PoseMeasurement(stamp, source, pose.x, pose.y, pose.yaw, noise))
+        T_map_base = pose if source == OPERATOR else pose @ self._offsets[source]
+        self._measurements.insert(index, PoseMeasurement(stamp, source, T_map_base, noise))
+        del self._results[index:]
         self._advance(stamp)
         return None
 
     def state_at(self, stamp: int) -> FilterState:
-        """Return the filter state at a stamp [ns] that is within the history or newer."""
-        return self._history.state_at(stamp)
+        """Return the filter state at a stamp [ns] that is within the history or newer, after the poses up to it."""
+        count = bisect_left(self._measurements, (stamp + 1,))
+        self._process_pending(count)
+        return self._results[count - 1][0] if count else self._base
 
     def estimate_at(self, stamp: int) -> Estimate | None:
         """Return the pose at a stamp [ns] that is within the history or newer, None before initialization."""
-        estimate = self._history.state_at(stamp).estimate
+        estimate = self.state_at(stamp).estimate
         if estimate is None or estimate.odometry.stamp >= stamp:
             return estimate
         return predict(estimate, self._odometry.lookup(stamp), self._settings)
@@ -112,13 +125,12 @@ class Arbiter:
     def T_map_odom(self, estimate: Estimate) -> SE2 | None:  # noqa: N802
         """Return the pose of the odometry frame in the map at an estimate's stamp, None without odometry."""
         T_odom_base = self._odometry.pose_at(estimate.odometry.stamp)
-        if T_odom_base is None:
-            return None
-        return SE2(estimate.x, estimate.y, estimate.yaw) @ T_odom_base.inverse()
+        return None if isinstance(T_odom_base, NoPoseReason) else estimate.pose @ T_odom_base.inverse()
 
     def counts(self) -> Counter[tuple[int, MeasurementStatus]]:
         """Return the number of poses by (source index, status)."""
-        return self._history.counts()
+        self._process_pending(len(self._measurements))
+        return self._final_counts + self._count(len(self._measurements))
 
     @property
     def latest_odometry(self) -> int | None:
@@ -133,9 +145,46 @@ class Arbiter:
         newest = now if self._newest is None else max(now, self._newest)
         return RejectReason.TOO_OLD if stamp < newest - self._history_length else None
 
+    def _process_pending(self, count: int) -> None:
+        """Process those of the first ``count`` poses that have no result yet."""
+        for k in range(len(self._results), count):
+            measurement = self._measurements[k]
+            state = self._results[k - 1][0] if k else self._base
+            odometry = self._odometry.lookup(measurement.stamp)
+            self._results.append(self._rejection.process(state, measurement, odometry))
+
     def _advance(self, stamp: int) -> None:
+        """Make the results of poses older than the history final and drop the poses."""
         if self._newest is not None and stamp <= self._newest:
             return
         self._newest = stamp
-        self._history.drop_before(stamp - self._history_length)
-        self._odometry.drop_before(stamp - self._history_length)
+        old = bisect_left(self._measurements, (stamp - self._history_length,))
+        if old:
+            self._process_pending(old)
+            self._base = self._results[old - 1][0]
+            self._final_counts += self._count(old)
+            del self._measurements[:old], self._results[:old]
+
+    def _count(self, count: int) -> Counter[tuple[int, MeasurementStatus]]:
+        return Counter(
+            (measurement.source, status)
+            for measurement, (_, status) in zip(self._measurements[:count], self._results, strict=False)
+        )
+
+
+def _validate_pose(pose: SE2) -> RejectReason | None:
+    """Return the reason a pose is invalid, None if it is valid."""
+    if not (math.isfinite(pose.x) and math.isfinite(pose.y) and math.isfinite(pose.yaw)):
+        return RejectReason.NOT_FINITE
+    if max(abs(pose.x), abs(pose.y)) > _FARTHEST:
+        return RejectReason.TOO_FAR
+    return None
+
+
+def _validate_covariance(noise: Covariance) -> RejectReason | None:
+    """Return the reason a covariance is invalid, None if it is valid."""
+    if not is_positive_definite(noise) or min(noise[0], noise[3], noise[5]) < _VAR_MIN:
+        return RejectReason.BAD_COVARIANCE
+    if max(noise[0], noise[3]) > _VAR_XY_MAX or noise[5] > _VAR_YAW_MAX:
+        return RejectReason.BAD_COVARIANCE
+    return None

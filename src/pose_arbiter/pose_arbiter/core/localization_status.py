@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from enum import Enum
 
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
 from pose_arbiter.core.kalman_filter import Estimate
 from pose_arbiter.core.outlier_rejection import FilterState
-from pose_arbiter.core.source_settings import SourceSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 
 
 class LocalizationStatus(Enum):

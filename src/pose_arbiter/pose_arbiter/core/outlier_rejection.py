@@ -10,32 +10,30 @@ from typing import NamedTuple
 
 from scipy.special import gammaincinv
 
-from pose_arbiter.core.arbiter_settings import ArbiterSettings
-from pose_arbiter.core.covariance import (
-    add_covariances,
-    diagonal,
-    inverse,
-    mahalanobis_squared,
-    scale_covariance,
-)
-from pose_arbiter.core.cumulative_odometry import CumulativeOdometry, motion_between
 from pose_arbiter.core.kalman_filter import (
     Estimate,
+    add_covariances,
     compute_innovation,
+    diagonal,
     initialize,
     initialize_from_source,
+    inverse,
+    mahalanobis_squared,
     predict,
+    scale_covariance,
     update,
 )
-from pose_arbiter.core.measurement_status import MeasurementStatus
-from pose_arbiter.core.pose_measurement import (
-    PoseMeasurement,
+from pose_arbiter.core.measurement import MeasurementStatus, PoseMeasurement
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
+from pose_arbiter.core.source_state import (
+    NEVER,
     PoseWithOdometry,
+    SourceState,
     attach_odometry,
+    check_odometry_consistency,
     is_consistent,
 )
-from pose_arbiter.core.source_settings import SourceSettings
-from pose_arbiter.core.source_state import NEVER, SourceState, check_odometry_consistency
+from shirube_core.motion import CumulativeOdometry, motion_between
 
 _RESET_INFLATION = 4.0  # covariance factor of a pose that the estimate is reset to
 _PROBATION_DISTANCE = 0.2  # robot motion during probation [m]; 1 rad counts as 1 m
@@ -90,100 +88,103 @@ class OutlierRejection:
             measurement: pose, not older than the measurements before.
             odometry: cumulative odometry at its stamp.
         """
-        if measurement.source < 0:
-            return self._set_initial_pose(state, measurement, odometry), MeasurementStatus.RESET
-        observed = attach_odometry(measurement, odometry)
         number = measurement.source
+        # An operator's pose initializes the filter; the sources begin anew.
+        if number < 0:
+            initial = initialize(odometry, measurement.pose, measurement.noise, len(self._sources))
+            reset = self.initial_state()._replace(estimate=initial, resets=state.resets + 1)
+            return reset, MeasurementStatus.RESET
+        # 1. Does odometry lead from the source's earlier poses to this one?
+        observed = attach_odometry(measurement, odometry)
         source_state, is_consistent_motion = check_odometry_consistency(
             state.source_states[number], observed, self._gate, self._timeouts[number], self._settings
         )
         state = _with_source(state, number, source_state)
-        # Odometry is wrong where two sources agree with each other but not with it.
+        # Odometry is wrong, the wheels slip, where two sources agree with each other but not with it.
         agreeing = [] if is_consistent_motion else self._agreeing_sources(state, number, observed)
-        is_odometry_wrong = any(state.source_states[k].alternative is not None for k in agreeing)
-        if not is_consistent_motion and not is_odometry_wrong:
+        is_slipping = any(state.source_states[k].alternative is not None for k in agreeing)
+        if not is_consistent_motion and not is_slipping:
             status, estimate = MeasurementStatus.ODOMETRY_INCONSISTENT, state.estimate
+        # 2. At the start: initialize where two sources agree, or from the best one if none agrees in time.
         elif state.estimate is None:
-            status, estimate, state = self._initialize(state, measurement, observed)
+            first = measurement.stamp if state.first_stamp == NEVER else state.first_stamp
+            state, status, estimate = state._replace(first_stamp=first), MeasurementStatus.WAITING, None
+            if self._can_initialize(state, measurement, observed):
+                status, estimate = MeasurementStatus.RESET, self._reset_to(measurement, odometry, 1.0)
+        # 3. Later: predict, then update with a pose inside the gate or reset to one with enough support.
         else:
-            status, estimate = self._gate_and_update(
-                state, measurement, observed, is_odometry_wrong=is_odometry_wrong
-            )
+            predicted = self._predict(state.estimate, odometry, is_slipping=is_slipping)
+            status, updated = self._gate_and_update(state, predicted, measurement, observed)
+            estimate = state.estimate if updated is None else updated
+        # 4. Record the status of the source.
         state = _with_source(state, number, source_state.record_status(status, odometry))
         resets = state.resets + (status is MeasurementStatus.RESET)
         return state._replace(estimate=estimate, resets=resets), status
 
-    def _set_initial_pose(
-        self, state: FilterState, measurement: PoseMeasurement, odometry: CumulativeOdometry
-    ) -> FilterState:
-        """Initialize from the operator's pose and clear the states of the sources."""
-        estimate = initialize(
-            odometry, measurement.x, measurement.y, measurement.yaw, measurement.noise, len(self._sources)
+    def _predict(self, estimate: Estimate, odometry: CumulativeOdometry, *, is_slipping: bool) -> Estimate:
+        """Predict; while the wheels slip, inflate the covariance as if there were no odometry."""
+        predicted = predict(estimate, odometry, self._settings)
+        if not is_slipping:
+            return predicted
+        seconds = (odometry.stamp - estimate.odometry.stamp) * 1e-9
+        xy, yaw = self._settings.drift_speed * seconds, self._settings.drift_turn_rate * seconds
+        P = predicted.P.copy()
+        P[[0, 1, 2], [0, 1, 2]] += (xy**2, xy**2, yaw**2)
+        return predicted._replace(P=P)
+
+    def _gate_and_update(
+        self,
+        state: FilterState,
+        predicted: Estimate,
+        measurement: PoseMeasurement,
+        observed: PoseWithOdometry,
+    ) -> tuple[MeasurementStatus, Estimate | None]:
+        """Return the status of a measurement and the new estimate, None for a rejected measurement."""
+        # Gate: innovation d, covariances of the pose, the measurement and the margin, dᵀ (T + R + S)⁻¹ d.
+        innovation = compute_innovation(predicted, measurement.pose)
+        covariance = add_covariances(
+            add_covariances(predicted.covariance, measurement.noise), self._gate_margin
         )
-        return FilterState(estimate, self.initial_state().source_states, NEVER, state.resets + 1)
+        if mahalanobis_squared(innovation, inverse(covariance)) > self._gate:
+            # Outside: the robot was moved, or the estimate is wrong, if the pose has enough support.
+            if self._can_reset(state, measurement, observed):
+                return MeasurementStatus.RESET, self._reset_to(
+                    measurement, observed.odometry, _RESET_INFLATION
+                )
+            return MeasurementStatus.OUTSIDE_GATE, None
+        # Inside: a source that was rejected must stay inside for a while.
+        if self._is_on_probation(state, measurement, observed.odometry):
+            return MeasurementStatus.PROBATION, None
+        # Update of pose and biases.
+        bias_fraction = self._settings.bias_fraction
+        return MeasurementStatus.USED, update(
+            predicted, innovation, measurement.source, measurement.noise, bias_fraction
+        )
 
-    def _initialize(
+    def _can_initialize(
         self, state: FilterState, measurement: PoseMeasurement, observed: PoseWithOdometry
-    ) -> tuple[MeasurementStatus, Estimate | None, FilterState]:
-        """Initialize where two sources agree, or from the best one if none agrees in time."""
-        first = measurement.stamp if state.first_stamp == NEVER else state.first_stamp
-        state = state._replace(first_stamp=first)
-        is_only_source = len(self._sources) == 1
-        if is_only_source or self._agreeing_sources(state, measurement.source, observed):
-            return MeasurementStatus.RESET, self._reset_to(measurement, observed.odometry, 1.0), state
-        is_best = self._best_source(state, measurement.stamp) == measurement.source
-        if measurement.stamp - first >= self._start_wait and is_best:
-            return MeasurementStatus.RESET, self._reset_to(measurement, observed.odometry, 1.0), state
-        return MeasurementStatus.WAITING, None, state
-
-    def _best_source(self, state: FilterState, stamp: int) -> int:
-        """Return the fresh source with the highest priority, then with the longest consistent run."""
+    ) -> bool:
+        """Return whether another source agrees, or no other one can, or this is the best one after the wait."""
+        if len(self._sources) == 1 or self._agreeing_sources(state, measurement.source, observed):
+            return True
+        if measurement.stamp - state.first_stamp < self._start_wait:
+            return False
+        # The best: fresh, with the highest priority, then with the longest consistent run.
         ranked = [
             (source.priority, source_state.run_length, -number)
             for number, (source, source_state) in enumerate(
                 zip(self._sources, state.source_states, strict=True)
             )
-            if source_state.alternative is None and source_state.is_fresh(stamp, self._timeouts[number])
+            if source_state.alternative is None
+            and source_state.is_fresh(measurement.stamp, self._timeouts[number])
         ]
-        return -max(ranked)[2] if ranked else -1
-
-    def _gate_and_update(
-        self,
-        state: FilterState,
-        measurement: PoseMeasurement,
-        observed: PoseWithOdometry,
-        *,
-        is_odometry_wrong: bool,
-    ) -> tuple[MeasurementStatus, Estimate]:
-        """Update with a pose inside the gate; reset to a pose outside it that has enough support."""
-        assert state.estimate is not None  # noqa: S101 for the type checker
-        predicted = predict(state.estimate, observed.odometry, self._settings)
-        if is_odometry_wrong:
-            predicted = self._inflate_without_odometry(
-                predicted, measurement.stamp - state.estimate.odometry.stamp
-            )
-        innovation = compute_innovation(predicted, measurement.x, measurement.y, measurement.yaw)
-        innovation_covariance = add_covariances(
-            add_covariances(predicted.covariance, measurement.noise), self._gate_margin
-        )
-        if mahalanobis_squared(innovation, inverse(innovation_covariance)) <= self._gate:
-            if self._is_on_probation(state, measurement, observed.odometry):
-                return MeasurementStatus.PROBATION, state.estimate
-            bias_fraction = self._settings.bias_fraction
-            return MeasurementStatus.USED, update(
-                predicted, innovation, measurement.source, measurement.noise, bias_fraction
-            )
-        if self._can_reset(state, measurement, observed):
-            return MeasurementStatus.RESET, self._reset_to(measurement, observed.odometry, _RESET_INFLATION)
-        return MeasurementStatus.OUTSIDE_GATE, state.estimate
+        return bool(ranked) and max(ranked)[2] == -measurement.source
 
     def _reset_to(
         self, measurement: PoseMeasurement, odometry: CumulativeOdometry, inflation: float
     ) -> Estimate:
         noise = scale_covariance(measurement.noise, inflation)
-        initial = initialize(
-            odometry, measurement.x, measurement.y, measurement.yaw, noise, len(self._sources)
-        )
+        initial = initialize(odometry, measurement.pose, noise, len(self._sources))
         return initialize_from_source(
             initial, measurement.source, measurement.noise, self._settings.bias_fraction
         )
@@ -206,20 +207,8 @@ class OutlierRejection:
             or measurement.stamp - near.stamp < self._probation
             or motion_between(near, odometry).path_length(self._settings.drift_speed) < _PROBATION_DISTANCE
         )
-        others = (k for k in range(len(state.source_states)) if k != measurement.source)
-        return is_too_short and any(
-            state.source_states[k].is_supporting(measurement.stamp, self._timeouts[k]) for k in others
-        )
-
-    def _inflate_without_odometry(self, predicted: Estimate, nanoseconds: int) -> Estimate:
-        """Return the estimate with its covariance inflated as if there were no odometry."""
-        xy, yaw = (
-            (speed * nanoseconds * 1e-9) ** 2
-            for speed in (self._settings.drift_speed, self._settings.drift_turn_rate)
-        )
-        P = predicted.P.copy()
-        P[[0, 1, 2], [0, 1, 2]] += (xy, xy, yaw)
-        return predicted._replace(P=P)
+        supporting = self._supporting_sources(state, measurement.stamp)
+        return is_too_short and any(k != measurement.source for k in supporting)
 
     def _can_reset(
         self, state: FilterState, measurement: PoseMeasurement, observed: PoseWithOdometry
@@ -238,11 +227,7 @@ class OutlierRejection:
         rejected = sum(state.source_states[k].rejected_count for k in challengers) + 1
         if rejected < self._settings.reset_count:
             return False
-        supporting = [
-            k
-            for k, source_state in enumerate(state.source_states)
-            if source_state.is_supporting(measurement.stamp, self._timeouts[k])
-        ]
+        supporting = self._supporting_sources(state, measurement.stamp)
         supporters = [
             k
             for k in supporting
@@ -257,6 +242,10 @@ class OutlierRejection:
             _VOTES_ESTABLISHED if state.source_states[k].accepted_count >= enough else _VOTES_NEW
             for k in numbers
         )
+
+    def _supporting_sources(self, state: FilterState, stamp: int) -> list[int]:
+        """Return the sources that supported the estimate within their timeouts."""
+        return [k for k, s in enumerate(state.source_states) if s.is_supporting(stamp, self._timeouts[k])]
 
     def _agreeing_sources(self, state: FilterState, number: int, observed: PoseWithOdometry) -> list[int]:
         """Return the other sources whose latest pose is fresh and consistent with this one."""

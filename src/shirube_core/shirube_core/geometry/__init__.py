@@ -1,14 +1,22 @@
-"""Planar poses, rotations and camera models, without ROS."""
+"""Poses in the plane and in space, rotations and camera models, without ROS."""
 
-from shirube_core.geometry.camera_mount import CameraMount
-from shirube_core.geometry.gravity_aligned_camera import GravityAlignedCamera, gravity_aligned_camera
+from shirube_core.geometry.camera_mount import CameraMount, gravity_aligned_camera
 from shirube_core.geometry.pinhole_camera import PinholeCamera
-from shirube_core.geometry.rotation import matrix_from_rpy, quaternion_from_yaw, yaw_from_quaternion
-from shirube_core.geometry.se2 import SE2, wrap_angle
+from shirube_core.geometry.se2 import (
+    SE2,
+    quaternion_from_yaw,
+    rotation_matrix,
+    wrap_angle,
+    yaw_from_quaternion,
+)
+from shirube_core.geometry.se3 import SE3, matrix_from_rpy
 from shirube_core.geometry.tilt_buffer import TiltBuffer
+
+GravityAlignedCamera = SE3  # the name before
 
 __all__ = [
     'SE2',
+    'SE3',
     'CameraMount',
     'GravityAlignedCamera',
     'PinholeCamera',
@@ -16,6 +24,7 @@ __all__ = [
     'gravity_aligned_camera',
     'matrix_from_rpy',
     'quaternion_from_yaw',
+    'rotation_matrix',
     'wrap_angle',
     'yaw_from_quaternion',
 ]

@@ -1,4 +1,4 @@
-"""Extrinsics of a camera on the robot, and its projection to the floor."""
+"""Extrinsics of a camera on the robot, its projection to the floor, and its pose on a tilted robot."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shirube_core.geometry.rotation import matrix_from_rpy
+from shirube_core.geometry.se3 import SE3, matrix_from_rpy
 
 
 @dataclass(frozen=True)
@@ -59,3 +59,15 @@ class CameraMount:
         floor = np.asarray(points, dtype=np.float64)
         base = np.column_stack([floor, np.zeros(len(floor))])
         return (base - np.array(self.xyz)) @ self.rotation
+
+
+def gravity_aligned_camera(mount: CameraMount, roll: float = 0.0, pitch: float = 0.0) -> SE3:
+    """Return the pose of a tilted robot's camera in the level frame: origin and yaw of the base, z against gravity.
+
+    Args:
+        mount: extrinsics of the camera on the robot.
+        roll: roll of the base about its x axis [rad].
+        pitch: pitch of the base about its y axis [rad]; positive with the nose down.
+    """
+    T_level_base = SE3.from_rpy((0.0, 0.0, 0.0), (roll, pitch, 0.0))
+    return T_level_base @ SE3(mount.rotation, np.array(mount.xyz))

@@ -18,6 +18,22 @@ def wrap_angle(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
+def quaternion_from_yaw(yaw: float) -> tuple[float, float, float, float]:
+    """Return the quaternion (x, y, z, w) of a rotation by ``yaw`` [rad] about z."""
+    return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+
+
+def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
+    """Return the yaw [rad] in the fixed-axis roll, pitch, yaw of a quaternion (x, y, z, w)."""
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def rotation_matrix(angle: float) -> NDArray[np.float64]:
+    """Return the matrix of a rotation in the plane by an angle [rad], shape (2, 2)."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    return np.array([[cos, -sin], [sin, cos]])
+
+
 @dataclass(frozen=True)
 class SE2:
     """A pose in SE(2): the pose of one frame in another.
@@ -46,6 +62,28 @@ class SE2:
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         return SE2(-cos * self.x - sin * self.y, sin * self.x - cos * self.y, wrap_angle(-self.yaw))
 
+    @classmethod
+    def exp(cls, x: float, y: float, yaw: float) -> SE2:
+        """Return the pose after a constant twist for one unit of time: the end of an arc (exponential map).
+
+        Args:
+            x: distance along the x axis of the moving frame [m].
+            y: distance along its y axis [m].
+            yaw: yaw change [rad].
+        """
+        half = 0.5 * yaw
+        chord = math.sin(half) / half if half else 1.0  # ratio of chord and arc
+        cos, sin = math.cos(half), math.sin(half)
+        return cls(chord * x * cos - chord * y * sin, chord * x * sin + chord * y * cos, wrap_angle(yaw))
+
+    def log(self) -> tuple[float, float, float]:
+        """Return the constant twist (x [m], y [m], yaw [rad]) whose `exp` is this pose (logarithm map)."""
+        yaw = wrap_angle(self.yaw)
+        half = 0.5 * yaw
+        arc = half / math.sin(half) if half else 1.0  # ratio of arc and chord
+        cos, sin = math.cos(half), math.sin(half)
+        return arc * (cos * self.x + sin * self.y), arc * (cos * self.y - sin * self.x), yaw
+
     def transform(self, points: ArrayLike) -> NDArray[np.float64]:
         """Transform points from the child frame to the parent frame.
 
@@ -55,9 +93,7 @@ class SE2:
         Returns:
             array, shape (n, 2), the same points in the parent frame [m].
         """
-        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
-        rotation = np.array([[cos, -sin], [sin, cos]])
-        return np.asarray(points, dtype=np.float64) @ rotation.T + (self.x, self.y)
+        return np.asarray(points, dtype=np.float64) @ rotation_matrix(self.yaw).T + (self.x, self.y)
 
     def distance_to(self, other: SE2) -> float:
         """Return the distance between the origins of the two poses [m]."""

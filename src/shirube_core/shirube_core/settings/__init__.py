@@ -1,11 +1,14 @@
 """Typed settings: a frozen dataclass defines default, unit, range and description of each value once."""
 
-from shirube_core.settings.build import renamed_message, settings_from_values
+from shirube_core.settings.build import reject_former_option, renamed_message, settings_from_values
 from shirube_core.settings.check import check_settings
-from shirube_core.settings.definition import SettingDescription, describe_settings, setting
-from shirube_core.settings.markdown import settings_table
-from shirube_core.settings.renamed_option import reject_former_option
-from shirube_core.settings.settings_error import SettingsError
+from shirube_core.settings.definition import (
+    SettingDescription,
+    SettingsError,
+    describe_settings,
+    setting,
+    settings_table,
+)
 
 __all__ = [
     'SettingDescription',

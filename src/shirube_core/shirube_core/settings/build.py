@@ -1,16 +1,16 @@
-"""Builds a settings instance from values by name, from parameters, files or command line options."""
+"""Builds a settings instance from values by name; former names are rejected with the new one."""
 
 from __future__ import annotations
 
+import argparse
 import dataclasses
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from difflib import get_close_matches
 from numbers import Real
 from typing import Any, TypeVar, cast, get_type_hints
 
 from shirube_core.settings.check import check_value
-from shirube_core.settings.definition import SettingDescription, describe_settings
-from shirube_core.settings.settings_error import SettingsError
+from shirube_core.settings.definition import SettingDescription, SettingsError, describe_settings
 
 Settings = TypeVar('Settings')
 
@@ -77,3 +77,38 @@ def renamed_message(what: str, description: SettingDescription) -> str:
     """
     old, new = description.former_name, description.name
     return f'{what} {old} is now called {new}; rename it, or run "shirube migrate FILE"'
+
+
+class _RenamedOption(argparse.Action):
+    """Reject an option under its former name with the new one in the message."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,  # noqa: ARG002 argparse wants it
+        values: str | Sequence[Any] | None,  # noqa: ARG002
+        option_string: str | None = None,
+    ) -> None:
+        parser.error(f'{option_string} is now called {option_name(self.dest)}')
+
+
+def reject_former_option(parser: argparse.ArgumentParser, former_name: str, name: str) -> None:
+    """Let a parser reject the former name of an option; the help does not show it.
+
+    Args:
+        parser: parser that has the option under its new name.
+        former_name: former name of the setting behind it, with underscores.
+        name: its new name, with underscores.
+    """
+    parser.add_argument(
+        option_name(former_name),
+        dest=name,
+        action=_RenamedOption,
+        default=argparse.SUPPRESS,
+        help=argparse.SUPPRESS,
+    )
+
+
+def option_name(setting_name: str) -> str:
+    """Return the option of a setting: ``--submap-length`` of ``submap_length``."""
+    return f'--{setting_name.replace("_", "-")}'

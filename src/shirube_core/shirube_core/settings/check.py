@@ -6,8 +6,7 @@ import math
 from functools import reduce
 from numbers import Integral, Real
 
-from shirube_core.settings.definition import SettingDescription, describe_settings
-from shirube_core.settings.settings_error import SettingsError
+from shirube_core.settings.definition import SettingDescription, SettingsError, describe_settings
 
 
 def check_settings(settings: object) -> None:

@@ -1,4 +1,4 @@
-"""Definition of settings, and introspection of a settings class.
+"""Definition of settings, introspection of a settings class, and its table for the documentation.
 
 A settings class is a frozen dataclass in which every field has a default::
 
@@ -23,6 +23,10 @@ _METADATA_KEY = 'shirube_setting'
 _SCALARS = (float, int, bool, str)
 
 Value = TypeVar('Value')
+
+
+class SettingsError(ValueError):
+    """A setting has a wrong type, is out of range or does not exist; the message is one line."""
 
 
 @dataclass(frozen=True)
@@ -150,3 +154,36 @@ def _is_supported(kind: object) -> bool:
     if get_origin(kind) is tuple:
         return set(get_args(kind)) - {Ellipsis} == {float}
     return kind in _SCALARS
+
+
+def settings_table(cls: type) -> str:
+    """Return a Markdown table of a settings class, one row per setting, with a final newline.
+
+    Args:
+        cls: a settings dataclass; the settings of a nested one are named ``group.name``.
+    """
+    rows: list[tuple[str, ...]] = [('setting', 'type', 'default', 'unit', 'allowed', 'meaning'), ('---',) * 6]
+    rows += [_row(description) for description in describe_settings(cls)]
+    return ''.join('| ' + ' | '.join(_escape(cell) for cell in row) + ' |\n' for row in rows)
+
+
+def _row(description: SettingDescription) -> tuple[str, ...]:
+    return (
+        f'`{description.name}`',
+        description.type_name,
+        f'`{_format_default(description.default)}`',
+        description.unit,
+        description.limits,
+        description.description,
+    )
+
+
+def _format_default(default: object) -> str:
+    """Format floats with six digits: ``3.14159`` for pi."""
+    if isinstance(default, tuple):
+        return '(' + ', '.join(_format_default(element) for element in default) + ')'
+    return f'{default:g}' if isinstance(default, float) else repr(default)
+
+
+def _escape(cell: str) -> str:
+    return cell.replace('|', r'\|')

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import bisect
 import math
 from enum import Enum
 
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from shirube_core.geometry import SE2, wrap_angle
+from shirube_core.geometry import SE2
+from shirube_core.motion import NoPoseReason, OdometryBuffer
 
-_HISTORY = 10.0  # length of the buffer [s]
-_POSES_MAX = 5000
+_HISTORY = 10_000_000_000  # length of the buffer [ns]
 _POSE_NOISE = (0.3, 0.3)  # difference of poses that is not counted as motion [m, rad]
 
 
@@ -24,22 +23,13 @@ class PoseStatus(Enum):
     RELOCATED = 'poses are consistent again after a jump'
 
 
-class NoPoseReason(Enum):
-    """Why there is no pose at a stamp."""
-
-    NOT_YET = 'no pose as late as the frame yet'
-    MISSING = 'no poses around the stamp of the frame'
-
-
 class PoseBuffer:
     """Recent poses of the robot, checked for jumps."""
 
     def __init__(self, settings: MappingSettings) -> None:
         """Start without poses."""
         self._settings = settings
-        self._stamps: list[float] = []
-        self._poses: list[SE2] = []
-        self._relocation: list[tuple[float, SE2]] = []
+        self._restart()
 
     @property
     def has_jumped(self) -> bool:
@@ -57,36 +47,20 @@ class PoseBuffer:
             return PoseStatus.NOT_FINITE
         if stamp <= self._newest_stamp():
             return PoseStatus.OUT_OF_ORDER
-        if not self._poses or self._is_plausible(stamp, T_map_base, self._stamps[-1], self._poses[-1]):
+        if self._latest is None or self._is_plausible(stamp, T_map_base, *self._latest):
             self._relocation.clear()
             self._append(stamp, T_map_base)
             return PoseStatus.ACCEPTED
         return self._confirm_relocation(stamp, T_map_base)
 
-    def lookup(self, stamp: float) -> SE2 | NoPoseReason:
+    def pose_at(self, stamp: float) -> SE2 | NoPoseReason:
         """Return the pose at a stamp [s], interpolated between its neighbours."""
-        if not self._stamps or stamp > self._stamps[-1]:
-            return NoPoseReason.NOT_YET
-        after = bisect.bisect_left(self._stamps, stamp)
-        if self._stamps[after] == stamp:
-            return self._poses[after]
-        if after == 0 or self._stamps[after] - self._stamps[after - 1] > self._settings.pose_gap_max:
-            return NoPoseReason.MISSING
-        return self._interpolate(after, stamp)
-
-    def _interpolate(self, after: int, stamp: float) -> SE2:
-        start, end = self._poses[after - 1], self._poses[after]
-        fraction = (stamp - self._stamps[after - 1]) / (self._stamps[after] - self._stamps[after - 1])
-        return SE2(
-            start.x + fraction * (end.x - start.x),
-            start.y + fraction * (end.y - start.y),
-            wrap_angle(start.yaw + fraction * start.yaw_to(end)),
-        )
+        return self._poses.pose_at(round(1e9 * stamp))
 
     def _newest_stamp(self) -> float:
         if self._relocation:
             return self._relocation[-1][0]
-        return self._stamps[-1] if self._stamps else -math.inf
+        return self._latest[0] if self._latest else -math.inf
 
     def _is_plausible(self, stamp: float, pose: SE2, last_stamp: float, last: SE2) -> bool:
         elapsed = min(stamp - last_stamp, self._settings.pose_gap_max)
@@ -102,16 +76,16 @@ class PoseBuffer:
         self._relocation.append((stamp, pose))
         if stamp - self._relocation[0][0] < self._settings.settle_time:
             return PoseStatus.JUMPED
-        self._restart(stamp, pose)
+        self._restart()
+        self._append(stamp, pose)
         return PoseStatus.RELOCATED
 
-    def _restart(self, stamp: float, pose: SE2) -> None:
-        self._relocation.clear()
-        self._stamps, self._poses = [stamp], [pose]
+    def _restart(self) -> None:
+        gap_max = round(1e9 * self._settings.pose_gap_max)
+        self._poses = OdometryBuffer(_HISTORY, gap_max, 0, math.inf, math.inf)
+        self._latest: tuple[float, SE2] | None = None
+        self._relocation: list[tuple[float, SE2]] = []
 
     def _append(self, stamp: float, pose: SE2) -> None:
-        self._stamps.append(stamp)
-        self._poses.append(pose)
-        old = bisect.bisect_left(self._stamps, stamp - _HISTORY)
-        old = max(old, len(self._stamps) - _POSES_MAX)
-        del self._stamps[:old], self._poses[:old]
+        self._poses.add(round(1e9 * stamp), pose)
+        self._latest = (stamp, pose)

@@ -6,8 +6,9 @@ from collections import Counter, deque
 from enum import Enum
 from typing import Generic, TypeVar
 
-from reward_planner.core.mapping.pose_buffer import NoPoseReason, PoseBuffer
+from reward_planner.core.mapping.pose_buffer import PoseBuffer
 from shirube_core.geometry import SE2
+from shirube_core.motion import NoPoseReason
 
 _FRAMES_MAX = 32
 
@@ -64,10 +65,10 @@ class PoseMessageFilter(Generic[Frame]):
         ready = []
         waiting: deque[tuple[float, float, Frame]] = deque()
         for stamp, received, frame in self._frames:
-            pose = buffer.lookup(stamp)
+            pose = buffer.pose_at(stamp)
             if isinstance(pose, SE2):
                 ready.append((stamp, frame, pose))
-            elif pose is NoPoseReason.MISSING:
+            elif pose in (NoPoseReason.TOO_OLD, NoPoseReason.GAP):
                 self.dropped[DropReason.POSE_MISSING] += 1
             elif not 0.0 <= now - received <= self._wait:
                 self.dropped[DropReason.POSE_LATE] += 1

@@ -12,6 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from shirube_core.geometry import rotation_matrix
+
 RADIUS_FACTOR = 1.25
 """Radius of the centroid window [lamp radii]."""
 FRAMES_MIN = 8
@@ -116,7 +118,6 @@ class SplitAxis:
 
     def rotate(self, angle: float) -> None:
         """Rotate the axis by the image rotation [rad], from u to v."""
-        cos, sin = math.cos(angle), math.sin(angle)
-        R = np.array([[cos, -sin], [sin, cos]])
+        R = rotation_matrix(angle)
         self._scatter = R @ self._scatter @ R.T
         self.axis = R @ self.axis

@@ -1,3 +1,5 @@
+"""The pose of a camera on a tilted robot, and its projection to the floor."""
+
 import math
 
 import numpy as np
@@ -28,3 +30,10 @@ def test_what_is_above_the_robot_keeps_its_distance():
     aligned = gravity_aligned_camera(mount, 0.2, -0.3)
     assert np.linalg.norm(aligned.position) == pytest.approx(np.linalg.norm(mount.xyz))
     assert aligned.rotation @ aligned.rotation.T == pytest.approx(np.eye(3), abs=1e-12)
+
+
+def test_floor_points_are_where_the_rays_to_them_meet_the_floor():
+    mount, points = CameraMount((0.1, 0.0, 0.5), (math.pi - 0.3, 0.1, -1.0)), [[0.3, 0.2], [0.0, -0.4]]
+    rays = mount.camera_points_from_floor(points)
+    np.testing.assert_allclose(mount.floor_points_from_rays(rays), points, atol=1e-12)
+    assert np.isnan(mount.floor_points_from_rays(-rays)).all()

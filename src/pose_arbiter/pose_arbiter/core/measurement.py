@@ -1,8 +1,12 @@
-"""Status of a measurement, and reasons to reject an invalid message."""
+"""Pose measurements, their status after outlier rejection, and reasons to reject a message before."""
 
 from __future__ import annotations
 
 from enum import Enum
+from typing import NamedTuple
+
+from pose_arbiter.core.kalman_filter import Covariance
+from shirube_core.geometry import SE2
 
 
 class MeasurementStatus(Enum):
@@ -26,3 +30,19 @@ class RejectReason(Enum):
     FUTURE = 'stamp is in the future'
     TOO_OLD = 'stamp is too old'
     DUPLICATE = 'duplicate stamp'
+
+
+class PoseMeasurement(NamedTuple):
+    """A measured pose. Measurements are processed in the sort order of this tuple.
+
+    Attributes:
+        stamp: stamp [ns].
+        source: source index; -1 is a pose set by an operator.
+        pose: ``T_map_base``.
+        noise: covariance R of the measurement.
+    """
+
+    stamp: int
+    source: int
+    pose: SE2
+    noise: Covariance

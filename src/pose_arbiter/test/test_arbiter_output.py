@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pose_arbiter.tick_schedule import TickSchedule
+from pose_arbiter.arbiter_output import TickSchedule
 
 PERIOD = 20_000_000
 

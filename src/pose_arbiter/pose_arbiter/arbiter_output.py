@@ -1,0 +1,90 @@
+"""Output of the arbiter at a fixed rate: the fused pose, and map to odom on /tf if tf2_ros is installed."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped, TransformStamped
+from nav_msgs.msg import Odometry
+from rclpy.node import Node
+from std_msgs.msg import Header
+
+from pose_arbiter.core.kalman_filter import Estimate, as_matrix
+from pose_arbiter.node_settings import NodeSettings
+from shirube_core.geometry import SE2
+from shirube_ros.pose_conversion import odometry_message, pose_message, pose_stamped
+from shirube_ros.quality_of_service import pose_profile
+
+_BACKLOG_MAX = 500_000_000  # older ticks are dropped [ns]
+
+
+class TickSchedule:
+    """Ticks at multiples of the period, none skipped under load; integers, so that they do not drift."""
+
+    def __init__(self, rate: float) -> None:
+        """Start at the first call of `due`, with a tick rate [1/s]."""
+        self._period = round(1e9 / rate)
+        self._last_done: int | None = None
+
+    def reset(self) -> None:
+        """Drop the due ticks after a clock jump."""
+        self._last_done = None
+
+    def due(self, now: int) -> range:
+        """Return the stamps of the ticks since the last call, up to now [ns]."""
+        last = now // self._period
+        if self._last_done is None:
+            self._last_done = last - 1
+        first = max(self._last_done + 1, (now - _BACKLOG_MAX) // self._period + 1)
+        self._last_done = max(self._last_done, last)
+        return range(first * self._period, last * self._period + 1, self._period)
+
+
+class ArbiterOutput:
+    """Publishers of the fused pose; without tf2_ros there is no transform."""
+
+    def __init__(self, node: Node, settings: NodeSettings) -> None:
+        """Create the publishers.
+
+        Args:
+            node: node that publishes.
+            settings: frames, and whether to publish the transform.
+        """
+        self._settings = settings
+        self._pose = node.create_publisher(PoseStamped, '~/pose', pose_profile())
+        self._odometry = node.create_publisher(Odometry, '~/odometry', pose_profile())
+        self._broadcaster: Any = None
+        if settings.publish_tf:
+            try:
+                self._broadcaster = import_module('tf2_ros').TransformBroadcaster(node)
+            except ImportError:
+                node.get_logger().info('tf2_ros is not installed; map to odom is not published')
+
+    def publish_pose(self, stamp: int, estimate: Estimate, twist: Any) -> None:
+        """Publish the pose at a stamp [ns], with the twist of the latest odometry message or None."""
+        header = Header(stamp=_time(stamp), frame_id=self._settings.map_frame)
+        self._pose.publish(pose_stamped(estimate.pose, header))
+        covariance = as_matrix(estimate.covariance)
+        message = odometry_message(estimate.pose, covariance, header, self._settings.base_frame)
+        if twist is not None:
+            message.twist = twist
+        self._odometry.publish(message)
+
+    def publish_transform(self, stamp: int, T_map_odom: SE2) -> None:
+        """Publish the pose of the odometry frame in the map, stamped ``transform_tolerance`` ahead of a stamp [ns]."""
+        if self._broadcaster is None:
+            return
+        pose, message = pose_message(T_map_odom), TransformStamped()
+        message.header.stamp = _time(stamp + round(1e9 * self._settings.transform_tolerance))
+        message.header.frame_id, message.child_frame_id = self._settings.map_frame, self._settings.odom_frame
+        message.transform.translation.x, message.transform.translation.y = pose.position.x, pose.position.y
+        message.transform.rotation = pose.orientation
+        self._broadcaster.sendTransform(message)
+
+
+def _time(stamp: int) -> Time:
+    """Return a stamp [ns] as a message, without loss."""
+    sec, nanosec = divmod(stamp, 1_000_000_000)
+    return Time(sec=sec, nanosec=nanosec)
