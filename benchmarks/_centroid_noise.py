@@ -25,7 +25,6 @@ ALONE = 1.3
 
 _STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4])
 _GROUPS = 4
-_AREAS = 6
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,6 @@ class DotNoise:
     """The n matched dots of one view.
 
     Attributes:
-        pixels: shape (n, 2), true centres of the chips that they were matched with [px].
         errors: shape (n, 2), centroids less these [px].
         sigmas: shape (n,), as the detector states them [px].
         alone: shape (n,), chips that touch no other.
@@ -41,7 +39,6 @@ class DotNoise:
         map_covariances: shape (n, 2, 2), of the map's dots, seen in the image [px^2].
     """
 
-    pixels: NDArray[np.float64]
     errors: NDArray[np.float64]
     sigmas: NDArray[np.float64]
     alone: NDArray[np.bool_]
@@ -72,7 +69,6 @@ def dot_noise(
     by_place = jacobian[:, :, :2]
     means = 0.5 * (floor.diameters[chips] + floor.diameters[others[:, 1]])
     return DotNoise(
-        pixels,
         fix.dots.pixels[fix.matched] - pixels,
         fix.dots.sigmas[fix.matched],
         distances[:, 1] > ALONE * means,
@@ -96,16 +92,11 @@ def _jacobian(
     return np.stack(columns, axis=-1)
 
 
-def weights(noise: DotNoise, sigmas: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the inverse covariances of the dots' pixels, shape (n, 2, 2), for centroids that scatter by ``sigmas``,
-    shape (n,) [px], and the map.
-    """
-    return np.asarray(np.linalg.inv(sigmas[:, None, None] ** 2 * np.eye(2) + noise.map_covariances))
-
-
-def information(noise: DotNoise, inverse_covariances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the Fisher information of the six unknowns, shape (6, 6), for the pixels' weights, shape (n, 2, 2)."""
-    return np.einsum('nia,nij,njb->ab', noise.jacobian, inverse_covariances, noise.jacobian)
+def planar_bound(noise: DotNoise, sigmas: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the Cramér-Rao bound of x, y and yaw, shape (3, 3), for centroids that scatter by ``sigmas``, (n,) [px]."""
+    weights = np.linalg.inv(sigmas[:, None, None] ** 2 * np.eye(2) + noise.map_covariances)
+    information = np.einsum('nia,nij,njb->ab', noise.jacobian, weights, noise.jacobian)
+    return np.asarray(np.linalg.inv(information)[:3, :3])
 
 
 def true_sigmas(views: Sequence[DotNoise]) -> list[NDArray[np.float64]]:
@@ -123,20 +114,3 @@ def true_sigmas(views: Sequence[DotNoise]) -> list[NDArray[np.float64]]:
         for group in np.array_split(members[np.argsort(stated[members], kind='stable')], _GROUPS):
             found[group] = math.sqrt(np.mean(squares[group])) if len(group) else math.nan
     return np.split(found, np.cumsum([len(view.sigmas) for view in views])[:-1])
-
-
-def shared_error(views: Sequence[DotNoise], size: tuple[int, int]) -> float:
-    """Return the part of the error that dots that stand alone share at a place of the image, in all views [px].
-
-    Args:
-        views: the views.
-        size: width and height of the image [px].
-    """
-    errors = np.concatenate([view.errors[view.alone] for view in views])
-    pixels = np.concatenate([view.pixels[view.alone] for view in views])
-    areas = np.clip(pixels / size * _AREAS, 0, _AREAS - 1).astype(np.int64) @ (1, _AREAS)
-    counts = np.bincount(areas, minlength=_AREAS**2)
-    means = [np.bincount(areas, axis, minlength=_AREAS**2) / np.maximum(counts, 1) for axis in errors.T]
-    # What chance leaves in the means is taken off.
-    chance = np.mean(np.var(errors, axis=0)) * np.count_nonzero(counts) / counts.sum()
-    return math.sqrt(max(float(counts @ np.mean(np.square(means), axis=0)) / counts.sum() - chance, 0.0))

@@ -57,9 +57,20 @@ def pole_star(floor: NDArray[np.float64]) -> Matcher:
     return locate
 
 
+def detected(pixels: NDArray[np.float64]) -> DetectedDots:
+    """Return centroids, shape (n, 2) [px], as the detector gives them."""
+    diameters = np.full(len(pixels), DOT_DIAMETER / MOUNT.xyz[2] * CAMERA.fx)
+    return DetectedDots(pixels, diameters, np.full(len(pixels), NOISE))
+
+
+def indexed(floor: NDArray[np.float64]) -> IndexedMap:
+    """Return a map without diameters of a floor, shape (N, 2) [m]."""
+    return index_map(DotMap(floor, np.full(len(floor), np.nan)))
+
+
 def constellation(floor: NDArray[np.float64]) -> Matcher:
     """Return the suite's localizer on a floor, shape (N, 2) [m]."""
-    return constellation_of(index_map(DotMap(floor, np.full(len(floor), np.nan))))
+    return constellation_of(indexed(floor))
 
 
 def constellation_of(floor: IndexedMap) -> Matcher:
@@ -67,8 +78,7 @@ def constellation_of(floor: IndexedMap) -> Matcher:
     localizer = FloorLocalizer(floor, MOUNT)
 
     def locate(pixels: NDArray[np.float64]) -> Answer:
-        diameters = np.full(len(pixels), DOT_DIAMETER / MOUNT.xyz[2] * CAMERA.fx)
-        found = localizer.locate_dots(DetectedDots(pixels, diameters, np.full(len(pixels), NOISE)), CAMERA)
+        found = localizer.locate_dots(detected(pixels), CAMERA)
         if isinstance(found, Fix):
             return Answer(found.T_map_base)
         return Answer(None, found.reason.value)

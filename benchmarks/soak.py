@@ -1,21 +1,18 @@
 """The recorded drive in a loop through the live node: does memory grow, is a message lost, how late are poses?
 
-    shirube bench soak --rounds 60
-
-The bag is played in real time, by default once a minute for an hour. The loop makes the clock jump back, so
-each round begins with a search of the whole map. The bag's images are small; whoever wants to know more puts
-a separate bag.
+The bag is played in real time, by default once a minute for an hour. The loop makes the clock jump back, so each
+round begins with a search of the whole map.
 """
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from pathlib import Path
 from time import monotonic
 
 import numpy as np
-from numpy.typing import NDArray
+from _figures import count, measured, rate, time
+from _harness import Option, Run, run_benchmark
 
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.stamps import NANOSECONDS
@@ -49,66 +46,45 @@ class MemoryRecord:
         self.minutes.append((now - self._start) / 60.0)
         self.megabytes.append(int(resident.split()[1]) / 1024.0)
 
-    def growth(self) -> float:
-        """Return the slope of a line through the second half of the samples [MB/h]."""
-        half = len(self.minutes) // 2
-        slope = np.polyfit(self.minutes[half:], self.megabytes[half:], 1)[0]
-        return float(60.0 * slope)
 
-
-def print_memory(memory: MemoryRecord) -> None:
-    """Print a table of the memory at six times, and its growth."""
-    print('| minute | resident memory of the node MB |\n|---|---|')
-    for index in np.linspace(0, len(memory.minutes) - 1, 6).astype(int):
-        print(f'| {memory.minutes[index]:.1f} | {memory.megabytes[index]:.1f} |')
-    print(f'\nGrowth over the second half: {memory.growth():+.2f} MB an hour.\n')
-
-
-def print_messages(live: LiveLocalizer, bag: Path, rounds: int) -> None:
-    """Print how many messages were played and how many the node and the listener got."""
-    with BagReader(bag) as reader:
-        played = {topic: rounds * reader.topics[topic].message_count for topic in COUNTED}
-    said = live.listener.diagnostics
-    print('| topic | played | received by the node | lost |\n|---|---|---|---|')
-    for topic, name in COUNTED.items():
-        received = int(said[f'{name} received'])
-        print(f'| `{topic}` | {played[topic]} | {received} | {played[topic] - received} |')
-    published, arrived = int(said['images with a fix']), live.listener.pose_count
-    print(f'| `~/pose` | {published} published | {arrived} by the listener | {published - arrived} |')
-    print('\nImages without a pose: ', end='')
-    print(', '.join(f'{number} x "{reason}"' for reason, number in live.listener.reasons().items()) or 'none')
-
-
-def print_latency(delays: NDArray[np.float64]) -> None:
-    """Print the time from an image to its pose, ``delays`` in seconds, shape (n,)."""
-    median, late, worst = 1e3 * np.percentile(delays, [50.0, 99.0, 100.0])
-    print(
-        f'\nFrom the publication of an image to that of its pose: {median:.1f} ms (median), {late:.1f} ms (99 %), '
-        f'{worst:.1f} ms (longest) of {len(delays)}.'
-    )
-
-
-def main() -> None:
-    """Run the soak and print its tables."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--rounds', type=int, default=60, help='so often the bag is played')
-    parser.add_argument('--bag', type=Path, default=find_root() / 'bags' / 'floor_drive')
-    arguments = parser.parse_args()
+def main(run: Run, rounds: int, rate_factor: float) -> None:
+    """Play the bag and add what was seen."""
+    bag = find_root() / 'bags' / 'floor_drive'
     build_workspace(find_root())
     with (
         tempfile.TemporaryDirectory() as folder,
         live_localizer(find_root(), LOCALIZER, IMAGES, Path(folder)) as live,
     ):
         memory = MemoryRecord(live)
-        live.play(arguments.bag, ['--rate', '1', '--loop', str(arguments.rounds)], memory.look)
+        live.play(bag, ['--rate', str(rate_factor), '--loop', str(rounds)], memory.look)
         live.listen_for_diagnostics()
         live.end()
-    print_memory(memory)
-    print_messages(live, arguments.bag, arguments.rounds)
-    print_latency(np.array(live.listener.delays) / NANOSECONDS)
+    table = run.table('Memory', 'minute', 'resident memory of the node MB')
+    for index in np.linspace(0, len(memory.minutes) - 1, 6).astype(int):
+        table.add(f'{memory.minutes[index]:.1f}', measured(memory.megabytes[index], '.1f'))
+    half = len(memory.minutes) // 2
+    if half > 1:
+        slope = np.polyfit(memory.minutes[half:], memory.megabytes[half:], 1)[0]
+        run.note(f'Growth over the second half: {60.0 * slope:+.2f} MB an hour.')
+    said = live.listener.diagnostics
+    table = run.table('Messages', 'topic', 'arrived')
+    with BagReader(bag) as reader:
+        for topic, name in COUNTED.items():
+            table.add(topic, rate(int(said[f'{name} received']), rounds * reader.topics[topic].message_count))
+    published = int(said['images with a fix'])
+    table.add('~/pose', rate(live.listener.pose_count, published))
+    table = run.table('Images without a pose', 'reason', 'number')
+    for reason, number in live.listener.reasons().items():
+        table.add(reason, count(number))
+    delays = 1e3 * np.array(live.listener.delays) / NANOSECONDS
+    run.table('Latency', 'poses', 'from an image to its pose ms: median / 99 % / max').add(
+        str(len(delays)), time(delays, '.1f', (50, 99, 100))
+    )
 
 
 if __name__ == '__main__':
-    main()
+    run_benchmark(
+        main,
+        rounds=Option(60, 1, 'so often the bag is played'),
+        rate_factor=Option(1.0, 3.0, 'of the replay'),
+    )
