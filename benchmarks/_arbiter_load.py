@@ -60,7 +60,7 @@ def _delay(source: int) -> int:
     return 0 if source >= SOURCES else round(DELAY * (1.0 + 0.1 * source))
 
 
-def node_cpu_fraction() -> tuple[float, float]:
+def node_cpu_fraction(seconds: float) -> tuple[float, float]:
     """Return the processor time of the node by the time it ran, and its poses a second, at full rate over DDS."""
     names = [f'source{k}' for k in range(SOURCES)]
     arguments = ['--ros-args', '-p', f'sources:=[{", ".join(names)}]']
@@ -70,13 +70,15 @@ def node_cpu_fraction() -> tuple[float, float]:
             [sys.executable, '-m', 'pose_arbiter.node', *arguments], env=environment, start_new_session=True
         )
         try:
-            return _drive(graph.add(lambda **options: Node('robot', **options)), graph, names, program.pid)
+            return _drive(
+                graph.add(lambda **options: Node('robot', **options)), graph, names, program.pid, seconds
+            )
         finally:
             program.send_signal(signal.SIGINT)
             program.wait(timeout=30.0)
 
 
-def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[float, float]:
+def _drive(robot: Node, graph: object, names: list[str], pid: int, seconds: float) -> tuple[float, float]:
     spin_until = graph.spin_until  # type: ignore[attr-defined]
     odometry = robot.create_publisher(Odometry, 'odom', 100)
     sources = [
@@ -92,7 +94,7 @@ def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[floa
     assert spin_until(lambda: all(p.get_subscription_count() for p in (odometry, *sources)), timeout=60.0)  # noqa: S101
     begin, sent = time.monotonic(), [0] * (SOURCES + 1)
     used = _processor_seconds(pid)
-    while (elapsed := time.monotonic() - begin) < SECONDS:
+    while (elapsed := time.monotonic() - begin) < seconds:
         is_idle = sent[SOURCES] >= elapsed * ODOMETRY_RATE
         while sent[SOURCES] < elapsed * ODOMETRY_RATE:
             header = Header(stamp=robot.get_clock().now().to_msg(), frame_id='odom')
@@ -110,7 +112,6 @@ def _drive(robot: Node, graph: object, names: list[str], pid: int) -> tuple[floa
         if is_idle:
             robot.executor.spin_once(timeout_sec=2e-4)
     cpu_fraction = (_processor_seconds(pid) - used) / elapsed
-    print(f'sent a second: odometry {sent[SOURCES] / elapsed:.0f}, each source {sent[0] / elapsed:.0f}')
     return cpu_fraction, (len(received) - 1) / (received[-1] - received[0])  # from the first pose on
 
 

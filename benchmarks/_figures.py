@@ -52,7 +52,9 @@ class Change:
 
 def figure_from_json(found: dict[str, Any]) -> Figure:
     """Return the figure of `Figure.as_json`."""
-    values = {name: tuple(math.nan if x is None else x for x in pair) for name, pair in found['values'].items()}
+    values = {
+        name: tuple(math.nan if x is None else x for x in pair) for name, pair in found['values'].items()
+    }
     return Figure(found['kind'], found['text'], values, found['better'])
 
 
@@ -77,7 +79,9 @@ def _verdict(before: float, after: float, better: str) -> str:
         return 'other'
     if math.isnan(before) or math.isnan(after):
         return 'worse' if math.isnan(after) else 'better'
-    cost = {'lower': lambda x: x, 'higher': lambda x: -x, 'one': lambda x: abs(math.log(max(x, 1e-12)))}[better]
+    cost = {'lower': lambda x: x, 'higher': lambda x: -x, 'one': lambda x: abs(math.log(max(x, 1e-12)))}[
+        better
+    ]
     return 'better' if cost(after) < cost(before) else 'worse'
 
 

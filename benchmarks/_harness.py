@@ -6,6 +6,7 @@ A benchmark is a program whose ``main(run, ...)`` fills tables::
         table = run.table('Errors', 'method', 'views', 'error mm: median / 95 % / max')
         table.add('ours', views, error(samples, scale=1e3))
 
+
     if __name__ == '__main__':
         run_benchmark(main, views=Option(400, 20, 'of each condition'))
 """
@@ -99,7 +100,9 @@ class Run:
         try:
             return import_module(module)
         except ImportError:
-            self.note(f'Not compared with {module}: `pip install {install}`')
+            text = f'Not compared with {module}: `pip install {install}`'
+            if text not in self.notes:
+                self.note(text)
             return None
 
 
@@ -149,13 +152,17 @@ def run_benchmark(main: Callable[..., None], **options: Option) -> None:
     )
     parser.add_argument('--quick', action='store_true', help='a look within seconds')
     parser.add_argument('--seed', type=int, default=1)
-    parser.add_argument('--save', action='store_true', help=f'keep the result in benchmarks/results/{name}.json')
+    parser.add_argument(
+        '--save', action='store_true', help=f'keep the result in benchmarks/results/{name}.json'
+    )
     parser.add_argument('--compare', action='store_true', help='print what changed since the kept result')
     for key, option in options.items():
         _add(parser, key, option)
     given = parser.parse_args()
     arguments = {
-        key: (option.quick if given.quick else option.default) if (value := getattr(given, key)) is None else value
+        key: (option.quick if given.quick else option.default)
+        if (value := getattr(given, key)) is None
+        else value
         for key, option in options.items()
     }
     run, begin = Run(seed=given.seed, quick=given.quick), time.perf_counter()

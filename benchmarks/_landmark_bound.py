@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from _landmark_views import RIG, LandmarkView, LandmarkWall
-from _product_rig import product_rig
+from _stereo_peers import product_rig
 from numpy.typing import NDArray
 from scipy.special import ndtr
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from _product_rig import product_rig
+from _stereo_peers import product_rig
 from numpy.typing import NDArray
 
 from scene_simulator.corridor_landmark import Landmark, RoundLandmark
@@ -22,6 +22,8 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
+LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
+"""What an engineer would select."""
 TAUGHT = SE2(-3.0, 0.0, 0.0)
 """Where the robot stood: ``T_map_place``."""
 NEAR = 3.0

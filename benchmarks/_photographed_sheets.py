@@ -154,7 +154,10 @@ def _images(folder: Path, every: int) -> Iterator[tuple[int, Image]]:
         if not there:
             break
         if number % every == 0:
-            yield number, _undistorted(np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8), camera)
+            yield (
+                number,
+                _undistorted(np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8), camera),
+            )
         number += 1
     movie.release()
 

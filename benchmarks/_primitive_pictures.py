@@ -25,10 +25,6 @@ class Condition:
     noise: float = 2.0
     blur: float = 0.7
 
-    def __str__(self) -> str:
-        """Return the cells of a table."""
-        return f'{self.size:g} | {self.contrast:g} | {self.noise:g} | {self.blur:g}'
-
 
 @dataclass(frozen=True)
 class Picture:

@@ -17,7 +17,9 @@ def main() -> int:
     """Run what is asked for; return 1 when a benchmark fails or became worse."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--all', action='store_true', help='run all benchmarks, each as a program of its own')
-    parser.add_argument('--tables', action='store_true', help='make the marked tables of the pages from the results')
+    parser.add_argument(
+        '--tables', action='store_true', help='make the marked tables of the pages from the results'
+    )
     for flag in ('--quick', '--save', '--compare'):
         parser.add_argument(flag, action='store_true', help='passed to the benchmarks')
     options = parser.parse_args()
@@ -43,7 +45,9 @@ def run_all(flags: list[str]) -> int:
     for program in sorted(FOLDER.glob('[!_]*.py')):
         start = time.perf_counter()
         command = [sys.executable, str(program), *flags]
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+        done = subprocess.run(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
+        )
         (OUT / f'{program.stem}.log').write_text(done.stdout)
         failed += done.returncode != 0
         print(f'{program.stem:<20} {time.perf_counter() - start:6.1f} s  {_verdict(done)}', flush=True)

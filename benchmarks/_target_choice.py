@@ -57,17 +57,17 @@ class TargetChooser:
             if self._is_good(primitive)
         ]
 
-    def place(self, seed: int) -> tuple[TaughtPlace, int]:
-        """Return a place with one target of sixteen primitives, and how many sets were drawn for it.
+    def place(self, seed: int) -> TaughtPlace:
+        """Return a place with one target of sixteen primitives.
 
         Raises:
             StereoLandmarkError: the tools remark on all sets.
         """
         rng = np.random.default_rng(seed)
-        for draws in range(1, DRAWS_MAX + 1):
+        for _ in range(DRAWS_MAX):
             place = self._teacher.teach('room', [TargetSelection('room', self._draw_target(rng))])
             if not check_place(place, self._moment.left, self._moment.right, self._moment.tilt):
-                return place, draws
+                return place
         raise StereoLandmarkError(f'seed {seed}: the tools remark on {DRAWS_MAX} sets; choose others')
 
     def _draw_target(self, rng: np.random.Generator) -> dict[str, Primitive]:

@@ -6,7 +6,6 @@ both detectors in turn on each image.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -16,8 +15,8 @@ import cv2
 import numpy as np
 from _figures import error, rate, ratio, rms, time
 from _floor_photographs import SurveyedFloor
-from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from _hard_conditions import FOR_DETECTORS, MOUNT, HardCondition
+from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -134,7 +133,14 @@ def main(run: Run, images: int, only: str) -> None:
     """Compare the detectors."""
     use_one_core()
     sep = run.peer('sep', 'sep')
-    heads = ('recall %', 'of touching chips %', 'precision %', 'error px: median / 95 %', 'error / sigma', 'ms')
+    heads = (
+        'recall %',
+        'of touching chips %',
+        'precision %',
+        'error px: median / 95 %',
+        'error / sigma',
+        'ms',
+    )
     table = run.table('Dots in images', 'condition', 'detector', *heads, 'ms in units of sep')
     for condition in progress([condition for condition in FOR_DETECTORS if only in condition.name]):
         few = images if condition.camera.width < 1000 else max(images // 6, 2)
@@ -152,7 +158,10 @@ def main(run: Run, images: int, only: str) -> None:
         for name, score in scores.items():
             table.add(
                 *(condition.name, name, rate(score.right, score.wanted, form='percent')),
-                *(rate(score.split, score.touching, form='percent'), rate(score.true, score.found, form='percent')),
+                *(
+                    rate(score.split, score.touching, form='percent'),
+                    rate(score.true, score.found, form='percent'),
+                ),
                 error(np.concatenate(score.errors), '.3f', shown=(50, 95)),
                 rms(np.concatenate(score.normalised), '.2f', better='one'),
                 time(score.times, '.1f', (50,)),

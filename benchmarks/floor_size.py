@@ -183,11 +183,15 @@ def add_fixes(run: Run, halls: dict[int, Measured]) -> None:
         for dots, hall in halls.items():
             times = [answer.milliseconds for answer in hall.warm[k]]
             table.add(f'{dots:,}', time(times), ratio(times, base), outcomes(a.verdict for a in hall.warm[k]))
-    table = run.table('Cold, by the clock', 'dots', 'time ms: median / 95 % / max', 'pages read', 'right / none / wrong')
+    table = run.table(
+        'Cold, by the clock', 'dots', 'time ms: median / 95 % / max', 'pages read', 'right / none / wrong'
+    )
     for dots, hall in halls.items():
         times = [answer.milliseconds for answer in hall.cold]
         pages = measured(float(np.median(hall.cold_reads)), '.0f')
-        table.add(f'{dots:,}', time(times, '.0f', (50, 95, 100)), pages, outcomes(a.verdict for a in hall.cold))
+        table.add(
+            f'{dots:,}', time(times, '.0f', (50, 95, 100)), pages, outcomes(a.verdict for a in hall.cold)
+        )
 
 
 def main(run: Run, dots: tuple[int, ...], views: int, cold_views: int, workers: int, folder: str) -> None:

@@ -18,8 +18,8 @@ import cv2
 import numpy as np
 from _figures import error, outcomes, rate, rms
 from _floor_photographs import CAMERA, SurveyedFloor, tracked_prior
-from _harness import Option, Run, progress, run_benchmark
 from _hard_conditions import CONDITIONS, HardCondition
+from _harness import Option, Run, progress, run_benchmark
 from _pose_scores import EXACT_WITHIN, PoseScore, score_pose, whitened_errors
 from numpy.typing import NDArray
 
@@ -59,7 +59,9 @@ def annotated_image(image: NDArray[np.uint8], result: Fix | NoFix, label: str) -
     large = cv2.resize(image, None, fx=ZOOM, fy=ZOOM, interpolation=cv2.INTER_CUBIC)
     if result.dots is not None:
         pixels = (result.dots.pixels + 0.5) * ZOOM - 0.5
-        result = replace(result, dots=replace(result.dots, pixels=pixels, diameters=result.dots.diameters * ZOOM))
+        result = replace(
+            result, dots=replace(result.dots, pixels=pixels, diameters=result.dots.diameters * ZOOM)
+        )
     picture = debug_picture(np.asarray(large, dtype=np.uint8), result)
     strip = np.full((STRIP, picture.shape[1], 3), 255, dtype=np.uint8)
     cv2.putText(strip, label, (4, STRIP - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (20, 20, 20), 1, cv2.LINE_AA)
@@ -78,7 +80,15 @@ def write_pictures(folder: Path, pictures: Sequence[NDArray[np.uint8]]) -> None:
 def main(run: Run, places: int, only: str, pictures: str) -> None:
     """Locate the pictures of all conditions."""
     cv2.setNumThreads(1)
-    heads = 'condition', 'prior', 'right / none / wrong', 'exact', 'error mm: median / 95 %', '°', 'error / stated'
+    heads = (
+        'condition',
+        'prior',
+        'right / none / wrong',
+        'exact',
+        'error mm: median / 95 %',
+        '°',
+        'error / stated',
+    )
     table = run.table('Hard pictures', *heads, 'why none')
     floors: dict[FloorDesign, SurveyedFloor] = {}
     examples = []

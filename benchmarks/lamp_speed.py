@@ -27,7 +27,13 @@ WARM_UP = 10
 def main(run: Run, seconds: float) -> None:
     """Show the films to the receiver."""
     use_one_core()
-    heads = 'receiver ms: median / 95 %', 'images a second', 'detector alone ms', 'ArUco ms', 'receiver over ArUco'
+    heads = (
+        'receiver ms: median / 95 %',
+        'images a second',
+        'detector alone ms',
+        'ArUco ms',
+        'receiver over ArUco',
+    )
     table = run.table('Speed', 'film', *heads, 'ArUco on markers ms')
     results = run.table('Results', 'film', 'lamps named', 'commands', 'poses', 'cm: median / 95 % / max')
     markers = Markers('ArUco 4x4', sensitive=False) if is_available() else None
@@ -53,11 +59,22 @@ def main(run: Run, seconds: float) -> None:
         number, times = len(times['receiver']), {name: each[WARM_UP:] for name, each in times.items()}
         peers: list[object] = ['–'] * 3
         if markers is not None:
-            peers = [time(times['peer']), ratio(times['receiver'], times['peer'], '.2f'), time(times['marked'])]
+            peers = [
+                time(times['peer']),
+                ratio(times['receiver'], times['peer'], '.2f'),
+                time(times['marked']),
+            ]
         rate_of_images = measured(1e3 / np.mean(times['receiver']), '.0f')
-        table.add(film.name, time(times['receiver']), rate_of_images, time(times['detector'], '.2f', (50,)), *peers)  # type: ignore[arg-type]
+        table.add(
+            film.name, time(times['receiver']), rate_of_images, time(times['detector'], '.2f', (50,)), *peers
+        )  # type: ignore[arg-type]
         results.add(
-            *(film.name, rate(named, len(BEACONS)), count(commands, better='higher'), rate(len(errors), number)),
+            *(
+                film.name,
+                rate(named, len(BEACONS)),
+                count(commands, better='higher'),
+                rate(len(errors), number),
+            ),
             error(errors, '.2f', 100.0),
         )
 

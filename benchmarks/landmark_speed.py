@@ -1,30 +1,24 @@
-"""How long a place is looked for in a pair of 1000 segments each: `./shirube bench landmark_speed`.
+"""How long a place is looked for in a pair of 1000 segments each, stage by stage, beside ORB and SIFT.
 
-Scenes: the photographs of ``stereo_euroc/`` (EuRoC V1_01) in the folder that SHIRUBE_DATA names, taught on one pair
-and looked for in the other, and rendered corridors. In turn with the whole localizer, ORB and SIFT are detected in
-both images and matched. Process time of one process on one core. Run it twice: the first run compiles.
+Scenes: EuRoC V1_01 (SHIRUBE_DATA, ``stereo_euroc/``), taught on one pair and looked for in the other, and rendered
+corridors. In turn with the whole localizer, ORB and SIFT are detected in both images and matched. Process time of one
+process on one core.
 """
 
 from __future__ import annotations
 
-import argparse
-import os
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
+import time as clock
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
-
-os.environ['OPENBLAS_NUM_THREADS'] = '1'
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
-from _landmark_corridor import TAUGHT, Pair, teach_corridor
-from _landmark_photographs import teach_photographs
-from _real_pairs import load_real_pairs
-from _stage_clock import time_stages
-from _timed_answers import use_one_core
-from tqdm import tqdm
+from _figures import ratio, time
+from _harness import MissingError, Option, Run, progress, run_benchmark, side_by_side, use_one_core
+from _landmark_corridor import LANDMARKS, TAUGHT, Pair, teach_corridor
+from _real_pairs import Moment, load_real_pairs
 
 import stereo_landmark.core.procedure.detected_scene as scene_module
 import stereo_landmark.core.procedure.stereo_view as view_module
@@ -33,17 +27,26 @@ from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.stereo_rig import StereoRig as Cameras
 from scene_simulator.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
+from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.procedure.detected_scene import detect_scene
+from stereo_landmark.core.place.stereo_rig import StereoRig
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_size
+from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
-WANTED = 100.0
-"""[ms]"""
-LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
 DISPLACEMENT = SE2(0.2, -0.25, 0.1)
+TILES = (0.0, 0.25, 0.08)
+"""Of the corridors' floors [m]."""
+THRESHOLD = 3.31
+"""With which each photograph has nearly 1000 segments [grey levels / px]."""
+PARTS, SIZE_MIN, APART = 12, 14.0, 30.0
+"""Of the quadrilaterals that are taught in photographs: number, size and distance [px]."""
 STAGES: dict[str, tuple[object, str]] = {
     'edges': (scene_module, 'extract_edges'),
     'segments': (scene_module, 'trace_segments'),
@@ -62,8 +65,7 @@ STAGES: dict[str, tuple[object, str]] = {
 }
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """A place and a pair of images in which it is looked for."""
 
     name: str
@@ -72,104 +74,122 @@ class Case:
     tilt: tuple[float, float] = (0.0, 0.0)
 
 
-def cases() -> list[Case]:
-    """Return what there is to look for."""
-    found = []
-    folder = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'stereo_euroc'
-    if folder.is_dir():
-        pairs = load_real_pairs(folder)
-        place = teach_photographs(pairs.rig, pairs.moments['teach'], 12, 0)
+def cases(run: Run, tiles: tuple[float, ...]) -> Iterator[Case]:
+    """Yield what there is to look for."""
+    try:
+        pairs = load_real_pairs(run.data('stereo_euroc'))
         now = pairs.moments['repeat']
-        found.append(Case('EuRoC V1_01', place, (now.left, now.right), now.tilt))
-    for name, tile in (
-        ('corridor', 0.0),
-        ('corridor, tiles of 0.25 m', 0.25),
-        ('corridor, tiles of 0.08 m', 0.08),
-    ):
-        scene = corridor(CorridorDesign(seed=1))
-        taught = teach_corridor(scene, Cameras(), LANDMARKS)
+        place = teach_photographs(pairs.rig, pairs.moments['teach'])
+        yield Case('EuRoC V1_01', place, (now.left, now.right), now.tilt)
+    except MissingError as missing:
+        run.note(f'Photographs: {missing}')
+    taught = teach_corridor(corridor(CorridorDesign(seed=1)), Cameras(), LANDMARKS)
+    for tile in tiles:
         seen = corridor(CorridorDesign(seed=1, tile=tile, needles=1))
         images = render_pair(seen, taught.cameras, TAUGHT @ DISPLACEMENT, np.random.default_rng(1))
-        found.append(Case(name, taught.place, images))
-    return found
+        yield Case(f'corridor, tiles of {tile:g} m' if tile else 'corridor', taught.place, images)
 
 
-def features_matched(detector: cv2.Feature2D, norm: int, images: Pair) -> None:
+def teach_photographs(rig: StereoRig, pair: Moment) -> TaughtPlace:
+    """Teach quadrilaterals, chosen at random, that lie apart and can be measured, as one target."""
+    processing = ImageProcessing(edges=EdgeSettings(threshold=THRESHOLD))
+    left, right = (detect_scene(image, processing) for image in (pair.left, pair.right))
+    view = StereoView(left, right, rig, pair.tilt)
+    teacher = Teacher(view, processing)
+    parts: dict[str, Primitive] = {}
+    found = view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives
+    for number in np.random.default_rng(0).permutation(len(found)).tolist():
+        apart = [np.hypot(*(found[number].centre - other.centre)) for other in parts.values()]
+        is_apart = primitive_size(found[number]) >= SIZE_MIN and min(apart, default=np.inf) >= APART
+        if len(parts) < PARTS and is_apart:
+            try:
+                teacher.measure(found[number])
+            except StereoLandmarkError:
+                continue
+            parts[f'part {number}'] = found[number]
+    return teacher.teach('room', [TargetSelection('target', parts)])
+
+
+@contextmanager
+def time_stages(stages: Mapping[str, tuple[object, str]]) -> Iterator[dict[str, float]]:
+    """Count the processor time of functions by the name of their stage [ms].
+
+    Args:
+        stages: where each function is looked up by its caller: a module or class, and the name there. What a clocked
+            function calls that is clocked, too, counts for the inner one only.
+    """
+    spent, inner = dict.fromkeys(stages, 0.0), [0.0]
+
+    def time_call(stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        def run(*args: Any, **options: Any) -> Any:
+            inner.append(0.0)
+            begin = clock.process_time()
+            answer = function(*args, **options)
+            whole = 1e3 * (clock.process_time() - begin)
+            spent[stage] += whole - inner.pop()
+            inner[-1] += whole
+            return answer
+
+        return run
+
+    originals = {stage: getattr(owner, name) for stage, (owner, name) in stages.items()}
+    for stage, (owner, name) in stages.items():
+        setattr(owner, name, time_call(stage, originals[stage]))
+    try:
+        yield spent
+    finally:
+        for stage, (owner, name) in stages.items():
+            setattr(owner, name, originals[stage])
+
+
+def match_features(detector: cv2.Feature2D, norm: int, images: Pair) -> None:
     """Detect features in both images and match them."""
     left, right = (detector.detectAndCompute(image, None)[1] for image in images)
     cv2.BFMatcher(norm).knnMatch(left, right, k=2)
 
 
-def milliseconds(work: Callable[[], object]) -> float:
-    """Return the process time of some work [ms]."""
-    begin = time.process_time()
-    work()
-    return 1e3 * (time.process_time() - begin)
-
-
-def print_case(case: Case, repeats: int) -> float:
-    """Print the table of a case; return the median of the whole [ms]."""
+def add_case(run: Run, case: Case, repeats: int) -> None:
+    """Add the times of a case."""
     localizer = LandmarkLocalizer([case.place])
     locate = partial(localizer.locate, *case.images, case.tilt)
-    answer = locate()
-    peers = {
-        'ORB, 2000 features, detected and matched': partial(
-            features_matched, cv2.ORB.create(nfeatures=2000), cv2.NORM_HAMMING, case.images
-        ),
-        'SIFT, 2000 features, detected and matched': partial(
-            features_matched, cv2.SIFT.create(nfeatures=2000), cv2.NORM_L2, case.images
-        ),
-    }
-    whole: list[float] = []
-    beside: dict[str, list[float]] = {name: [] for name in peers}
-    shares: dict[str, list[float]] = {name: [] for name in STAGES}
-    for _ in tqdm(range(repeats), case.name, leave=False):
-        whole.append(milliseconds(locate))
+    whole, orb, sift = 'whole pair', 'peer: ORB, 2000 features', 'peer: SIFT, 2000 features'
+    times = side_by_side(
+        {
+            whole: locate,
+            orb: partial(match_features, cv2.ORB.create(nfeatures=2000), cv2.NORM_HAMMING, case.images),
+            sift: partial(match_features, cv2.SIFT.create(nfeatures=2000), cv2.NORM_L2, case.images),
+        },
+        repeats,
+    )
+    stages: dict[str, list[float]] = {name: [] for name in STAGES}
+    for _ in progress(range(repeats), case.name):
         with time_stages(STAGES) as spent:
-            locate()
+            answer = locate()
         for name in STAGES:
-            shares[name].append(spent[name])
-        for name, peer in peers.items():
-            beside[name].append(milliseconds(peer))
-    print(f'\n{case.name}: {described(case, answer)}\n\n| stage | ms: median / 95 % |\n|---|---|')
-    for name, times in shares.items():
-        print(f'| {name} | {median_and_late(times)} |')
-    print(f'| **whole pair** | **{median_and_late(whole)}** |')
-    for name, times in beside.items():
-        print(f'| peer: {name} | {median_and_late(times)} |')
-    return float(np.median(whole))
-
-
-def described(case: Case, answer: LandmarkFix | NoLandmarkFix) -> str:
-    """Return how much there is to see, and what came of it."""
+            stages[name].append(spent[name])
+    table = run.table(case.name, 'stage', 'ms: median / 95 %', 'in units of ORB')
+    for name, milliseconds in (stages | times).items():
+        units = (
+            '1' if name == orb else ratio(milliseconds, times[orb], better='' if name == sift else 'lower')
+        )
+        table.add(name, time(milliseconds, '.1f'), units)
     scenes = [detect_scene(image, case.place.processing, case.place.kinds) for image in case.images]
     seen = ' and '.join(str(len(scene.segments)) for scene in scenes)
-    kinds = ', '.join(f'{len(found.primitives)} {kind.value}' for kind, found in scenes[0].kinds.items())
-    result = 'found' if isinstance(answer, LandmarkFix) else f'not found ({answer.reason})'
     taught = sum(len(target.primitives) for target in case.place.targets)
-    return f'{seen} segments; on the left {kinds}; {taught} primitives taught, {result}.'
+    result = 'found' if isinstance(answer, LandmarkFix) else f'not found ({answer.reason})'
+    run.note(f'{case.name}: {seen} segments, {taught} primitives taught, {result}.')
 
 
-def median_and_late(times: list[float]) -> str:
-    """Return the median and the 95th percentile."""
-    median, late = np.percentile(times, [50.0, 95.0])
-    return f'{median:.1f} / {late:.1f}'
-
-
-def main() -> int:
-    """Print the tables; return 1 when a pair takes longer than wanted."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--repeats', type=int, default=30, help='runs of each scene')
-    parser.add_argument('--scenes', type=int, default=4, help='how many of the scenes')
-    arguments = parser.parse_args()
+def main(run: Run, repeats: int, tiles: tuple[float, ...]) -> None:
+    """Look for all places."""
     use_one_core()
-    medians = [print_case(case, arguments.repeats) for case in cases()[: arguments.scenes]]
-    verdict = 'reached' if max(medians) <= WANTED else 'missed'
-    print(f'\nAt most {WANTED:.0f} ms a pair: {verdict}, {max(medians):.0f} ms at the most.')
-    return 0 if verdict == 'reached' else 1
+    for case in cases(run, tiles):
+        add_case(run, case, repeats)
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    run_benchmark(
+        main,
+        repeats=Option(30, 5, 'runs of each scene'),
+        tiles=Option(TILES, (0.0, 0.08), 'of the corridors [m]'),
+    )

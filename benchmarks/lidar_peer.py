@@ -106,4 +106,6 @@ def main(run: Run, rooms: int, places: int) -> None:
 
 
 if __name__ == '__main__':
-    run_benchmark(main, rooms=Option(10, 1, 'furnished rooms'), places=Option(20, 6, 'in each, under two lamps or more'))
+    run_benchmark(
+        main, rooms=Option(10, 1, 'furnished rooms'), places=Option(20, 6, 'in each, under two lamps or more')
+    )

@@ -53,7 +53,9 @@ class Cell(NamedTuple):
 TABLES = {
     '2': [
         Cell(0.0, rate, paper)
-        for rate, paper in zip(RATES, (*['100 / 0 / 0'] * 3, '99.59 / 0.33 / 0.08', '99.26 / 0.66 / 0.08'), strict=True)
+        for rate, paper in zip(
+            RATES, (*['100 / 0 / 0'] * 3, '99.59 / 0.33 / 0.08', '99.26 / 0.66 / 0.08'), strict=True
+        )
     ],
     '3': [
         Cell(0.1, 0.0, '100 / 0 / 0'),
@@ -197,14 +199,20 @@ def add_table(run: Run, table: str, by_cell: list[list[Score]]) -> None:
         )
     reasons = Counter(score.reason for scores in by_cell for score in scores if score.reason)
     if reasons:
-        run.note('No pose: ' + ', '.join(f'{number} x "{reason}"' for reason, number in reasons.most_common()))
+        run.note(
+            'No pose: ' + ', '.join(f'{number} x "{reason}"' for reason, number in reasons.most_common())
+        )
 
 
 def add_table_5(run: Run, by_cell: list[list[Score]]) -> None:
     """Add the match rates of right poses and of the best wrong candidates."""
-    table = run.table('Table 5', 'missing %', 'spurious %', 'lowest right %', 'highest wrong %', 'the paper %')
+    table = run.table(
+        'Table 5', 'missing %', 'spurious %', 'lowest right %', 'highest wrong %', 'the paper %'
+    )
     for cell, scores, paper in zip(TABLES['4'], by_cell, TABLE_5_PAPER, strict=True):
-        lowest = min((100 * score.match_rate for score in scores if score.verdict == 'right'), default=math.nan)
+        lowest = min(
+            (100 * score.match_rate for score in scores if score.verdict == 'right'), default=math.nan
+        )
         highest = 100 * float(np.nanmax([score.runner_up_rate for score in scores]))
         table.add(
             *(percent(cell.missing), percent(cell.spurious)),
@@ -214,7 +222,9 @@ def add_table_5(run: Run, by_cell: list[list[Score]]) -> None:
 
 def add_chance(run: Run, scores: list[Score]) -> None:
     """Add in how many views the true pose exceeds chance alignments, and the outcomes."""
-    table = run.table('81 % missing, 9.5 % spurious', 'chance alignments at the truth', 'right / none / wrong')
+    table = run.table(
+        '81 % missing, 9.5 % spurious', 'chance alignments at the truth', 'right / none / wrong'
+    )
     for name, is_clear in ((f'fewer than {CHANCE_MAX:g}', True), ('more', False)):
         part = [score.verdict for score in scores if (score.chance_alignments < CHANCE_MAX) == is_clear]
         table.add(name, outcomes(part))

@@ -102,7 +102,13 @@ def add_errors(run: Run, floor: SurveyedFloor, conditions: list[Condition], plac
     """Add the errors on one map."""
     table = run.table(
         'Map surveyed to 0.05 mm' if floor.survey_error else 'Map exact',
-        *('condition', 'right / none / wrong', 'tracked', 'position µm: median / 95 % / max', 'heading °: the same'),
+        *(
+            'condition',
+            'right / none / wrong',
+            'tracked',
+            'position µm: median / 95 % / max',
+            'heading °: the same',
+        ),
         *('error / stated', 'error / stated, tracked', 'error / bound', 'centroid error px', 'error / sigma'),
     )
     for condition in conditions:
@@ -148,7 +154,9 @@ def add_experiment(run: Run, floor: SurveyedFloor, lines: int) -> None:
         ahead = SE2(start.x, start.y, math.atan2(4.725 - start.y, 0.9 - start.x))
         ways = STEP * np.arange(PLACES) + rng.uniform(-REPEATABILITY, REPEATABILITY, PLACES)
         poses = [ahead @ SE2(float(way), 0.0, 0.0) for way in ways]
-        fixes = [floor.localizer.locate(camera.photograph(floor.floor, [p], rng=rng).image, CAMERA) for p in poses]
+        fixes = [
+            floor.localizer.locate(camera.photograph(floor.floor, [p], rng=rng).image, CAMERA) for p in poses
+        ]
         found = [fix.T_map_base for fix in fixes if isinstance(fix, Fix)]
         number += len(found)
         if len(found) == PLACES:

@@ -84,7 +84,9 @@ class SheetBench:
         return self._localizers[left_out]
 
 
-def terrazzo_trials(picture: NDArray[np.uint8], detector: DotDetector, views: int, seed: int) -> Iterator[Trial]:
+def terrazzo_trials(
+    picture: NDArray[np.uint8], detector: DotDetector, views: int, seed: int
+) -> Iterator[Trial]:
     """Yield random views of the terrazzo, located."""
     localizer = FloorLocalizer(index_map(terrazzo_map(picture, detector)), MOUNT, None, detector)
     generator = np.random.default_rng(seed)
@@ -94,7 +96,10 @@ def terrazzo_trials(picture: NDArray[np.uint8], detector: DotDetector, views: in
         if not isinstance(fix, Fix):
             yield Trial('none')
             continue
-        distance, turn = fix.T_map_base.distance_to(view.T_map_base), abs(view.T_map_base.yaw_to(fix.T_map_base))
+        distance, turn = (
+            fix.T_map_base.distance_to(view.T_map_base),
+            abs(view.T_map_base.yaw_to(fix.T_map_base)),
+        )
         yield Trial('right' if distance <= AGREEMENT else 'wrong', distance, turn, fix.match_rate)
 
 
@@ -110,7 +115,11 @@ def add_sheets(run: Run, every: int) -> None:
         else:
             name = 'movie.mp4' if view.is_visible else 'movie.mp4, a corner covered'
         groups.setdefault(name, []).append(bench.trial(view, generator))
-    heads = 'error mm: median / 95 % / max', 'heading °: the same', 'no pose with the sheet left out of the map'
+    heads = (
+        'error mm: median / 95 % / max',
+        'heading °: the same',
+        'no pose with the sheet left out of the map',
+    )
     table = run.table('Printed sheets', 'pictures', 'views', 'right / none / wrong', *heads)
     for name, trials in groups.items():
         table.add(
@@ -127,7 +136,9 @@ def add_terrazzo(run: Run, views: int) -> None:
     chips = segment_chips(picture)
     single = dots_of_chips(chips, DotDetector().detect(picture).pixels) == 1
     limits = list(pairwise(DIAMETERS))
-    table = run.table('Chips of terrazzo with exactly one dot', 'chips', *(f'{a:g} to {b:g} px' for a, b in limits))
+    table = run.table(
+        'Chips of terrazzo with exactly one dot', 'chips', *(f'{a:g} to {b:g} px' for a, b in limits)
+    )
     for colour, name in enumerate(COLOURS):
         cells = []
         for low, high in limits:

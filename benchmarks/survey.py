@@ -19,7 +19,16 @@ from pathlib import Path
 import numpy as np
 from _figures import count, error, measured, rate, rms
 from _harness import MissingError, Option, Run, run_benchmark
-from _photographed_sheets import DOT_DIAMETER, PHOTOGRAPH, SHEETS, VIEW_CAMERA, VIEW_MOUNT, load_sheets, random_view_pose, sheet_views
+from _photographed_sheets import (
+    DOT_DIAMETER,
+    PHOTOGRAPH,
+    SHEETS,
+    VIEW_CAMERA,
+    VIEW_MOUNT,
+    load_sheets,
+    random_view_pose,
+    sheet_views,
+)
 from _surveyed_floor import CAMERA, MOUNT, RenderedSurvey
 from numpy.typing import NDArray
 
@@ -79,19 +88,40 @@ def survey_rendered(run: Run, size: float, places: int, workers: int) -> None:
         (f'a length of {0.8 * size:g} m, 0.5 mm too long ({100 * (scale - 1):+.4f} %)', after),
     ):
         table.add(
-            *(name, f'{100 * (comparison.scale - 1):+.4f}', error(np.hypot(*comparison.residuals.T), '.3f', 1e3)),
+            *(
+                name,
+                f'{100 * (comparison.scale - 1):+.4f}',
+                error(np.hypot(*comparison.residuals.T), '.3f', 1e3),
+            ),
             *(count(len(comparison.pairs), better='higher'), count(len(comparison.missing), better='lower')),
             count(len(comparison.extra), better='lower'),
         )
     wrong, dots = wrong_merges(found, survey)
-    heads = 'loop closures', 'images on the map', 'wrong merges of dots', 'spurious dots', 'seconds', 'peak memory MB'
+    heads = (
+        'loop closures',
+        'images on the map',
+        'wrong merges of dots',
+        'spurious dots',
+        'seconds',
+        'peak memory MB',
+    )
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     run.table('Survey', 'floor m', 'chips', *heads).add(
         *(f'{size:g} x {size:g}', f'{len(survey.true_map)}', count(result.loop_closures, better='higher')),
-        *(rate(len(result.images), len(found.images)), rate(wrong, dots, 'lower'), count(result.spurious_count)),
+        *(
+            rate(len(result.images), len(found.images)),
+            rate(wrong, dots, 'lower'),
+            count(result.spurious_count),
+        ),
         *(measured(seconds, '.0f'), measured(peak, '.0f')),
     )
-    heads = 'map', 'found', 'error mm: median / 95 %', '50 mm step error mm: median / 95 %', 'error °: the same'
+    heads = (
+        'map',
+        'found',
+        'error mm: median / 95 %',
+        '50 mm step error mm: median / 95 %',
+        'error °: the same',
+    )
     table = run.table('Poses', *heads)
     for name, dot_map, T_true_map in (
         ('true', survey.true_map, SE2(0.0, 0.0, 0.0)),
@@ -183,7 +213,10 @@ def survey_sheets(run: Run, every: int) -> None:
         found = compare(true_map, surveyed)
         table.add(
             *(str(sheet), rate(len(result.images), len(images)), count(len(found.pairs), better='higher')),
-            *(count(len(surveyed) - len(found.pairs), better='lower'), rms(found.residuals, scale=math.sqrt(2) * 1e3)),
+            *(
+                count(len(surveyed) - len(found.pairs), better='lower'),
+                rms(found.residuals, scale=math.sqrt(2) * 1e3),
+            ),
             rate(right_poses(surveyed, kept_out, found.T_first_second), len(kept_out)),
             rate(right_poses(true_map, kept_out, SE2(0.0, 0.0, 0.0)), len(kept_out)),
         )
@@ -215,7 +248,8 @@ def right_poses(dot_map: DotMap, views: list[View], T_sheet_map: SE2) -> int:
     localizer = FloorLocalizer(index_map(dot_map), VIEW_MOUNT)
     fixes = [(localizer.locate(view, VIEW_CAMERA), pose) for view, pose in views]
     return sum(
-        isinstance(fix, Fix) and (T_sheet_map @ fix.T_map_base).distance_to(pose) < RIGHT for fix, pose in fixes
+        isinstance(fix, Fix) and (T_sheet_map @ fix.T_map_base).distance_to(pose) < RIGHT
+        for fix, pose in fixes
     )
 
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 from _figures import mean, measured, rate, time
-from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from _hard_conditions import NEAR_CAMERA, WIDE_CAMERA
+from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from _paper_matchers import detected, indexed
 from _paper_views import CAMERA, FLOOR_SIZE, MOUNT, paper_floor, paper_views
 
@@ -84,11 +84,15 @@ def main(run: Run, images: int) -> None:
             for k, moment in enumerate(moments):
                 if k > 0:
                     step = moments[k - 1].T_map_base.inverse() @ moment.T_map_base
-                    T_odom_base = T_odom_base @ SE2(ODOMETRY_SCALE * step.x, ODOMETRY_SCALE * step.y, step.yaw)
+                    T_odom_base = T_odom_base @ SE2(
+                        ODOMETRY_SCALE * step.x, ODOMETRY_SCALE * step.y, step.yaw
+                    )
                 tracker.add_odometry(k * INTERVAL, T_odom_base)
                 found, milliseconds = cpu_time(moment.track, tracker, k * INTERVAL)
                 times.append(milliseconds)
-                right += isinstance(found, Fix) and found.T_map_base.distance_to(moment.T_map_base) < RIGHT_WITHIN
+                right += (
+                    isinstance(found, Fix) and found.T_map_base.distance_to(moment.T_map_base) < RIGHT_WITHIN
+                )
                 dots.append(0 if found.dots is None else len(found.dots))
         table.add(
             *(name, mean(dots, '.0f', better='higher'), rate(right, len(times))),

@@ -129,5 +129,7 @@ if __name__ == '__main__':
     run_benchmark(
         main,
         share=Option(1.0, 0.01, 'of the views'),
-        effort=Option(TrackerSettings().usual_effort, TrackerSettings().usual_effort, 'of cells_max and pairs_max'),
+        effort=Option(
+            TrackerSettings().usual_effort, TrackerSettings().usual_effort, 'of cells_max and pairs_max'
+        ),
     )
