@@ -93,7 +93,7 @@ def _jacobian(
 
 
 def planar_bound(noise: DotNoise, sigmas: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the Cramér-Rao bound of x, y and yaw, shape (3, 3), for centroids that scatter by ``sigmas``, (n,) [px]."""
+    """Return the Cramér-Rao bound of x, y and yaw, shape (3, 3), for centroids with these sigmas, (n,) [px]."""
     weights = np.linalg.inv(sigmas[:, None, None] ** 2 * np.eye(2) + noise.map_covariances)
     information = np.einsum('nia,nij,njb->ab', noise.jacobian, weights, noise.jacobian)
     return np.asarray(np.linalg.inv(information)[:3, :3])

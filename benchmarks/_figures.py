@@ -52,9 +52,9 @@ class Change:
 
 def figure_from_json(found: dict[str, Any]) -> Figure:
     """Return the figure of `Figure.as_json`."""
-    values = {
-        name: tuple(math.nan if x is None else x for x in pair) for name, pair in found['values'].items()
-    }
+    values = {}
+    for name, (value, sigma) in found['values'].items():
+        values[name] = (math.nan if value is None else value, sigma)
     return Figure(found['kind'], found['text'], values, found['better'])
 
 
@@ -79,10 +79,11 @@ def _verdict(before: float, after: float, better: str) -> str:
         return 'other'
     if math.isnan(before) or math.isnan(after):
         return 'worse' if math.isnan(after) else 'better'
-    cost = {'lower': lambda x: x, 'higher': lambda x: -x, 'one': lambda x: abs(math.log(max(x, 1e-12)))}[
-        better
-    ]
-    return 'better' if cost(after) < cost(before) else 'worse'
+    if better == 'one':
+        is_better = abs(math.log(max(after, 1e-12))) < abs(math.log(max(before, 1e-12)))
+    else:
+        is_better = (after < before) == (better == 'lower')
+    return 'better' if is_better else 'worse'
 
 
 def rate(count: int, total: int, better: str = 'higher', form: str = '') -> Figure:
@@ -101,7 +102,7 @@ def rate(count: int, total: int, better: str = 'higher', form: str = '') -> Figu
 
 
 def outcomes(verdicts: Iterable[str], kinds: Sequence[str] = ('right', 'none', 'wrong')) -> Figure:
-    """Return the numbers of right, no and wrong poses; the rates of the first (to be high) and the last are compared."""
+    """Return the numbers of right, no and wrong poses; what is not right and what is wrong is compared."""
     found = Counter(verdicts)
     total = found.total()
     wrong = rate(found[kinds[-1]], total).values['']

@@ -55,7 +55,7 @@ class Table:
     heads: Sequence[str]
     rows: list[list[Cell]] = field(default_factory=list)
 
-    def add(self, *cells: Figure | str | float) -> None:
+    def add(self, *cells: object) -> None:
         """Add a row."""
         if len(cells) != len(self.heads):
             raise ValueError(f'{self.name}: {len(cells)} cells for {len(self.heads)} heads')

@@ -1,4 +1,4 @@
-"""BoofCV's printed random-dot sheets in photographs (BoofCV-Data, CC BY 4.0): where they are, and views of them from above.
+"""BoofCV's printed random-dot sheets in photographs (BoofCV-Data, CC BY 4.0): where they are, and views from above.
 
 ``photographed_frames.csv`` holds the corners of the sheets' frames in the undistorted images: the printed line in the
 photograph, the edge of the card, cut by hand, in the movie. They were found by their edges alone, without the dots,
@@ -135,9 +135,9 @@ def sheet_views(folder: Path, every: int = 1) -> Iterator[SheetView]:
     """Yield the sheets of the photograph, then those of every so-many-th frame of the movie."""
     known: dict[int, list[tuple[int, bool, Array]]] = {}
     with FRAMES.open() as file:
-        for number, sheet, visible, *corners in list(csv.reader(file))[1:]:
-            place = np.array(corners, dtype=np.float64).reshape(4, 2)
-            known.setdefault(int(number), []).append((int(sheet), visible == '1', place))
+        for row in list(csv.reader(file))[1:]:
+            place = np.array(row[3:], dtype=np.float64).reshape(4, 2)
+            known.setdefault(int(row[0]), []).append((int(row[1]), row[2] == '1', place))
     for number, image in _images(folder, every):
         for sheet, is_visible, corners in known.get(number, []):
             yield SheetView(number, sheet, is_visible, image, corners)
@@ -167,8 +167,8 @@ def _camera(path: Path) -> PinholeCamera:
     with path.open() as file:
         intrinsics = yaml.safe_load(file)
     pinhole, lens = intrinsics['pinhole'], intrinsics['radial_tangential']
-    sizes = (pinhole[key] for key in ('width', 'height', 'fx', 'fy', 'cx', 'cy'))
-    return PinholeCamera(*sizes, (*lens['radial'], lens['t1'], lens['t2'], 0.0))
+    sizes = {key: pinhole[key] for key in ('width', 'height', 'fx', 'fy', 'cx', 'cy')}
+    return PinholeCamera(**sizes, distortion=(*lens['radial'], lens['t1'], lens['t2'], 0.0))
 
 
 def _undistorted(image: Image, camera: PinholeCamera) -> Image:

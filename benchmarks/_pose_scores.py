@@ -78,7 +78,7 @@ def score_pose(result: Fix | NoFix, truth: SE2) -> PoseScore:
 
 
 def whitened_errors(scores: Sequence[PoseScore]) -> NDArray[np.float64]:
-    """Return the errors of right poses, whitened by the stated covariance, shape (n, 3): normal deviates if it is true."""
+    """Return the errors of right poses, by the stated covariance, shape (n, 3); normal deviates if it is true."""
     right = [score for score in scores if score.verdict == 'right']
     errors = np.array([score.error for score in right]).reshape(-1, 3)
     return whiten(errors, np.array([score.covariance for score in right]).reshape(-1, 3, 3))

@@ -14,8 +14,8 @@ from typing import Any
 import cv2
 import numpy as np
 from _figures import error, rate, ratio, rms, time
-from _floor_photographs import SurveyedFloor
-from _hard_conditions import FOR_DETECTORS, MOUNT, HardCondition
+from _floor_photographs import MOUNT, SurveyedFloor
+from _hard_conditions import FOR_DETECTORS, HardCondition
 from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree

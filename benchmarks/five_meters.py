@@ -1,4 +1,4 @@
-"""Five identical meters in a row, four taught as one target: the paper's experiment (section 5), ORB and SIFT beside it.
+"""Five identical meters in a row, four taught as one target (the paper's section 5), ORB and SIFT beside it.
 
 Rendered repeat views; which of them can be decided follows from the truth alone (`_five_views`).
 """

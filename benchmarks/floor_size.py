@@ -76,7 +76,7 @@ class Hall:
                 self._kept = {k: strip for k, strip in self._kept.items() if k >= first}
                 self._kept[number] = self.strip(number)
         dots = np.vstack([self._kept[number] for number in range(first, last + 1)]) * _STEP
-        return dots[(np.abs(dots - place) < reach).all(axis=1)]
+        return np.asarray(dots[(np.abs(dots - place) < reach).all(axis=1)])
 
     def places(self, number: int, margin: float) -> NDArray[np.float64]:
         """Return places all over the hall but near its walls, ten side by side, shape (number, 2) [m]."""

@@ -25,7 +25,7 @@ def main(run: Run, images: int) -> None:
     views = [v for v in random_views(30 * images, np.random.default_rng(run.seed)) if v.visible.sum() >= 2][
         :images
     ]
-    heads = 'found', 'false', 'centre px: rms', 'poses', 'cm: median / 95 % / max'
+    heads: tuple[str, ...] = 'found', 'false', 'centre px: rms', 'poses', 'cm: median / 95 % / max'
     table = run.table('Lamps and markers', 'light', 'what', *heads)
     heads = 'centre px: stated', 'least', 'rms / bound of the stated', 'rms / bound of the measured'
     bounds = run.table('Comparison with the bound', 'light', *heads)

@@ -68,8 +68,14 @@ def main(run: Run) -> None:
         run.note(f'No pose: {fix}')
         return
     residuals = fix.residuals * np.hypot(rays.sigmas, SETTINGS.pixel_sigma)[:, None]
-    heads = 'lamp', 'frequency Hz', 'diameter px', 'ahead of the next by (log likelihood)', 'residual px: rms'
-    table = run.table('Lamps', *heads)
+    heads: tuple[str, ...] = ('frequency Hz', 'diameter px', 'ahead of the next by (log likelihood)')
+        'lamp',
+        'frequency Hz',
+        'diameter px',
+        'ahead of the next by (log likelihood)',
+        'residual px: rms',
+    )
+    table = run.table('Lamps', 'lamp', *heads, 'residual px: rms')
     for k in np.argsort(ids):
         ahead = count(ordered[k, -1] - ordered[k, -2], '.0f', better='higher')
         table.add(

@@ -64,10 +64,10 @@ def main(run: Run, seconds: float) -> None:
                 ratio(times['receiver'], times['peer'], '.2f'),
                 time(times['marked']),
             ]
-        rate_of_images = measured(1e3 / np.mean(times['receiver']), '.0f')
+        rate_of_images = measured(1e3 / float(np.mean(times['receiver'])), '.0f')
         table.add(
             film.name, time(times['receiver']), rate_of_images, time(times['detector'], '.2f', (50,)), *peers
-        )  # type: ignore[arg-type]
+        )
         results.add(
             *(
                 film.name,

@@ -189,7 +189,7 @@ def measure(run: Run, distance: float, wanted: int, repeats: int, *, grain: bool
 def main(run: Run, lessons: int, repeats: int, distances: tuple[float, ...], grain: bool) -> None:
     """Measure the errors at all distances."""
     use_one_core()
-    heads = 'found', 'position mm: median / 95 % / max', 'heading °: the same'
+    heads: tuple[str, ...] = 'found', 'position mm: median / 95 % / max', 'heading °: the same'
     errors = run.table('Errors', 'distance', 'method', *heads)
     heads = 'points taught', 'used', 'position: rms over the bound', 'heading: the same', 'error / stated'
     bounds = run.table('Comparison with the bound', 'distance', *heads)

@@ -136,7 +136,8 @@ class Scorer:
         chance = self._chance_alignments(points, view.map_dots)
         verdict = verdict_of(found, truth)
         if found is None:
-            return Score(verdict, answer.reason, *[math.nan] * 3, runner_up_rate, chance, milliseconds)
+            nan = math.nan
+            return Score(verdict, answer.reason, nan, nan, nan, runner_up_rate, chance, milliseconds)
         rate = match_rate(self._addresses, found.transform(points))
         distance, turn = found.distance_to(truth), abs(found.yaw_to(truth))
         return Score(verdict, '', distance, turn, rate, runner_up_rate, chance, milliseconds)

@@ -1,8 +1,8 @@
 """Real photographs located without a prior: printed random-dot sheets and terrazzo, whose truth is known.
 
 Each sheet in ``image00.jpg`` and in the movie is made a view from straight above, in a random heading, and located in
-the map of all 120 sheets side by side. Views of terrazzo are cut from one picture at known places, with errors of scale,
-brightness, light and noise, and located in the map that the detector makes of the whole picture.
+the map of all 120 sheets side by side. Views of terrazzo are cut from one picture at known places, with errors of
+scale, brightness, light and noise, and located in the map that the detector makes of the whole picture.
 """
 
 from __future__ import annotations

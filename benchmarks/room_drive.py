@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from _figures import count, rate, time
+from _figures import Figure, count, rate, time
 from _harness import Option, Run, progress, run_benchmark, use_one_core
 from _room_drive import RoomBag, load_room_bag, replay, score, seen_cells
 from numpy.typing import NDArray
@@ -84,6 +84,12 @@ def picture(
     return np.vstack([large[::-1], strip])
 
 
+def shares(of_cells: tuple[float, ...]) -> Figure:
+    """Return shares with a tolerance of 0, 1, 2 cells in per cent."""
+    values = {f'{reach} cells': (100 * share, 0.0) for reach, share in enumerate(of_cells)}
+    return Figure('count', ', '.join(f'{100 * share:.1f}' for share in of_cells), values, 'higher')
+
+
 def main(run: Run, instants: int, png: str) -> None:
     """Map the drive by all kinds of depth."""
     use_one_core()
@@ -108,7 +114,12 @@ def main(run: Run, instants: int, png: str) -> None:
             ', '.join(f'{100 * v:.1f}' for v in vs) for vs in (result.precision, result.recall)
         )
         table.add(
-            *(name, precision, recall, rate(result.false_free[0], result.free, 'lower')),
+            *(
+                name,
+                shares(result.precision),
+                shares(result.recall),
+                rate(result.false_free[0], result.free, 'lower'),
+            ),
             *(count(1e3 * gap, '.0f', better='lower') for gap in (result.overlap, result.unseen_overlap)),
         )
         if 'cameras' in name:

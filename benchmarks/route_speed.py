@@ -137,7 +137,7 @@ def main(run: Run, side: int, pairs: int, drives: int) -> None:
         compared = {name: compare(blocked, pairs, peer.astar) for name, blocked in progress(maps.items())}
         compared['all'] = np.concatenate(list(compared.values()))
         for name, times in compared.items():
-            table.add(name, *(time(column) for column in times.T), ratio(*times.T, '.2f'))
+            table.add(name, *(time(column) for column in times.T), ratio(times[:, 0], times[:, 1], '.2f'))
     heads = (
         'replanned ms: median / 95 %',
         'new obstacle on the route',

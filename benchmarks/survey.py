@@ -81,7 +81,14 @@ def survey_rendered(run: Run, size: float, places: int, workers: int) -> None:
     before = compare(survey.true_map, found.result.dot_map)
     result, scale = scale_survey(found.result, measured_length(survey, found, before, size))
     after = compare(survey.true_map, result.dot_map)
-    heads = 'scale by', 'scale %', 'distance mm: median / 95 % / max', 'common', 'missing', 'extra'
+    heads: tuple[str, ...] = (
+        'scale by',
+        'scale %',
+        'distance mm: median / 95 % / max',
+        'common',
+        'missing',
+        'extra',
+    )
     table = run.table('Maps', *heads)
     for name, comparison in (
         ('height of the camera', before),

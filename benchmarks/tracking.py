@@ -96,7 +96,7 @@ def main(run: Run, images: int) -> None:
                 dots.append(0 if found.dots is None else len(found.dots))
         table.add(
             *(name, mean(dots, '.0f', better='higher'), rate(right, len(times))),
-            *(time(times, '.2f', (50, 99)), measured(1e3 / np.mean(times), '.0f')),
+            *(time(times, '.2f', (50, 99)), measured(1e3 / float(np.mean(times)), '.0f')),
         )
 
 

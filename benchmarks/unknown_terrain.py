@@ -151,15 +151,15 @@ def main(run: Run, side: int, seeds: int, pairs: int, only: str) -> None:
     for name, blocked in progress(maps.items(), 'maps', len(maps)):
         cells = []
         for method, driver in methods.items():
-            drives = [(driver(blocked, task, GIVE_UP * task.length), task) for task in tasks[name]]
-            reached = [drive.length / task.length for drive, task in drives if drive.ended == 'goal']
-            cells.append(rate(len(reached), len(drives)))
+            done = [(driver(blocked, task, GIVE_UP * task.length), task) for task in tasks[name]]
+            reached = [drive.length / task.length for drive, task in done if drive.ended == 'goal']
+            cells.append(rate(len(reached), len(done)))
             ratios[method] += reached
         by_map.add(name, *cells)
     heads = 'goal reached', 'length / shortest: median / 95 % / max', 'mean'
     table = run.table('Unknown terrain', 'method', *heads)
-    for method, found in ratios.items():
-        table.add(method, rate(len(found), pairs * len(maps)), error(found, '.2f'), mean(found))
+    for method, lengths in ratios.items():
+        table.add(method, rate(len(lengths), pairs * len(maps)), error(lengths, '.2f'), mean(lengths))
     lost = [
         (blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, max(pairs // 8, 1))
     ]
@@ -167,8 +167,8 @@ def main(run: Run, side: int, seeds: int, pairs: int, only: str) -> None:
         'Unreachable goals', 'method', 'detected', 'length driven until then, cells: median / 95 %'
     )
     for method in DETECTING:
-        found = [METHODS[method](blocked, task, 1e5) for blocked, task in progress(lost, method)]
-        lengths = [drive.length for drive in found if drive.ended == 'unreachable']
+        drives = [METHODS[method](blocked, task, 1e5) for blocked, task in progress(lost, method)]
+        lengths = [drive.length for drive in drives if drive.ended == 'unreachable']
         table.add(method, rate(len(lengths), len(lost)), error(lengths, '.0f', shown=(50, 95)))
 
 
