@@ -14,7 +14,7 @@ from floor_localizer.core.detected_dots import DetectedDots
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarPose
+from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher
 from floor_localizer.core.pole_star.settings import PoleStarSettings
 from shirube_core.geometry import SE2
 
@@ -22,25 +22,13 @@ DOT_DIAMETER = 0.0025
 
 
 class Answer(NamedTuple):
-    """What a matcher says of one view.
-
-    Attributes:
-        T_map_view: the pose, None if there is none.
-        reason: why there is none, in few words without numbers.
-        candidates: all scored poses with their match rates, if the matcher returns them.
-    """
+    """What a matcher says of one view: the pose, or why there is none, in few words without numbers."""
 
     T_map_view: SE2 | None
     reason: str = ''
-    candidates: tuple[PoleStarPose, ...] = ()
 
 
 Matcher = Callable[[NDArray[np.float64]], Answer]
-
-
-def view_points(pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where pixels lie on the floor, shape (n, 2), in the view's frame [m]."""
-    return MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels))
 
 
 def pole_star(floor: NDArray[np.float64]) -> Matcher:
@@ -48,11 +36,11 @@ def pole_star(floor: NDArray[np.float64]) -> Matcher:
     matcher = PoleStarMatcher(floor, PoleStarSettings())
 
     def locate(pixels: NDArray[np.float64]) -> Answer:
-        poses = matcher.congruent_poses(view_points(pixels))
+        poses = matcher.congruent_poses(MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels)))
         found = matcher.select_pose(poses)
         if isinstance(found, NoPose):
-            return Answer(None, 'match rate too low' if poses else 'nothing congruent', tuple(poses))
-        return Answer(found.T_map_view, candidates=tuple(poses))
+            return Answer(None, 'match rate too low' if poses else 'nothing congruent')
+        return Answer(found.T_map_view)
 
     return locate
 

@@ -81,9 +81,5 @@ def whitened_errors(scores: Sequence[PoseScore]) -> NDArray[np.float64]:
     """Return the errors of right poses, by the stated covariance, shape (n, 3); normal deviates if it is true."""
     right = [score for score in scores if score.verdict == 'right']
     errors = np.array([score.error for score in right]).reshape(-1, 3)
-    return whiten(errors, np.array([score.covariance for score in right]).reshape(-1, 3, 3))
-
-
-def whiten(errors: NDArray[np.float64], covariances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return errors, shape (n, 3), multiplied by the inverse roots of their covariances."""
+    covariances = np.array([score.covariance for score in right]).reshape(-1, 3, 3)
     return np.linalg.solve(np.linalg.cholesky(covariances), errors[..., None])[..., 0]

@@ -69,12 +69,6 @@ def main(run: Run) -> None:
         return
     residuals = fix.residuals * np.hypot(rays.sigmas, SETTINGS.pixel_sigma)[:, None]
     heads: tuple[str, ...] = ('frequency Hz', 'diameter px', 'ahead of the next by (log likelihood)')
-        'lamp',
-        'frequency Hz',
-        'diameter px',
-        'ahead of the next by (log likelihood)',
-        'residual px: rms',
-    )
     table = run.table('Lamps', 'lamp', *heads, 'residual px: rms')
     for k in np.argsort(ids):
         ahead = count(ordered[k, -1] - ordered[k, -2], '.0f', better='higher')

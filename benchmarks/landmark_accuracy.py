@@ -1,7 +1,7 @@
-"""Displacements from one target at 2, 3 and 5 m against the truth, the bound, ORB, SIFT and one AprilTag.
+"""Displacements from one target at 2, 3 and 5 m against the truth, beside ORB, SIFT and one AprilTag.
 
 A panel of 0.8 m with six fields is taught from one pair and looked for from poses up to 0.5 m and 15° away; the tag
-replaces it in the same views. The Cramér-Rao bound is that of the pixels along the outlines of the taught fields.
+replaces it in the same views.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from itertools import islice
 import numpy as np
 from _figures import error, mean, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _landmark_bound import CAMERAS, PoseBound
 from _landmark_views import RIG, LandmarkView, LandmarkWall, repeat_poses, teach_pose
 from _stereo_peers import FeaturePipeline, product_rig
 from _tag_peer import TagPeer, is_available
@@ -41,6 +40,7 @@ CHOSEN_WITHIN = 1.0
 FIELDS_MIN = 4
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 OURS = 'shirube'
+CAMERAS = product_rig(RIG)
 
 Judged = tuple[NDArray[np.float64], NDArray[np.float64]]
 """An error x, y [m] and yaw [rad], shape (3,), and a covariance that it is held against, shape (3, 3)."""
@@ -53,15 +53,13 @@ class Result:
     Attributes:
         views: how often each method was asked.
         errors: found less true x, y [m] and yaw [rad], by method.
-        bounded: shirube's errors with the bound of Cramér and Rao.
-        stated: the same with the stated covariances.
+        stated: shirube's errors with the stated covariances.
         used: how many points each fix was made of.
         points: how many each lesson has.
     """
 
     views: dict[str, int] = field(default_factory=dict)
     errors: dict[str, list[NDArray[np.float64]]] = field(default_factory=dict)
-    bounded: list[Judged] = field(default_factory=list)
     stated: list[Judged] = field(default_factory=list)
     used: list[int] = field(default_factory=list)
     points: list[int] = field(default_factory=list)
@@ -77,13 +75,6 @@ class Result:
 def error_of(found: SE2, truth: SE2) -> NDArray[np.float64]:
     """Return found less true x, y [m] and yaw [rad], shape (3,)."""
     return np.array([found.x - truth.x, found.y - truth.y, truth.yaw_to(found)])
-
-
-def normalised(judged: Sequence[Judged], part: slice) -> NDArray[np.float64]:
-    """Return errors over the root of the mean variances, so that their rms is that of all over that of all bounds."""
-    errors = np.array([error for error, _ in judged])[:, part]
-    variances = np.array([np.diag(covariance) for _, covariance in judged])[:, part]
-    return errors / np.sqrt(variances.mean(axis=0).mean())
 
 
 def whitened(judged: Sequence[Judged]) -> NDArray[np.float64]:
@@ -153,14 +144,14 @@ class Methods:
             yield 'AprilTag, both images', self._tag.locate_from_both(self._view.tag, view.tag)
 
 
-def measure(run: Run, distance: float, wanted: int, repeats: int, *, grain: bool) -> Result:
+def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
     """Return the errors at one distance, of so many lessons with so many repeats each."""
     result, tag = Result(), TagPeer() if is_available() else None
-    pipelines = [FeaturePipeline(name, product_rig(RIG)) for name in ('ORB', 'SIFT')]
+    pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
     for number in progress(range(wanted), f'lessons at {distance:g} m'):
         rng = np.random.default_rng((run.seed, round(distance), number))
         cells = np.zeros((1, 1), np.bool_) if tag is None else tag.cells()
-        wall = LandmarkWall(run.seed + number, cells, grain=grain)
+        wall = LandmarkWall(run.seed + number, cells)
         lesson = wall.view(teach_pose(distance, rng), rng)
         place = taught_panel(wall, lesson)
         if place is None:
@@ -168,8 +159,6 @@ def measure(run: Run, distance: float, wanted: int, repeats: int, *, grain: bool
             continue
         result.points.append(len(place.coordinates))
         methods = Methods(place, lesson, pipelines, tag)
-        fields = [int(primitive.name.split()[1]) for primitive in place.targets[0].primitives]
-        bound = PoseBound(wall, lesson, fields)
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
             fix = methods.fix(view)
@@ -178,7 +167,6 @@ def measure(run: Run, distance: float, wanted: int, repeats: int, *, grain: bool
                 result.add(name, found, truth)
             if isinstance(fix, PlaceFix):
                 off = error_of(fix.T_place_base, truth)
-                result.bounded.append((off, bound.covariance(view, truth)[PLANAR]))
                 result.stated.append((off, fix.covariance[PLANAR]))
                 result.used.append(len(fix.names))
             else:
@@ -186,15 +174,14 @@ def measure(run: Run, distance: float, wanted: int, repeats: int, *, grain: bool
     return result
 
 
-def main(run: Run, lessons: int, repeats: int, distances: tuple[float, ...], grain: bool) -> None:
+def main(run: Run, lessons: int, repeats: int, distances: tuple[float, ...]) -> None:
     """Measure the errors at all distances."""
     use_one_core()
     heads: tuple[str, ...] = 'found', 'position mm: median / 95 % / max', 'heading °: the same'
     errors = run.table('Errors', 'distance', 'method', *heads)
-    heads = 'points taught', 'used', 'position: rms over the bound', 'heading: the same', 'error / stated'
-    bounds = run.table('Comparison with the bound', 'distance', *heads)
+    consistency = run.table('Stated covariance', 'distance', 'points taught', 'used', 'error / stated')
     for distance in distances:
-        result, name = measure(run, distance, lessons, repeats, grain=grain), f'{distance:g} m'
+        result, name = measure(run, distance, lessons, repeats), f'{distance:g} m'
         for method, found in result.errors.items():
             offs = np.array(found).reshape(-1, 3)
             errors.add(
@@ -202,14 +189,13 @@ def main(run: Run, lessons: int, repeats: int, distances: tuple[float, ...], gra
                 error(np.hypot(offs[:, 0], offs[:, 1]), '.2f', 1e3),
                 error(np.abs(offs[:, 2]), '.4f', math.degrees(1.0)),
             )
-        if result.bounded:
-            bounds.add(
+        if result.stated:
+            consistency.add(
                 *(
                     name,
                     mean(result.points, '.1f', better='higher'),
                     mean(result.used, '.1f', better='higher'),
                 ),
-                *(rms(normalised(result.bounded, part), '.2f') for part in (slice(0, 2), slice(2, 3))),
                 rms(whitened(result.stated), '.2f', better='one'),
             )
     if not is_available():
@@ -222,5 +208,4 @@ if __name__ == '__main__':
         lessons=Option(24, 1, 'times that the target is taught, at each distance'),
         repeats=Option(4, 3, 'views of each lesson'),
         distances=Option((2.0, 3.0, 5.0), (2.0, 3.0, 5.0), '[m]'),
-        grain=Option(True, True, 'of the paint of the panel; the bound supposes none'),
     )

@@ -1,11 +1,7 @@
-"""The paper's tables 2 to 5 and its two failed cases again, on its conditions, with its figures.
+"""The paper's tables 2 to 4 and its two failed cases again, on its conditions, with its figures.
 
-    shirube bench paper_tables
-    shirube bench paper_tables --matcher pole_star --places 100 --tables 4
-
-Table 5 compares the paper's match rate (2.3.3) of right poses with that of the best wrong candidate over the
-cells of table 4. Wrong candidates are the poses of the pole-star pipeline more than 20 mm from the truth,
-taken or not, at every tenth place; the paper counts only those that were taken.
+shirube bench paper_tables
+shirube bench paper_tables --matcher pole_star --places 100 --tables 4
 """
 
 from __future__ import annotations
@@ -13,30 +9,15 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
-from functools import cache, cached_property
+from functools import cache
 from typing import NamedTuple
 
-import numpy as np
-from _figures import count, error, outcomes, percent, time
+from _figures import error, outcomes, percent, time
 from _harness import Option, Run, cpu_time, in_processes, run_benchmark
-from _paper_matchers import MATCHERS, view_points
-from _paper_views import CAMERA, FLOOR_SIZE, MOUNT, NOISE, PaperView, paper_floor, paper_views, spread_places
+from _paper_matchers import MATCHERS, Matcher
+from _paper_views import PaperView, paper_floor, paper_views, spread_places
 from _pose_scores import verdict_of
-from numpy.typing import NDArray
-from scipy.spatial import KDTree
-from scipy.spatial.distance import pdist
 
-from floor_localizer.core.acceptance import log_chance_alignments
-from floor_localizer.core.pole_star.match_rate import build_address_matrix, match_rate
-from floor_localizer.core.pole_star.pole_star_matcher import PoleStarMatcher
-from floor_localizer.core.pole_star.settings import PoleStarSettings
-from floor_localizer.core.settings import LocalizerSettings
-
-# The pole-star pipeline, which names the wrong candidates, takes most of the time: it is asked this seldom.
-RUNNERS_UP_EVERY = 10
-# A candidate nearer to the truth than this [m] is the truth, ill fitted, and no rival of it.
-ELSEWHERE = 0.02
-CHANCE_MAX = 1e-3
 RATES = (0.1, 0.2, 0.3, 0.4, 0.5)
 
 
@@ -73,30 +54,15 @@ TABLES = {
     ],
     'failed': [Cell(0.146, 0.902, 'failed (fig. 28)', 1000), Cell(0.81, 0.095, 'failed (fig. 30)', 1000)],
 }
-TABLE_5_PAPER = ('61.1 / 10.0', '56.3 / 16.1', '51.5 / 23.5', '38.9 / 18.9', '42.9 / 21.4')
 
 
 class Score(NamedTuple):
-    """One answer against the truth.
-
-    Attributes:
-        verdict: 'right', 'wrong' or 'none'.
-        reason: why there is no pose.
-        position_error: distance from the true place, NaN without a pose [m].
-        heading_error: turn from the true heading, NaN without a pose [rad].
-        match_rate: the paper's match rate at the pose (2.3.3), NaN without one.
-        runner_up_rate: the highest match rate of a wrong candidate, NaN where it was not asked for.
-        chance_alignments: expected number of poses that match by chance as well as the truth does.
-        milliseconds: time to the answer.
-    """
+    """One answer: verdict, why there is no pose, errors of position [m] and heading [rad], NaN without one, and time."""
 
     verdict: str
     reason: str
     position_error: float
     heading_error: float
-    match_rate: float
-    runner_up_rate: float
-    chance_alignments: float
     milliseconds: float
 
 
@@ -106,71 +72,26 @@ class Task(NamedTuple):
     matcher: str
     seed: int
     view: PaperView
-    with_runners_up: bool
 
 
-class Scorer:
-    """Asks one matcher about views of one floor."""
-
-    def __init__(self, matcher: str, seed: int) -> None:
-        self._floor = paper_floor(seed)
-        self._tree = KDTree(self._floor)
-        self._addresses = build_address_matrix(self._floor, PoleStarSettings().address_block)
-        self._locate = MATCHERS[matcher](self._floor)
-        for view in paper_views(self._floor, spread_places(2), 0.5, 0.5, seed):
-            self._locate(view.pixels)  # compiles
-
-    @cached_property
-    def _pole_star(self) -> PoleStarMatcher:
-        return PoleStarMatcher(self._floor, PoleStarSettings())
-
-    def score(self, view: PaperView, *, with_runners_up: bool) -> Score:
-        """Return what the matcher's answer is worth; the pole-star pipeline names candidates where it does not."""
-        answer, milliseconds = cpu_time(self._locate, view.pixels)
-        points, found, truth = view_points(view.pixels), answer.T_map_view, view.T_map_view
-        runner_up_rate = math.nan
-        if with_runners_up:
-            candidates = answer.candidates or self._pole_star.congruent_poses(points)
-            rivals = [pose for pose in candidates if pose.T_map_view.distance_to(truth) > ELSEWHERE]
-            runner_up_rate = max((pose.match_rate for pose in rivals), default=0.0)
-        chance = self._chance_alignments(points, view.map_dots)
-        verdict = verdict_of(found, truth)
-        if found is None:
-            nan = math.nan
-            return Score(verdict, answer.reason, nan, nan, nan, runner_up_rate, chance, milliseconds)
-        rate = match_rate(self._addresses, found.transform(points))
-        distance, turn = found.distance_to(truth), abs(found.yaw_to(truth))
-        return Score(verdict, '', distance, turn, rate, runner_up_rate, chance, milliseconds)
-
-    def _chance_alignments(self, points: NDArray[np.float64], map_dots: NDArray[np.intp]) -> float:
-        """Return how many poses by chance match as well as the best fit to the true dots."""
-        true = map_dots >= 0
-        if true.sum() < 2:
-            return math.inf
-        view = points @ np.array([1.0, 1.0j])
-        on_map = self._floor[map_dots[true]] @ np.array([1.0, 1.0j])
-        centred = view[true] - view[true].mean()
-        scale_and_turn = np.vdot(centred, on_map) / np.vdot(centred, centred)
-        aligned = scale_and_turn * (view - view[true].mean()) + on_map.mean()
-        residuals, _ = self._tree.query(np.column_stack([aligned.real, aligned.imag]))
-        log_chance = log_chance_alignments(
-            residuals,
-            0.5 * NOISE * MOUNT.xyz[2] / CAMERA.fx,
-            float(pdist(points[true]).max()),
-            float(len(self._floor)),
-            len(self._floor) / math.prod(FLOOR_SIZE),
-            LocalizerSettings().scale_tolerance,
-        )
-        return math.exp(min(log_chance, 700.0))
-
-
-# It takes some seconds to build.
-_scorer = cache(Scorer)
+@cache
+def _matcher(name: str, seed: int) -> Matcher:
+    """Return this process's matcher, its database built and its kernels compiled."""
+    floor = paper_floor(seed)
+    locate = MATCHERS[name](floor)
+    for view in paper_views(floor, spread_places(2), 0.5, 0.5, seed):
+        locate(view.pixels)
+    return locate
 
 
 def score(task: Task) -> Score:
     """Score one view with this process's matcher."""
-    return _scorer(task.matcher, task.seed).score(task.view, with_runners_up=task.with_runners_up)
+    answer, milliseconds = cpu_time(_matcher(task.matcher, task.seed), task.view.pixels)
+    found, truth = answer.T_map_view, task.view.T_map_view
+    verdict = verdict_of(found, truth)
+    if found is None:
+        return Score(verdict, answer.reason, math.nan, math.nan, milliseconds)
+    return Score(verdict, '', found.distance_to(truth), abs(found.yaw_to(truth)), milliseconds)
 
 
 def tasks(matcher: str, table: str, places: int, seed: int) -> Iterator[Task]:
@@ -178,8 +99,8 @@ def tasks(matcher: str, table: str, places: int, seed: int) -> Iterator[Task]:
     floor = paper_floor(seed)
     for cell in TABLES[table]:
         chosen = spread_places(min(places, cell.places))
-        for k, view in enumerate(paper_views(floor, chosen, cell.missing, cell.spurious, seed)):
-            yield Task(matcher, seed, view, table == '4' and k % RUNNERS_UP_EVERY == 0)
+        for view in paper_views(floor, chosen, cell.missing, cell.spurious, seed):
+            yield Task(matcher, seed, view)
 
 
 def add_table(run: Run, table: str, by_cell: list[list[Score]]) -> None:
@@ -205,48 +126,18 @@ def add_table(run: Run, table: str, by_cell: list[list[Score]]) -> None:
         )
 
 
-def add_table_5(run: Run, by_cell: list[list[Score]]) -> None:
-    """Add the match rates of right poses and of the best wrong candidates."""
-    table = run.table(
-        'Table 5', 'missing %', 'spurious %', 'lowest right %', 'highest wrong %', 'the paper %'
-    )
-    for cell, scores, paper in zip(TABLES['4'], by_cell, TABLE_5_PAPER, strict=True):
-        lowest = min(
-            (100 * score.match_rate for score in scores if score.verdict == 'right'), default=math.nan
-        )
-        highest = 100 * float(np.nanmax([score.runner_up_rate for score in scores]))
-        table.add(
-            *(percent(cell.missing), percent(cell.spurious)),
-            *(count(lowest, '.1f', better='higher'), count(highest, '.1f'), paper),
-        )
-
-
-def add_chance(run: Run, scores: list[Score]) -> None:
-    """Add in how many views the true pose exceeds chance alignments, and the outcomes."""
-    table = run.table(
-        '81 % missing, 9.5 % spurious', 'chance alignments at the truth', 'right / none / wrong'
-    )
-    for name, is_clear in ((f'fewer than {CHANCE_MAX:g}', True), ('more', False)):
-        part = [score.verdict for score in scores if (score.chance_alignments < CHANCE_MAX) == is_clear]
-        table.add(name, outcomes(part))
-
-
 def main(run: Run, matcher: str, tables: tuple[str, ...], places: int) -> None:
     """Run the tables that are asked for."""
     for table in tables:
         scores = iter(in_processes(score, list(tasks(matcher, table, places, run.seed)), f'table {table}'))
         by_cell = [[next(scores) for _ in range(min(places, cell.places))] for cell in TABLES[table]]
         add_table(run, table, by_cell)
-        if table == '4':
-            add_table_5(run, by_cell)
-        if table == 'failed':
-            add_chance(run, by_cell[1])
 
 
 if __name__ == '__main__':
     run_benchmark(
         main,
         matcher=Option('constellation', 'constellation', 'or pole_star'),
-        tables=Option(tuple(TABLES), tuple(TABLES), '4 includes 5'),
+        tables=Option(tuple(TABLES), tuple(TABLES), 'of the paper'),
         places=Option(1209, 20, 'most views of a cell'),
     )

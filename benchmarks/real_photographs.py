@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import NamedTuple
 
 import cv2
@@ -29,7 +28,7 @@ from _photographed_sheets import (
     sheet_origin,
     sheet_views,
 )
-from _terrazzo import CAMERA, COLOURS, MOUNT, TERRAZZO, cut_view, dots_of_chips, segment_chips, terrazzo_map
+from _terrazzo import CAMERA, MOUNT, TERRAZZO, cut_view, terrazzo_map
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
@@ -39,8 +38,6 @@ from floor_localizer.core.localizer import FloorLocalizer
 
 AGREEMENT = 0.0005
 """Of a right pose with the truth, at the sheet's centre [m]."""
-DIAMETERS = (3.0, 6.0, 12.0, 25.0, 1000.0)
-"""Limits of the classes of size, diameter of the disc of equal area [px]."""
 
 
 class Trial(NamedTuple):
@@ -131,21 +128,8 @@ def add_sheets(run: Run, every: int) -> None:
 
 
 def add_terrazzo(run: Run, views: int) -> None:
-    """Add which chips are found, and what became of the views."""
+    """Add what became of the views."""
     picture = np.asarray(cv2.imread(str(run.data(*TERRAZZO))), dtype=np.uint8)
-    chips = segment_chips(picture)
-    single = dots_of_chips(chips, DotDetector().detect(picture).pixels) == 1
-    limits = list(pairwise(DIAMETERS))
-    table = run.table(
-        'Chips of terrazzo with exactly one dot', 'chips', *(f'{a:g} to {b:g} px' for a, b in limits)
-    )
-    for colour, name in enumerate(COLOURS):
-        cells = []
-        for low, high in limits:
-            matched = (chips.colours == colour) & (chips.diameters >= low) & (chips.diameters < high)
-            matched &= ~chips.at_border
-            cells.append(rate(int((single & matched).sum()), int(matched.sum())))
-        table.add(name, *cells)
     heads = 'error mm: median / 95 % / max', 'heading °: the same', 'match rate: rms'
     table = run.table('Views of terrazzo', 'polarity', 'right / none / wrong', *heads)
     for polarity in ('auto', 'dark', 'any'):

@@ -110,9 +110,6 @@ def main(run: Run, instants: int, png: str) -> None:
     for name, depth_of in progress(methods(bag, scene).items()):
         done = replay(bag, truth, scene, depth_of)
         result = score(done.occupancy, truth, seen, scene)
-        precision, recall = (
-            ', '.join(f'{100 * v:.1f}' for v in vs) for vs in (result.precision, result.recall)
-        )
         table.add(
             *(
                 name,

@@ -1,10 +1,8 @@
-"""Accuracy of a survey of a rendered drive against the ground truth, and of printed sheets in photographs.
+"""Accuracy of a survey of a rendered drive against the ground truth.
 
 A robot with odometry 2 % too long and a yaw drift of 1 degree per metre drives over a square floor in lanes that
 overlap by 20 %; the core of `build_map` makes the map, with its scale from one length measured 0.5 mm too long.
-An interrupted survey resumes. With SHIRUBE_DATA printed random-dot sheets are surveyed as well: every other view of a
-sheet, with its frame's pose plus 10 mm and 3 degrees of noise as odometry, makes a map of 30 dots; the views in between
-are located on that map and on the true one.
+An interrupted survey resumes.
 """
 
 from __future__ import annotations
@@ -13,37 +11,21 @@ import math
 import os
 import resource
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from _figures import count, error, measured, rate, rms
-from _harness import MissingError, Option, Run, run_benchmark
-from _photographed_sheets import (
-    DOT_DIAMETER,
-    PHOTOGRAPH,
-    SHEETS,
-    VIEW_CAMERA,
-    VIEW_MOUNT,
-    load_sheets,
-    random_view_pose,
-    sheet_views,
-)
+from _figures import count, error, measured, rate
+from _harness import Option, Run, run_benchmark
 from _surveyed_floor import CAMERA, MOUNT, RenderedSurvey
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_extraction import DotDetector
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.dot_estimation import project_rays_to_map
-from floor_localizer.core.survey.floor_survey import survey_floor
 from floor_localizer.core.survey.known_length import KnownLength, scale_survey
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
-from floor_localizer.core.survey.submap import Submap, build_submap
-from floor_localizer.core.survey.survey_image import SurveyImage, survey_image, view_outline
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey
@@ -55,19 +37,6 @@ SETTINGS = SurveySettings(image_step=0.45)
 SAME_PLACE = 0.0015
 EDGE = 0.15
 STEP = SE2(0.05, 0.0, 0.0)
-POSITION_NOISE, HEADING_NOISE = 0.01, math.radians(3.0)
-SHEET_SETTINGS = SurveySettings(
-    odometry_position_tolerance=0.045,
-    odometry_yaw_tolerance=0.25,
-    scale_sigma=0.01,
-    tilt_sigma=0.01,
-    dot_sigma=0.0002,
-)
-LEAST_VIEWS = 8
-RIGHT = 0.001
-"""A pose this near to that of the frame is right: the frames are cut by hand [m]."""
-
-View = tuple[NDArray[np.uint8], SE2]
 
 
 def survey_rendered(run: Run, size: float, places: int, workers: int) -> None:
@@ -195,78 +164,9 @@ def locate_on(
     return np.array(errors).reshape(-1, 2), np.array(steps)
 
 
-def survey_sheets(run: Run, every: int) -> None:
-    """Survey each sheet that is seen often enough."""
-    folder, rng = run.data(SHEETS), np.random.default_rng(5)
-    views: dict[int, list[View]] = {}
-    for view in sheet_views(folder, every):
-        if view.number != PHOTOGRAPH:
-            pose = random_view_pose(rng)
-            views.setdefault(view.sheet, []).append((view.from_above(pose), pose))
-    heads = 'sheet', 'views surveyed', 'dots of 30', 'extra', 'distance mm: rms'
-    table = run.table('Printed sheets', *heads, 'held out: right on the surveyed map', 'on the true map')
-    sheets = load_sheets(folder)
-    for sheet, seen in sorted(views.items()):
-        if len(seen) < LEAST_VIEWS:
-            continue
-        dots, kept_out = sheets[sheet], seen[1::2]
-        images, outline = noisy_images(seen[::2]), view_outline(VIEW_CAMERA, VIEW_MOUNT)
-        mount, store = np.array(VIEW_MOUNT.xyz), MemoryArrayStore()
-        result = survey_floor(images, build_submaps_of(images), outline, mount, SHEET_SETTINGS, store)
-        # Hands and cut edges stand in a few views.
-        often = result.counts >= max(2, len(result.images) // 4)
-        true_map = DotMap(dots, np.full(len(dots), DOT_DIAMETER))
-        surveyed = DotMap(result.dot_map.points[often], result.dot_map.diameters[often])
-        found = compare(true_map, surveyed)
-        table.add(
-            *(str(sheet), rate(len(result.images), len(images)), count(len(found.pairs), better='higher')),
-            *(
-                count(len(surveyed) - len(found.pairs), better='lower'),
-                rms(found.residuals, scale=math.sqrt(2) * 1e3),
-            ),
-            rate(right_poses(surveyed, kept_out, found.T_first_second), len(kept_out)),
-            rate(right_poses(true_map, kept_out, SE2(0.0, 0.0, 0.0)), len(kept_out)),
-        )
-
-
-def noisy_images(views: list[View]) -> list[SurveyImage]:
-    """Return the dots of views with their poses as bad odometry."""
-    rng, detector, images = np.random.default_rng(9), DotDetector(), []
-    for number, (view, pose) in enumerate(views):
-        x, y = rng.normal(0.0, POSITION_NOISE, 2)
-        odometry = replace(pose, x=pose.x + x, y=pose.y + y, yaw=pose.yaw + rng.normal(0.0, HEADING_NOISE))
-        dots = detector.detect(view)
-        images.append(survey_image(f'view {number}', odometry, dots, VIEW_CAMERA, VIEW_MOUNT))
-    return images
-
-
-def build_submaps_of(images: list[SurveyImage]) -> list[Submap]:
-    """Put views together as far as they follow each other."""
-    submaps, first = list[Submap](), 0
-    while first < len(images):
-        mount, last = np.array(VIEW_MOUNT.xyz), len(images) - 1
-        submaps.append(build_submap(images, first, last, mount, SHEET_SETTINGS, is_continuation=False))
-        first = int(submaps[-1].images[-1]) + 1
-    return submaps
-
-
-def right_poses(dot_map: DotMap, views: list[View], T_sheet_map: SE2) -> int:
-    """Return in how many views the right pose is found on a map."""
-    localizer = FloorLocalizer(index_map(dot_map), VIEW_MOUNT)
-    fixes = [(localizer.locate(view, VIEW_CAMERA), pose) for view, pose in views]
-    return sum(
-        isinstance(fix, Fix) and (T_sheet_map @ fix.T_map_base).distance_to(pose) < RIGHT
-        for fix, pose in fixes
-    )
-
-
-def main(run: Run, size: float, places: int, workers: int, every: int) -> None:
-    """Survey the rendered floor, and the sheets where there are photographs."""
+def main(run: Run, size: float, places: int, workers: int) -> None:
+    """Survey the rendered floor and locate images on its maps."""
     survey_rendered(run, size, places, workers)
-    try:
-        survey_sheets(run, every)
-    except MissingError as missing:
-        run.note(f'Printed sheets: {missing}')
 
 
 if __name__ == '__main__':
@@ -275,5 +175,4 @@ if __name__ == '__main__':
         size=Option(5.0, 0.8, 'side of the floor [m]'),
         places=Option(100, 15, 'located positions'),
         workers=Option(1, os.cpu_count() or 1, 'processes'),
-        every=Option(7, 21, 'take each so-many-th frame of the movie'),
     )
