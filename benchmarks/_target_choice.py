@@ -12,6 +12,7 @@ import numpy as np
 from _real_pairs import Moment
 from numpy.typing import NDArray
 
+from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
@@ -42,10 +43,11 @@ class TargetChooser:
     Args:
         moment: the pair.
         rig: the cameras.
+        threshold: of edges [grey levels / px].
     """
 
-    def __init__(self, moment: Moment, rig: StereoRig) -> None:
-        processing = ImageProcessing()
+    def __init__(self, moment: Moment, rig: StereoRig, threshold: float = EdgeSettings().threshold) -> None:
+        processing = ImageProcessing(edges=EdgeSettings(threshold=threshold))
         left, right = (detect_scene(image, processing) for image in (moment.left, moment.right))
         self._moment = moment
         self._view = StereoView(left, right, rig, moment.tilt)

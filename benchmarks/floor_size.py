@@ -22,6 +22,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from _figures import count, measured, outcomes, ratio, time
@@ -36,68 +37,33 @@ from floor_localizer.files.dot_map_file import load_indexed_map
 
 CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
 DENSITY = 5384.0
-# Dots lie on a lattice, no two on the same place [m].
-_STEP = 2e-5
-_STRIP_DOTS = 500_000
-_STRIPS_PER_ROW = 10
+STEP = 2e-5
 _BLOCK = 1 << 24
 
 
-class Hall:
-    """A square hall of evenly random dots, strip by strip: never are all of them held."""
+class Hall(NamedTuple):
+    """A square hall of evenly random dots, shape (n, 2) [m], and its side [m]."""
 
-    def __init__(self, dots: int, seed: int) -> None:
-        self._seed = seed
-        self._strips = max(round(dots / _STRIP_DOTS), 1)
-        self._per_strip = dots // self._strips
-        self.dots = self._per_strip * self._strips
-        self.side = math.sqrt(dots / DENSITY)
-        self._columns = int(self.side / _STEP)
-        self._rows = int(self.side / self._strips / _STEP)
-        self._kept: dict[int, NDArray[np.int64]] = {}
-
-    def strip(self, number: int) -> NDArray[np.int64]:
-        """Return the dots of one strip on the lattice, shape (n, 2), in random order."""
-        rng = np.random.default_rng([self._seed, self._strips, number])
-        places = np.empty(0, dtype=np.int64)
-        while len(places) < self._per_strip:
-            more = rng.integers(0, self._columns * self._rows, self._per_strip - len(places))
-            places = np.unique(np.concatenate([places, more]))
-        row, column = np.divmod(rng.permutation(places), self._columns)
-        return np.column_stack([column, row + number * self._rows])
-
-    def around(self, place: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
-        """Return the dots in a square of half this width around a place, shape (n, 2) [m]."""
-        height = self._rows * _STEP
-        first = max(int((place[1] - reach) / height), 0)
-        last = min(int((place[1] + reach) / height), self._strips - 1)
-        for number in range(first, last + 1):
-            if number not in self._kept:
-                self._kept = {k: strip for k, strip in self._kept.items() if k >= first}
-                self._kept[number] = self.strip(number)
-        dots = np.vstack([self._kept[number] for number in range(first, last + 1)]) * _STEP
-        return np.asarray(dots[(np.abs(dots - place) < reach).all(axis=1)])
-
-    def places(self, number: int, margin: float) -> NDArray[np.float64]:
-        """Return places all over the hall but near its walls, ten side by side, shape (number, 2) [m]."""
-        rng = np.random.default_rng([self._seed, number])
-        low, high = margin, self.side - margin
-        rows = np.linspace(low, high, -(-number // _STRIPS_PER_ROW)).repeat(_STRIPS_PER_ROW)[:number]
-        return np.column_stack([rng.uniform(low, high, number), rows])
-
-    def write(self, path: Path) -> None:
-        """Write it as CSV."""
-        with path.open('w') as file:
-            file.write(f'{HEADER}\n')
-            for number in range(self._strips):
-                np.savetxt(file, self.strip(number) * _STEP, '%.5f,%.5f,')
+    dots: NDArray[np.float64]
+    side: float
 
     def views(self, number: int, missing: float, spurious: float) -> list[PaperView]:
         """Return views all over it."""
         views: list[PaperView] = []
-        for k, place in enumerate(self.places(number, VIEW_SIZE)):
-            views += paper_views(self.around(place, VIEW_SIZE), place[None, :], missing, spurious, k)
+        places = np.random.default_rng(number).uniform(VIEW_SIZE, self.side - VIEW_SIZE, (number, 2))
+        for k, place in enumerate(places):
+            near = self.dots[(np.abs(self.dots - place) < VIEW_SIZE).all(axis=1)]
+            views += paper_views(near, place[None, :], missing, spurious, k)
         return views
+
+
+def hall_of(dots: int) -> Hall:
+    """Return a hall of about so many dots; they lie on a lattice, no two on the same place."""
+    side = math.sqrt(dots / DENSITY)
+    columns = int(side / STEP)
+    places = np.unique(np.random.default_rng([1, dots]).integers(0, columns**2, dots))
+    np.random.default_rng(2).shuffle(places)
+    return Hall(np.column_stack(np.divmod(places, columns)) * STEP, side)
 
 
 @dataclass(frozen=True)
@@ -126,7 +92,7 @@ def build(hall: Hall, path: Path, workers: int) -> float:
     source = path.with_suffix('.csv')
     if not source.exists():
         written = source.with_suffix('.written')
-        hall.write(written)
+        np.savetxt(written, hall.dots, '%.5f,%.5f,', header=HEADER, comments='')
         written.replace(source)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, '-m', 'floor_localizer.commands.index_map', str(source), '--out', str(path)]
@@ -139,7 +105,7 @@ def build(hall: Hall, path: Path, workers: int) -> float:
 def measure(dots: int, path: Path, number: int, cold_number: int) -> Measured:
     """Ask for the poses of views of a hall; to be called in a process of its own."""
     use_one_core()
-    views = [Hall(dots, 1).views(number, *condition) for condition in CONDITIONS]
+    views = [hall_of(dots).views(number, *condition) for condition in CONDITIONS]
     _cold_answer(path, views[0][0])  # compiles
     cold, reads = [], []
     for view in views[0][:: max(number // cold_number, 1)]:
@@ -202,15 +168,15 @@ def main(run: Run, dots: tuple[int, ...], views: int, cold_views: int, workers: 
         place = Path(folder or temporary)
         place.mkdir(parents=True, exist_ok=True)
         for wanted in dots:
-            path, hall = place / f'{wanted}.dotmap', Hall(wanted, 1)
+            path, hall = place / f'{wanted}.dotmap', hall_of(wanted)
             seconds = build(hall, path, workers)
             with ProcessPoolExecutor(1, mp_context=get_context('spawn')) as one:
                 found = one.submit(measure, wanted, path, views, cold_views).result()
             size = path.stat().st_size
-            halls[hall.dots] = found
+            halls[len(hall.dots)] = found
             table.add(
-                *(f'{hall.dots:,}', f'{hall.side**2:.0f}', f'{size / 1e9:.2f}'),
-                *(count(size / hall.dots, '.0f', better='lower'), measured(seconds, '.0f')),
+                *(f'{len(hall.dots):,}', f'{hall.side**2:.0f}', f'{size / 1e9:.2f}'),
+                *(count(size / len(hall.dots), '.0f', better='lower'), measured(seconds, '.0f')),
                 *(measured(found.open_milliseconds, '.1f'), measured(found.private_bytes / 1e6, '.0f')),
             )
     add_fixes(run, halls)

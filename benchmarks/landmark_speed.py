@@ -18,7 +18,8 @@ import numpy as np
 from _figures import ratio, time
 from _harness import MissingError, Option, Run, progress, run_benchmark, side_by_side, use_one_core
 from _landmark_corridor import LANDMARKS, TAUGHT, Pair, teach_corridor
-from _real_pairs import Moment, load_real_pairs
+from _real_pairs import load_real_pairs
+from _target_choice import TargetChooser
 
 import stereo_landmark.core.procedure.detected_scene as scene_module
 import stereo_landmark.core.procedure.stereo_view as view_module
@@ -27,26 +28,18 @@ from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.stereo_rig import StereoRig as Cameras
 from scene_simulator.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.edges.settings import EdgeSettings
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind, primitive_size
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.detected_scene import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
-from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 DISPLACEMENT = SE2(0.2, -0.25, 0.1)
 TILES = (0.0, 0.25, 0.08)
 """Of the corridors' floors [m]."""
 THRESHOLD = 3.31
 """With which each photograph has nearly 1000 segments [grey levels / px]."""
-PARTS, SIZE_MIN, APART = 12, 14.0, 30.0
-"""Of the quadrilaterals that are taught in photographs: number, size and distance [px]."""
 STAGES: dict[str, tuple[object, str]] = {
     'edges': (scene_module, 'extract_edges'),
     'segments': (scene_module, 'trace_segments'),
@@ -79,7 +72,7 @@ def cases(run: Run, tiles: tuple[float, ...]) -> Iterator[Case]:
     try:
         pairs = load_real_pairs(run.data('stereo_euroc'))
         now = pairs.moments['repeat']
-        place = teach_photographs(pairs.rig, pairs.moments['teach'])
+        place = TargetChooser(pairs.moments['teach'], pairs.rig, THRESHOLD).place(0)
         yield Case('EuRoC V1_01', place, (now.left, now.right), now.tilt)
     except MissingError as missing:
         run.note(f'Photographs: {missing}')
@@ -88,26 +81,6 @@ def cases(run: Run, tiles: tuple[float, ...]) -> Iterator[Case]:
         seen = corridor(CorridorDesign(seed=1, tile=tile, needles=1))
         images = render_pair(seen, taught.cameras, TAUGHT @ DISPLACEMENT, np.random.default_rng(1))
         yield Case(f'corridor, tiles of {tile:g} m' if tile else 'corridor', taught.place, images)
-
-
-def teach_photographs(rig: StereoRig, pair: Moment) -> TaughtPlace:
-    """Teach quadrilaterals, chosen at random, that lie apart and can be measured, as one target."""
-    processing = ImageProcessing(edges=EdgeSettings(threshold=THRESHOLD))
-    left, right = (detect_scene(image, processing) for image in (pair.left, pair.right))
-    view = StereoView(left, right, rig, pair.tilt)
-    teacher = Teacher(view, processing)
-    parts: dict[str, Primitive] = {}
-    found = view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives
-    for number in np.random.default_rng(0).permutation(len(found)).tolist():
-        apart = [np.hypot(*(found[number].centre - other.centre)) for other in parts.values()]
-        is_apart = primitive_size(found[number]) >= SIZE_MIN and min(apart, default=np.inf) >= APART
-        if len(parts) < PARTS and is_apart:
-            try:
-                teacher.measure(found[number])
-            except StereoLandmarkError:
-                continue
-            parts[f'part {number}'] = found[number]
-    return teacher.teach('room', [TargetSelection('target', parts)])
 
 
 @contextmanager

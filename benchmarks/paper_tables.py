@@ -57,7 +57,7 @@ TABLES = {
 
 
 class Score(NamedTuple):
-    """One answer: verdict, why there is no pose, errors of position [m] and heading [rad], NaN without one, and time."""
+    """One answer: verdict, why there is no pose, errors of position [m] and heading [rad], and time."""
 
     verdict: str
     reason: str
