@@ -113,11 +113,11 @@ def filter_cpu_fraction(seconds: float) -> float:
     return 1e-3 * cpu_time(fuse)[1] / seconds
 
 
-def main(run: Run, bags: tuple[str, ...], drives: int, seconds: float) -> None:
+def main(run: Run, bags: tuple[str, ...], drives: int, scenarios: int, seconds: float) -> None:
     """Measure accuracy, faults and load."""
     add_bags(run, recorded_drives(() if bags == ('all',) else bags))
     table = run.table('Faulty sources: drives with wrong poses', 'sources', *FAULTS)
-    for scenario in progress(SCENARIOS, 'faults'):
+    for scenario in progress(SCENARIOS[-scenarios:], 'faults'):
         cells = []
         for fault in FAULTS:
             wrong = [wrong_poses(scenario, fault, seed)[0] for seed in range(drives)]
@@ -130,7 +130,8 @@ def main(run: Run, bags: tuple[str, ...], drives: int, seconds: float) -> None:
 if __name__ == '__main__':
     run_benchmark(
         main,
-        bags=Option(('all',), ('room_drive', 'corridor_teach'), 'names'),
+        bags=Option(('all',), ('room_drive', 'mission'), 'names'),
         drives=Option(20, 1, 'for each fault'),
+        scenarios=Option(len(SCENARIOS), 1, 'of the sources, from the last'),
         seconds=Option(20.0, 4.0, 'of the load'),
     )
