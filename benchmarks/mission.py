@@ -46,11 +46,11 @@ def reason(summary: Summary) -> str:
     return f'{summary["ended"]}{"; not good: goal " + ", ".join(bad) if bad else ""}{touched}'
 
 
-def main(run: Run, seeds: int, resume: bool) -> None:
+def main(run: Run, seeds: int, first: int, resume: bool) -> None:
     """Run the missions."""
     if seeds == 0:
         raise MissingError('a mission takes minutes; not in a quick run')
-    chosen = range(run.seed, run.seed + seeds)
+    chosen = range(first, first + seeds)
     summaries = list[Summary]()
     for seed in progress(chosen, 'missions'):
         if not resume:
