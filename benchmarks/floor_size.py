@@ -1,18 +1,16 @@
-"""Halls of up to 10^8 dots: what their index costs, and the time to a fix without a prior, warm and cold.
+"""Halls of up to 10^8 dots: what their index costs, and the time to a fix without a prior.
 
     shirube bench floor_size
     shirube bench floor_size --dots 100000000 --folder /data/hall --workers 2
 
-Each hall is written as CSV, indexed by ``index_map`` and asked in a process of its own. Times to build and to a fix are
-processor time, in units of the first hall's as well; opening and cold fixes are by the clock: for these the file is
-put out of the page cache before each view. 10^8 dots take 25 GB of disk while they are indexed, and an hour; a build
-that was stopped goes on, and a map that is there is used again.
+Each hall is written as CSV, indexed by ``index_map`` and asked in a process of its own, with the file in the page
+cache. Times to build and to a fix are processor time, in units of the first hall's as well; opening is by the clock.
+10^8 dots take 25 GB of disk while they are indexed, and an hour; a map that is there is used again.
 """
 
 from __future__ import annotations
 
 import math
-import os
 import resource
 import subprocess
 import sys
@@ -29,7 +27,7 @@ from _figures import count, measured, outcomes, ratio, time
 from _harness import Option, Run, run_benchmark, use_one_core
 from _paper_matchers import constellation_of
 from _paper_views import VIEW_SIZE, PaperView, paper_views
-from _pose_scores import TimedAnswer, time_answer, verdict_of
+from _pose_scores import TimedAnswer, time_answer
 from numpy.typing import NDArray
 
 from floor_localizer.files.csv_format import HEADER
@@ -74,15 +72,11 @@ class Measured:
         open_milliseconds: time to open the map.
         private_bytes: memory of the process that answered, without what it maps of files.
         warm: answers with the file in the page cache, for each condition.
-        cold: answers without, under the first condition.
-        cold_reads: pages read from the disk for each of these.
     """
 
     open_milliseconds: float
     private_bytes: int
     warm: list[list[TimedAnswer]]
-    cold: list[TimedAnswer]
-    cold_reads: list[int]
 
 
 def build(hall: Hall, path: Path, workers: int) -> float:
@@ -102,19 +96,10 @@ def build(hall: Hall, path: Path, workers: int) -> float:
     return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
-def measure(dots: int, path: Path, number: int, cold_number: int) -> Measured:
+def measure(dots: int, path: Path, number: int) -> Measured:
     """Ask for the poses of views of a hall; to be called in a process of its own."""
     use_one_core()
     views = [hall_of(dots).views(number, *condition) for condition in CONDITIONS]
-    _cold_answer(path, views[0][0])  # compiles
-    cold, reads = [], []
-    for view in views[0][:: max(number // cold_number, 1)]:
-        with path.open('rb') as file:  # nobody maps it now
-            os.fsync(file.fileno())
-            os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
-        before = resource.getrusage(resource.RUSAGE_SELF).ru_majflt
-        cold.append(_cold_answer(path, view))
-        reads.append(resource.getrusage(resource.RUSAGE_SELF).ru_majflt - before)
     with path.open('rb') as file:
         while file.read(_BLOCK):
             pass
@@ -128,14 +113,7 @@ def measure(dots: int, path: Path, number: int, cold_number: int) -> Measured:
     ]
     lines = Path('/proc/self/status').read_text().splitlines()
     private = 1024 * int(next(line for line in lines if line.startswith('RssAnon')).split()[1])
-    return Measured(open_milliseconds, private, warm, cold, reads)
-
-
-def _cold_answer(path: Path, view: PaperView) -> TimedAnswer:
-    """Open a map and answer one view, timed by the clock."""
-    begin = clock.perf_counter()
-    found = constellation_of(load_indexed_map(path))(view.pixels).T_map_view
-    return TimedAnswer(verdict_of(found, view.T_map_view), 1e3 * (clock.perf_counter() - begin))
+    return Measured(open_milliseconds, private, warm)
 
 
 def add_fixes(run: Run, halls: dict[int, Measured]) -> None:
@@ -149,18 +127,9 @@ def add_fixes(run: Run, halls: dict[int, Measured]) -> None:
         for dots, hall in halls.items():
             times = [answer.milliseconds for answer in hall.warm[k]]
             table.add(f'{dots:,}', time(times), ratio(times, base), outcomes(a.verdict for a in hall.warm[k]))
-    table = run.table(
-        'Cold, by the clock', 'dots', 'time ms: median / 95 % / max', 'pages read', 'right / none / wrong'
-    )
-    for dots, hall in halls.items():
-        times = [answer.milliseconds for answer in hall.cold]
-        pages = measured(float(np.median(hall.cold_reads)), '.0f')
-        table.add(
-            f'{dots:,}', time(times, '.0f', (50, 95, 100)), pages, outcomes(a.verdict for a in hall.cold)
-        )
 
 
-def main(run: Run, dots: tuple[int, ...], views: int, cold_views: int, workers: int, folder: str) -> None:
+def main(run: Run, dots: tuple[int, ...], views: int, workers: int, folder: str) -> None:
     """Build the halls and ask them."""
     heads = 'hall m²', 'file GB', 'bytes a dot', 'built in s (CPU)', 'opened in ms', 'private memory MB'
     table, halls = run.table('Maps', 'dots', *heads), {}
@@ -171,7 +140,7 @@ def main(run: Run, dots: tuple[int, ...], views: int, cold_views: int, workers: 
             path, hall = place / f'{wanted}.dotmap', hall_of(wanted)
             seconds = build(hall, path, workers)
             with ProcessPoolExecutor(1, mp_context=get_context('spawn')) as one:
-                found = one.submit(measure, wanted, path, views, cold_views).result()
+                found = one.submit(measure, wanted, path, views).result()
             size = path.stat().st_size
             halls[len(hall.dots)] = found
             table.add(
@@ -187,7 +156,6 @@ if __name__ == '__main__':
         main,
         dots=Option((91582, 1_000_000, 10_000_000), (91582,), 'of the halls'),
         views=Option(200, 40, 'of each condition'),
-        cold_views=Option(40, 4, 'of them with the file out of the page cache'),
         workers=Option(2, 2, 'processes that build'),
         folder=Option('', '', 'keeps maps and unfinished builds there'),
     )

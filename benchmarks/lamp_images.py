@@ -1,7 +1,7 @@
-"""Poses from rendered images of lamps and of printed markers (ArUco, AprilTag) in their places, with bounds.
+"""Poses from rendered images of lamps and of printed markers (ArUco, AprilTag) in their places.
 
-Four kinds of light and a camera that moves: what is found, how far centres and poses are off, and how near the lamps'
-errors are to the Cramér-Rao bound. Methods other than least squares are compared by `lamp_pose`.
+Four kinds of light and a camera that moves: what is found, and how far centres and poses are off. Methods other than
+least squares, and the Cramér-Rao bound, are the matter of `lamp_pose`.
 """
 
 from __future__ import annotations
@@ -9,14 +9,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from _figures import error, mean, rate, rms
+from _figures import error, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _lamp_finders import LAMPS, Found, finders, locate_by_centres
-from _lamp_pictures import LIGHTS, centre_sigma_bound
-from _lamp_room import IDS, View, cramer_rao_bound, random_views
-from numpy.typing import NDArray
-
-Seen = list[tuple[View, Found]]
+from _lamp_finders import Found, finders, locate_by_centres
+from _lamp_pictures import LIGHTS
+from _lamp_room import View, random_views
 
 
 def main(run: Run, images: int) -> None:
@@ -25,10 +22,8 @@ def main(run: Run, images: int) -> None:
     views = [v for v in random_views(30 * images, np.random.default_rng(run.seed)) if v.visible.sum() >= 2][
         :images
     ]
-    heads: tuple[str, ...] = 'found', 'false', 'centre px: rms', 'poses', 'cm: median / 95 % / max'
+    heads = 'found', 'false', 'centre px: rms', 'poses', 'cm: median / 95 % / max'
     table = run.table('Lamps and markers', 'light', 'what', *heads)
-    heads = 'centre px: stated', 'least', 'rms / bound of the stated', 'rms / bound of the measured'
-    bounds = run.table('Comparison with the bound', 'light', *heads)
     for light in progress(LIGHTS):
         for name, finder in finders(run).items():
             rng = np.random.default_rng(run.seed)
@@ -45,14 +40,6 @@ def main(run: Run, images: int) -> None:
                     error(errors, '.3f', 100.0),
                 ),
             )
-            if name == LAMPS:
-                stated = np.concatenate([found.sigmas for _, found in seen])
-                posed = [each for each, off in zip(seen, errors, strict=True) if np.isfinite(off)]
-                measured = np.sqrt(np.mean(offsets**2, axis=0))
-                bounds.add(
-                    *(light.name, mean(stated, '.4f'), f'{centre_sigma_bound(light):.4f}'),
-                    *(rms(errors / rms_bound(posed, noise), better='') for noise in (None, measured)),
-                )
 
 
 def position_error(view: View, found: Found) -> float:
@@ -61,22 +48,5 @@ def position_error(view: View, found: Found) -> float:
     return math.nan if place is None else math.hypot(place[0] - view.pose.x, place[1] - view.pose.y)
 
 
-def rms_bound(seen: Seen, noise: NDArray[np.float64] | None) -> float:
-    """Return the bound of the position [m], root mean square over views.
-
-    Args:
-        seen: lamps with poses.
-        noise: shape (2,), of all centres along u and v, None for what the detector states [px].
-    """
-    squares = []
-    for view, found in seen:
-        sigmas = np.ones((4, 2)) if noise is None else np.broadcast_to(noise, (4, 2))
-        if noise is None:
-            sigmas[found.ids - 1] = found.sigmas[:, None]
-        only_found = View(view.pose, view.pixels, np.isin(IDS, found.ids))
-        squares.append(cramer_rao_bound(only_found, sigmas, height_known=False))
-    return math.sqrt(np.mean(squares))
-
-
 if __name__ == '__main__':
-    run_benchmark(main, images=Option(100, 8, 'of each light and each kind'))
+    run_benchmark(main, images=Option(100, 4, 'of each light and each kind'))

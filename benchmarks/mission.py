@@ -94,5 +94,8 @@ def add_row(table: Any, name: str, summaries: list[Summary]) -> None:
 
 if __name__ == '__main__':
     run_benchmark(
-        main, seeds=Option(20, 0, 'how many'), resume=Option(False, False, 'keep the figures in the folder')
+        main,
+        seeds=Option(20, 0, 'how many'),
+        first=Option(0, 0, 'the first one'),
+        resume=Option(False, False, 'keep the figures in the folder'),
     )
