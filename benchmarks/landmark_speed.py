@@ -1,4 +1,4 @@
-"""How long a place is looked for in a pair of 1000 segments each, stage by stage, beside ORB and SIFT.
+"""How long a place is looked for in a pair of 1000 segments each, beside ORB and SIFT.
 
 Scenes: EuRoC V1_01 (SHIRUBE_DATA, ``stereo_euroc/``), taught on one pair and looked for in the other, and rendered
 corridors. In turn with the whole localizer, ORB and SIFT are detected in both images and matched. Process time of one
@@ -7,31 +7,24 @@ process on one core.
 
 from __future__ import annotations
 
-import time as clock
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from _figures import ratio, time
-from _harness import MissingError, Option, Run, progress, run_benchmark, side_by_side, use_one_core
+from _harness import MissingError, Option, Run, run_benchmark, side_by_side, use_one_core
 from _landmark_corridor import LANDMARKS, TAUGHT, Pair, teach_corridor
 from _real_pairs import load_real_pairs
 from _target_choice import TargetChooser
 
-import stereo_landmark.core.procedure.detected_scene as scene_module
-import stereo_landmark.core.procedure.stereo_view as view_module
-import stereo_landmark.core.procedure.target_search as search_module
 from scene_simulator.corridor_generator import CorridorDesign, corridor
 from scene_simulator.stereo_rig import StereoRig as Cameras
 from scene_simulator.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.patches.taught_patches import TaughtPatches
-from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.procedure.detected_scene import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
@@ -40,22 +33,6 @@ TILES = (0.0, 0.25, 0.08)
 """Of the corridors' floors [m]."""
 THRESHOLD = 3.31
 """With which each photograph has nearly 1000 segments [grey levels / px]."""
-STAGES: dict[str, tuple[object, str]] = {
-    'edges': (scene_module, 'extract_edges'),
-    'segments': (scene_module, 'trace_segments'),
-    'sides': (scene_module, 'fit_line_segments'),
-    'ellipses': (scene_module, 'detect_ellipses'),
-    'quadrilaterals': (scene_module, 'detect_quadrilaterals'),
-    'corners': (scene_module, 'detect_corners'),
-    'left with right': (view_module, 'match_pairs'),
-    'candidates': (search_module, 'find_stereo_candidates'),
-    'paths of the tree': (search_module, 'generate_hypotheses'),
-    'coarse poses': (search_module, 'fit_coarse_pose'),
-    'evidence': (search_module, 'PoseScorer'),
-    'measured in grey': (search_module, 'refine_pair'),
-    'patches': (TaughtPatches, 'measure'),
-    'displacement': (PlaceLocator, 'locate'),
-}
 
 
 class Case(NamedTuple):
@@ -83,38 +60,6 @@ def cases(run: Run, tiles: tuple[float, ...]) -> Iterator[Case]:
         yield Case(f'corridor, tiles of {tile:g} m' if tile else 'corridor', taught.place, images)
 
 
-@contextmanager
-def time_stages(stages: Mapping[str, tuple[object, str]]) -> Iterator[dict[str, float]]:
-    """Count the processor time of functions by the name of their stage [ms].
-
-    Args:
-        stages: where each function is looked up by its caller: a module or class, and the name there. What a clocked
-            function calls that is clocked, too, counts for the inner one only.
-    """
-    spent, inner = dict.fromkeys(stages, 0.0), [0.0]
-
-    def time_call(stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        def run(*args: Any, **options: Any) -> Any:
-            inner.append(0.0)
-            begin = clock.process_time()
-            answer = function(*args, **options)
-            whole = 1e3 * (clock.process_time() - begin)
-            spent[stage] += whole - inner.pop()
-            inner[-1] += whole
-            return answer
-
-        return run
-
-    originals = {stage: getattr(owner, name) for stage, (owner, name) in stages.items()}
-    for stage, (owner, name) in stages.items():
-        setattr(owner, name, time_call(stage, originals[stage]))
-    try:
-        yield spent
-    finally:
-        for stage, (owner, name) in stages.items():
-            setattr(owner, name, originals[stage])
-
-
 def match_features(detector: cv2.Feature2D, norm: int, images: Pair) -> None:
     """Detect features in both images and match them."""
     left, right = (detector.detectAndCompute(image, None)[1] for image in images)
@@ -134,14 +79,8 @@ def add_case(run: Run, case: Case, repeats: int) -> None:
         },
         repeats,
     )
-    stages: dict[str, list[float]] = {name: [] for name in STAGES}
-    for _ in progress(range(repeats), case.name):
-        with time_stages(STAGES) as spent:
-            answer = locate()
-        for name in STAGES:
-            stages[name].append(spent[name])
-    table = run.table(case.name, 'stage', 'ms: median / 95 %', 'in units of ORB')
-    for name, milliseconds in (stages | times).items():
+    table = run.table(case.name, 'what', 'ms: median / 95 %', 'in units of ORB')
+    for name, milliseconds in times.items():
         units = (
             '1' if name == orb else ratio(milliseconds, times[orb], better='' if name == sift else 'lower')
         )
@@ -149,6 +88,7 @@ def add_case(run: Run, case: Case, repeats: int) -> None:
     scenes = [detect_scene(image, case.place.processing, case.place.kinds) for image in case.images]
     seen = ' and '.join(str(len(scene.segments)) for scene in scenes)
     taught = sum(len(target.primitives) for target in case.place.targets)
+    answer = locate()
     result = 'found' if isinstance(answer, LandmarkFix) else f'not found ({answer.reason})'
     run.note(f'{case.name}: {seen} segments, {taught} primitives taught, {result}.')
 
