@@ -9,6 +9,7 @@ import re
 import subprocess
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -109,10 +110,10 @@ def figures_of(found: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], Figure]
     for table in found['tables']:
         seen: set[tuple[str, ...]] = set()
         for row in table['rows']:
-            name = [cell for cell in row if isinstance(cell, str) and cell]
+            names = tuple(takewhile(lambda cell: isinstance(cell, str), row))
             for head, cell in zip(table['heads'], row, strict=True):
                 if isinstance(cell, dict):
-                    key = (table['name'], *name, head)
+                    key = (table['name'], *names, head)
                     while key in seen:
                         key = (*key, 'again')
                     seen.add(key)

@@ -43,7 +43,7 @@ class TargetChooser:
     Args:
         moment: the pair.
         rig: the cameras.
-        threshold: of edges [grey levels / px].
+        threshold: edge threshold [grey levels / px].
     """
 
     def __init__(self, moment: Moment, rig: StereoRig, threshold: float = EdgeSettings().threshold) -> None:

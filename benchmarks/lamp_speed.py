@@ -7,10 +7,12 @@ lamps' places. Process time of one process on one core, without the first images
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from _figures import count, error, measured, rate, ratio, time
 from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
-from _lamp_films import BEACONS, FILMS, receive_frames, receiver_for, simulate_drive
+from _lamp_films import BEACONS, FILMS, Film, receive_frames, receiver_for, simulate_drive
 from _lamp_markers import Markers, is_available
 from _lamp_pictures import LIGHTS
 from _lamp_room import view_from
@@ -22,6 +24,41 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix
 
 WARM_UP = 10
 """Images that are not counted."""
+
+
+@dataclass
+class FilmRun:
+    """Times of each image [ms], without the first ones, and what the receiver made of a film."""
+
+    times: dict[str, list[float]]
+    errors: list[float]
+    images: int = 0
+    named: int = 0
+    commands: int = 0
+
+
+def run_film(film: Film, seconds: float, markers: Markers | None) -> FilmRun:
+    """Show a film to the receiver, and its images to the detector alone and to ArUco."""
+    drive, receiver, detector = simulate_drive(film), receiver_for(film), LampDetector()
+    found = FilmRun({name: [] for name in ('receiver', 'detector', 'peer', 'marked')}, [])
+    if markers is not None:
+        marked = markers.picture(view_from(drive.pose_at(0.0)), LIGHTS[1], np.random.default_rng(1))
+    frames = receive_frames(drive, receiver, seconds)
+    for frame in progress(frames, film.name, drive.frame_count(seconds)):
+        image = frame.photo.image
+        output, milliseconds = cpu_time(receiver.receive, frame.stamp, image, PAPER_OPTICS)
+        taken = {'receiver': milliseconds, 'detector': cpu_time(detector.detect, image)[1]}
+        if markers is not None:
+            taken |= {'peer': cpu_time(markers.find, image)[1], 'marked': cpu_time(markers.find, marked)[1]}
+        found.images += 1
+        if found.images > WARM_UP:
+            for name, value in taken.items():
+                found.times[name].append(value)
+        found.named = max(found.named, sum(lamp.beacon is not None for lamp in output.lamps))
+        found.commands += sum(isinstance(decision.outcome, Accepted) for decision in output.decisions)
+        if isinstance(output.result, BeaconFix):
+            found.errors.append(output.result.T_map_base.distance_to(frame.pose))
+    return found
 
 
 def main(run: Run, seconds: float, films: int) -> None:
@@ -38,44 +75,17 @@ def main(run: Run, seconds: float, films: int) -> None:
     results = run.table('Results', 'film', 'lamps named', 'commands', 'poses', 'cm: median / 95 % / max')
     markers = Markers('ArUco 4x4', sensitive=False) if is_available() else None
     for film in FILMS[:films]:
-        drive, receiver, detector = simulate_drive(film), receiver_for(film), LampDetector()
-        times: dict[str, list[float]] = {'receiver': [], 'detector': [], 'peer': [], 'marked': []}
-        errors, named, commands = list[float](), 0, 0
-        if markers is not None:
-            marked = markers.picture(view_from(drive.pose_at(0.0)), LIGHTS[1], np.random.default_rng(1))
-        frames = receive_frames(drive, receiver, seconds)
-        for frame in progress(frames, film.name, drive.frame_count(seconds)):
-            image = frame.photo.image
-            output, milliseconds = cpu_time(receiver.receive, frame.stamp, image, PAPER_OPTICS)
-            times['receiver'].append(milliseconds)
-            times['detector'].append(cpu_time(detector.detect, image)[1])
-            if markers is not None:
-                times['peer'].append(cpu_time(markers.find, image)[1])
-                times['marked'].append(cpu_time(markers.find, marked)[1])
-            named = max(named, sum(lamp.beacon is not None for lamp in output.lamps))
-            commands += sum(isinstance(decision.outcome, Accepted) for decision in output.decisions)
-            if isinstance(output.result, BeaconFix):
-                errors.append(output.result.T_map_base.distance_to(frame.pose))
-        number, times = len(times['receiver']), {name: each[WARM_UP:] for name, each in times.items()}
-        peers: list[object] = ['–'] * 3
-        if markers is not None:
-            peers = [
-                time(times['peer']),
-                ratio(times['receiver'], times['peer'], '.2f'),
-                time(times['marked']),
-            ]
-        rate_of_images = measured(1e3 / float(np.mean(times['receiver'])), '.0f')
+        found = run_film(film, seconds, markers)
+        receiver, detector, peer, marked = found.times.values()
+        units = ratio(receiver, peer, '.2f') if peer else '–'
+        images_a_second = measured(1e3 / float(np.mean(receiver)), '.0f')
         table.add(
-            film.name, time(times['receiver']), rate_of_images, time(times['detector'], '.2f', (50,)), *peers
+            *(film.name, time(receiver), images_a_second, time(detector, '.2f', (50,))),
+            *(time(peer), units, time(marked)),
         )
         results.add(
-            *(
-                film.name,
-                rate(named, len(BEACONS)),
-                count(commands, better='higher'),
-                rate(len(errors), number),
-            ),
-            error(errors, '.2f', 100.0),
+            *(film.name, rate(found.named, len(BEACONS)), count(found.commands, better='higher')),
+            *(rate(len(found.errors), found.images), error(found.errors, '.2f', 100.0)),
         )
 
 

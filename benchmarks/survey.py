@@ -39,71 +39,40 @@ EDGE = 0.15
 STEP = SE2(0.05, 0.0, 0.0)
 
 
-def survey_rendered(run: Run, size: float, places: int, workers: int) -> None:
-    """Survey a rendered floor and add the tables of its maps and of poses on them."""
-    survey = RenderedSurvey(size, run.seed)
-    folder, start = Path(f'out/bench_survey/{size}_{run.seed}'), time.perf_counter()
-    with task_runner(workers) as runner:
-        checkpoint = Checkpoint(folder, {'size': size, 'seed': run.seed})
-        found = run_survey(survey, MOUNT, SETTINGS, checkpoint, runner)
-    seconds = time.perf_counter() - start
-    before = compare(survey.true_map, found.result.dot_map)
-    result, scale = scale_survey(found.result, measured_length(survey, found, before, size))
-    after = compare(survey.true_map, result.dot_map)
-    heads: tuple[str, ...] = (
-        'scale by',
-        'scale %',
-        'distance mm: median / 95 % / max',
-        'common',
-        'missing',
-        'extra',
-    )
-    table = run.table('Maps', *heads)
-    for name, comparison in (
-        ('height of the camera', before),
-        (f'a length of {0.8 * size:g} m, 0.5 mm too long ({100 * (scale - 1):+.4f} %)', after),
-    ):
+def add_maps(run: Run, size: float, maps: dict[str, MapComparison]) -> None:
+    """Add how far the maps are from the true one."""
+    heads = 'scale %', 'distance mm: median / 95 % / max', 'common', 'missing', 'extra'
+    table = run.table(f'Maps of {size:g} x {size:g} m', 'scale by', *heads)
+    for name, found in maps.items():
         table.add(
-            *(
-                name,
-                f'{100 * (comparison.scale - 1):+.4f}',
-                error(np.hypot(*comparison.residuals.T), '.3f', 1e3),
-            ),
-            *(count(len(comparison.pairs), better='higher'), count(len(comparison.missing), better='lower')),
-            count(len(comparison.extra), better='lower'),
+            *(name, count(100 * (found.scale - 1), '+.4f'), error(np.hypot(*found.residuals.T), '.3f', 1e3)),
+            *(count(len(found.pairs), better='higher'), count(len(found.missing), better='lower')),
+            count(len(found.extra), better='lower'),
         )
+
+
+def add_survey(run: Run, survey: RenderedSurvey, found: SurveyRun, seconds: float) -> None:
+    """Add what became of images and dots, and what it took."""
+    heads = 'loop closures', 'images on the map', 'wrong merges of dots', 'spurious dots', 'seconds'
     wrong, dots = wrong_merges(found, survey)
-    heads = (
-        'loop closures',
-        'images on the map',
-        'wrong merges of dots',
-        'spurious dots',
-        'seconds',
-        'peak memory MB',
-    )
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    run.table('Survey', 'floor m', 'chips', *heads).add(
-        *(f'{size:g} x {size:g}', f'{len(survey.true_map)}', count(result.loop_closures, better='higher')),
+    result = found.result
+    run.table('Survey', 'chips', *heads, 'peak memory MB').add(
         *(
+            f'{len(survey.true_map)}',
+            count(result.loop_closures),
             rate(len(result.images), len(found.images)),
-            rate(wrong, dots, 'lower'),
-            count(result.spurious_count),
         ),
+        *(rate(wrong, dots, 'lower'), count(result.spurious_count)),
         *(measured(seconds, '.0f'), measured(peak, '.0f')),
     )
-    heads = (
-        'map',
-        'found',
-        'error mm: median / 95 %',
-        '50 mm step error mm: median / 95 %',
-        'error °: the same',
-    )
-    table = run.table('Poses', *heads)
-    for name, dot_map, T_true_map in (
-        ('true', survey.true_map, SE2(0.0, 0.0, 0.0)),
-        ('surveyed, scale by the height', found.result.dot_map, before.T_first_second),
-        ('surveyed, scale by the length', result.dot_map, after.T_first_second),
-    ):
+
+
+def add_poses(run: Run, survey: RenderedSurvey, maps: dict[str, tuple[DotMap, SE2]], places: int) -> None:
+    """Add how well images are located on the maps."""
+    heads = 'found', 'error mm: median / 95 %', '50 mm step error mm: median / 95 %', 'error °: the same'
+    table = run.table('Poses', 'map', *heads)
+    for name, (dot_map, T_true_map) in maps.items():
         errors, steps = locate_on(survey, dot_map, T_true_map, places)
         table.add(
             *(name, rate(len(errors), 2 * places), error(errors[:, 0], '.3f', 1e3, (50, 95))),
@@ -165,8 +134,27 @@ def locate_on(
 
 
 def main(run: Run, size: float, places: int, workers: int) -> None:
-    """Survey the rendered floor and locate images on its maps."""
-    survey_rendered(run, size, places, workers)
+    """Survey a rendered floor, compare its maps with the true one, and locate images on them."""
+    survey = RenderedSurvey(size, run.seed)
+    folder, start = Path(f'out/bench_survey/{size}_{run.seed}'), time.perf_counter()
+    with task_runner(workers) as runner:
+        checkpoint = Checkpoint(folder, {'size': size, 'seed': run.seed})
+        found = run_survey(survey, MOUNT, SETTINGS, checkpoint, runner)
+    seconds = time.perf_counter() - start
+    before = compare(survey.true_map, found.result.dot_map)
+    result, _ = scale_survey(found.result, measured_length(survey, found, before, size))
+    after = compare(survey.true_map, result.dot_map)
+    add_maps(
+        run, size, {'height of the camera': before, f'a length of {0.8 * size:g} m, 0.5 mm too long': after}
+    )
+    add_survey(run, survey, found, seconds)
+    by_height, by_length = 'surveyed, scale by the height', 'surveyed, scale by the length'
+    maps = {
+        'true': (survey.true_map, SE2(0.0, 0.0, 0.0)),
+        by_height: (found.result.dot_map, before.T_first_second),
+        by_length: (result.dot_map, after.T_first_second),
+    }
+    add_poses(run, survey, maps, places)
 
 
 if __name__ == '__main__':
