@@ -177,6 +177,6 @@ if __name__ == '__main__':
         main,
         side=Option(49, 49, 'of the made-up maps [cells]'),
         seeds=Option(2, 1, 'made-up maps of each kind'),
-        pairs=Option(150, 12, 'start and goal, of each map'),
+        pairs=Option(150, 5, 'start and goal, of each map'),
         only=Option('', '', 'methods whose name holds this'),
     )
