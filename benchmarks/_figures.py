@@ -54,7 +54,7 @@ def figure_from_json(found: dict[str, Any]) -> Figure:
     """Return the figure of `Figure.as_json`."""
     values = {}
     for name, (value, sigma) in found['values'].items():
-        values[name] = (math.nan if value is None else value, sigma)
+        values[name] = (math.nan if value is None else value, sigma or 0.0)
     return Figure(found['kind'], found['text'], values, found['better'])
 
 
@@ -160,7 +160,8 @@ def mean(samples: ArrayLike, form: str = '.3f', scale: float = 1.0, better: str 
 
 def time(samples: ArrayLike, form: str = '.2f', shown: Sequence[float] = (50.0, 95.0)) -> Figure:
     """Return percentiles of times [ms]; they are those of this machine and not compared."""
-    values = np.sort(np.asarray(samples, dtype=np.float64))
+    values = np.asarray(samples, dtype=np.float64)
+    values = np.sort(values[np.isfinite(values)])
     if not len(values):
         return Figure('time', '–', {})
     text = ' / '.join(format(value, form) for value in np.percentile(values, shown))
@@ -201,4 +202,4 @@ def _quantile(ordered: np.ndarray[Any, Any], share: float) -> tuple[float, float
 
 
 def _rounded(number: float) -> float | None:
-    return None if math.isnan(number) else float(f'{number:.5g}')
+    return float(f'{number:.5g}') if math.isfinite(number) else None

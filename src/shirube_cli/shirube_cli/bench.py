@@ -29,7 +29,7 @@ def bench(arguments: Sequence[str]) -> int:
         for name, program in programs.items():
             print(f'  {name:<20} {(ast.get_docstring(ast.parse(program.read_text())) or "").splitlines()[0]}')
         return 0
-    if arguments[0] in ('--all', '--tables'):
+    if {'--all', '--tables'} & set(arguments):
         command = [sys.executable, str(root / 'benchmarks' / '_run_all.py'), *arguments]
     elif arguments[0] in programs:
         command = [sys.executable, str(programs[arguments[0]]), *arguments[1:]]
