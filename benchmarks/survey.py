@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from _figures import count, error, measured, rate
+from _figures import count, error, measured, rate, rms
 from _harness import Option, Run, run_benchmark
 from _surveyed_floor import CAMERA, MOUNT, RenderedSurvey
 from numpy.typing import NDArray
@@ -41,11 +41,17 @@ STEP = SE2(0.05, 0.0, 0.0)
 
 def add_maps(run: Run, size: float, maps: dict[str, MapComparison]) -> None:
     """Add how far the maps are from the true one."""
-    heads = 'scale %', 'distance mm: median / 95 % / max', 'common', 'missing', 'extra'
+    heads = 'scale %', 'distance mm: rms', 'median / 95 % / max', 'common', 'missing', 'extra'
     table = run.table(f'Maps of {size:g} x {size:g} m', 'scale by', *heads)
     for name, found in maps.items():
+        distances = np.hypot(*found.residuals.T)
         table.add(
-            *(name, count(100 * (found.scale - 1), '+.4f'), error(np.hypot(*found.residuals.T), '.3f', 1e3)),
+            *(
+                name,
+                count(100 * (found.scale - 1), '+.4f'),
+                rms(distances, '.3f', 1e3),
+                error(distances, '.3f', 1e3),
+            ),
             *(count(len(found.pairs), better='higher'), count(len(found.missing), better='lower')),
             count(len(found.extra), better='lower'),
         )
