@@ -142,13 +142,13 @@ def taught_views(
             return
 
 
-def main(run: Run, corridors: int) -> None:
+def main(run: Run, corridors: int, conditions: int) -> None:
     """Ask all methods about the views."""
     use_one_core()
     total, statuses = Score(), (DECIDABLE, UNDECIDABLE, OUT_OF_VIEW)
     kinds = ('found', 'ambiguous', 'none', 'mistaken')
     table = run.table('Views', 'gaps, surroundings: found / ambiguous / no pose / mistaken', *statuses)
-    for even, bare in CONDITIONS:
+    for even, bare in CONDITIONS[-conditions:]:
         score, wanted = Score(), VIEWS_PER_LESSON * corridors
         for lesson, methods, view in progress(taught_views(run, wanted, even=even, bare=bare), total=wanted):
             for method, found in methods.answers(view):
@@ -178,4 +178,8 @@ def main(run: Run, corridors: int) -> None:
 
 
 if __name__ == '__main__':
-    run_benchmark(main, corridors=Option(50, 1, 'of each condition, five views each'))
+    run_benchmark(
+        main,
+        corridors=Option(50, 1, 'of each condition, five views each'),
+        conditions=Option(len(CONDITIONS), 1, 'of them, from the last'),
+    )

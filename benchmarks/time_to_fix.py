@@ -100,6 +100,6 @@ def main(run: Run, places: int, slow_places: int) -> None:
 if __name__ == '__main__':
     run_benchmark(
         main,
-        places=Option(400, 60, 'views of each condition'),
-        slow_places=Option(40, 5, 'of these for the slow methods'),
+        places=Option(400, 30, 'views of each condition'),
+        slow_places=Option(40, 2, 'of these for the slow methods'),
     )
