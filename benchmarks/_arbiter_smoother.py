@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -14,19 +13,12 @@ from pose_arbiter.core.settings import ArbiterSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import OdometryBuffer
 
-try:
-    gtsam: Any = import_module('gtsam')
-except ImportError:
-    gtsam = None
-
-IS_INSTALLED = gtsam is not None
-INSTALL = "gtsam is not installed; 'pip install --no-deps gtsam' adds its smoother to the comparison"
 _LAG = 2.0  # as history_seconds of the arbiter [s]
 _MIN_SIGMA = 1e-5  # keeps the covariance of a stationary robot invertible [m, rad]
 
 
 def smooth(
-    sources: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, SE2]], wanted: int
+    gtsam: Any, sources: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, SE2]], wanted: int
 ) -> list[tuple[int, SE2]]:
     """Return the newest state after each opinion of one of the sources, with the noise of odometry of the arbiter."""
     sources_by_sample = sorted(
@@ -40,8 +32,8 @@ def smooth(
     states: list[tuple[int, SE2]] = []
     for number, sample in enumerate(samples):
         graph, guess = gtsam.NonlinearFactorGraph(), gtsam.Values()
-        start = _pose2(sample.pose)
-        graph.add(gtsam.PriorFactorPose2(number, start, _body_frame_noise(sample)))
+        start = _pose2(gtsam, sample.pose)
+        graph.add(gtsam.PriorFactorPose2(number, start, _body_frame_noise(gtsam, sample)))
         if number:
             before, pose = states[-1]
             odometry_before = buffer.lookup(before)
@@ -53,7 +45,7 @@ def smooth(
             )
             relative_pose = gtsam.Pose2(step.x, step.y, step.yaw)
             graph.add(gtsam.BetweenFactorPose2(number - 1, number, relative_pose, noise))
-            start = _pose2(pose).compose(relative_pose)
+            start = _pose2(gtsam, pose).compose(relative_pose)
         guess.insert(number, start)
         seconds = (sample.stamp - samples[0].stamp) * 1e-9
         smoother.update(graph, guess, {number: seconds})
@@ -62,11 +54,11 @@ def smooth(
     return [state for state, (_, number) in zip(states, sources_by_sample, strict=True) if number == wanted]
 
 
-def _pose2(pose: SE2) -> Any:
+def _pose2(gtsam: Any, pose: SE2) -> Any:
     return gtsam.Pose2(pose.x, pose.y, pose.yaw)
 
 
-def _body_frame_noise(sample: PoseSample) -> Any:
+def _body_frame_noise(gtsam: Any, sample: PoseSample) -> Any:
     return gtsam.noiseModel.Gaussian.Covariance(_rotate(as_matrix(sample.noise), -sample.pose.yaw))
 
 

@@ -12,15 +12,8 @@ from motor_bridge.core.controller_link import BadReplyError, WheelCounts, parse_
 from motor_bridge.emulator.emulated_controller import EmulatedController
 
 REPLY_FAULTS = (
-    'silence',
-    'garbage',
-    'cut',
-    'no end',
-    'twice',
-    'flipped bit',
-    'wrong digit',
-    'wrong number',
-    'noise',
+    *('silence', 'garbage', 'cut', 'no end', 'twice'),
+    *('flipped bit', 'wrong digit', 'wrong number', 'noise'),
 )
 REQUEST_FAULTS = ('lost CR', 'lost byte', 'noise before')
 
@@ -41,14 +34,7 @@ class CorruptedLine:
         fraction: float,
         request_fraction: float,
     ) -> None:
-        """Connect.
-
-        Args:
-            controller: controller at the other end.
-            rng: random generator of the faults.
-            fraction: fraction of the replies that are corrupted.
-            request_fraction: fraction of the commands that are corrupted.
-        """
+        """Connect a controller; fractions of the replies and of the commands are corrupted."""
         self._controller, self._rng = controller, rng
         self._share, self._request_share = fraction, request_fraction
         self._received = b''

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -64,10 +64,10 @@ class SurveyedFloor:
         settings = LocalizerSettings(map_sigma=self.survey_error)
         return FloorLocalizer(index_map(DotMap(dots[:, :2], dots[:, 2])), MOUNT, settings)
 
-    def places(self, count: int) -> Iterator[SE2]:
-        """Yield poses that fill the floor and all headings evenly."""
+    def places(self, count: int, margin: float = MARGIN) -> Iterator[SE2]:
+        """Yield poses that fill the floor, but for a margin, and all headings evenly."""
         for step in np.outer(np.arange(1, count + 1), _EVEN_STEPS) % 1.0:
-            x, y = MARGIN + step[:2] * (np.array(self.design.size) - 2.0 * MARGIN)
+            x, y = margin + step[:2] * (np.array(self.design.size) - 2.0 * margin)
             yield SE2(float(x), float(y), math.tau * (float(step[2]) - 0.5))
 
 
@@ -79,11 +79,13 @@ class Photograph:
         image: shape (h, w).
         T_map_base: the robot's true pose.
         sway: rise of the robot as a share of the camera's height, its roll and pitch [-, rad, rad].
+        dirt: shape (h, w), fraction of each pixel in which dirt hides the floor.
     """
 
     image: NDArray[np.uint8]
     T_map_base: SE2
     sway: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    dirt: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
 
 
 def true_mount(sway: tuple[float, float, float]) -> CameraMount:

@@ -1,29 +1,33 @@
-"""What makes a picture of the floor hard: light, dirt, motion, other chips, compression."""
+"""What makes a picture of the floor hard: light, dirt, motion, other chips, compression, cameras."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
-from _floor_photographs import CAMERA, MOUNT, Photograph, photographer
+from _floor_photographs import CAMERA, MOUNT, Photograph
 from numpy.typing import NDArray
 
-from scene_simulator.floor.camera import Disturbance
-from scene_simulator.floor.disturbances import ShadowEdge, SpecularReflection, Tape, WetSpot
-from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign
-from shirube_core.geometry import SE2
+from scene_simulator.dot_floor import COLOURED, DARK_ON_LIGHT, LIGHT_ON_DARK, DotFloor, FloorDesign
+from scene_simulator.floor_camera import PAPER_CAMERA, Disturbance, FloorCamera
+from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
+from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs, scratches
+from scene_simulator.imaging import Lighting, Sensor
+from shirube_core.geometry import SE2, PinholeCamera
 
 Disturbances = Callable[[SE2, np.random.Generator], tuple[Disturbance, ...]]
+
+NEAR_CAMERA = PinholeCamera(1280, 1024, 1857.0, 1857.0, 639.5, 511.5)
+WIDE_CAMERA = PinholeCamera(1280, 1024, 339.44, 339.44, 639.5, 511.5)
 
 FEWER = replace(DARK_ON_LIGHT, count=DARK_ON_LIGHT.count // 4)
 LARGER = replace(DARK_ON_LIGHT, diameters=(0.006, 0.009), min_distance=0.0036)
 PALE = replace(DARK_ON_LIGHT, chip_colours=((0.50, 0.60, 0.65),))
 
 _MAT, _PAPER = (0.14, 0.13, 0.12), (0.88, 0.90, 0.90)
-_PIXEL = MOUNT.xyz[2] / CAMERA.fx
 
 
 def no_disturbances(_pose: SE2, _rng: np.random.Generator) -> tuple[Disturbance, ...]:
@@ -61,6 +65,18 @@ def wet(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     )
 
 
+def dirt(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
+    """Strew crumbs, dust, hairs and scratches."""
+    area = FloorArea((pose.x - 0.1, pose.y - 0.1), (pose.x + 0.1, pose.y + 0.1))
+    seed = int(rng.integers(1_000_000))
+    return (
+        crumbs(area, 300.0, seed),
+        dust(area, 5000.0, seed + 1),
+        hairs(area, 600.0, seed + 2),
+        scratches(area, 400.0, seed + 3),
+    )
+
+
 @dataclass(frozen=True)
 class HardCondition:
     """What is photographed, and how.
@@ -71,6 +87,9 @@ class HardCondition:
         disturbances: disturbances of the floor at a pose.
         blur: length of the motion during the exposure [px].
         jpeg_quality: JPEG quality, None for no compression.
+        camera: intrinsics; the demo's lens bends.
+        lighting: lamps and lens.
+        sensor: noise.
     """
 
     name: str
@@ -78,15 +97,24 @@ class HardCondition:
     disturbances: Disturbances = no_disturbances
     blur: float = 0.0
     jpeg_quality: int | None = None
+    camera: PinholeCamera = CAMERA
+    lighting: Lighting = field(default_factory=Lighting)
+    sensor: Sensor = field(default_factory=Sensor)
+
+    @property
+    def photographer(self) -> FloorCamera:
+        """The camera that takes the pictures."""
+        return FloorCamera(self.camera, self.lighting, self.sensor, self.design is COLOURED)
 
     def photograph(self, floor: DotFloor, pose: SE2, rng: np.random.Generator) -> Photograph:
         """Take a picture of a floor of this design."""
         course = rng.uniform(-math.pi, math.pi)
-        way = _PIXEL * self.blur * np.linspace(-0.5, 0.5, 4 * round(self.blur) + 1)
+        pixel = MOUNT.xyz[2] / self.camera.fx
+        way = pixel * self.blur * np.linspace(-0.5, 0.5, 4 * round(self.blur) + 1)
         poses = [SE2(pose.x + s * math.cos(course), pose.y + s * math.sin(course), pose.yaw) for s in way]
-        photo = photographer().photograph(floor, poses, MOUNT, self.disturbances(pose, rng), rng)
+        photo = self.photographer.photograph(floor, poses, MOUNT, self.disturbances(pose, rng), rng)
         image = photo.image if self.jpeg_quality is None else _compressed(photo.image, self.jpeg_quality)
-        return Photograph(image, pose)
+        return Photograph(image, pose, dirt=photo.dirt)
 
 
 CONDITIONS = (
@@ -104,7 +132,22 @@ CONDITIONS = (
     HardCondition('JPEG at quality 30', jpeg_quality=30),
 )
 
+FOR_DETECTORS = (
+    *(replace(condition, camera=PAPER_CAMERA) for condition in CONDITIONS),
+    HardCondition(
+        'gradient',
+        lighting=Lighting(level=0.7, gradient=(0.6, -0.3), vignetting=0.4),
+        camera=PAPER_CAMERA,
+    ),
+    HardCondition('noise x3', sensor=Sensor(full_well=1000.0, read_noise=4.0), camera=PAPER_CAMERA),
+    HardCondition('dirt and hairs', disturbances=dirt, camera=PAPER_CAMERA),
+    HardCondition('light on dark', design=LIGHT_ON_DARK, camera=PAPER_CAMERA),
+    HardCondition('coloured', design=COLOURED, camera=PAPER_CAMERA),
+    HardCondition('1280x1024, 0.07 mm/px', camera=NEAR_CAMERA),
+    HardCondition('1280x1024, 0.38 mm/px', camera=WIDE_CAMERA),
+)
+
 
 def _compressed(image: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
     _, data = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    return np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)

@@ -50,20 +50,6 @@ def locate_by_radius(
     return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
 
 
-def locate_by_depth_error_on_both_axes(
-    view: View, pixels: NDArray[np.float64], _noise: float, *, yaw_error: float = 0.0
-) -> NDArray[np.float64]:
-    """Locate by eqs. (3) to (7) with only what makes them close: focal length, depth and the sign of eq. (5)."""
-    counted = pixel_count_radii(view)[:, None]
-    depth = BEACONS[0].radius * CAMERA.fx / counted
-    epsilon = BEACONS[0].radius * CAMERA.fx * (1.0 / (counted - 0.25) - 1.0 / (counted + 0.25))
-    yaw = view.pose.yaw + yaw_error
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    rays = CAMERA.rays_from_pixels(pixels) @ LEVEL.rotation.T
-    places = PLACES[:, :2] - depth * rays[:, :2] @ np.array([[cos, sin], [-sin, cos]])
-    return np.asarray(0.5 * ((places - epsilon).max(axis=0) + (places + epsilon).min(axis=0)))
-
-
 def locate_by_sqpnp(_view: View, pixels: NDArray[np.float64], _noise: float) -> NDArray[np.float64] | None:
     """Locate by six degrees of freedom, four lamps."""
     found, rotation, translation = cv2.solvePnP(PLACES, pixels, CAMERA.matrix, None, flags=cv2.SOLVEPNP_SQPNP)
@@ -76,18 +62,6 @@ def locate_by_sqpnp(_view: View, pixels: NDArray[np.float64], _noise: float) -> 
 ALL, TWO = 4, 2
 METHODS: tuple[tuple[str, int, Locate, bool | None], ...] = (
     ("the paper's eqs. as printed, yaw given", ALL, partial(locate_by_radius, printed=True), None),
-    (
-        'eqs. (3)-(7) with focal length, depth and sign put right',
-        ALL,
-        locate_by_depth_error_on_both_axes,
-        None,
-    ),
-    (
-        'the same, yaw off by 5°',
-        ALL,
-        partial(locate_by_depth_error_on_both_axes, yaw_error=math.radians(5.0)),
-        None,
-    ),
     ('`radius_interval`, all corrections', ALL, locate_by_radius, None),
     ('the same, yaw off by 5°', ALL, partial(locate_by_radius, yaw_error=math.radians(5.0)), None),
     ('SQPNP, six degrees of freedom', ALL, locate_by_sqpnp, None),

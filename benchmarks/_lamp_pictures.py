@@ -61,23 +61,6 @@ def finish_picture(shapes: NDArray[np.float64], light: Light, rng: np.random.Gen
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
 
 
-def centre_sigma_bound(light: Light) -> float:
-    """Return the bound of Cramér and Rao of a lamp's centre, root mean square of u and v [px].
-
-    That of whoever knows the lamp's image but for its place; the noise is that of the pixels and of their rounding.
-    """
-    step, squares = 0.01, []
-    for place in np.array([640.0, 512.0]) + np.random.default_rng(1).uniform(size=(8, 2)):
-        for shift in step * np.eye(2):
-            shapes = np.zeros((2, CAMERA.height, CAMERA.width))
-            for shape, sign in zip(shapes, (1.0, -1.0), strict=True):
-                _add_disc(shape, place + sign * shift)
-                shape[:] = _motion_blurred(shape, light.motion) if light.motion > 1 else shape
-            slope = light.lamp * (shapes[0] - shapes[1]) / (2.0 * step)
-            squares.append((light.noise**2 + 1.0 / 12.0) / float(np.sum(slope**2)))
-    return float(np.sqrt(np.mean(squares)))
-
-
 def _motion_blurred(lamps: NDArray[np.float64], motion: int) -> NDArray[np.float64]:
     """Smear along u, centred on the middle of the exposure."""
     kernel = np.ones((1, motion + 1)) / motion

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from _product_rig import product_rig
+from _stereo_peers import product_rig
 from numpy.typing import NDArray
 
 from scene_simulator.corridor.scene import CorridorScene
@@ -26,6 +26,8 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 
+LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
+"""What an engineer would select."""
 TAUGHT = SE2(-3.0, 0.0, 0.0)
 """Where the robot stood: ``T_map_place``."""
 NEAR = 3.0

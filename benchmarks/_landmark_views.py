@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
@@ -32,24 +32,6 @@ TEACH_OFFSET, TEACH_TURN = 0.05, math.radians(2.0)
 BORDER = 12.0
 """Panel and tag are so far inside of both images [px]."""
 WHITE, BLACK = Paint(0.9), Paint(0.08)
-
-
-@dataclass(frozen=True)
-class Panel(Cabinet):
-    """The cabinet with the fields.
-
-    Attributes:
-        grain: whether its paint has the grain of all cabinets.
-    """
-
-    grain: bool = True
-
-    def shapes(self) -> list[FlatShape]:
-        """Return what is painted, the lowest first."""
-        shapes = super().shapes()
-        if self.grain:
-            return shapes
-        return [replace(shape, paint=replace(shape.paint, grain=0.0)) for shape in shapes]
 
 
 @dataclass(frozen=True)
@@ -119,15 +101,14 @@ class LandmarkWall:
     Args:
         seed: random seed of the corridor.
         cells: cells of the tag, shape (n, n), true for white.
-        grain: whether the paint of the panel has grain.
     """
 
-    def __init__(self, seed: int, cells: NDArray[np.bool_], *, grain: bool) -> None:
+    def __init__(self, seed: int, cells: NDArray[np.bool_]) -> None:
         bare = corridor(CorridorDesign(seed=seed, bare=True))
         walls: Sequence[SceneObject] = [item for item in bare.objects if not item.name.startswith('meter')]
         rows = tuple(tuple(bool(cell) for cell in row) for row in cells)
         tag = PrintedTag('tag', SURFACE.offset_plane(DEPTH), (0.0, HEIGHT), rows)
-        panel = Panel('panel', SURFACE, (-0.46, HEIGHT - 0.4), (0.92, 0.8), DEPTH, columns=3, grain=grain)
+        panel = Cabinet('panel', SURFACE, (-0.46, HEIGHT - 0.4), (0.92, 0.8), DEPTH, columns=3)
         self.with_panel = CorridorScene((*walls, panel))
         self.with_tag = CorridorScene((*walls, tag))
 

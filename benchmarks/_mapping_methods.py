@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from _peer_octomap import OctoMap
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import (
-    TILE_SIZE,
-    FrameWindow,
-    SensorView,
-    equivalent_focal_length,
-    window_shape,
-)
+from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow, window_shape
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
+from reward_planner.core.voxels.sensor_view import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
@@ -45,7 +40,6 @@ class Voxels:
     """One of our rules over time."""
 
     def __init__(self, settings: VoxelSettings) -> None:
-        """Begin with nothing known."""
         self._map = VoxelMap(settings)
 
     def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
@@ -65,19 +59,10 @@ class Voxels:
         return dense
 
 
-class Cloud(Voxels):
-    """The same for point clouds of unknown density."""
-
-    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
-        """Take a frame."""
-        super().add(stamp, points, SensorView(view.T_map_sensor, equivalent_focal_length(points)))
-
-
 class FrameUnion:
     """The paper's map: what any single frame held occupied stays so."""
 
     def __init__(self, settings: VoxelSettings) -> None:
-        """Begin with nothing known."""
         self._settings = settings
         self._occupied = np.zeros(dense_shape(settings), dtype=np.bool_)
 
@@ -95,10 +80,9 @@ class FrameUnion:
 class OctoMapMethod:
     """OctoMap with discretised ends, cut to the heights of the settings."""
 
-    def __init__(self, settings: VoxelSettings) -> None:
-        """Begin with nothing known."""
+    def __init__(self, pyoctomap: Any, settings: VoxelSettings) -> None:
         self._settings = settings
-        self._tree = OctoMap(settings)
+        self._tree = OctoMap(pyoctomap, settings)
 
     def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:  # noqa: ARG002
         """Take a frame."""

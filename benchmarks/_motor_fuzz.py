@@ -54,24 +54,6 @@ class FuzzTally:
     faults: Counter[str] = field(default_factory=Counter)
     status_counts: Counter[str] = field(default_factory=Counter)
 
-    def rows(self) -> list[tuple[str, str]]:
-        """Return the table."""
-        worst = max(self.wrong_mm, default=0.0)
-        return [
-            ('replies of the controller', f'{self.replies}'),
-            ('corrupted replies and commands', f'{sum(self.faults.values()) - self.wrong_sent}'),
-            ('exceptions out of the conversation', f'{self.exceptions}'),
-            ('commands beyond the limits', f'{self.over_limit}'),
-            ('greatest commanded wheel speed, fraction of the limit', f'{self.fastest:.3f}'),
-            ('well-formed wrong counts', f'{self.wrong_sent}'),
-            ('of these taken by odometry', f'{self.wrong_accepted}'),
-            ('by which a wheel was wrong until the next read, greatest', f'{worst:.2f} mm'),
-            ('of these by more than 5 mm', f'{sum(mm > 5.0 for mm in self.wrong_mm)}'),
-            ('greatest step of odometry beyond the true one', f'{1e3 * self.jump:.1f} mm'),
-            ('way of the wheels', f'{self.path:.0f} m'),
-            *((f'counts {name}', f'{number}') for name, number in self.status_counts.items()),
-        ]
-
 
 class FuzzedDrive:
     """A robot that is driven at random over a corrupted line."""

@@ -15,6 +15,8 @@ from pathlib import Path
 from threading import Lock
 
 import numpy as np
+from _figures import Figure, count, measured, rate
+from _figures import time as times_of
 from geometry_msgs.msg import TwistStamped
 from node_testing import IsolatedGraph, isolated_graph
 from rclpy.node import Node
@@ -27,7 +29,7 @@ from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeSteppe
 from motor_bridge.node import MotorBridgeNode
 
 AUTO_STOP = EmulatorSettings().auto_stop
-Rows = list[tuple[str, str]]
+Rows = list[tuple[str, Figure]]
 
 
 class Driver:
@@ -83,10 +85,9 @@ def disconnect_terminal(disconnections: int) -> Rows:
             )
             bridge.stop()
     return [
-        ('disconnections of the terminal', f'{disconnections}'),
-        ('of these the bridge reconnected', f'{reconnected}'),
-        ('of these odometry detected an encoder reset', f'{restarts}'),
-        ('greatest error of odometry after any of them', f'{1e3 * worst:.1f} mm'),
+        ('disconnections after which the bridge reconnected', rate(reconnected, disconnections)),
+        ('of these odometry detected an encoder reset', rate(restarts, disconnections, 'lower')),
+        ('greatest error of odometry after any of them', measured(1e3 * worst, '.1f', ' mm')),
     ]
 
 
@@ -147,11 +148,7 @@ def wire_latency(commands: int) -> Rows:
         motions = [(at, text) for at, text in _events(log, 0.0) if text.startswith('m ')]
     changes = [now[0] for before, now in pairwise(motions) if now[1] != before[1]]
     times = [min((at - start for at in changes if at > start), default=np.inf) for start in sent]
-    median, most = 1e3 * np.percentile(times, [50, 95])
-    return [
-        ('velocities published', f'{commands}'),
-        ('from cmd_vel to the wire, median / 95 %', f'{median:.2f} / {most:.2f} ms'),
-    ]
+    return [('from cmd_vel to the wire ms, median / 95 %', times_of(1e3 * np.array(times)))]
 
 
 def kill_bridge(times: int) -> Rows:
@@ -174,9 +171,11 @@ def kill_bridge(times: int) -> Rows:
                     found.append(min((at - killed for at, text in events if text in words), default=np.inf))
                 driver.wait_for_bridge(is_there=False)
     return [
-        ('times the bridge was killed while it drove', f'{times}'),
-        (f'until the motors were off (auto-stop {AUTO_STOP:g} s), longest', f'{max(offs):.2f} s'),
-        ('until the wheels had rolled out, longest', f'{max(stops):.2f} s'),
+        (
+            f'killed bridge: until the motors were off (auto-stop {AUTO_STOP:g} s)',
+            measured(max(offs), '.2f', ' s'),
+        ),
+        ('until the wheels had rolled out, longest', measured(max(stops), '.2f', ' s')),
     ]
 
 
@@ -206,7 +205,9 @@ def suspend_controller(times: int) -> Rows:
                 first_is_stop += 'm 0 0' in motions and all(c == 'm 0 0' for c in motions[before:])
             bridge.stop()
     return [
-        ('times the controller was held for 1.5 s while it drove', f'{times}'),
-        ('motion commands that acted before the stop, greatest number', f'{max(acted)}'),
-        ('times nothing but stops followed', f'{first_is_stop}'),
+        (
+            'controller held for 1.5 s: motion commands before the stop, at most',
+            count(max(acted), better='lower'),
+        ),
+        ('times nothing but stops followed', rate(first_is_stop, times)),
     ]

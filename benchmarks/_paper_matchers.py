@@ -10,40 +10,25 @@ from _paper_views import CAMERA, MOUNT, NOISE
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.dots import DetectedDots, DotMap
+from floor_localizer.core.detected_dots import DetectedDots
+from floor_localizer.core.dot_map import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.pole_star.pole_star_matcher import (
-    NoPose,
-    PoleStarMatcher,
-    PoleStarPose,
-    PoleStarSettings,
-)
+from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher
+from floor_localizer.core.pole_star.settings import PoleStarSettings
 from shirube_core.geometry import SE2
 
 DOT_DIAMETER = 0.0025
 
 
 class Answer(NamedTuple):
-    """What a matcher says of one view.
-
-    Attributes:
-        T_map_view: the pose, None if there is none.
-        reason: why there is none, in few words without numbers.
-        candidates: all scored poses with their match rates, if the matcher returns them.
-    """
+    """What a matcher says of one view: the pose, or why there is none, in few words without numbers."""
 
     T_map_view: SE2 | None
     reason: str = ''
-    candidates: tuple[PoleStarPose, ...] = ()
 
 
 Matcher = Callable[[NDArray[np.float64]], Answer]
-
-
-def view_points(pixels: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where pixels lie on the floor, shape (n, 2), in the view's frame [m]."""
-    return MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels))
 
 
 def pole_star(floor: NDArray[np.float64]) -> Matcher:
@@ -51,18 +36,29 @@ def pole_star(floor: NDArray[np.float64]) -> Matcher:
     matcher = PoleStarMatcher(floor, PoleStarSettings())
 
     def locate(pixels: NDArray[np.float64]) -> Answer:
-        poses = matcher.congruent_poses(view_points(pixels))
+        poses = matcher.congruent_poses(MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels)))
         found = matcher.select_pose(poses)
         if isinstance(found, NoPose):
-            return Answer(None, 'match rate too low' if poses else 'nothing congruent', tuple(poses))
-        return Answer(found.T_map_view, candidates=tuple(poses))
+            return Answer(None, 'match rate too low' if poses else 'nothing congruent')
+        return Answer(found.T_map_view)
 
     return locate
 
 
+def detected(pixels: NDArray[np.float64]) -> DetectedDots:
+    """Return centroids, shape (n, 2) [px], as the detector gives them."""
+    diameters = np.full(len(pixels), DOT_DIAMETER / MOUNT.xyz[2] * CAMERA.fx)
+    return DetectedDots(pixels, diameters, np.full(len(pixels), NOISE))
+
+
+def indexed(floor: NDArray[np.float64]) -> IndexedMap:
+    """Return a map without diameters of a floor, shape (N, 2) [m]."""
+    return index_map(DotMap(floor, np.full(len(floor), np.nan)))
+
+
 def constellation(floor: NDArray[np.float64]) -> Matcher:
     """Return the suite's localizer on a floor, shape (N, 2) [m]."""
-    return constellation_of(index_map(DotMap(floor, np.full(len(floor), np.nan))))
+    return constellation_of(indexed(floor))
 
 
 def constellation_of(floor: IndexedMap) -> Matcher:
@@ -70,8 +66,7 @@ def constellation_of(floor: IndexedMap) -> Matcher:
     localizer = FloorLocalizer(floor, MOUNT)
 
     def locate(pixels: NDArray[np.float64]) -> Answer:
-        diameters = np.full(len(pixels), DOT_DIAMETER / MOUNT.xyz[2] * CAMERA.fx)
-        found = localizer.locate_dots(DetectedDots(pixels, diameters, np.full(len(pixels), NOISE)), CAMERA)
+        found = localizer.locate_dots(detected(pixels), CAMERA)
         if isinstance(found, Fix):
             return Answer(found.T_map_base)
         return Answer(None, found.reason.value)

@@ -58,6 +58,12 @@ def paper_places() -> NDArray[np.float64]:
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
 
+def spread_places(count: int) -> NDArray[np.float64]:
+    """Return so many of the places, spread over all, shape (count, 2) [m]."""
+    places = paper_places()
+    return places[np.linspace(0, len(places) - 1, min(count, len(places))).round().astype(np.intp)]
+
+
 def paper_views(
     floor: NDArray[np.float64], places: NDArray[np.float64], missing: float, spurious: float, seed: int
 ) -> Iterator[PaperView]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -10,20 +9,14 @@ from numpy.typing import NDArray
 
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
-try:
-    pyoctomap: Any = import_module('pyoctomap')
-except ImportError:
-    pyoctomap = None
-
-IS_INSTALLED = pyoctomap is not None
-INSTALL = "pyoctomap is not installed; 'pip install pyoctomap==1.2.2' adds OctoMap to the comparison"
+PYOCTOMAP = ('pyoctomap', 'pyoctomap==1.2.2')
+"""Module, and what pip installs."""
 
 
 class OctoMap:
     """A tree that takes frames as they come."""
 
-    def __init__(self, settings: VoxelSettings) -> None:
-        """Begin with nothing known."""
+    def __init__(self, pyoctomap: Any, settings: VoxelSettings) -> None:
         self._settings = settings
         self._tree = pyoctomap.OcTree(settings.resolution)
 
@@ -43,16 +36,3 @@ class OctoMap:
                 steps = (np.arange(round(size / smallest)) + 0.5) * smallest - 0.5 * size
                 centres.append(middle + np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3))
         return np.concatenate(centres) if centres else np.empty((0, 3))
-
-
-def insert_into_octomap(
-    points_map: NDArray[np.float32], origin: NDArray[np.float64], settings: VoxelSettings, discretize: bool
-) -> None:
-    """Put one frame into a tree that holds it already, as a stationary robot does."""
-    key = (id(points_map), discretize)
-    if key not in _TREES:
-        _TREES[key] = OctoMap(settings)
-    _TREES[key].add(points_map, origin, discretize=discretize)
-
-
-_TREES: dict[tuple[int, bool], OctoMap] = {}

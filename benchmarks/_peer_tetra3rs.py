@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import struct
 import tempfile
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +18,6 @@ from _paper_views import CAMERA, MOUNT, PaperView
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, wrap_angle
-
-try:
-    tetra3rs: Any = import_module('tetra3rs')
-except ImportError:
-    tetra3rs = None
-
-IS_INSTALLED = tetra3rs is not None
-INSTALL = "tetra3rs is not installed; 'pip install tetra3rs==0.14' adds it to the comparison"
 
 # Degrees of a field of view, and the sky's longitude of the floor's origin.
 FIELD, ORIGIN = 1.0, 100.0
@@ -44,10 +35,11 @@ _STAR = np.dtype(
 class StarSolver:
     """Locates views of one floor."""
 
-    def __init__(self, floor: NDArray[np.float64], seed: int) -> None:
+    def __init__(self, tetra3rs: Any, floor: NDArray[np.float64], seed: int) -> None:
         """Build the database.
 
         Args:
+            tetra3rs: the module.
             floor: shape (N, 2), the dots [m].
             seed: random seed of the magnitudes, which are uniformly distributed.
         """

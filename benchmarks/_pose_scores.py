@@ -1,13 +1,14 @@
-"""Poses against the truth: right, none or wrong, and errors measured in their own standard deviations."""
+"""Poses against the truth: right, none or wrong, times, and errors measured in their own standard deviations."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from _harness import cpu_time
 from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix, NoFix
@@ -16,13 +17,36 @@ from shirube_core.geometry import SE2
 RIGHT_WITHIN, RIGHT_TURN = 0.002, math.radians(1.5)
 EXACT_WITHIN = 0.0005
 
+Seen = TypeVar('Seen')
+
+
+class TimedAnswer(NamedTuple):
+    """An answer, 'right', 'wrong' or 'none', and its processor time [ms]."""
+
+    verdict: str
+    milliseconds: float
+
+
+def verdict_of(found: SE2 | None, truth: SE2) -> str:
+    """Return 'right' (within 2 mm and 1.5 degrees), 'wrong' or 'none'."""
+    if found is None:
+        return 'none'
+    is_right = found.distance_to(truth) <= RIGHT_WITHIN and abs(found.yaw_to(truth)) <= RIGHT_TURN
+    return 'right' if is_right else 'wrong'
+
+
+def time_answer(locate: Callable[[Seen], SE2 | None], seen: Seen, truth: SE2) -> TimedAnswer:
+    """Ask for the pose of what is seen."""
+    found, milliseconds = cpu_time(locate, seen)
+    return TimedAnswer(verdict_of(found, truth), milliseconds)
+
 
 @dataclass(frozen=True)
 class PoseScore:
     """One answer against the truth.
 
     Attributes:
-        verdict: 'right' (within 2 mm and 1.5 degrees), 'wrong' or 'none'.
+        verdict: 'right', 'wrong' or 'none'.
         reason: why there is no pose, '' with one.
         error: shape (3,), x, y [m] and yaw [rad], NaN without a pose.
         covariance: shape (3, 3), as the localizer states it, NaN without a pose.
@@ -50,45 +74,12 @@ def score_pose(result: Fix | NoFix, truth: SE2) -> PoseScore:
         return PoseScore('none', result.reason.value, np.full(3, math.nan), np.full((3, 3), math.nan))
     found = result.T_map_base
     error = np.array([found.x - truth.x, found.y - truth.y, truth.yaw_to(found)])
-    is_right = math.hypot(error[0], error[1]) < RIGHT_WITHIN and abs(error[2]) < RIGHT_TURN
-    return PoseScore('right' if is_right else 'wrong', '', error, result.covariance)
+    return PoseScore(verdict_of(found, truth), '', error, result.covariance)
 
 
-def whitened_rms(scores: Sequence[PoseScore]) -> NDArray[np.float64]:
-    """Return the rms error of x, y, yaw and of all three over the stated covariance, shape (4,); 1 is consistent.
-
-    A component is divided by its own standard deviation; all three together count by the square root of the mean
-    of e^T C^-1 e / 3.
-    """
+def whitened_errors(scores: Sequence[PoseScore]) -> NDArray[np.float64]:
+    """Return the errors of right poses, by the stated covariance, shape (n, 3); normal deviates if it is true."""
     right = [score for score in scores if score.verdict == 'right']
-    if not right:
-        return np.full(4, math.nan)
-    errors = np.array([score.error for score in right])
-    covariances = np.array([score.covariance for score in right])
-    components = np.mean(errors**2 / np.diagonal(covariances, axis1=1, axis2=2), axis=0)
-    return np.sqrt(np.append(components, np.mean(normalised_squares(errors, covariances)) / 3.0))
-
-
-def normalised_squares(errors: NDArray[np.float64], covariances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return e^T C^-1 e of each error, shape (n,): chi-square with three degrees of freedom when C is true."""
-    return np.einsum('ni,nij,nj->n', errors, np.linalg.inv(covariances), errors)
-
-
-def verdicts(scores: Sequence[PoseScore]) -> str:
-    """Return the shares of right, none and wrong."""
-    count = Counter(score.verdict for score in scores)
-    return ' / '.join(percent(count[verdict] / len(scores)) for verdict in ('right', 'none', 'wrong'))
-
-
-def percent(share: float) -> str:
-    """Return a share as per cent, without zeros behind the point."""
-    return f'{100.0 * share:.2f}'.rstrip('0').rstrip('.')
-
-
-def spread(values: Sequence[float], form: str) -> str:
-    """Return median, rms, 95 % and maximum of errors for a table."""
-    if not values:
-        return '–'
-    middle, high, most = np.percentile(values, [50, 95, 100])
-    rms = math.sqrt(np.mean(np.square(values)))
-    return ' / '.join(format(value, form) for value in (middle, rms, high, most))
+    errors = np.array([score.error for score in right]).reshape(-1, 3)
+    covariances = np.array([score.covariance for score in right]).reshape(-1, 3, 3)
+    return np.linalg.solve(np.linalg.cholesky(covariances), errors[..., None])[..., 0]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import cv2
 import numpy as np
+from _harness import cpu_time
 from numpy.typing import NDArray
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
@@ -61,7 +61,7 @@ class RoomBag:
     instants: list[Instant] = field(default_factory=list)
     poses: list[tuple[float, SE2]] = field(default_factory=list)
     projections: dict[str, NDArray[np.float64]] = field(default_factory=dict)
-    truth: OccupancyMap | None = None
+    truth: OccupancyMap = field(init=False)
 
 
 def load_room_bag(path: Path = BAG) -> RoomBag:
@@ -103,34 +103,38 @@ class Replay:
 
     Attributes:
         occupancy: int8, on the cells of the true map.
-        seconds: CPU time by stage [s].
+        milliseconds: CPU times of each instant by stage [ms].
         frames: that were mapped.
     """
 
     occupancy: NDArray[np.int8]
-    seconds: dict[str, float]
+    milliseconds: dict[str, list[float]]
     frames: int
 
 
 def replay(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive, depth_of: DepthOf) -> Replay:
     """Send the bag through depth, mapper and global map, as the node does."""
     navigator = Navigator(scene.rig.mount, NavigatorSettings())
-    seconds, frames = {'depth': 0.0, 'mapping': 0.0}, 0
+    times: dict[str, list[float]] = {'depth': [], 'mapping': []}
+    frames = 0
     poses = iter([*bag.poses, (np.inf, SE2(0.0, 0.0, 0.0))])
     pose = next(poses)
     for instant in bag.instants:
-        start = time.process_time()
-        depth = depth_of(instant)
-        matched = time.process_time()
-        points = points_from_depth_image(depth, scene.rig.camera)
+        depth, taken = cpu_time(depth_of, instant)
+        times['depth'].append(taken)
         while pose[0] <= instant.stamp:
             navigator.add_pose(*pose)
             pose = next(poses)
-        navigator.add_frame(instant.stamp, instant.stamp, SensorFrame(points, scene.rig.camera.fx))
-        frames += len(navigator.process_frames(instant.stamp))
-        seconds['depth'] += matched - start
-        seconds['mapping'] += time.process_time() - matched
-    return Replay(navigator.mapper.map.occupancy_in(truth.frame), seconds, frames)
+
+        def add(stamp: float, depth: NDArray[np.float32]) -> int:
+            points = points_from_depth_image(depth, scene.rig.camera)
+            navigator.add_frame(stamp, stamp, SensorFrame(points, scene.rig.camera.fx))
+            return len(navigator.process_frames(stamp))
+
+        mapped, taken = cpu_time(add, instant.stamp, depth)
+        times['mapping'].append(taken)
+        frames += mapped
+    return Replay(navigator.mapper.map.occupancy_in(truth.frame), times, frames)
 
 
 def seen_cells(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive) -> NDArray[np.bool_]:
@@ -171,8 +175,8 @@ class Score:
         unseen_overlap: the same where only its middle need be free and the rest may be unknown, as for the planner [m].
     """
 
-    precision: tuple[float, float, float]
-    recall: tuple[float, float, float]
+    precision: tuple[float, ...]
+    recall: tuple[float, ...]
     false_free: tuple[int, int]
     free: int
     overlap: float
@@ -200,12 +204,8 @@ def score(
     gaps = distances_to_solid(truth.frame.centre_of(np.argwhere(is_passable)), scene)
     deep = occupied_cells & ~dilate_cells(~occupied_cells, 1)
     return Score(
-        (
-            fraction_within(known, occupied_cells, 0),
-            fraction_within(known, occupied_cells, 1),
-            fraction_within(known, occupied_cells, 2),
-        ),
-        (fraction_within(seen, known, 0), fraction_within(seen, known, 1), fraction_within(seen, known, 2)),
+        tuple(fraction_within(known, occupied_cells, reach) for reach in range(3)),
+        tuple(fraction_within(seen, known, reach) for reach in range(3)),
         (int((free & occupied_cells).sum()), int((free & deep).sum())),
         int(free.sum()),
         radius - float(gaps[is_known].min(initial=radius)),

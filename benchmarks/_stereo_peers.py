@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_simulator.stereo_rig import StereoRig as Cameras
 from shirube_core.geometry import SE2, gravity_aligned_camera
 from stereo_landmark.core.stereo import StereoRig
 
@@ -19,6 +20,11 @@ DISPARITY_MIN = 2.0
 REPROJECTION, ITERATIONS, CONFIDENCE = 2.0, 1000, 0.999
 INLIERS_MIN = 10
 FEATURES = 2000
+
+
+def product_rig(cameras: Cameras) -> StereoRig:
+    """Return the simulator's rectified cameras as those of stereo_landmark."""
+    return StereoRig(cameras.left.intrinsics, cameras.right.intrinsics, cameras.baseline, cameras.mount)
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.dot_map import DotMap
 from floor_localizer.survey_files.survey_source import Frame
-from scene_simulator.floor.camera import FloorCamera
-from scene_simulator.floor.dot_floor import DotFloor, FloorDesign, generate_dot_floor
-from scene_simulator.robot.body import Suspension
-from scene_simulator.robot.leg_drive import LegDrive
-from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
+from scene_simulator.dot_floor import DotFloor, FloorDesign, generate_dot_floor
+from scene_simulator.floor_camera import FloorCamera
+from scene_simulator.leg_drive import LegDrive
+from scene_simulator.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 320, 260.0, 260.0, 159.5, 159.5)
@@ -36,19 +35,12 @@ _EDGE = 0.5 * VIEW
 class RenderedSurvey:
     """A square floor and a drive over all of it in lanes."""
 
-    def __init__(self, size: float, seed: int, suspension: Suspension | None = None) -> None:
-        """Plan the drive.
-
-        Args:
-            size: side of the floor [m].
-            seed: seed of the floor, the odometry errors and the noise.
-            suspension: motion of the robot body, None for a stiff robot.
-        """
-        self._size, self._seed, self._suspension = size, seed, suspension
+    def __init__(self, size: float, seed: int) -> None:
+        """Plan the drive over a floor with a side [m]; the seed is that of floor, odometry errors and noise."""
+        self._size, self._seed = size, seed
         self.camera = CAMERA
         drive = LegDrive(_lanes(size), [_SPEED] * (2 * _lane_count(size) - 1), 0.05)
-        self._times = np.arange(0.0, drive.duration, _PERIOD)
-        poses = [drive.pose_at(float(time)) for time in self._times]
+        poses = [drive.pose_at(float(time)) for time in np.arange(0.0, drive.duration, _PERIOD)]
         odometry = simulate_odometry(poses, ERRORS, np.random.default_rng([seed, 1]))
         self.truth = poses[::_EVERY]
         self.frames = [Frame(f'image {k}', pose) for k, pose in enumerate(odometry[::_EVERY])]
@@ -66,38 +58,29 @@ class RenderedSurvey:
 
     def batch(self, wanted: Sequence[int]) -> RenderedBatch:
         """Return the wanted images as a batch that any process can render."""
-        return RenderedBatch(self._size, self._seed, self._suspension, tuple(wanted))
+        return RenderedBatch(self._size, self._seed, tuple(wanted))
 
     def image(self, index: int) -> NDArray[np.uint8]:
         """Return an image of the drive."""
-        return self.photograph(self.truth[index], index, float(self._times[index * _EVERY]))
+        return self.photograph(self.truth[index], index)
 
-    def photograph(self, pose: SE2, number: int, time: float) -> NDArray[np.uint8]:
+    def photograph(self, pose: SE2, number: int) -> NDArray[np.uint8]:
         """Return the image taken at a pose."""
-        mount = MOUNT if self._suspension is None else self._suspension.mount_at(time, MOUNT)
         rng = np.random.default_rng([self._seed, 2, number])
-        return FloorCamera(CAMERA).photograph(self.floor, [pose], mount, rng=rng).image
+        return FloorCamera(CAMERA).photograph(self.floor, [pose], MOUNT, rng=rng).image
 
 
 @dataclass(frozen=True)
 class RenderedBatch:
-    """Some images of a drive.
-
-    Attributes:
-        size: see `RenderedSurvey`.
-        seed: see `RenderedSurvey`.
-        suspension: see `RenderedSurvey`.
-        wanted: indices of the images.
-    """
+    """Some images of the drive of a `RenderedSurvey`, by their indices."""
 
     size: float
     seed: int
-    suspension: Suspension | None
     wanted: tuple[int, ...]
 
     def __iter__(self) -> Iterator[tuple[int, NDArray[np.uint8] | str]]:
         """Render the images."""
-        survey = _survey(self.size, self.seed, self.suspension)
+        survey = _survey(self.size, self.seed)
         for index in self.wanted:
             yield index, survey.image(index)
 

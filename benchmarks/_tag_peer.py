@@ -5,8 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from _landmark_views import RIG, SIDE, Pair
-from _product_rig import product_rig
-from _stereo_peers import planar_displacement
+from _stereo_peers import planar_displacement, product_rig
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2

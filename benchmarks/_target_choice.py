@@ -12,17 +12,17 @@ import numpy as np
 from _real_pairs import Moment
 from numpy.typing import NDArray
 
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.edges.settings import EdgeSettings
+from stereo_landmark.core.place.stereo_rig import StereoRig
 from stereo_landmark.core.primitives.corner import Corner
-from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene, stereo_points
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_measurement import stereo_points
+from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.stereo import StereoRig
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.geometry_hints import check_geometry, undetected_targets
-from stereo_landmark.core.teaching.primitive_selection import TargetSelection
-from stereo_landmark.core.teaching.teacher import Teacher
+from stereo_landmark.core.teaching.place_check import check_place
 
 KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.CORNER)
 POINT_SIGMA_MAX = 0.03
@@ -43,10 +43,11 @@ class TargetChooser:
     Args:
         moment: the pair.
         rig: the cameras.
+        threshold: edge threshold [grey levels / px].
     """
 
-    def __init__(self, moment: Moment, rig: StereoRig) -> None:
-        processing = ImageProcessing()
+    def __init__(self, moment: Moment, rig: StereoRig, threshold: float = EdgeSettings().threshold) -> None:
+        processing = ImageProcessing(edges=EdgeSettings(threshold=threshold))
         left, right = (detect_scene(image, processing) for image in (moment.left, moment.right))
         self._moment = moment
         self._view = StereoView(left, right, rig, moment.tilt)
@@ -58,26 +59,18 @@ class TargetChooser:
             if self._is_good(primitive)
         ]
 
-    def place(self, seed: int) -> tuple[TaughtPlace, int]:
-        """Return a place with one target of sixteen primitives, and how many sets were drawn for it.
+    def place(self, seed: int) -> TaughtPlace:
+        """Return a place with one target of sixteen primitives.
 
         Raises:
             StereoLandmarkError: the tools remark on all sets.
         """
         rng = np.random.default_rng(seed)
-        for draws in range(1, DRAWS_MAX + 1):
+        for _ in range(DRAWS_MAX):
             place = self._teacher.teach('room', [TargetSelection('room', self._draw_target(rng))])
-            if not self._remarks(place):
-                return place, draws
+            if not check_place(place, self._moment.left, self._moment.right, self._moment.tilt):
+                return place
         raise StereoLandmarkError(f'seed {seed}: the tools remark on {DRAWS_MAX} sets; choose others')
-
-    def _remarks(self, place: TaughtPlace) -> list[str]:
-        """Return what the tools remark on a place."""
-        moment = self._moment
-        answer = LandmarkLocalizer([place]).locate(moment.left, moment.right, moment.tilt)
-        fix = answer.displacement if isinstance(answer, LandmarkFix) else None
-        names = tuple(f'{target.name}/{point}' for target in place.targets for point in target.points)
-        return undetected_targets(answer) + check_geometry(place.coordinates.select(names).positions, fix)
 
     def _draw_target(self, rng: np.random.Generator) -> dict[str, Primitive]:
         chosen: list[Primitive] = []

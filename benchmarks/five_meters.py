@@ -1,23 +1,30 @@
-"""Five identical meters in a row, four taught as one target: `./shirube bench five_meters`.
+"""Five identical meters in a row, four taught as one target (the paper's section 5), ORB and SIFT beside it.
 
-Prints the markdown of the section "Five meters" of stereo_landmark.md: the paper's experiment (section 5) with rendered
-repeat views, and pipelines of ORB and SIFT on the same views.
+Rendered repeat views; which of them can be decided follows from the truth alone (`_five_views`).
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
+import math
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
-from _five_score import OURS, Score, print_scores
-from _five_views import RIG, T_MAP_LESSON, Lesson, MeterView, lessons, views
-from _product_rig import product_rig
-from _stereo_peers import FeaturePipeline, TaughtFeatures
-from _timed_answers import use_one_core
+from _figures import error, outcomes
+from _five_views import (
+    DECIDABLE,
+    OUT_OF_VIEW,
+    RIG,
+    T_MAP_LESSON,
+    UNDECIDABLE,
+    Lesson,
+    MeterView,
+    lessons,
+    views,
+)
+from _harness import Option, Run, progress, run_benchmark, use_one_core
+from _stereo_peers import FeaturePipeline, TaughtFeatures, product_rig
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
@@ -36,6 +43,31 @@ AROUND_TARGET = 45.0
 """Of a meter's middle, what features of the target are [px]."""
 CONDITIONS = ((False, False), (False, True), (True, False), (True, True))
 CAMERAS = product_rig(RIG)
+OURS = 'shirube'
+AMBIGUOUS = 'ambiguous: several poses match'
+
+
+@dataclass
+class Score:
+    """Answers of the methods to views: by method and status of the view 'found', 'mistaken', 'ambiguous' or 'none'.
+
+    Attributes:
+        answers: the verdicts.
+        errors: position [m] and heading [rad] of what each method found.
+    """
+
+    answers: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    errors: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
+
+    def add(self, method: str, lesson: Lesson, view: MeterView, found: SE2 | str | None) -> None:
+        """Add an answer: a pose, or why there is none; a pose half a spacing off is mistaken."""
+        verdict = 'ambiguous' if found == AMBIGUOUS else 'none'
+        if isinstance(found, SE2):
+            distance, turn = found.distance_to(view.T_lesson_base), abs(found.yaw_to(view.T_lesson_base))
+            verdict = 'mistaken' if distance > 0.5 * lesson.spacing else 'found'
+            if verdict == 'found':
+                self.errors.setdefault(method, []).append((distance, turn))
+        self.answers.setdefault((method, view.status), []).append(verdict)
 
 
 class Methods:
@@ -83,11 +115,8 @@ def taught_place(lesson: Lesson) -> TaughtPlace:
     left, right = (detect_scene(image, processing) for image in lesson.pair)
     chosen = {}
     for number, middle in zip(lesson.chosen, meter_centres(lesson), strict=True):
-        near = [
-            each
-            for each in left.kinds[PrimitiveKind.ELLIPSE].primitives
-            if np.hypot(*(each.centre - middle)) <= CHOSEN_WITHIN
-        ]
+        ellipses = left.kinds[PrimitiveKind.ELLIPSE].primitives
+        near = [each for each in ellipses if np.hypot(*(each.centre - middle)) <= CHOSEN_WITHIN]
         if not near:
             raise StereoLandmarkError('a meter is not detected')
         chosen[f'meter {number}'] = max(near, key=primitive_size)
@@ -95,43 +124,62 @@ def taught_place(lesson: Lesson) -> TaughtPlace:
     return teacher.teach('corridor', [TargetSelection('meters', chosen)])
 
 
-def run(*, even: bool, bare: bool, wanted: int, seed: int, bar: tqdm[None]) -> Score:
-    """Return the answers to so many views of one condition."""
-    score = Score()
+def taught_views(
+    run: Run, wanted: int, *, even: bool, bare: bool
+) -> Iterator[tuple[Lesson, Methods, MeterView]]:
+    """Yield so many views of one condition, with the methods that were taught."""
     pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
-    done = 0
-    for lesson in lessons(even=even, bare=bare, seed=seed):
+    for lesson in lessons(even=even, bare=bare, seed=run.seed):
         try:
             methods = Methods(lesson, pipelines)
         except StereoLandmarkError as fault:
-            score.untaught.append(f'corridor {lesson.design.seed}: {fault}')
+            run.note(f'Not taught: corridor {lesson.design.seed}: {fault}')
             continue
-        for view in views(lesson, min(VIEWS_PER_LESSON, wanted - done)):
+        for view in views(lesson, min(VIEWS_PER_LESSON, wanted)):
+            yield lesson, methods, view
+            wanted -= 1
+        if wanted <= 0:
+            return
+
+
+def main(run: Run, corridors: int, conditions: int) -> None:
+    """Ask all methods about the views."""
+    use_one_core()
+    total, statuses = Score(), (DECIDABLE, UNDECIDABLE, OUT_OF_VIEW)
+    kinds = ('found', 'ambiguous', 'none', 'mistaken')
+    table = run.table('Views', 'gaps, surroundings: found / ambiguous / no pose / mistaken', *statuses)
+    for even, bare in CONDITIONS[-conditions:]:
+        score, wanted = Score(), VIEWS_PER_LESSON * corridors
+        for lesson, methods, view in progress(taught_views(run, wanted, even=even, bare=bare), total=wanted):
             for method, found in methods.answers(view):
                 score.add(method, lesson, view, found)
-            done += 1
-            bar.update()
-        if done >= wanted:
-            return score
-    raise AssertionError
-
-
-def main() -> int:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description='Five identical meters, four of them taught as one target.')
-    parser.add_argument('--views', type=int, default=1000, help='a quarter of them of each condition')
-    parser.add_argument('--seed', type=int, default=100, help='of the first corridor')
-    arguments = parser.parse_args()
-    use_one_core()
-    scores = {}
-    wanted = max(1, arguments.views // len(CONDITIONS))
-    with tqdm(total=wanted * len(CONDITIONS), leave=False) as bar:
-        for even, bare in CONDITIONS:
-            name = f'{"even" if even else "uneven"}, {"bare wall" if bare else "panels, doors, signs"}'
-            scores[name] = run(even=even, bare=bare, wanted=wanted, seed=arguments.seed, bar=bar)
-    print_scores(scores)
-    return 0
+                total.add(method, lesson, view, found)
+        name = f'{"even" if even else "uneven"}, {"bare wall" if bare else "panels, doors, signs"}'
+        table.add(name, *(outcomes(score.answers.get((OURS, status), []), kinds) for status in statuses))
+    table.add('all', *(outcomes(total.answers.get((OURS, status), []), kinds) for status in statuses))
+    heads = (
+        'decidable: found / no pose / mistaken',
+        'others',
+        'position mm: median / 95 %',
+        'heading °: the same',
+    )
+    table = run.table('Methods', 'method', *heads)
+    for method in dict.fromkeys(method for method, _ in total.answers):
+        errors = np.array(total.errors.get(method, [])).reshape(-1, 2)
+        others = [v for status in statuses[1:] for v in total.answers.get((method, status), [])]
+        cells = [
+            outcomes(['none' if v == 'ambiguous' else v for v in verdicts], ('found', 'none', 'mistaken'))
+            for verdicts in (total.answers.get((method, DECIDABLE), []), others)
+        ]
+        table.add(
+            *(method, *cells, error(errors[:, 0], '.1f', 1e3, (50, 95))),
+            error(errors[:, 1], '.3f', math.degrees(1.0), (50, 95)),
+        )
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    run_benchmark(
+        main,
+        corridors=Option(50, 1, 'of each condition, five views each'),
+        conditions=Option(len(CONDITIONS), 1, 'of them, from the last'),
+    )

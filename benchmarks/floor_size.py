@@ -1,161 +1,161 @@
-"""The same views on floors of 1, 10 and 100 times the paper's area: time to a fix without a prior, and the index.
+"""Halls of up to 10^8 dots: what their index costs, and the time to a fix without a prior.
 
     shirube bench floor_size
-    shirube bench floor_size --times 1 10 --places 100
+    shirube bench floor_size --dots 100000000 --folder /data/hall --workers 2
 
-The larger floors hold the paper's floor in a corner, so that the views are the same; the floors take turns after every
-twenty views. Times are processor time on one core. 100 times the area takes 8 GB of memory and some minutes.
+Each hall is written as CSV, indexed by ``index_map`` and asked in a process of its own, with the file in the page
+cache. Times to build and to a fix are processor time, in units of the first hall's as well; opening is by the clock.
+10^8 dots take 25 GB of disk while they are indexed, and an hour; a map that is there is used again.
 """
 
 from __future__ import annotations
 
-import argparse
+import math
+import resource
+import subprocess
+import sys
 import tempfile
-import time
-from collections.abc import Callable
+import time as clock
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from _large_floors import large_floor
+from _figures import count, measured, outcomes, ratio, time
+from _harness import Option, Run, run_benchmark, use_one_core
 from _paper_matchers import constellation_of
-from _paper_views import FLOOR_DOTS, PaperView, paper_floor, paper_places, paper_views
-from _timed_answers import TimedAnswer, outcome_rates, time_answer, time_quantiles, use_one_core
+from _paper_views import VIEW_SIZE, PaperView, paper_views
+from _pose_scores import TimedAnswer, time_answer
 from numpy.typing import NDArray
-from tqdm import tqdm
 
-from floor_localizer.core.compile_kernels import compile_kernels
-from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.dots import DotMap
-from floor_localizer.files.binary_format import BinaryMap, load_binary, save_binary
-from shirube_core.geometry import SE2
+from floor_localizer.files.csv_format import HEADER
+from floor_localizer.files.dot_map_file import load_indexed_map
 
 CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
-TURN = 20
+DENSITY = 5384.0
+STEP = 2e-5
+_BLOCK = 1 << 24
 
-Locate = Callable[[NDArray[np.float64]], SE2 | None]
+
+class Hall(NamedTuple):
+    """A square hall of evenly random dots, shape (n, 2) [m], and its side [m]."""
+
+    dots: NDArray[np.float64]
+    side: float
+
+    def views(self, number: int, missing: float, spurious: float) -> list[PaperView]:
+        """Return views all over it."""
+        views: list[PaperView] = []
+        places = np.random.default_rng(number).uniform(VIEW_SIZE, self.side - VIEW_SIZE, (number, 2))
+        for k, place in enumerate(places):
+            near = self.dots[(np.abs(self.dots - place) < VIEW_SIZE).all(axis=1)]
+            views += paper_views(near, place[None, :], missing, spurious, k)
+        return views
+
+
+def hall_of(dots: int) -> Hall:
+    """Return a hall of about so many dots; they lie on a lattice, no two on the same place."""
+    side = math.sqrt(dots / DENSITY)
+    columns = int(side / STEP)
+    places = np.unique(np.random.default_rng([1, dots]).integers(0, columns**2, dots))
+    np.random.default_rng(2).shuffle(places)
+    return Hall(np.column_stack(np.divmod(places, columns)) * STEP, side)
 
 
 @dataclass(frozen=True)
-class Floor:
-    """One floor, ready.
+class Measured:
+    """What one hall came to.
 
     Attributes:
-        times: its area in the paper's floors.
-        build_seconds: processor time to index it.
-        bytes_in_memory: size of all arrays of the indexed map.
-        bytes_in_file: size of the ``.dotmap`` file.
-        open_seconds: time to open that.
-        in_memory: locates a view on the map in memory.
-        from_file: locates it on the memory-mapped map.
+        open_milliseconds: time to open the map.
+        private_bytes: memory of the process that answered, without what it maps of files.
+        warm: answers with the file in the page cache, for each condition.
     """
 
-    times: int
-    build_seconds: float
-    bytes_in_memory: int
-    bytes_in_file: int
-    open_seconds: float
-    in_memory: Locate
-    from_file: Locate
+    open_milliseconds: float
+    private_bytes: int
+    warm: list[list[TimedAnswer]]
 
 
-def build_floor(times: int, seed: int, folder: Path) -> Floor:
-    """Index a floor and write it to a file."""
-    dots = large_floor(times, seed)
-    unknown = np.full(len(dots), np.nan)
-    begin = time.process_time()
-    floor = index_map(DotMap(dots, unknown))
-    build_seconds = time.process_time() - begin
-    path = folder / f'{times}.dotmap'
-    save_binary(path, BinaryMap(floor, unknown.astype(np.float32)))
-    begin = time.perf_counter()
-    mapped = load_binary(path).floor
-    open_seconds = time.perf_counter() - begin
-    return Floor(
-        times,
-        build_seconds,
-        _bytes_of(floor),
-        path.stat().st_size,
-        open_seconds,
-        _locate(floor),
-        _locate(mapped),
-    )
+def build(hall: Hall, path: Path, workers: int) -> float:
+    """Write a hall and index it; return the processor time of the index [s], NaN where the map was there."""
+    if path.exists():
+        return math.nan
+    source = path.with_suffix('.csv')
+    if not source.exists():
+        written = source.with_suffix('.written')
+        np.savetxt(written, hall.dots, '%.5f,%.5f,', header=HEADER, comments='')
+        written.replace(source)
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [sys.executable, '-m', 'floor_localizer.commands.index_map', str(source), '--out', str(path)]
+    subprocess.run([*command, '--workers', str(workers)], check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    source.unlink()
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
 
 
-def _bytes_of(floor: IndexedMap) -> int:
-    parts = [*floor.grid, *floor.index, *floor.addresses]
-    return sum(part.nbytes for part in parts if isinstance(part, np.ndarray))
-
-
-def _locate(floor: IndexedMap) -> Locate:
-    matcher = constellation_of(floor)
-    return lambda pixels: matcher(pixels).T_map_view
-
-
-def print_index(floors: list[Floor]) -> None:
-    """Print what the index costs."""
-    print('\n| area | dots | index built in s | bytes a dot in memory | in the file | file opened in ms |')
-    print('|---|---|---|---|---|---|')
-    for floor in floors:
-        dots = floor.times * FLOOR_DOTS
-        print(
-            f'| {floor.times}x | {dots:,} | {floor.build_seconds:.2f} | {floor.bytes_in_memory / dots:.0f} '
-            f'| {floor.bytes_in_file / dots:.0f} | {1e3 * floor.open_seconds:.1f} |'
-        )
-
-
-def print_times(floors: list[Floor], answers: dict[tuple[int, str], list[TimedAnswer]]) -> None:
-    """Print one condition."""
-    print(
-        '| area | map | time ms: median / 95 % | in units of the first: median / 95 % | right / none / wrong |'
-    )
-    print('|---|---|---|---|---|')
-    for where in ('in memory', 'from the file'):
-        first = time_quantiles(answers[floors[0].times, where])
-        for floor in floors:
-            median, high = time_quantiles(answers[floor.times, where])
-            print(
-                f'| {floor.times}x | {where} | {median:.2f} / {high:.2f} '
-                f'| {median / first[0]:.2f} / {high / first[1]:.2f} | {outcome_rates(answers[floor.times, where])} |'
-            )
-
-
-def measure(floors: list[Floor], views: list[PaperView]) -> dict[tuple[int, str], list[TimedAnswer]]:
-    """Locate the views on all floors by turns."""
-    places = [(floor.times, 'in memory', floor.in_memory) for floor in floors]
-    places += [(floor.times, 'from the file', floor.from_file) for floor in floors]
-    answers: dict[tuple[int, str], list[TimedAnswer]] = {(times, where): [] for times, where, _ in places}
-    for begin in tqdm(range(0, len(views), TURN), leave=False):
-        for times, where, locate in places:
-            for view in views[begin : begin + TURN]:
-                answers[times, where].append(time_answer(locate, view.pixels, view.T_map_view))
-    return answers
-
-
-def main() -> int:
-    """Run the benchmark."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--times', type=int, nargs='+', default=[1, 10, 100], help='areas in paper floors')
-    parser.add_argument('--places', type=int, default=1209, help='views of each condition')
-    parser.add_argument('--seed', type=int, default=1)
-    arguments = parser.parse_args()
+def measure(dots: int, path: Path, number: int) -> Measured:
+    """Ask for the poses of views of a hall; to be called in a process of its own."""
     use_one_core()
-    compile_kernels()
-    places = paper_places()
-    places = places[np.linspace(0, len(places) - 1, min(arguments.places, len(places))).round().astype(int)]
-    with tempfile.TemporaryDirectory() as folder:
-        sizes = tqdm(arguments.times, unit='floor', leave=False)
-        floors = [build_floor(times, arguments.seed, Path(folder)) for times in sizes]
-        print_index(floors)
-        paper = paper_floor(arguments.seed)
-        for missing, spurious in CONDITIONS:
-            views = list(paper_views(paper, places, missing, spurious, arguments.seed))
-            print(f'\n{100 * missing:.0f} % missing, {100 * spurious:.0f} % spurious, {len(views)} views:\n')
-            print_times(floors, measure(floors, views))
-    return 0
+    views = [hall_of(dots).views(number, *condition) for condition in CONDITIONS]
+    with path.open('rb') as file:
+        while file.read(_BLOCK):
+            pass
+    begin = clock.perf_counter()
+    floor = load_indexed_map(path)
+    open_milliseconds = 1e3 * (clock.perf_counter() - begin)
+    locate = constellation_of(floor)
+    warm = [
+        [time_answer(lambda pixels: locate(pixels).T_map_view, view.pixels, view.T_map_view) for view in each]
+        for each in views
+    ]
+    lines = Path('/proc/self/status').read_text().splitlines()
+    private = 1024 * int(next(line for line in lines if line.startswith('RssAnon')).split()[1])
+    return Measured(open_milliseconds, private, warm)
+
+
+def add_fixes(run: Run, halls: dict[int, Measured]) -> None:
+    """Add the times to a fix."""
+    first = next(iter(halls.values()))
+    heads = 'dots', 'time ms: median / 95 %', 'median in units of the first', 'right / none / wrong'
+    for k, (missing, spurious) in enumerate(CONDITIONS):
+        name = f'{100 * missing:.0f} % missing, {100 * spurious:.0f} % spurious, file in the page cache'
+        table = run.table(name, *heads)
+        base = [answer.milliseconds for answer in first.warm[k]]
+        for dots, hall in halls.items():
+            times = [answer.milliseconds for answer in hall.warm[k]]
+            table.add(f'{dots:,}', time(times), ratio(times, base), outcomes(a.verdict for a in hall.warm[k]))
+
+
+def main(run: Run, dots: tuple[int, ...], views: int, workers: int, folder: str) -> None:
+    """Build the halls and ask them."""
+    heads = 'hall m²', 'file GB', 'bytes a dot', 'built in s (CPU)', 'opened in ms', 'private memory MB'
+    table, halls = run.table('Maps', 'dots', *heads), {}
+    with tempfile.TemporaryDirectory() as temporary:
+        place = Path(folder or temporary)
+        place.mkdir(parents=True, exist_ok=True)
+        for wanted in dots:
+            path, hall = place / f'{wanted}.dotmap', hall_of(wanted)
+            seconds = build(hall, path, workers)
+            with ProcessPoolExecutor(1, mp_context=get_context('spawn')) as one:
+                found = one.submit(measure, wanted, path, views).result()
+            size = path.stat().st_size
+            halls[len(hall.dots)] = found
+            table.add(
+                *(f'{len(hall.dots):,}', f'{hall.side**2:.0f}', f'{size / 1e9:.2f}'),
+                *(count(size / len(hall.dots), '.0f', better='lower'), measured(seconds, '.0f')),
+                *(measured(found.open_milliseconds, '.1f'), measured(found.private_bytes / 1e6, '.0f')),
+            )
+    add_fixes(run, halls)
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    run_benchmark(
+        main,
+        dots=Option((91582, 1_000_000, 10_000_000), (91582,), 'of the halls'),
+        views=Option(200, 40, 'of each condition'),
+        workers=Option(2, 2, 'processes that build'),
+        folder=Option('', '', 'keeps maps and unfinished builds there'),
+    )

@@ -1,4 +1,4 @@
-"""Hard pictures, rendered: how many are located right, not at all, or wrong. Prints Markdown.
+"""Hard pictures, rendered: how many are located right, not at all, or wrong.
 
     shirube bench hard_pictures --pictures out/hard_pictures
 
@@ -9,27 +9,40 @@ degrees, exact within 0.5 mm.
 
 from __future__ import annotations
 
-import argparse
-import platform
-import sys
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
+from _figures import error, outcomes, rate, rms
 from _floor_photographs import CAMERA, SurveyedFloor, tracked_prior
 from _hard_conditions import CONDITIONS, HardCondition
-from _hard_report import HardOutcome, hard_table
-from _image_grid import annotated_image, image_grid, write_image
-from _pose_scores import score_pose
-from tqdm import tqdm
+from _harness import Option, Run, progress, run_benchmark
+from _pose_scores import EXACT_WITHIN, PoseScore, score_pose, whitened_errors
+from numpy.typing import NDArray
 
-from scene_simulator.floor.dot_floor import FloorDesign
+from floor_localizer.core.fix import Fix, NoFix
+from floor_localizer.debug_picture import debug_picture
+from scene_simulator.dot_floor import FloorDesign
+
+ZOOM, STRIP, COLUMNS = 1.25, 26, 4
+
+
+@dataclass
+class HardOutcome:
+    """What came of one condition, without and with a prior, and its first picture with its dots."""
+
+    scores: list[PoseScore] = field(default_factory=list)
+    tracked: list[PoseScore] = field(default_factory=list)
+    example: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1, 3), dtype=np.uint8))
 
 
 def hard_outcome(floor: SurveyedFloor, condition: HardCondition, count: int, seed: int) -> HardOutcome:
     """Locate pictures of one condition at places all over a floor of its design."""
-    result = HardOutcome(condition.name)
-    for number, pose in enumerate(tqdm(floor.places(count), condition.name, count, leave=False)):
+    result = HardOutcome()
+    for number, pose in enumerate(progress(floor.places(count), condition.name, count)):
         photograph = condition.photograph(floor.floor, pose, np.random.default_rng([seed, number]))
         dots = floor.localizer.detect(photograph.image)
         found = floor.localizer.locate_dots(dots, CAMERA)
@@ -41,32 +54,69 @@ def hard_outcome(floor: SurveyedFloor, condition: HardCondition, count: int, see
     return result
 
 
-def main() -> int:
-    """Run the benchmark and return its exit code."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--places', type=int, default=300, help='pictures of a condition (default 300)')
-    parser.add_argument('--only', default='', help='only the conditions whose name contains this')
-    parser.add_argument('--seed', type=int, default=1, help='of noise and disturbances')
-    parser.add_argument('--pictures', type=Path, help='folder for the first picture of each condition')
-    arguments = parser.parse_args()
+def annotated_image(image: NDArray[np.uint8], result: Fix | NoFix, label: str) -> NDArray[np.uint8]:
+    """Return an enlarged image under its label, with its dots: found on the map green, others red."""
+    large = cv2.resize(image, None, fx=ZOOM, fy=ZOOM, interpolation=cv2.INTER_CUBIC)
+    if result.dots is not None:
+        pixels = (result.dots.pixels + 0.5) * ZOOM - 0.5
+        result = replace(
+            result, dots=replace(result.dots, pixels=pixels, diameters=result.dots.diameters * ZOOM)
+        )
+    picture = debug_picture(np.asarray(large, dtype=np.uint8), result)
+    strip = np.full((STRIP, picture.shape[1], 3), 255, dtype=np.uint8)
+    cv2.putText(strip, label, (4, STRIP - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (20, 20, 20), 1, cv2.LINE_AA)
+    return np.pad(np.vstack([strip, picture]), ((3, 3), (3, 3), (0, 0)), constant_values=255)
+
+
+def write_pictures(folder: Path, pictures: Sequence[NDArray[np.uint8]]) -> None:
+    """Write the first pictures side by side."""
+    blank = np.full_like(pictures[0], 255)
+    padded = [*pictures, *[blank] * (-len(pictures) % COLUMNS)]
+    rows = [np.hstack(padded[k : k + COLUMNS]) for k in range(0, len(padded), COLUMNS)]
+    folder.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(folder / 'hard_pictures.png'), np.vstack(rows), [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+def main(run: Run, places: int, only: str, pictures: str) -> None:
+    """Locate the pictures of all conditions."""
     cv2.setNumThreads(1)
+    heads = (
+        'condition',
+        'prior',
+        'right / none / wrong',
+        'exact',
+        'error mm: median / 95 %',
+        '°',
+        'error / stated',
+    )
+    table = run.table('Hard pictures', *heads, 'why none')
     floors: dict[FloorDesign, SurveyedFloor] = {}
-    outcomes = []
+    examples = []
     for condition in CONDITIONS:
-        if arguments.only in condition.name:
-            floor = floors.setdefault(condition.design, SurveyedFloor(condition.design))
-            outcomes.append(hard_outcome(floor, condition, arguments.places, arguments.seed))
-    print(f'Python {platform.python_version()}, numpy {np.__version__}, OpenCV {cv2.__version__}.\n')
-    print(hard_table(outcomes))
-    if arguments.pictures:
-        for outcome in outcomes:
-            write_image(arguments.pictures / f'{outcome.name.replace(" ", "_")}.png', outcome.example)
-        grid = image_grid([outcome.example for outcome in outcomes])
-        write_image(arguments.pictures / 'hard_pictures.png', grid)
-    return 0
+        if only not in condition.name:
+            continue
+        floor = floors.setdefault(condition.design, SurveyedFloor(condition.design))
+        outcome = hard_outcome(floor, condition, places, run.seed)
+        examples.append(outcome.example)
+        for prior, scores in (('none', outcome.scores), ('tracked', outcome.tracked)):
+            right = [score for score in scores if score.verdict == 'right']
+            reasons = Counter(score.reason for score in scores if score.reason)
+            table.add(
+                *(condition.name, prior, outcomes(score.verdict for score in scores)),
+                rate(sum(score.distance < EXACT_WITHIN for score in scores), len(scores)),
+                error([score.distance for score in right], '.3f', 1e3, (50, 95)),
+                error([score.turn for score in right], '.3f', np.degrees(1.0), (50, 95)),
+                rms(whitened_errors(scores), '.2f', better='one'),
+                ', '.join(f'{number} x {reason}' for reason, number in reasons.most_common()),
+            )
+    if pictures:
+        write_pictures(Path(pictures), examples)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    run_benchmark(
+        main,
+        places=Option(300, 10, 'pictures of a condition'),
+        only=Option('', '', 'only the conditions whose name contains this'),
+        pictures=Option('', '', 'folder for the first picture of each condition'),
+    )

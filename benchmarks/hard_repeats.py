@@ -1,23 +1,20 @@
-"""Coming back under hard conditions: `./shirube bench hard_repeats`.
+"""Coming back under hard conditions: part of the target hidden, other light, blur, noise, a person, a landmark moved.
 
-Corridors are taught once; then the robot comes back with part of the target hidden, other light, blur, noise, other
-readings, a person before the wall, or one landmark moved. Peers: ORB and SIFT with stereo and PnP, taught with the
-same pair. Prints the markdown of the section "Hard repeats" of stereo_landmark.md.
+Corridors are taught once; peers are ORB and SIFT with stereo and PnP, taught with the same pair. Right is within 5 cm
+and 1.5 degrees.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from _landmark_corridor import TAUGHT, Pair, TaughtCorridor, teach_corridor
-from _product_rig import product_rig
-from _stereo_peers import FeaturePipeline
-from _timed_answers import use_one_core
-from tqdm import tqdm
+from _figures import error, outcomes
+from _harness import Option, Run, progress, run_benchmark, use_one_core
+from _landmark_corridor import LANDMARKS, TAUGHT, Pair, TaughtCorridor, teach_corridor
+from _stereo_peers import FeaturePipeline, product_rig
 
 from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.scene import CorridorScene, Person
@@ -29,7 +26,6 @@ from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 
-LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
 HIDDEN_FRACTION = 0.3
 """Part of the target's primitives that is covered."""
 OFFSET_MAX, YAW_MAX = 0.4, math.radians(10.0)
@@ -58,35 +54,6 @@ class Condition:
     name: str
     scene: Changed = unchanged
     camera: Camera = lambda camera: camera
-
-
-@dataclass
-class Score:
-    """Verdicts of one method under one condition."""
-
-    right: list[tuple[float, float]] = field(default_factory=list)
-    wrong: int = 0
-    none: int = 0
-
-    def add(self, found: SE2 | None, truth: SE2) -> None:
-        """Take an answer."""
-        if found is None:
-            self.none += 1
-            return
-        way, turn = found.distance_to(truth), abs(found.yaw_to(truth))
-        if way <= RIGHT_WITHIN and turn <= RIGHT_TURN:
-            self.right.append((way, turn))
-        else:
-            self.wrong += 1
-
-    def cells(self) -> str:
-        """Return the cells of the table."""
-        counts = f'{len(self.right)} / {self.none} / {self.wrong}'
-        if not self.right:
-            return f'{counts} | -'
-        ways, turns = 1e3 * np.array(self.right)[:, 0], np.degrees(np.array(self.right)[:, 1])
-        errors = f'{np.median(ways):.1f} / {np.percentile(ways, 95):.1f} mm, {np.median(turns):.2f}°'
-        return f'{counts} | {errors}'
 
 
 def hide_landmarks(scene: CorridorScene, taught: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
@@ -161,50 +128,52 @@ def repeat(
     return render_pair(scene, cameras, TAUGHT @ truth, rng), truth
 
 
-def main() -> int:
-    """Print the table; return 1 when a pose of ours is wrong."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--places', type=int, default=4, help='corridors that are taught')
-    parser.add_argument('--views', type=int, default=10, help='of each corridor under each condition')
-    parser.add_argument('--only', default='', help='conditions whose name holds this')
-    arguments = parser.parse_args()
+def verdict_of(found: SE2 | None, truth: SE2) -> tuple[str, float, float]:
+    """Return 'right', 'none' or 'wrong', and the errors of position [m] and heading [rad] of what is right."""
+    if found is None:
+        return 'none', math.nan, math.nan
+    way, turn = found.distance_to(truth), abs(found.yaw_to(truth))
+    if way <= RIGHT_WITHIN and turn <= RIGHT_TURN:
+        return 'right', way, turn
+    return 'wrong', math.nan, math.nan
+
+
+def main(run: Run, places: int, views: int, only: str) -> None:
+    """Come back under all conditions."""
     use_one_core()
     pipelines = [FeaturePipeline(name, product_rig(Cameras())) for name in ('ORB', 'SIFT')]
-    chosen = [condition for condition in CONDITIONS if arguments.only in condition.name]
-    scores = {
-        (condition.name, method): Score()
-        for condition in chosen
-        for method in (OURS, *(pipeline.name for pipeline in pipelines))
+    chosen = [condition for condition in CONDITIONS if only in condition.name]
+    scores: dict[tuple[str, str], list[tuple[str, float, float]]] = {
+        (condition.name, method): [] for condition in chosen for method in (OURS, 'ORB', 'SIFT')
     }
-    for seed in tqdm(range(arguments.places), 'places'):
+    for seed in progress(range(places), 'places'):
         taught = teach_corridor(corridor(CorridorDesign(seed=seed)), Cameras(), LANDMARKS)
         localizer = LandmarkLocalizer([taught.place])
         features = [pipeline.teach(taught.images) for pipeline in pipelines]
-        for condition in tqdm(chosen, 'conditions', leave=False):
-            for view in range(arguments.views):
+        for condition in chosen:
+            for view in range(views):
                 rng = np.random.default_rng((seed, CONDITIONS.index(condition), view))
                 images, truth = repeat(taught, seed, condition, rng)
                 fix = localizer.locate(*images)
-                mine = fix.displacement.T_place_base if isinstance(fix, LandmarkFix) else None
-                scores[condition.name, OURS].add(mine, truth)
+                ours = fix.displacement.T_place_base if isinstance(fix, LandmarkFix) else None
+                scores[condition.name, OURS].append(verdict_of(ours, truth))
                 for pipeline, known in zip(pipelines, features, strict=True):
                     found = pipeline.locate(known, pipeline.features(images[0]))
-                    scores[condition.name, pipeline.name].add(found, truth)
-    print_table(chosen, scores)
-    return int(any(score.wrong for (_, method), score in scores.items() if method == OURS))
-
-
-def print_table(conditions: list[Condition], scores: dict[tuple[str, str], Score]) -> None:
-    """Print what each method found."""
-    methods = list(dict.fromkeys(method for _, method in scores))
-    heads = ' | '.join(f'{name}: right / none / wrong | error: median / 95 %, heading' for name in methods)
-    print(f'| otherwise | {heads} |\n|{"---|" * (1 + 2 * len(methods))}')
-    for condition in conditions:
-        cells = ' | '.join(scores[condition.name, method].cells() for method in methods)
-        print(f'| {condition.name} | {cells} |')
+                    scores[condition.name, pipeline.name].append(verdict_of(found, truth))
+    heads = 'right / none / wrong', 'mm: median / 95 %', '°: median / 95 %'
+    table = run.table('Hard repeats', 'otherwise', 'method', *heads)
+    for (name, method), found_all in scores.items():
+        table.add(
+            *(name, method, outcomes(verdict for verdict, _, _ in found_all)),
+            error([way for _, way, _ in found_all], '.1f', 1e3, (50, 95)),
+            error([turn for _, _, turn in found_all], '.3f', math.degrees(1.0), (50, 95)),
+        )
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    run_benchmark(
+        main,
+        places=Option(3, 1, 'corridors that are taught'),
+        views=Option(8, 1, 'of each corridor under each condition'),
+        only=Option('', '', 'conditions whose name holds this'),
+    )

@@ -1,19 +1,17 @@
-"""Five lamps in a telephone's photograph: `SHIRUBE_DATA=FOLDER ./shirube bench lamp_photograph`.
+"""Five lamps in a telephone's photograph: which frequency each plays, and the pose with its residuals.
 
-The photograph is Luxapose's x_0_y_1.27.jpg in FOLDER/vlc_luxapose: a rolling shutter, five lamps of 2 to 4 kHz whose
-places are known. Prints what is found, which frequency each lamp plays, and the pose with its residuals.
+The photograph is Luxapose's x_0_y_1.27.jpg (SHIRUBE_DATA, ``vlc_luxapose/``): a rolling shutter, five lamps of 2 to
+4 kHz whose places are known.
 """
 
 from __future__ import annotations
 
-import argparse
-import os
-import sys
-from pathlib import Path
+import math
 
 import cv2
 import numpy as np
-from _timed_answers import use_one_core
+from _figures import count, rate, rms
+from _harness import Run, run_benchmark, use_one_core
 from numpy.typing import NDArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
@@ -26,7 +24,6 @@ from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.settings import LampSettings, PoseSettings
 
-NAME = Path('vlc_luxapose') / 'x_0_y_1.27.jpg'
 FOCAL, ROWS_A_SECOND, EXPOSURE, LONGEST_STRIPE = 5620.0, 47540.0, 5e-5, 20.0
 """Of the telephone [px, 1/s, s], and of the slowest lamp in it [px]."""
 TONES = (2000.0, 2500.0, 3000.0, 3500.0, 4000.0)
@@ -51,69 +48,40 @@ def likelihoods(image: NDArray[np.uint8], blobs: LampBlobs) -> NDArray[np.float6
     return np.array(table)
 
 
-def main() -> int:
-    """Print the tables; return 1 without the photograph or without the pose."""
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
-    path = Path(os.environ.get('SHIRUBE_DATA', '.')) / NAME
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if image is None:
-        print(
-            f'{path}: no photograph; set SHIRUBE_DATA to the folder that holds vlc_luxapose/', file=sys.stderr
-        )
-        return 1
+def main(run: Run) -> None:
+    """Find the lamps and the pose."""
     use_one_core()
-    grey = np.asarray(image, np.uint8)
+    path = run.data('vlc_luxapose', 'x_0_y_1.27.jpg')
+    grey = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), np.uint8)
     blobs = LampDetector(LampSettings(contrast_min=10.0, stripe_rows=LONGEST_STRIPE)).detect(grey)
     played = likelihoods(grey, blobs)
-    ids = 1 + played.argmax(axis=1)
-    camera = PinholeCamera(
-        grey.shape[1], grey.shape[0], FOCAL, FOCAL, 0.5 * (grey.shape[1] - 1), 0.5 * (grey.shape[0] - 1)
-    )
+    ids, ordered = 1 + played.argmax(axis=1), np.sort(played, axis=1)
+    height, width = grey.shape
+    camera = PinholeCamera(width, height, FOCAL, FOCAL, 0.5 * (width - 1), 0.5 * (height - 1))
     locator = BeaconLocator(BEACONS, LEVEL, None, SETTINGS)
     rays = locator.rays(camera, ids, blobs.centroids, blobs.sigmas.max(axis=1))
     fix = locator.locate(rays)
     if not isinstance(fix, BeaconFix):
-        print(f'no pose: {fix}', file=sys.stderr)
-        return 1
-    print(f'{camera.width} x {camera.height} pixels, {len(blobs)} lamps found of {len(BEACONS)}.\n')
-    print_lamps(blobs, played, ids, fix.residuals * np.hypot(rays.sigmas, SETTINGS.pixel_sigma)[:, None])
-    print_pose(fix)
-    return 0
-
-
-def print_lamps(
-    blobs: LampBlobs, played: NDArray[np.float64], ids: NDArray[np.int64], residuals: NDArray[np.float64]
-) -> None:
-    """Print a line for each lamp; residuals have the shape (n, 2) [px]."""
-    print(
-        '| lamp | centre px | diameter px | frequency Hz | ahead of the next by (log likelihood) | residual px |'
-    )
-    print('|---|---|---|---|---|---|')
-    ordered = np.sort(played, axis=1)
+        run.note(f'No pose: {fix}')
+        return
+    residuals = fix.residuals * np.hypot(rays.sigmas, SETTINGS.pixel_sigma)[:, None]
+    heads: tuple[str, ...] = ('frequency Hz', 'diameter px', 'ahead of the next by (log likelihood)')
+    table = run.table('Lamps', 'lamp', *heads, 'residual px: rms')
     for k in np.argsort(ids):
-        u, v = blobs.centroids[k]
-        print(
-            f'| {ids[k]} | {u:.1f}, {v:.1f} | {2.0 * blobs.radii[k]:.0f} | {TONES[ids[k] - 1]:.0f} '
-            f'| {ordered[k, -1] - ordered[k, -2]:.0f} | {residuals[k, 0]:.1f}, {residuals[k, 1]:.1f} |'
+        ahead = count(ordered[k, -1] - ordered[k, -2], '.0f', better='higher')
+        table.add(
+            *(str(ids[k]), f'{TONES[ids[k] - 1]:.0f}', count(2.0 * blobs.radii[k], '.0f')),
+            *(ahead, rms(residuals[k], '.1f')),
         )
-    rms = float(np.sqrt(np.mean(residuals**2)))
-    print(
-        f'\nRoot mean square of the residuals: {rms:.2f} px, {1e3 * rms * HEIGHT / FOCAL:.1f} mm at the lamps.'
-    )
-
-
-def print_pose(fix: BeaconFix) -> None:
-    """Print the pose with its deviations."""
-    pose, sigmas = fix.T_map_base, 100.0 * np.sqrt(np.diag(fix.covariance)[:3])
-    roll, pitch = np.degrees(fix.tilt)
-    print(
-        f'Pose: x {100.0 * pose.x:.1f} ± {sigmas[0]:.1f} cm, y {100.0 * pose.y:.1f} ± {sigmas[1]:.1f} cm, '
-        f'z {100.0 * fix.height:.1f} ± {sigmas[2]:.1f} cm, yaw {np.degrees(pose.yaw):.1f}°, '
-        f'tilt {roll:.2f}° and {pitch:.2f}°; the telephone was about under the middle lamp, at z = 0.'
+    pose, (roll, pitch) = fix.T_map_base, np.degrees(fix.tilt)
+    heads = 'lamps found', 'x cm', 'y cm', 'z cm', 'yaw °', 'tilt °', 'residuals px: rms', 'at the lamps mm'
+    run.table('Pose; the telephone was about under the middle lamp, at z = 0', 'photograph', *heads).add(
+        *(path.name, rate(len(blobs), len(BEACONS))),
+        *(count(100.0 * value, '.1f') for value in (pose.x, pose.y, fix.height)),
+        *(count(math.degrees(pose.yaw), '.1f'), f'{roll:.2f}, {pitch:.2f}'),
+        *(rms(residuals, '.2f'), rms(residuals, '.2f', 1e3 * HEIGHT / FOCAL)),
     )
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    run_benchmark(main)

@@ -1,52 +1,85 @@
-"""Displacements from one target at 2, 3 and 5 m against the truth: `./shirube bench landmark_accuracy`.
+"""Displacements from one target at 2, 3 and 5 m against the truth, beside ORB, SIFT and one AprilTag.
 
-Prints the markdown of the section "Accuracy" of stereo_landmark.md: errors with the bound of Cramér and Rao, the
-stated covariance, and ORB, SIFT and one AprilTag in the same views.
+A panel of 0.8 m with six fields is taught from one pair and looked for from poses up to 0.5 m and 15° away; the tag
+replaces it in the same views.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from itertools import islice
 
 import numpy as np
-from _landmark_bound import CAMERAS, PoseBound
-from _landmark_score import OURS, Result, error_of, print_results
+from _figures import error, mean, rate, rms
+from _harness import Option, Run, progress, run_benchmark, use_one_core
 from _landmark_views import RIG, LandmarkView, LandmarkWall, repeat_poses, teach_pose
-from _product_rig import product_rig
-from _stereo_peers import FeaturePipeline
+from _stereo_peers import FeaturePipeline, product_rig
 from _tag_peer import TagPeer, is_available
-from _timed_answers import use_one_core
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
-from stereo_landmark.core.place.reprojection import reproject
-from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
+from stereo_landmark.core.place.place_fix import PlaceFix
+from stereo_landmark.core.place.reprojection_model import reproject
+from stereo_landmark.core.place.settings import PlaceSettings
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
+from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
+from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
-from stereo_landmark.core.stereo import StereoPoints
+from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.primitive_selection import TargetSelection
-from stereo_landmark.core.teaching.teacher import Teacher
 
-DISTANCES = (2.0, 3.0, 5.0)
 EXACT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)
 """The rendered rig is exactly calibrated and level."""
 CHOSEN_WITHIN = 1.0
 """A measured corner is that of the field when it is so near [px]."""
 FIELDS_MIN = 4
-FIT_SIGMA = 0.015
-"""Noise of points for the fit alone, along each axis of each image [px]."""
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
+OURS = 'shirube'
+CAMERAS = product_rig(RIG)
+
+Judged = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""An error x, y [m] and yaw [rad], shape (3,), and a covariance that it is held against, shape (3, 3)."""
+
+
+@dataclass
+class Result:
+    """Of one distance.
+
+    Attributes:
+        views: how often each method was asked.
+        errors: found less true x, y [m] and yaw [rad], by method.
+        stated: shirube's errors with the stated covariances.
+        used: how many points each fix was made of.
+        points: how many each lesson has.
+    """
+
+    views: dict[str, int] = field(default_factory=dict)
+    errors: dict[str, list[NDArray[np.float64]]] = field(default_factory=dict)
+    stated: list[Judged] = field(default_factory=list)
+    used: list[int] = field(default_factory=list)
+    points: list[int] = field(default_factory=list)
+
+    def add(self, method: str, found: SE2 | None, truth: SE2) -> None:
+        """Add an answer."""
+        self.views[method] = self.views.get(method, 0) + 1
+        errors = self.errors.setdefault(method, [])
+        if found is not None:
+            errors.append(error_of(found, truth))
+
+
+def error_of(found: SE2, truth: SE2) -> NDArray[np.float64]:
+    """Return found less true x, y [m] and yaw [rad], shape (3,)."""
+    return np.array([found.x - truth.x, found.y - truth.y, truth.yaw_to(found)])
+
+
+def whitened(judged: Sequence[Judged]) -> NDArray[np.float64]:
+    """Return errors by their own covariances, shape (n, 3): normal deviates if these are true."""
+    return np.array([np.linalg.solve(np.linalg.cholesky(covariance), error) for error, covariance in judged])
 
 
 def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
@@ -56,14 +89,12 @@ def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
     """
     processing = ImageProcessing()
     left, right = (detect_scene(image, processing) for image in view.panel)
-    stereo = StereoView(left, right, CAMERAS)
-    teacher = Teacher(stereo, processing, EXACT.pixel_sigma)
+    teacher = Teacher(StereoView(left, right, CAMERAS), processing, EXACT.pixel_sigma)
     quadrilaterals = left.kinds[PrimitiveKind.QUADRILATERAL].primitives
     chosen = {}
     for number, corners in enumerate(field_pixels(wall, view.T_map_base)):
         here, there = corners[:, :2], corners[:, 2:]
-        ways = [_farthest(each, here) for each in quadrilaterals]
-        nearest = quadrilaterals[int(np.argmin(ways))]
+        nearest = quadrilaterals[int(np.argmin([_farthest(each, here) for each in quadrilaterals]))]
         try:
             pair = teacher.measure(nearest)
         except StereoLandmarkError:
@@ -82,11 +113,6 @@ def field_pixels(wall: LandmarkWall, T_map_base: SE2) -> NDArray[np.float64]:
     return reproject(np.zeros(6), base, CAMERAS).pixels.reshape(-1, 4, 4)
 
 
-def fields_of(place: TaughtPlace) -> list[int]:
-    """Return the numbers of the fields that were taught."""
-    return [int(primitive.name.split()[1]) for primitive in place.targets[0].primitives]
-
-
 def _farthest(found: Primitive, corners: NDArray[np.float64]) -> float:
     """Return how far a corner of a quadrilateral is from where it is to be, whichever corner is the first."""
     if not isinstance(found, Quadrilateral):
@@ -95,14 +121,7 @@ def _farthest(found: Primitive, corners: NDArray[np.float64]) -> float:
 
 
 class Methods:
-    """All methods, taught with one view.
-
-    Args:
-        place: the panel.
-        view: when it was taught.
-        pipelines: feature pipelines.
-        tag: the tag's detector, None where OpenCV has none.
-    """
+    """All methods, taught with one view; ``tag`` is None where OpenCV has no AprilTags."""
 
     def __init__(
         self, place: TaughtPlace, view: LandmarkView, pipelines: list[FeaturePipeline], tag: TagPeer | None
@@ -125,24 +144,21 @@ class Methods:
             yield 'AprilTag, both images', self._tag.locate_from_both(self._view.tag, view.tag)
 
 
-def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None], *, grain: bool) -> Result:
+def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
     """Return the errors at one distance, of so many lessons with so many repeats each."""
-    result = Result()
-    tag = TagPeer() if is_available() else None
-    pipelines = [FeaturePipeline(name, product_rig(RIG)) for name in ('ORB', 'SIFT')]
-    for number in range(wanted):
-        rng = np.random.default_rng((seed, round(distance), number))
+    result, tag = Result(), TagPeer() if is_available() else None
+    pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
+    for number in progress(range(wanted), f'lessons at {distance:g} m'):
+        rng = np.random.default_rng((run.seed, round(distance), number))
         cells = np.zeros((1, 1), np.bool_) if tag is None else tag.cells()
-        wall = LandmarkWall(seed + number, cells, grain=grain)
+        wall = LandmarkWall(run.seed + number, cells)
         lesson = wall.view(teach_pose(distance, rng), rng)
         place = taught_panel(wall, lesson)
         if place is None:
-            result.untaught += 1
-            bar.update(repeats)
+            run.note(f'{distance:g} m, lesson {number}: fewer than four fields are measured')
             continue
         result.points.append(len(place.coordinates))
         methods = Methods(place, lesson, pipelines, tag)
-        bound = PoseBound(wall, lesson, fields_of(place))
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
             fix = methods.fix(view)
@@ -150,65 +166,46 @@ def run(distance: float, wanted: int, repeats: int, seed: int, bar: tqdm[None], 
             for name, found in methods.peers(view):
                 result.add(name, found, truth)
             if isinstance(fix, PlaceFix):
-                result.compare(fix, truth, bound.covariance(view, truth), fit_alone(place, fix, truth, rng))
+                off = error_of(fix.T_place_base, truth)
+                result.stated.append((off, fix.covariance[PLANAR]))
+                result.used.append(len(fix.names))
             else:
-                result.misses.append(f'{distance:g} m, lesson {number}: {fix.reason} ({fix.detail})')
-            bar.update()
+                run.note(f'No pose: {distance:g} m, lesson {number}: {fix.reason} ({fix.detail})')
     return result
 
 
-def fit_alone(
-    place: TaughtPlace, fix: PlaceFix, truth: SE2, rng: np.random.Generator
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return error and stated covariance of the fit of points that have exactly the stated noise.
-
-    Args:
-        place: taught points, taken for the truth, and their covariances.
-        fix: names the points; each is seen with the noise that such points have in the taught images.
-        truth: the displacement.
-        rng: random generator of the noise.
-    """
-    true = place.coordinates.select(fix.names)
-    state = np.array([truth.x, truth.y, 0.0, truth.yaw, 0.0, 0.0])
-    noise = np.tile(FIT_SIGMA**2 * np.eye(4), (len(true), 1, 1))
-    pairs = []
-    for at in (np.zeros(6), state):
-        pixels = reproject(at, true.positions, CAMERAS).pixels
-        pairs.append(StereoPoints(true.names, pixels + FIT_SIGMA * rng.normal(size=pixels.shape), noise))
-    locator = PlaceLocator(CAMERAS, EXACT)
-    answer = locator.locate(pairs[1], locator.spatial_points(pairs[0]))
-    if not isinstance(answer, PlaceFix):
-        return None
-    return error_of(answer.T_place_base, truth), answer.covariance[PLANAR]
-
-
-def main() -> int:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description='Displacements from one target against the truth.')
-    parser.add_argument(
-        '--lessons', type=int, default=8, help='times that the target is taught, at each distance'
-    )
-    parser.add_argument('--repeats', type=int, default=8, help='views of each lesson')
-    parser.add_argument(
-        '--distances', type=float, nargs='+', default=DISTANCES, choices=DISTANCES, help='which of them [m]'
-    )
-    parser.add_argument('--seed', type=int, default=1, help='of everything')
-    parser.add_argument(
-        '--plain', action='store_true', help='a panel whose paint has no grain, as the bound supposes'
-    )
-    arguments = parser.parse_args()
+def main(run: Run, lessons: int, repeats: int, distances: tuple[float, ...]) -> None:
+    """Measure the errors at all distances."""
     use_one_core()
-    results = {}
-    with tqdm(total=len(arguments.distances) * arguments.lessons * arguments.repeats, leave=False) as bar:
-        for distance in arguments.distances:
-            results[distance] = run(
-                distance, arguments.lessons, arguments.repeats, arguments.seed, bar, grain=not arguments.plain
+    heads: tuple[str, ...] = 'found', 'position mm: median / 95 % / max', 'heading °: the same'
+    errors = run.table('Errors', 'distance', 'method', *heads)
+    consistency = run.table('Stated covariance', 'distance', 'points taught', 'used', 'error / stated')
+    for distance in distances:
+        result, name = measure(run, distance, lessons, repeats), f'{distance:g} m'
+        for method, found in result.errors.items():
+            offs = np.array(found).reshape(-1, 3)
+            errors.add(
+                *(name, method, rate(len(found), result.views[method])),
+                error(np.hypot(offs[:, 0], offs[:, 1]), '.2f', 1e3),
+                error(np.abs(offs[:, 2]), '.4f', math.degrees(1.0)),
             )
-    print_results(results)
+        if result.stated:
+            consistency.add(
+                *(
+                    name,
+                    mean(result.points, '.1f', better='higher'),
+                    mean(result.used, '.1f', better='higher'),
+                ),
+                rms(whitened(result.stated), '.2f', better='one'),
+            )
     if not is_available():
-        print('OpenCV has no AprilTags here: pip install opencv-python-headless>=4.7', file=sys.stderr)
-    return 0
+        run.note('OpenCV 4.7 or later is needed to compare with AprilTags.')
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    run_benchmark(
+        main,
+        lessons=Option(24, 1, 'times that the target is taught, at each distance'),
+        repeats=Option(4, 3, 'views of each lesson'),
+        distances=Option((2.0, 3.0, 5.0), (2.0, 3.0, 5.0), '[m]'),
+    )

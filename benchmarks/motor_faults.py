@@ -1,37 +1,50 @@
-"""What motor_bridge makes of faults of line and controller: `./shirube bench motor_faults [--replies 1000000]`.
+"""What motor_bridge makes of faults of line and controller.
 
-Prints a table: replies and commands corrupted in memory, a disconnected terminal, the time from cmd_vel
-to the wire, a bridge that is killed while it drives, and a controller that is held and let go (all on
-pseudo-terminals, in real time).
+Replies and commands corrupted in memory; then on pseudo-terminals, in real time: a disconnected terminal, the time from
+cmd_vel to the wire, a bridge that is killed while it drives, and a controller that is held and let go.
 """
 
 from __future__ import annotations
 
-import argparse
-
+from _figures import count, error, measured, rate
+from _harness import Option, Run, run_benchmark
 from _motor_fuzz import fuzz
 from _motor_line import disconnect_terminal, kill_bridge, suspend_controller, wire_latency
 
 
-def main() -> None:
-    """Print all tables."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--replies', type=int, default=1_000_000, help='that are fuzzed')
-    parser.add_argument('--pulls', type=int, default=100, help='of the terminal')
-    parser.add_argument('--commands', type=int, default=500, help='whose latency is measured')
-    parser.add_argument('--stops', type=int, default=10, help='of the bridge, and of the controller')
-    options = parser.parse_args()
-    print('| what | figure |\n|---|---|')
+def main(run: Run, replies: int, disconnections: int, commands: int, stops: int) -> None:
+    """Corrupt, disconnect, kill and hold."""
+    tally = fuzz(replies, 6 + run.seed)
+    table = run.table('Corrupted replies and commands', 'what', 'figure')
+    for name, figure in (
+        ('replies of the controller', count(tally.replies)),
+        ('corrupted replies and commands', count(sum(tally.faults.values()) - tally.wrong_sent)),
+        ('exceptions out of the conversation', count(tally.exceptions, better='lower')),
+        ('commands beyond the limits', count(tally.over_limit, better='lower')),
+        ('greatest commanded wheel speed, fraction of the limit', count(tally.fastest, '.3f')),
+        ('well-formed wrong counts taken by odometry', rate(tally.wrong_accepted, tally.wrong_sent, 'lower')),
+        ('by which a wheel was wrong until the next read, mm', error(tally.wrong_mm)),
+        ('greatest step of odometry beyond the true one', count(1e3 * tally.jump, '.1f', ' mm', 'lower')),
+        ('way of the wheels', measured(tally.path, '.0f', ' m')),
+        *((f'counts {name}', count(number)) for name, number in tally.status_counts.items()),
+    ):
+        table.add(name, figure)
+    table = run.table('On pseudo-terminals, in real time', 'what', 'figure')
     for rows in (
-        fuzz(options.replies, 7).rows(),
-        disconnect_terminal(options.disconnections),
-        wire_latency(options.commands),
-        kill_bridge(options.stops),
-        suspend_controller(options.stops),
+        disconnect_terminal(disconnections),
+        wire_latency(commands),
+        kill_bridge(stops),
+        suspend_controller(stops),
     ):
         for name, figure in rows:
-            print(f'| {name} | {figure} |', flush=True)
+            table.add(name, figure)
 
 
 if __name__ == '__main__':
-    main()
+    run_benchmark(
+        main,
+        replies=Option(1_000_000, 10_000, 'that are fuzzed'),
+        disconnections=Option(100, 2, 'of the terminal'),
+        commands=Option(500, 20, 'whose latency is measured'),
+        stops=Option(10, 1, 'of the bridge, and of the controller'),
+    )

@@ -7,17 +7,14 @@ its plan; at every step where it sees a new obstacle, the plan is repaired, and 
 
 from __future__ import annotations
 
-import argparse
-import sys
-import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from _grid_drives import SENSOR_RANGE
-from _timed_answers import use_one_core
+from _figures import ratio, time
+from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, Route
@@ -25,27 +22,27 @@ from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.room.grid_maps import GRID_MAPS, maze, random_field, rooms
 from scene_simulator.room.grid_world import GridWorld
 
+SENSOR_RANGE = 6.0
 STEPS_MAX = 1500
 EVERY = 10
-Pair = tuple[tuple[int, int], tuple[int, int]]
+Cell = tuple[int, int]
 
 
-class Replans(NamedTuple):
-    """Times of one map [s].
+@dataclass
+class Replans:
+    """Times of one map [ms].
 
     Attributes:
-        first: times of the first plan, including all state kept for replanning.
         repaired: time of each replan.
         on_route: times of the replans whose new obstacle was on the route.
         scratch: times of `shortest_route` on the same map.
         reinitialized: times of the incremental search restarted from scratch.
     """
 
-    first: list[float]
-    repaired: list[float]
-    on_route: list[float]
-    scratch: list[float]
-    reinitialized: list[float]
+    repaired: list[float] = field(default_factory=list)
+    on_route: list[float] = field(default_factory=list)
+    scratch: list[float] = field(default_factory=list)
+    reinitialized: list[float] = field(default_factory=list)
 
 
 def speed_maps(side: int) -> dict[str, NDArray[np.bool_]]:
@@ -58,10 +55,10 @@ def speed_maps(side: int) -> dict[str, NDArray[np.bool_]]:
     return maps
 
 
-def pairs_of(blocked: NDArray[np.bool_], count: int) -> list[Pair]:
+def pairs_of(blocked: NDArray[np.bool_], count: int) -> list[tuple[Cell, Cell]]:
     """Return pairs of free cells with a route between them."""
     rng, free = np.random.default_rng(5), np.argwhere(~blocked)
-    pairs: list[Pair] = []
+    pairs: list[tuple[Cell, Cell]] = []
     while len(pairs) < count:
         (a, b), (c, d) = rng.choice(free, 2).tolist()
         if isinstance(shortest_route(blocked, (a, b), (c, d)), Route):
@@ -76,15 +73,14 @@ def route_of(answer: Route | NoRoute) -> Route:
     return answer
 
 
-def time_call(call: Callable[..., Any], *arguments: object) -> tuple[float, Any]:
-    """Return the processor time of a call [s], and its result."""
-    begin = time.process_time()
-    result = call(*arguments)
-    return time.process_time() - begin, result
+def check_lengths(one: float, other: float) -> None:
+    """See that two routes are equally long."""
+    if abs(one - other) > 1e-6:
+        raise AssertionError(f'lengths {one} and {other}')
 
 
 def compare(blocked: NDArray[np.bool_], count: int, peer: Callable[..., Any]) -> NDArray[np.float64]:
-    """Return the times of ours and of the peer's plans, shape (count, 2) [s]."""
+    """Return the times of ours and of the peer's plans, shape (count, 2) [ms]."""
     octets = np.ascontiguousarray(blocked).view(np.uint8)
     methods = (
         lambda ends: route_of(shortest_route(blocked, *ends)).length,
@@ -92,40 +88,38 @@ def compare(blocked: NDArray[np.bool_], count: int, peer: Callable[..., Any]) ->
     )
     times = []
     for number, pair in enumerate(pairs_of(blocked, count)):
-        order = (0, 1) if number % 2 else (1, 0)
-        answers = {k: time_call(methods[k], pair) for k in order}
-        if abs(answers[0][1] - answers[1][1]) > 1e-6:
-            raise AssertionError(f'{pair}: lengths {answers[0][1]} and {answers[1][1]}')
-        times.append((answers[0][0], answers[1][0]))
+        answers = {k: cpu_time(methods[k], pair) for k in ((0, 1) if number % 2 else (1, 0))}
+        check_lengths(answers[0][0], answers[1][0])
+        times.append((answers[0][1], answers[1][1]))
     return np.array(times)
 
 
-def replan(blocked: NDArray[np.bool_], count: int) -> Replans:
-    """Drive through a map that is unknown at first."""
-    found = Replans([], [], [], [], [])
-    for start, goal in pairs_of(blocked, count):
-        _drive(blocked, start, goal, found)
-    return found
-
-
-def _drive(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int], found: Replans) -> None:
+def drive(blocked: NDArray[np.bool_], start: Cell, goal: Cell, found: Replans) -> None:
+    """Drive through a map that is unknown at first, and add the times."""
     world, known, cell = GridWorld(blocked), np.zeros_like(blocked), start
-    begin = time.process_time()
     routes = DStarLite(known, goal)
-    route = route_of(routes.route_from(start))
-    found.first.append(time.process_time() - begin)
-    way, place = route.cells, 0
+    way, place = route_of(routes.route_from(start)).cells, 0
+
+    def repair(new: NDArray[np.int64], cell: Cell) -> Route:
+        routes.update_cells(new, True)
+        return route_of(routes.route_from(cell))
+
     for _ in range(STEPS_MAX):
         cells, occupied = world.observe(cell, SENSOR_RANGE)
         new = cells[occupied & ~known[tuple(cells.T)]]
         known[tuple(new.T)] = True
         if len(new):
-            seconds, route = time_call(_repair, routes, new, cell)
-            found.repaired.append(seconds)
+            route, milliseconds = cpu_time(repair, new, cell)
+            found.repaired.append(milliseconds)
             if known[tuple(way[place:].T)].any():
-                found.on_route.append(seconds)
+                found.on_route.append(milliseconds)
             if len(found.repaired) % EVERY == 0:
-                _compare_with_scratch(known, cell, goal, route.length, found)
+                again, milliseconds = cpu_time(shortest_route, known, cell, goal)
+                found.scratch.append(milliseconds)
+                found.reinitialized.append(
+                    cpu_time(lambda cell=cell: DStarLite(known, goal).route_from(cell))[1]
+                )
+                check_lengths(route.length, route_of(again).length)
             way, place = route.cells, 0
         if cell == goal:
             return
@@ -133,82 +127,39 @@ def _drive(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, 
         cell = (int(way[place, 0]), int(way[place, 1]))
 
 
-def _repair(routes: DStarLite, new: NDArray[np.int64], cell: tuple[int, int]) -> object:
-    routes.update_cells(new, True)
-    return routes.route_from(cell)
-
-
-def _compare_with_scratch(
-    known: NDArray[np.bool_], cell: tuple[int, int], goal: tuple[int, int], length: float, found: Replans
-) -> None:
-    seconds, route = time_call(shortest_route, known, cell, goal)
-    found.scratch.append(seconds)
-    found.reinitialized.append(time_call(lambda: DStarLite(known, goal).route_from(cell))[0])
-    if abs(route.length - length) > 1e-6:
-        raise AssertionError(f'{cell} to {goal}: lengths {route.length} and {length}')
-
-
-def print_comparison(maps: dict[str, NDArray[np.bool_]], count: int, peer: Callable[..., Any]) -> None:
-    """Print our times and the peer's."""
-    print(
-        '\n| known map | ours ms: median / 95 % | nano-astar | ratio of medians | ratio a pair: median / 95 % |'
-    )
-    print('|---|---|---|---|---|')
-    every = []
-    for name, blocked in tqdm(maps.items(), leave=False):
-        every.append(compare(blocked, count, peer))
-        _print_times(name, every[-1])
-    _print_times('all', np.concatenate(every))
-
-
-def _print_times(name: str, times: NDArray[np.float64]) -> None:
-    (ours, peers), (ours_high, peers_high) = np.percentile(1e3 * times, [50, 95], axis=0)
-    ratio, ratio_high = np.percentile(times[:, 0] / times[:, 1], [50, 95])
-    print(
-        f'| {name} | {ours:.2f} / {ours_high:.1f} | {peers:.2f} / {peers_high:.1f} | {ours / peers:.2f} '
-        f'| {ratio:.2f} / {ratio_high:.2f} |'
-    )
-
-
-def print_replans(maps: dict[str, NDArray[np.bool_]], count: int) -> None:
-    """Print replanning against planning from scratch."""
-    print(
-        '\n| unknown map | replans | replan ms: median / 95 % / mean | new obstacle on the route '
-        '| from scratch: median | times faster | D* Lite from scratch |'
-    )
-    print('|---|---|---|---|---|---|---|')
-    for name in GRID_MAPS:
-        found = replan(maps[name], count)
-        median, high = np.percentile(1e3 * np.array(found.repaired), [50, 95])
-        hit, scratch, reinitialized = (
-            1e3 * np.median(part) for part in (found.on_route, found.scratch, found.reinitialized)
-        )
-        print(
-            f'| {name} | {len(found.repaired)} | {median:.3f} / {high:.2f} / {1e3 * np.mean(found.repaired):.3f} '
-            f'| {len(found.on_route)}: {hit:.3f} | {scratch:.2f} | {scratch / median:.0f} | {reinitialized:.1f} |'
-        )
-
-
-def main() -> int:
-    """Run the benchmark."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--side', type=int, default=1024, help='of the maps [cells]')
-    parser.add_argument('--pairs', type=int, default=100, help='start and goal, of each known map')
-    parser.add_argument('--drives', type=int, default=10, help='of each unknown map')
-    arguments = parser.parse_args()
+def main(run: Run, side: int, pairs: int, drives: int) -> None:
+    """Measure plans and replans."""
     use_one_core()
-    maps = speed_maps(arguments.side)
-    try:
-        from nano_astar import astar  # noqa: PLC0415
-    except ImportError:
-        print('route_speed: nano-astar is not here to compare with; pip install nano-astar', file=sys.stderr)
-    else:
-        print_comparison(maps, arguments.pairs, astar)
-    print_replans(maps, arguments.drives)
-    return 0
+    maps = speed_maps(side)
+    peer = run.peer('nano_astar', 'nano-astar==0.1.2')
+    if peer is not None:
+        table = run.table('Known maps', 'map', 'ours ms: median / 95 %', 'nano-astar', 'ours over nano-astar')
+        compared = {name: compare(blocked, pairs, peer.astar) for name, blocked in progress(maps.items())}
+        compared['all'] = np.concatenate(list(compared.values()))
+        for name, times in compared.items():
+            table.add(name, *(time(column) for column in times.T), ratio(times[:, 0], times[:, 1], '.2f'))
+    heads = (
+        'replanned ms: median / 95 %',
+        'new obstacle on the route',
+        'from scratch',
+        'replan over from scratch',
+    )
+    table = run.table('Unknown maps', 'map', 'replans', *heads, 'new D* Lite')
+    for name in progress(GRID_MAPS):
+        found = Replans()
+        for start, goal in pairs_of(maps[name], drives):
+            drive(maps[name], start, goal, found)
+        columns = (found.repaired, found.on_route, found.scratch)
+        table.add(
+            *(name, len(found.repaired), *(time(column, '.3f') for column in columns)),
+            *(ratio(found.repaired, found.scratch), time(found.reinitialized)),
+        )
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    run_benchmark(
+        main,
+        side=Option(1024, 512, 'of the maps [cells]'),
+        pairs=Option(50, 10, 'start and goal, of each known map'),
+        drives=Option(4, 1, 'of each unknown map'),
+    )

@@ -1,4 +1,4 @@
-"""Spurious obstacles that a map keeps, and real ones that it loses: `./shirube bench spurious_obstacles`.
+"""Spurious obstacles that a map keeps, and real ones that it loses, beside OctoMap.
 
 40 frames in which 3 % of the pixels show phantoms, then 40 clean ones. A false cell is occupied though nothing solid
 is there, and never was so in a run of the same method on the same frames without phantoms (noise of the depth thickens
@@ -8,33 +8,22 @@ occupied in the run without phantoms. Settings are the defaults, which `voxel_sp
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple
 
 import numpy as np
-from _mapping_methods import (
-    FIRST_TILE,
-    TILES,
-    Cloud,
-    Dense,
-    FrameUnion,
-    Method,
-    OctoMapMethod,
-    Voxels,
-    dense_shape,
-)
-from _peer_octomap import INSTALL, IS_INSTALLED
+from _figures import count, rate
+from _harness import Option, Run, progress, run_benchmark
+from _mapping_methods import FIRST_TILE, TILES, Dense, FrameUnion, Method, OctoMapMethod, Voxels, dense_shape
+from _peer_octomap import PYOCTOMAP
 from _voxel_scenes import ROOM, moving_poses, points_at, stationary_poses, view_at
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.frame_window import TILE_SIZE, SensorView
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_core.geometry import SE2
 
-FRAMES = 40
 FRACTION = 0.03
 PERIOD = 0.1
 SETTINGS = VoxelSettings()
@@ -43,10 +32,7 @@ METHODS: dict[str, Callable[[], Method]] = {
     '`count`, mean over time': lambda: Voxels(VoxelSettings(rule='count')),
     '`range_normalised`, mean over time': lambda: Voxels(VoxelSettings(rule='range_normalised')),
     '`log_odds`': lambda: Voxels(SETTINGS),
-    '`log_odds`, as a point cloud': lambda: Cloud(SETTINGS),
 }
-if IS_INSTALLED:
-    METHODS['pyoctomap'] = lambda: OctoMapMethod(SETTINGS)
 PHANTOMS = {
     'single points, new ones in each frame': (1, False),
     'patches of 8 x 8, new ones in each frame': (8, False),
@@ -54,15 +40,7 @@ PHANTOMS = {
     'patches of 24 x 24, the same in all frames': (24, True),
 }
 
-
-class Scores(NamedTuple):
-    """Cells of one run."""
-
-    false_before: int
-    false_after: int
-    false_with_rays: int
-    true: int
-    lost: int
+Frames = Iterator[tuple[NDArray[np.float32], SensorView]]
 
 
 class CleanRun(NamedTuple):
@@ -72,34 +50,27 @@ class CleanRun(NamedTuple):
     last: Dense
 
 
-def frames_of(
-    poses: list[SE2], patch: int | None, *, same: bool, seed: int
-) -> Iterator[tuple[NDArray[np.float32], SensorView]]:
-    """Yield the frames of a run, with phantoms in the first FRAMES unless patch is None."""
+def frames_of(poses: list[SE2], patch: int | None, *, same: bool, seed: int) -> Frames:
+    """Yield the frames of a run, with phantoms in the first half unless patch is None."""
     for k, pose in enumerate(poses):
-        phantom_rng = (
-            None if patch is None or k >= FRAMES else np.random.default_rng([7, seed, 0 if same else k])
-        )
+        is_clean = patch is None or 2 * k >= len(poses)
+        phantom_rng = None if is_clean else np.random.default_rng([7, seed, 0 if same else k])
         rng = np.random.default_rng([5, seed, k])
         yield points_at(ROOM, pose, rng, (FRACTION, patch or 1), phantom_rng), view_at(pose)
 
 
-def occupied_over(
-    methods: dict[str, Method], frames: Iterator[tuple[NDArray[np.float32], SensorView]]
-) -> dict[str, list[Dense]]:
-    """Return what each method holds occupied after the first FRAMES and after all."""
+def occupied_over(methods: dict[str, Method], frames: Frames, half: int) -> dict[str, list[Dense]]:
+    """Return what each method holds occupied after half of the frames and after all."""
     held: dict[str, list[Dense]] = {name: [] for name in methods}
     for k, (points, view) in enumerate(frames):
         for name, method in methods.items():
             method.add(PERIOD * k, points, view)
-            if k + 1 in {FRAMES, 2 * FRAMES}:
+            if k + 1 in {half, 2 * half}:
                 held[name].append(method.occupied())
     return held
 
 
-def clean_run(
-    methods: dict[str, Method], frames: Iterator[tuple[NDArray[np.float32], SensorView]]
-) -> dict[str, CleanRun]:
+def clean_run(methods: dict[str, Method], frames: Frames) -> dict[str, CleanRun]:
     """Return what each method holds occupied ever and in the end."""
     runs: dict[str, CleanRun] = {}
     for k, (points, view) in enumerate(frames):
@@ -110,10 +81,11 @@ def clean_run(
     return runs
 
 
-def traversed_by_clean_frames(poses: list[SE2], shape: tuple[int, int, int], seed: int) -> Dense:
-    """Return the voxels that rays of the last FRAMES passed."""
+def traversed_by_clean_frames(poses: list[SE2], seed: int) -> Dense:
+    """Return the voxels that rays of the second half of the frames passed."""
+    shape = dense_shape(SETTINGS)
     passed, counter = np.zeros(shape, dtype=np.bool_), FrameVoxelizer(SETTINGS)
-    for points, view in list(frames_of(poses, None, same=False, seed=seed))[FRAMES:]:
+    for points, view in list(frames_of(poses, None, same=False, seed=seed))[len(poses) // 2 :]:
         frame = counter.count_and_trace(points, view)
         window = frame.window
         x, y, z = np.unravel_index(frame.traversed, (window.side, window.side, window.layers))
@@ -123,60 +95,46 @@ def traversed_by_clean_frames(poses: list[SE2], shape: tuple[int, int, int], see
     return passed
 
 
-def score(held: list[Dense], clean: CleanRun, passed: Dense, solid: NDArray[np.bool_]) -> Scores:
-    """Compare a run with the one without phantoms; solid has shape (side, side) along x and y."""
-    spurious = [now & ~clean.ever & ~solid[..., None] for now in held]
-    before, after = (cells_spurious.any(axis=2) & ~clean.ever.any(axis=2) for cells_spurious in spurious)
-    with_rays = after & (spurious[1] & passed).any(axis=2)
-    true = clean.last.any(axis=2) & solid
-    lost = true & ~held[1].any(axis=2)
-    return Scores(*(int(cells.sum()) for cells in (before, after, with_rays, true, lost)))
+def solid_cells() -> NDArray[np.bool_]:
+    """Return the cells of the room that are solid, shape (side, side) along x and y."""
+    first, heights = FIRST_TILE * TILE_SIZE * SETTINGS.resolution, (SETTINGS.height_min, SETTINGS.height_max)
+    return ROOM.solid_cells(
+        (first, first), SETTINGS.resolution, (TILES * TILE_SIZE, TILES * TILE_SIZE), heights
+    ).T
 
 
-def print_table(
-    drive: str, poses: list[SE2], solid: NDArray[np.bool_], seed: int, progress: tqdm[NoReturn]
-) -> None:
-    """Print the scores of all methods over one drive."""
-    passed = traversed_by_clean_frames(poses, dense_shape(SETTINGS), seed)
-    clean = clean_run(
-        {name: make() for name, make in METHODS.items()}, frames_of(poses, None, same=False, seed=seed)
+def main(run: Run, frames: int) -> None:
+    """Map with all methods."""
+    methods, solid = dict(METHODS), solid_cells()
+    pyoctomap = run.peer(*PYOCTOMAP)
+    if pyoctomap is not None:
+        methods['pyoctomap'] = lambda: OctoMapMethod(pyoctomap, SETTINGS)
+    heads = (
+        'false cells after the phantoms',
+        'left after clean frames',
+        'of these with free rays',
+        'true cells lost',
     )
-    progress.update()
-    print(f'\n### {drive}\n')
-    print('| phantoms | method | false cells after the phantoms | left after clean frames | ', end='')
-    print('of these with free rays | true cells | lost |\n|---|---|---|---|---|---|---|')
-    for kind, (patch, same) in PHANTOMS.items():
-        methods = {name: make() for name, make in METHODS.items()}
-        held = occupied_over(methods, frames_of(poses, patch, same=same, seed=seed))
-        progress.update()
-        for name in methods:
-            scores = score(held[name], clean[name], passed, solid)
-            numbers = ' | '.join(str(number) for number in scores[:4])
-            tqdm.write(f'| {kind} | {name} | {numbers} | {100.0 * scores.lost / max(scores.true, 1):.2f} % |')
-
-
-def main() -> int:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--seed', type=int, default=0, help='of noise and phantoms (default: 0)')
-    seed = parser.parse_args().seed
-    if not IS_INSTALLED:
-        print(INSTALL)
-    s = SETTINGS.resolution
-    first = FIRST_TILE * TILE_SIZE * s
-    heights = (SETTINGS.height_min, SETTINGS.height_max)
-    solid = ROOM.solid_cells((first, first), s, (TILES * TILE_SIZE, TILES * TILE_SIZE), heights).T
-    print('## Spurious obstacles\n\n`./shirube bench spurious_obstacles`')
-    progress = tqdm(total=2 * (len(PHANTOMS) + 1), leave=False, desc='runs of 80 frames')
     for drive, poses in (
-        ('Stationary robot', stationary_poses(2 * FRAMES)),
-        ('Moving robot', moving_poses(2 * FRAMES)),
+        ('Stationary robot', stationary_poses(2 * frames)),
+        ('Moving robot', moving_poses(2 * frames)),
     ):
-        print_table(drive, poses, solid, seed, progress)
-    return 0
+        passed = traversed_by_clean_frames(poses, run.seed)
+        clean_frames = frames_of(poses, None, same=False, seed=run.seed)
+        clean = clean_run({name: make() for name, make in methods.items()}, clean_frames)
+        table = run.table(drive, 'phantoms', 'method', *heads)
+        for kind, (patch, same) in progress(PHANTOMS.items(), drive):
+            spoilt = frames_of(poses, patch, same=same, seed=run.seed)
+            held = occupied_over({name: make() for name, make in methods.items()}, spoilt, frames)
+            for name, (first, last) in held.items():
+                spurious = [now & ~clean[name].ever & ~solid[..., None] for now in (first, last)]
+                before, after = (each.any(axis=2) & ~clean[name].ever.any(axis=2) for each in spurious)
+                with_rays = after & (spurious[1] & passed).any(axis=2)
+                true = clean[name].last.any(axis=2) & solid
+                lost = true & ~last.any(axis=2)
+                numbers = (count(int(cells.sum()), better='lower') for cells in (before, after, with_rays))
+                table.add(kind, name, *numbers, rate(int(lost.sum()), int(true.sum()), 'lower'))
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    run_benchmark(main, frames=Option(40, 5, 'with phantoms, and as many without'))

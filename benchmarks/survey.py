@@ -1,109 +1,89 @@
-"""Accuracy of a survey of a rendered drive against the ground truth. Prints Markdown.
-
-    shirube bench survey
-    shirube bench survey --size 1.5 --sway
-    shirube bench survey --growth 2.5 5 10
+"""Accuracy of a survey of a rendered drive against the ground truth.
 
 A robot with odometry 2 % too long and a yaw drift of 1 degree per metre drives over a square floor in lanes that
 overlap by 20 %; the core of `build_map` makes the map, with its scale from one length measured 0.5 mm too long.
 An interrupted survey resumes.
-`--growth` measures instead time and memory of the pose graph and the adjustment on floors of several sizes with
-simulated dots. With SHIRUBE_DATA the printed sheets of its photographs are surveyed as well.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 import os
-import subprocess
-import sys
+import resource
 import time
 from pathlib import Path
 
 import numpy as np
-from _survey_growth import measure_growth
-from _survey_scores import PoseScores, locate_on, wrong_merges
-from _surveyed_floor import MOUNT, RenderedSurvey
+from _figures import count, error, measured, rate, rms
+from _harness import Option, Run, run_benchmark
+from _surveyed_floor import CAMERA, MOUNT, RenderedSurvey
+from numpy.typing import NDArray
 
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.fix import Fix
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.survey.dot_estimation import project_rays_to_map
 from floor_localizer.core.survey.known_length import KnownLength, scale_survey
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
 from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey
 from floor_localizer.task_runner import task_runner
-from scene_simulator.robot.body import Suspension
+from shirube_core.geometry import SE2
 
-PHOTOGRAPHS = Path(__file__).with_name('real_photographs') / 'survey_sheets.py'
 TAPE_ERROR = 0.0005
 SETTINGS = SurveySettings(image_step=0.45)
+SAME_PLACE = 0.0015
+EDGE = 0.15
+STEP = SE2(0.05, 0.0, 0.0)
 
 
-def main() -> int:
-    """Survey, compare, locate, and print the tables."""
-    options = parse()
-    if options.growth:
-        report_growth(options.growth, options.seed, options.workers)
-        return 0
-    suspension = Suspension(heave=0.0013, tilt=math.radians(0.5)) if options.sway else None
-    survey = RenderedSurvey(options.size, options.seed, suspension)
-    folder = Path(f'out/bench_survey/{options.size}_{options.seed}_{int(options.sway)}')
-    start = time.perf_counter()
-    with task_runner(options.workers) as runner:
-        checkpoint = Checkpoint(folder, {'size': options.size, 'seed': options.seed})
-        run = run_survey(survey, MOUNT, SETTINGS, checkpoint, runner)
-    report(survey, run, options.size, time.perf_counter() - start, options.places)
-    if 'SHIRUBE_DATA' not in os.environ:
-        print('\nPrinted sheets in photographs: not surveyed, SHIRUBE_DATA names no folder of them.')
-        return 0
-    print('\nPrinted sheets in photographs:\n', flush=True)
-    return subprocess.run([sys.executable, PHOTOGRAPHS], check=False).returncode
-
-
-def report_growth(sizes: list[float], seed: int, workers: int) -> None:
-    """Print time and memory of the pose graph and the adjustment on floors of several sizes."""
-    print(
-        '| floor m | images | observations | base MB | peak MB | above base, kB per image | peak of a worker MB '
-        '| seconds | ms per image | image positions rms mm |\n|---|---|---|---|---|---|---|---|---|---|'
-    )
-    for size in sizes:
-        grown = measure_growth(size, seed, SETTINGS, workers)
-        above = (grown.peak - grown.base) / grown.images
-        print(
-            f'| {size:g} x {size:g} | {grown.images} | {grown.observations} | {grown.base / 1e6:.0f} | '
-            f'{grown.peak / 1e6:.0f} | {above / 1e3:.1f} | '
-            f'{f"{grown.worker_peak / 1e6:.0f}" if workers > 1 else "-"} | {grown.seconds:.0f} | '
-            f'{1e3 * grown.seconds / grown.images:.1f} | {1e3 * grown.error:.4f} |',
-            flush=True,
+def add_maps(run: Run, size: float, maps: dict[str, MapComparison]) -> None:
+    """Add how far the maps are from the true one."""
+    heads = 'scale %', 'distance mm: rms', 'median / 95 % / max', 'common', 'missing', 'extra'
+    table = run.table(f'Maps of {size:g} x {size:g} m', 'scale by', *heads)
+    for name, found in maps.items():
+        distances = np.hypot(*found.residuals.T)
+        table.add(
+            *(
+                name,
+                count(100 * (found.scale - 1), '+.4f'),
+                rms(distances, '.3f', 1e3),
+                error(distances, '.3f', 1e3),
+            ),
+            *(count(len(found.pairs), better='higher'), count(len(found.missing), better='lower')),
+            count(len(found.extra), better='lower'),
         )
 
 
-def report(survey: RenderedSurvey, run: SurveyRun, size: float, seconds: float, places: int) -> None:
-    """Print the tables of maps and poses."""
-    before = compare(survey.true_map, run.result.dot_map)
-    result, scale = scale_survey(run.result, measured_length(survey, run, before, size))
-    after = compare(survey.true_map, result.dot_map)
-    print(f'{size:g} x {size:g} m, {len(survey.true_map)} chips, {len(run.images)} images, {seconds:.0f} s\n')
-    print(
-        '| scale by | scale % | distance mm: rms / 95 % / max | common | missing | extra |\n|---|---|---|---|---|---|'
+def add_survey(run: Run, survey: RenderedSurvey, found: SurveyRun, seconds: float) -> None:
+    """Add what became of images and dots, and what it took."""
+    heads = 'loop closures', 'images on the map', 'wrong merges of dots', 'spurious dots', 'seconds'
+    wrong, dots = wrong_merges(found, survey)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    result = found.result
+    run.table('Survey', 'chips', *heads, 'peak memory MB').add(
+        *(
+            f'{len(survey.true_map)}',
+            count(result.loop_closures),
+            rate(len(result.images), len(found.images)),
+        ),
+        *(rate(wrong, dots, 'lower'), count(result.spurious_count)),
+        *(measured(seconds, '.0f'), measured(peak, '.0f')),
     )
-    print(row('height of the camera', before))
-    print(row(f'a length of {0.8 * size:g} m, 0.5 mm too long ({100 * (scale - 1):+.4f} %)', after))
-    wrong, dots = wrong_merges(run, survey)
-    print(
-        f'\nLoop closures: {result.loop_closures}; images on the map: {len(result.images)} of {len(run.images)}; '
-        f'spurious dots: {result.spurious_count}'
-    )
-    print(f'dots merged from observations of different true dots: {wrong} of {dots}.\n')
-    print(
-        '| map | found | matched % | error mm: median / 95 % | 50 mm step error mm: median / 95 % | error °: median |'
-    )
-    print('|---|---|---|---|---|---|')
-    print(score_row('true', locate_on(survey, survey.true_map, None, places)))
-    by_height = locate_on(survey, run.result.dot_map, before.T_first_second, places)
-    print(score_row('surveyed, scale by the height', by_height))
-    by_length = locate_on(survey, result.dot_map, after.T_first_second, places)
-    print(score_row('surveyed, scale by the length', by_length))
+
+
+def add_poses(run: Run, survey: RenderedSurvey, maps: dict[str, tuple[DotMap, SE2]], places: int) -> None:
+    """Add how well images are located on the maps."""
+    heads = 'found', 'error mm: median / 95 %', '50 mm step error mm: median / 95 %', 'error °: the same'
+    table = run.table('Poses', 'map', *heads)
+    for name, (dot_map, T_true_map) in maps.items():
+        errors, steps = locate_on(survey, dot_map, T_true_map, places)
+        table.add(
+            *(name, rate(len(errors), 2 * places), error(errors[:, 0], '.3f', 1e3, (50, 95))),
+            *(error(steps, '.4f', 1e3, (50, 95)), error(errors[:, 1], '.4f', math.degrees(1.0), (50, 95))),
+        )
 
 
 def measured_length(survey: RenderedSurvey, run: SurveyRun, found: MapComparison, size: float) -> KnownLength:
@@ -118,51 +98,75 @@ def measured_length(survey: RenderedSurvey, run: SurveyRun, found: MapComparison
     return KnownLength(first, second, float(np.hypot(*(true[ends[1]] - true[ends[0]]))) + TAPE_ERROR)
 
 
-def row(name: str, found: MapComparison) -> str:
-    """Return a line of the table of maps."""
-    lengths = 1e3 * np.hypot(*found.residuals.T)
-    apart = f'{1e3 * found.rms:.3f} / {np.percentile(lengths, 95):.3f} / {lengths.max():.2f}'
-    counts = f'{len(found.pairs)} | {len(found.missing)} | {len(found.extra)}'
-    return f'| {name} | {100 * (found.scale - 1):+.4f} | {apart} | {counts} |'
+def wrong_merges(run: SurveyRun, survey: RenderedSurvey) -> tuple[int, int]:
+    """Return the number of dots merged from observations of different true dots, and the number of all dots."""
+    numbers = [int(run.images.frames[k].name.split()[1]) for k in run.result.images]
+    poses = np.array([(p.x, p.y, p.yaw, 0.0, 0.0, 0.0) for p in (survey.truth[k] for k in numbers)])
+    wrong = dots = 0
+    for block in run.result.blocks:
+        observations = block.observations
+        true = project_rays_to_map(observations.directions, np.array(MOUNT.xyz), poses[observations.image])
+        number = np.maximum(np.bincount(observations.dot), 1)
+        means = np.column_stack([np.bincount(observations.dot, true[:, k]) / number for k in range(2)])
+        far = np.hypot(*(true - means[observations.dot]).T) > SAME_PLACE
+        wrong += len(np.unique(observations.dot[far]))
+        dots += len(np.unique(observations.dot))
+    return wrong, dots
 
 
-def score_row(name: str, scores: PoseScores) -> str:
-    """Return a line of the table of poses."""
-    errors, steps = 1e3 * scores.errors, 1e3 * scores.step_errors
-    return (
-        f'| {name} | {len(errors)} of {scores.tried} | {100 * np.mean(scores.match_rates):.1f} | '
-        f'{np.median(errors):.3f} / {np.percentile(errors, 95):.3f} | '
-        f'{np.median(steps):.4f} / {np.percentile(steps, 95):.4f} | {np.degrees(np.median(scores.turns)):.4f} |'
-    )
+def locate_on(
+    survey: RenderedSurvey, dot_map: DotMap, T_true_map: SE2, places: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Locate rendered images, two at each place 50 mm apart, without a prior.
+
+    Returns:
+        errors of position [m] and heading [rad] of those located, shape (n, 2), and of the steps [m], shape (m,).
+    """
+    localizer, rng = FloorLocalizer(index_map(dot_map), MOUNT), np.random.default_rng(11)
+    size = survey.floor.design.size
+    errors, steps = [], []
+    for number in range(places):
+        x, y = rng.uniform(EDGE, np.array(size) - EDGE)
+        start = SE2(float(x), float(y), float(rng.uniform(-math.pi, math.pi)))
+        found = []
+        for k, pose in enumerate((start, start @ STEP)):
+            fix = localizer.locate(survey.photograph(pose, 100_000 + 2 * number + k), CAMERA)
+            if isinstance(fix, Fix):
+                found.append(T_true_map @ fix.T_map_base)
+                errors.append((found[-1].distance_to(pose), abs(found[-1].yaw_to(pose))))
+        if len(found) == 2:
+            steps.append((found[0].inverse() @ found[1]).distance_to(STEP))
+    return np.array(errors).reshape(-1, 2), np.array(steps)
 
 
-def parse() -> argparse.Namespace:
-    """Return the options."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+def main(run: Run, size: float, places: int, workers: int) -> None:
+    """Survey a rendered floor, compare its maps with the true one, and locate images on them."""
+    survey = RenderedSurvey(size, run.seed)
+    folder, start = Path(f'out/bench_survey/{size}_{run.seed}'), time.perf_counter()
+    with task_runner(workers) as runner:
+        checkpoint = Checkpoint(folder, {'size': size, 'seed': run.seed})
+        found = run_survey(survey, MOUNT, SETTINGS, checkpoint, runner)
+    seconds = time.perf_counter() - start
+    before = compare(survey.true_map, found.result.dot_map)
+    result, _ = scale_survey(found.result, measured_length(survey, found, before, size))
+    after = compare(survey.true_map, result.dot_map)
+    add_maps(
+        run, size, {'height of the camera': before, f'a length of {0.8 * size:g} m, 0.5 mm too long': after}
     )
-    parser.add_argument(
-        '--size', type=float, default=5.0, help='side of the floor [m] (default: %(default)s)'
-    )
-    parser.add_argument('--seed', type=int, default=3, help='default: %(default)s')
-    parser.add_argument(
-        '--places', type=int, default=100, help='number of located positions (default: %(default)s)'
-    )
-    parser.add_argument(
-        '--workers', type=int, default=os.cpu_count() or 1, help='processes (default: all cores)'
-    )
-    parser.add_argument(
-        '--sway', action='store_true', help='let the robot body heave by 1 %% and tilt by 0.5 degrees'
-    )
-    parser.add_argument(
-        '--growth',
-        type=float,
-        nargs='+',
-        metavar='SIZE',
-        help='measure memory and time for floors of these sides instead [m]',
-    )
-    return parser.parse_args()
+    add_survey(run, survey, found, seconds)
+    by_height, by_length = 'surveyed, scale by the height', 'surveyed, scale by the length'
+    maps = {
+        'true': (survey.true_map, SE2(0.0, 0.0, 0.0)),
+        by_height: (found.result.dot_map, before.T_first_second),
+        by_length: (result.dot_map, after.T_first_second),
+    }
+    add_poses(run, survey, maps, places)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    run_benchmark(
+        main,
+        size=Option(5.0, 0.8, 'side of the floor [m]'),
+        places=Option(100, 15, 'located positions'),
+        workers=Option(1, os.cpu_count() or 1, 'processes'),
+    )

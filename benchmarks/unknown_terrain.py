@@ -1,26 +1,135 @@
 """Drives through unknown terrain: how often the goal is reached, and how much longer than the shortest route.
 
-MovingAI's arena (``SHIRUBE_DATA`` names the folder with planner/arena.map) and made-up maps as large as it. A robot
-sees 6 cells far in line of sight and takes what it does not know for free. After 20 times the shortest route a drive
-has failed.
+MovingAI's arena (SHIRUBE_DATA, ``planner/arena.map``) and made-up maps as large as it. A robot sees 6 cells far in line
+of sight and takes what it does not know for free. After 20 times the shortest route a drive has failed.
 """
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
-from _grid_drives import GIVE_UP, Drive, Driver, drive_optimally, reward_driver
-from _grid_tasks import GridTask, benchmark_maps, solvable_tasks, unsolvable_tasks
-from _timed_answers import use_one_core
+from _figures import error, mean, rate
+from _harness import MissingError, Option, Run, progress, run_benchmark, use_one_core
 from numpy.typing import NDArray
-from tqdm import tqdm
+from scipy import ndimage
 
 from reward_planner.core.reward.reward_settings import RewardSettings
-from scene_simulator.room.grid_world import distances_from
+from reward_planner.core.reward.reward_walk import RewardWalk
+from reward_planner.core.route.d_star_lite import DStarLite
+from reward_planner.core.route.octile import route_length
+from reward_planner.core.route.route import NoRoute
+from scene_simulator.grid_maps import GRID_MAPS
+from scene_simulator.grid_truth import distances_from, is_traversable, step_graph
+from scene_simulator.grid_world import GridWorld
+from scene_simulator.movingai_files import load_movingai_map
 
-LENGTH_RATIO_MAX = 500.0
+SENSOR_RANGE = 6.0
+GIVE_UP = 20.0
 PLANNED_MAX = 1000
+Cell = tuple[int, int]
+
+
+class GridTask(NamedTuple):
+    """Start and goal, row and column, and the length of the shortest route, by Dijkstra; infinite for none [cells]."""
+
+    start: Cell
+    goal: Cell
+    length: float
+
+
+class Drive(NamedTuple):
+    """How a drive ended, at the 'goal', 'unreachable' (the robot says so) or 'too long', and its length [cells]."""
+
+    ended: str
+    length: float
+
+
+Driver = Callable[[NDArray[np.bool_], GridTask, float], Drive]
+
+
+def terrain_maps(run: Run, side: int, seeds: int) -> dict[str, NDArray[np.bool_]]:
+    """Return MovingAI's arena, where it is, and made-up maps of every kind, by name."""
+    maps = {}
+    try:
+        maps['arena'] = load_movingai_map(run.data('planner', 'arena.map'))
+    except MissingError as missing:
+        run.note(f'Without the arena: {missing}')
+    for kind, make in GRID_MAPS.items():
+        maps |= {f'{kind} {seed}': make(side, seed) for seed in range(1, seeds + 1)}
+    return maps
+
+
+def solvable_tasks(blocked: NDArray[np.bool_], count: int) -> list[GridTask]:
+    """Return pairs of free cells with a route between them."""
+    rng, graph, free = np.random.default_rng(1), step_graph(blocked), np.argwhere(~blocked)
+    tasks: list[GridTask] = []
+    while len(tasks) < count:
+        start = _cell(rng.choice(free))
+        distances = distances_from(blocked, start, graph)
+        near = np.argwhere(np.isfinite(distances) & (distances > 0.0))
+        if len(near):
+            goal = _cell(rng.choice(near))
+            tasks.append(GridTask(start, goal, float(distances[goal])))
+    return tasks
+
+
+def unsolvable_tasks(blocked: NDArray[np.bool_], count: int) -> list[GridTask]:
+    """Return pairs of free cells without a route; a map without any gives none."""
+    rng, free = np.random.default_rng(2), np.argwhere(~blocked)
+    parts, number = ndimage.label(~blocked)
+    tasks: list[GridTask] = []
+    while number > 1 and len(tasks) < count:
+        start, goal = (_cell(cell) for cell in rng.choice(free, 2))
+        if parts[start] != parts[goal]:
+            tasks.append(GridTask(start, goal, np.inf))
+    return tasks
+
+
+def _cell(cell: NDArray[np.int64]) -> Cell:
+    return int(cell[0]), int(cell[1])
+
+
+def drive_optimally(blocked: NDArray[np.bool_], task: GridTask, length_max: float) -> Drive:
+    """Follow the shortest route on the map known so far; it is replanned when the robot sees a new obstacle."""
+    world, cells, length = GridWorld(blocked), [task.start], 0.0
+    routes = DStarLite(np.zeros_like(blocked), task.goal)
+    while cells[-1] != task.goal and length <= length_max:
+        routes.update_cells(*world.observe(cells[-1], SENSOR_RANGE))
+        route = routes.route_from(cells[-1])
+        if isinstance(route, NoRoute):
+            return _drive('unreachable', blocked, cells)
+        cells.append(_cell(route.cells[1]))
+        length += float(np.hypot(*np.subtract(cells[-1], cells[-2])))
+    return _drive('goal' if cells[-1] == task.goal else 'too long', blocked, cells)
+
+
+def reward_driver(settings: RewardSettings) -> Driver:
+    """Return a driver that goes by rewards, and looks first whether the goal can be reached at all."""
+
+    def drive(blocked: NDArray[np.bool_], task: GridTask, length_max: float) -> Drive:
+        world, cells, length = GridWorld(blocked), [task.start], 0.0
+        walk = RewardWalk(blocked.shape, task.start, task.goal, settings)
+        routes = DStarLite(np.zeros_like(blocked), task.goal)
+        while not walk.is_at_goal and length <= length_max:
+            routes.update_cells(*world.observe(walk.cell, SENSOR_RANGE))
+            if isinstance(routes.route_from(walk.cell), NoRoute) or not walk.advance(routes.blocked):
+                return _drive('unreachable', blocked, cells)
+            cells.append(walk.cell)
+            length += float(np.hypot(*np.subtract(cells[-1], cells[-2])))
+        return _drive('goal' if walk.is_at_goal else 'too long', blocked, cells)
+
+    return drive
+
+
+def _drive(ended: str, blocked: NDArray[np.bool_], cells: list[Cell]) -> Drive:
+    way = np.array(cells, dtype=np.int64)
+    if not is_traversable(blocked, way):
+        raise AssertionError('the robot drove into an obstacle')
+    return Drive(ended, route_length(way))
+
+
 METHODS: dict[str, Driver] = {
     '`optimal`': drive_optimally,
     '`reward`, visits once (the paper)': reward_driver(RewardSettings('once', PLANNED_MAX)),
@@ -28,104 +137,46 @@ METHODS: dict[str, Driver] = {
     'visits once, no virtual search': reward_driver(RewardSettings('once', 0)),
     'visits counted, no virtual search': reward_driver(RewardSettings('counted', 0)),
 }
-EXPLAINED = ('`optimal`', '`reward`, visits counted')  # what is to reach the goal; each failure is listed
-
-Drives = dict[str, list[tuple[GridTask, Drive]]]
+DETECTING = ('`optimal`', '`reward`, visits counted')
 
 
-def print_summary(results: dict[str, Drives]) -> None:
-    """Print a line a method."""
-    print('\n| method | goal reached | length / shortest: mean | median | 95 % | max |')
-    print('|---|---|---|---|---|---|')
-    for method, drives in results.items():
-        every = [pair for pairs in drives.values() for pair in pairs]
-        ratios = ratios_of(every)
-        share = 100.0 * len(ratios) / len(every)
-        print(
-            f'| {method} | {len(ratios)} of {len(every)} ({share:.1f} %) | {ratios.mean():.3f} '
-            f'| {np.median(ratios):.3f} | {np.percentile(ratios, 95):.2f} | {ratios.max():.2f} |'
-        )
-
-
-def print_maps(results: dict[str, Drives]) -> None:
-    """Print success and mean ratio of each method on each map."""
-    print('\n| map |' + ''.join(f' {method} |' for method in results))
-    print('|---|' + '---|' * len(results))
-    for name in next(iter(results.values())):
-        cells = []
-        for drives in results.values():
-            ratios = ratios_of(drives[name])
-            cells.append(f' {100 * len(ratios) / len(drives[name]):.0f} %, {ratios.mean():.2f} |')
-        print(f'| {name} |' + ''.join(cells))
-
-
-def ratios_of(pairs: list[tuple[GridTask, Drive]]) -> NDArray[np.float64]:
-    """Return length over shortest length of the drives that reached the goal."""
-    return np.array([drive.length / task.length for task, drive in pairs if drive.ended == 'goal'])
-
-
-def print_failures(maps: dict[str, NDArray[np.bool_]], method: str, drives: Drives) -> None:
-    """Print what the robot did in the drives that failed, and what happens when they are let go on."""
-    print(
-        f'\n| {method} fails on | from | to | shortest (straight) | cells entered of those in reach '
-        '| new in the second half | let go on, arrives after |'
-    )
-    print('|---|---|---|---|---|---|---|')
-    for name, pairs in drives.items():
-        for task, drive in pairs:
-            if drive.ended == 'goal':
-                continue
-            longer = METHODS[method](maps[name], task, LENGTH_RATIO_MAX * task.length)
-            arrives = f'{longer.length / task.length:.1f} x' if longer.ended == 'goal' else longer.ended
-            straight = np.hypot(*np.subtract(task.start, task.goal))
-            reachable = np.isfinite(distances_from(maps[name], task.start)).sum()
-            print(
-                f'| {name} | {task.start} | {task.goal} | {task.length:.1f} ({straight:.1f}) '
-                f'| {drive.entered} of {reachable} | {drive.entered_late} | {arrives} |'
-            )
-
-
-def print_unsolvable(maps: dict[str, NDArray[np.bool_]], count: int) -> None:
-    """Print what is said of goals that cannot be reached."""
-    print('\n| method | unreachable goals | reported | length driven until then: median cells |')
-    print('|---|---|---|---|')
-    tasks = [(blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, count, 2)]
-    for method in EXPLAINED:
-        drives = [METHODS[method](blocked, task, 1e5) for blocked, task in tqdm(tasks, leave=False)]
-        reported = [drive.length for drive in drives if drive.ended == 'unreachable']
-        print(f'| {method} | {len(tasks)} | {len(reported)} | {np.median(reported):.0f} |')
-
-
-def main() -> int:
-    """Run the benchmark."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--side', type=int, default=49, help='of the made-up maps [cells]')
-    parser.add_argument('--seeds', type=int, default=2, help='made-up maps of each kind')
-    parser.add_argument('--pairs', type=int, default=150, help='start and goal, of each map')
-    parser.add_argument('--only', choices=('optimal', 'once', 'counted'), help='some methods')
-    arguments = parser.parse_args()
+def main(run: Run, side: int, seeds: int, pairs: int, only: str) -> None:
+    """Drive on all maps with all methods."""
     use_one_core()
-    maps = benchmark_maps(arguments.side, arguments.seeds)
-    tasks = {name: solvable_tasks(blocked, arguments.pairs, 1) for name, blocked in maps.items()}
-    methods = {name: driver for name, driver in METHODS.items() if (arguments.only or '') in name}
-    bar = tqdm(total=len(methods) * len(maps) * arguments.pairs, unit='drive', leave=False)
-    results: dict[str, Drives] = {method: {name: [] for name in maps} for method in methods}
-    for method, driver in methods.items():
-        for name, blocked in maps.items():
-            for task in tasks[name]:
-                results[method][name].append((task, driver(blocked, task, GIVE_UP * task.length)))
-                bar.update()
-    bar.close()
-    print_summary(results)
-    print_maps(results)
-    for method in EXPLAINED:
-        if method in results:
-            print_failures(maps, method, results[method])
-    print_unsolvable(maps, 20)
-    return 0
+    maps = terrain_maps(run, side, seeds)
+    tasks = {name: solvable_tasks(blocked, pairs) for name, blocked in maps.items()}
+    methods = {name: driver for name, driver in METHODS.items() if only in name}
+    by_map = run.table('Goals reached on each map', 'map', *methods)
+    ratios: dict[str, list[float]] = {method: [] for method in methods}
+    for name, blocked in progress(maps.items(), 'maps', len(maps)):
+        cells = []
+        for method, driver in methods.items():
+            done = [(driver(blocked, task, GIVE_UP * task.length), task) for task in tasks[name]]
+            reached = [drive.length / task.length for drive, task in done if drive.ended == 'goal']
+            cells.append(rate(len(reached), len(done)))
+            ratios[method] += reached
+        by_map.add(name, *cells)
+    heads = 'goal reached', 'length / shortest: median / 95 % / max', 'mean'
+    table = run.table('Unknown terrain', 'method', *heads)
+    for method, lengths in ratios.items():
+        table.add(method, rate(len(lengths), pairs * len(maps)), error(lengths, '.2f'), mean(lengths))
+    lost = [
+        (blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, max(pairs // 8, 1))
+    ]
+    table = run.table(
+        'Unreachable goals', 'method', 'detected', 'length driven until then, cells: median / 95 %'
+    )
+    for method in DETECTING:
+        drives = [METHODS[method](blocked, task, 1e5) for blocked, task in progress(lost, method)]
+        lengths = [drive.length for drive in drives if drive.ended == 'unreachable']
+        table.add(method, rate(len(lengths), len(lost)), error(lengths, '.0f', shown=(50, 95)))
 
 
 if __name__ == '__main__':
-    raise SystemExit(main())
+    run_benchmark(
+        main,
+        side=Option(49, 49, 'of the made-up maps [cells]'),
+        seeds=Option(2, 1, 'made-up maps of each kind'),
+        pairs=Option(150, 5, 'start and goal, of each map'),
+        only=Option('', '', 'methods whose name holds this'),
+    )

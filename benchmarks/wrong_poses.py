@@ -1,31 +1,24 @@
 """100 000 views of the right floor, of other floors, of dust, mirrored and of a wrong scale: is a pose ever wrong?
 
-    shirube bench wrong_poses
-    shirube bench wrong_poses --share 0.05 --effort 1
-
-The floor and the views are those of the paper (3.3.1) at random places. Without an option a view that matches
-nowhere takes the effort that the tracker allows it while images keep coming; ``--effort 1`` takes all that the
-settings allow, as ``locate`` does for a single image, some twenty times as long.
+The floor and the views are those of the paper (3.3.1) at random places. A view that matches nowhere takes the effort
+that the tracker allows it while images keep coming; ``--effort 1`` takes all that the settings allow, as ``locate``
+does for a single image, some twenty times as long.
 """
 
 from __future__ import annotations
 
-import argparse
-import multiprocessing
-import os
 from collections import Counter
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from _paper_matchers import DOT_DIAMETER
-from _paper_scores import RIGHT_TURN, RIGHT_WITHIN
-from _paper_views import CAMERA, FLOOR_SIZE, MOUNT, NOISE, VIEW_SIZE, PaperView, paper_floor, paper_views
+from _figures import rate
+from _harness import Option, Run, in_processes, run_benchmark
+from _paper_matchers import detected, indexed
+from _paper_views import CAMERA, FLOOR_SIZE, MOUNT, VIEW_SIZE, PaperView, paper_floor, paper_views
+from _pose_scores import verdict_of
 from numpy.typing import NDArray
-from tqdm import tqdm
 
-from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import TrackerSettings
@@ -38,17 +31,7 @@ BATCH = 100
 
 
 class ViewKind(NamedTuple):
-    """One kind of view.
-
-    Attributes:
-        name: description for the table.
-        views: how many.
-        missing: share of the dots that is missing.
-        spurious: spurious dots as a share of the dots.
-        other_floor: whether the floor is not that of the map.
-        mirrored: whether the image is mirrored.
-        scale: scale of the image relative to the camera's.
-    """
+    """One kind of view: name, number, rates of missing and spurious dots, and what is wrong with it."""
 
     name: str
     views: int
@@ -87,10 +70,8 @@ def views_of(batch: Batch) -> list[PaperView]:
     kind, rng = batch.kind, np.random.default_rng([7, KINDS.index(batch.kind), batch.number])
     margin = VIEW_SIZE / np.sqrt(2.0)
     places = rng.uniform(margin, np.array(FLOOR_SIZE) - margin, (batch.views, 2))
-    floor_seed = FLOOR_SEED + (1 + batch.number % OTHER_FLOORS if kind.other_floor else 0)
-    return list(
-        paper_views(floor_of(floor_seed), places, kind.missing, kind.spurious, int(rng.integers(1 << 30)))
-    )
+    floor = _floor(FLOOR_SEED + (1 + batch.number % OTHER_FLOORS if kind.other_floor else 0))
+    return list(paper_views(floor, places, kind.missing, kind.spurious, int(rng.integers(1 << 30))))
 
 
 def pixels_of(kind: ViewKind, view: PaperView, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -103,88 +84,52 @@ def pixels_of(kind: ViewKind, view: PaperView, rng: np.random.Generator) -> NDAr
 
 
 def run_batch(batch: Batch) -> Counter[str]:
-    """Count right, wrong and, by its reason, no pose."""
-    localizer, rng = localizer_of_process(), np.random.default_rng([8, batch.number])
+    """Count right, wrong and, by its reason, no pose; any pose of another floor, dust or a mirror image is wrong."""
+    localizer, rng, kind = _localizer(), np.random.default_rng([8, batch.number]), batch.kind
+    has_pose = not (kind.other_floor or kind.mirrored or kind.name == DUST_ALONE)
     counts: Counter[str] = Counter()
     for view in views_of(batch):
-        pixels = pixels_of(batch.kind, view, rng)
-        diameters = np.full(len(pixels), DOT_DIAMETER / MOUNT.xyz[2] * CAMERA.fx)
-        dots = DetectedDots(pixels, diameters, np.full(len(pixels), NOISE))
-        found = localizer.locate_dots(dots, CAMERA, effort=batch.effort)
+        found = localizer.locate_dots(detected(pixels_of(kind, view, rng)), CAMERA, effort=batch.effort)
         if isinstance(found, Fix):
-            counts['right' if is_right(batch.kind, found, view) else 'wrong'] += 1
+            counts[verdict_of(found.T_map_base, view.T_map_view) if has_pose else 'wrong'] += 1
         else:
             counts[found.reason.value] += 1
     return counts
 
 
-def is_right(kind: ViewKind, fix: Fix, view: PaperView) -> bool:
-    """Return whether a pose is that of the view; of another floor, of dust and of a mirror image there is none."""
-    if kind.other_floor or kind.mirrored or kind.name == DUST_ALONE:
-        return False
-    pose, truth = fix.T_map_base, view.T_map_view
-    return pose.distance_to(truth) <= RIGHT_WITHIN and abs(pose.yaw_to(truth)) <= RIGHT_TURN
-
-
 @cache
-def floor_of(seed: int) -> NDArray[np.float64]:
-    """Return this process's copy of a floor, shape (N, 2) [m]."""
+def _floor(seed: int) -> NDArray[np.float64]:
     return paper_floor(seed)
 
 
 @cache
-def localizer_of_process() -> FloorLocalizer:
-    """Return this process's localizer."""
-    floor = floor_of(FLOOR_SEED)
-    return FloorLocalizer(index_map(DotMap(floor, np.full(len(floor), np.nan))), MOUNT)
+def _localizer() -> FloorLocalizer:
+    return FloorLocalizer(indexed(_floor(FLOOR_SEED)), MOUNT)
 
 
-def print_table(counts: dict[ViewKind, Counter[str]]) -> None:
-    """Print a line a kind and the sum of all."""
-    print('| views | number | right | wrong | none | why none |\n|---|---|---|---|---|---|')
-    for kind, count in counts.items():
-        total, right, wrong = count.total(), count['right'], count['wrong']
-        reasons = ', '.join(
-            f'{number} x {reason}'
-            for reason, number in count.most_common()
-            if reason not in ('right', 'wrong')
-        )
-        share = f' ({100.0 * right / total:.2f} %)' if right else ''
-        print(f'| {kind.name} | {total} | {right}{share} | {wrong} | {total - right - wrong} | {reasons} |')
-    everything = sum(counts.values(), Counter())
-    print(f'\nWrong in all {everything.total()} views: {everything["wrong"]}.')
-
-
-def main() -> None:
-    """Look at the views in all processes and print the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument('--share', type=float, default=1.0, help='share of the views, for a quick look')
-    parser.add_argument(
-        '--effort',
-        type=float,
-        default=TrackerSettings().usual_effort,
-        help='share of cells_max and pairs_max',
-    )
-    parser.add_argument('--processes', type=int, default=os.cpu_count())
-    arguments = parser.parse_args()
-    os.environ['OPENBLAS_NUM_THREADS'] = '1'
+def main(run: Run, share: float, effort: float) -> None:
+    """Look at the views in all processes."""
     batches = [
-        Batch(kind, number, min(BATCH, round(arguments.share * kind.views) - start), arguments.effort)
+        Batch(kind, number, min(BATCH, round(share * kind.views) - start), effort)
         for kind in KINDS
-        for number, start in enumerate(range(0, round(arguments.share * kind.views), BATCH))
+        for number, start in enumerate(range(0, round(share * kind.views), BATCH))
     ]
-    counts: dict[ViewKind, Counter[str]] = {kind: Counter() for kind in KINDS}
-    with (
-        multiprocessing.get_context('spawn').Pool(arguments.processes) as pool,
-        tqdm(total=sum(batch.views for batch in batches), unit='view') as bar,
-    ):
-        for batch, count in zip(batches, pool.imap(run_batch, batches), strict=True):
-            counts[batch.kind] += count
-            bar.update(batch.views)
-    print_table(counts)
+    counts = {kind: Counter[str]() for kind in KINDS}
+    for batch, found in zip(batches, in_processes(run_batch, batches), strict=True):
+        counts[batch.kind] += found
+    counts[ViewKind('all', 0)] = sum(counts.values(), Counter())
+    table = run.table('Wrong poses', 'views', 'right', 'wrong', 'why none')
+    for kind, found in counts.items():
+        reasons = [f'{n} x {reason}' for reason, n in found.most_common() if reason not in {'right', 'wrong'}]
+        right, wrong = rate(found['right'], found.total()), rate(found['wrong'], found.total(), 'lower')
+        table.add(kind.name, right, wrong, ', '.join(reasons) if kind.views else '')
 
 
 if __name__ == '__main__':
-    main()
+    run_benchmark(
+        main,
+        share=Option(1.0, 0.01, 'of the views'),
+        effort=Option(
+            TrackerSettings().usual_effort, TrackerSettings().usual_effort, 'of cells_max and pairs_max'
+        ),
+    )

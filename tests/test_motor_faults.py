@@ -47,19 +47,19 @@ def test_a_line_without_faults_takes_every_count() -> None:
 
 def test_a_terminal_that_is_pulled_away_comes_back() -> None:
     disconnect_terminal = import_module('_motor_line').disconnect_terminal
-    pulled, back, anew, error = (figure for _, figure in disconnect_terminal(3))
-    assert (pulled, back, anew) == ('3', '3', '0')
+    back, anew, error = (figure.text for _, figure in disconnect_terminal(3))
+    assert (back, anew) == ('3 of 3', '0 of 3')
     assert float(error.split()[0]) < 5.0
 
 
 def test_a_killed_bridge_leaves_the_motors_to_the_auto_stop() -> None:
     kill_bridge = import_module('_motor_line').kill_bridge
-    off = kill_bridge(1)[1][1]
+    off = kill_bridge(1)[0][1].text
     assert float(off.split()[0]) < 2.2
 
 
 def test_a_held_controller_executes_one_command_at_most_and_then_stops() -> None:
     suspend_controller = import_module('_motor_line').suspend_controller
-    _, acted, stops = (int(figure) for _, figure in suspend_controller(1))
-    assert acted <= 1
-    assert stops == 1
+    acted, stops = (figure.text for _, figure in suspend_controller(1))
+    assert int(acted) <= 1
+    assert stops == '1 of 1'

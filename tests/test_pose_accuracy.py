@@ -64,18 +64,8 @@ def test_with_an_exact_map_a_pose_is_exact_to_a_hundredth_of_a_millimetre(outcom
     assert max(score.turn for score in (*outcome.scores, *outcome.tracked)) < 2e-4
 
 
-def test_the_bound_of_a_second_model_is_the_stated_covariance(outcomes: Any) -> None:
-    report = importlib.import_module('_accuracy_report')
-    outcome = outcomes(4, SURVEY_ERROR)
-    for score, view in zip(outcome.right, outcome.noise):
-        bound = report.planar_bound(view, view.sigmas)
-        np.testing.assert_allclose(np.diag(score.covariance), np.diag(bound), rtol=0.12)
-
-
-@pytest.mark.usefixtures('bench')
-def test_deviations_from_an_ideal_line_are_none() -> None:
-    line = importlib.import_module('_actuator_line')
+def test_deviations_from_an_ideal_line_are_none(bench: ModuleType) -> None:
     poses = [SE2(0.3 + 0.012 * k * 0.6, 0.2 + 0.012 * k * 0.8, 0.9) for k in range(51)]
-    away, turned = line.deviations(poses)
+    away, turned = bench.deviations(poses)
     np.testing.assert_allclose(away, 0.0, atol=1e-12)
     np.testing.assert_allclose(turned, 0.0, atol=1e-12)

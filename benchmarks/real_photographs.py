@@ -1,0 +1,157 @@
+"""Real photographs located without a prior: printed random-dot sheets and terrazzo, whose truth is known.
+
+Each sheet in ``image00.jpg`` and in the movie is made a view from straight above, in a random heading, and located in
+the map of all 120 sheets side by side. Views of terrazzo are cut from one picture at known places, with errors of
+scale, brightness, light and noise, and located in the map that the detector makes of the whole picture.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from _figures import error, outcomes, rate, rms
+from _harness import Option, Run, progress, run_benchmark
+from _photographed_sheets import (
+    MEASURED_EVERY,
+    PHOTOGRAPH,
+    SHEETS,
+    VIEW_CAMERA,
+    VIEW_MOUNT,
+    SheetView,
+    load_sheets,
+    random_view_pose,
+    sheet_map,
+    sheet_origin,
+    sheet_views,
+)
+from _terrazzo import CAMERA, MOUNT, TERRAZZO, cut_view, terrazzo_map
+from numpy.typing import NDArray
+
+from floor_localizer.core.constellation.indexed_map import index_map
+from floor_localizer.core.dot_extraction import DotDetector, DotDetectorSettings
+from floor_localizer.core.fix import Fix
+from floor_localizer.core.localizer import FloorLocalizer
+
+AGREEMENT = 0.0005
+"""Of a right pose with the truth, at the sheet's centre [m]."""
+
+
+class Trial(NamedTuple):
+    """A view, located: 'right', 'none' or 'wrong', errors of position [m] and heading [rad], match rate.
+
+    ``without_it`` is the outcome with the sheet left out of the map.
+    """
+
+    outcome: str
+    error: float = math.nan
+    turn: float = math.nan
+    match_rate: float = math.nan
+    without_it: str = ''
+
+
+class SheetBench:
+    """The map of all sheets, ready to locate views in it."""
+
+    def __init__(self, sheets: list[NDArray[np.float64]]) -> None:
+        self._sheets = sheets
+        self._localizers: dict[int | None, FloorLocalizer] = {}
+
+    def trial(self, view: SheetView, generator: np.random.Generator) -> Trial:
+        """Locate one sheet."""
+        pose = random_view_pose(generator)
+        dots = self._localizer(None).detect(view.from_above(pose))
+        fix = self._localizer(None).locate_dots(dots, VIEW_CAMERA)
+        without = self._localizer(view.sheet).locate_dots(dots, VIEW_CAMERA)
+        without_it = 'wrong' if isinstance(without, Fix) else 'none'
+        if not isinstance(fix, Fix):
+            return Trial('none', without_it=without_it)
+        middle = pose.inverse().transform(np.zeros((1, 2)))
+        distance = float(np.linalg.norm(fix.T_map_base.transform(middle)[0] - sheet_origin(view.sheet)))
+        outcome = 'right' if distance <= AGREEMENT else 'wrong'
+        return Trial(outcome, distance, abs(pose.yaw_to(fix.T_map_base)), fix.match_rate, without_it)
+
+    def _localizer(self, left_out: int | None) -> FloorLocalizer:
+        if left_out not in self._localizers:
+            floor = index_map(sheet_map(self._sheets, left_out))
+            self._localizers[left_out] = FloorLocalizer(floor, VIEW_MOUNT)
+        return self._localizers[left_out]
+
+
+def terrazzo_trials(
+    picture: NDArray[np.uint8], detector: DotDetector, views: int, seed: int
+) -> Iterator[Trial]:
+    """Yield random views of the terrazzo, located."""
+    localizer = FloorLocalizer(index_map(terrazzo_map(picture, detector)), MOUNT, None, detector)
+    generator = np.random.default_rng(seed)
+    for _ in range(views):
+        view = cut_view(picture, generator)
+        fix = localizer.locate(view.image, CAMERA)
+        if not isinstance(fix, Fix):
+            yield Trial('none')
+            continue
+        distance, turn = (
+            fix.T_map_base.distance_to(view.T_map_base),
+            abs(view.T_map_base.yaw_to(fix.T_map_base)),
+        )
+        yield Trial('right' if distance <= AGREEMENT else 'wrong', distance, turn, fix.match_rate)
+
+
+def add_sheets(run: Run, every: int) -> None:
+    """Add what became of the sheets."""
+    bench, generator = SheetBench(load_sheets(run.data(SHEETS))), np.random.default_rng(run.seed)
+    groups: dict[str, list[Trial]] = {}
+    for view in progress(sheet_views(run.data(SHEETS), every), 'sheets'):
+        if view.number == PHOTOGRAPH:
+            name = 'image00.jpg'
+        elif view.number % MEASURED_EVERY == 0:
+            continue
+        else:
+            name = 'movie.mp4' if view.is_visible else 'movie.mp4, a corner covered'
+        groups.setdefault(name, []).append(bench.trial(view, generator))
+    heads = (
+        'error mm: median / 95 % / max',
+        'heading °: the same',
+        'no pose with the sheet left out of the map',
+    )
+    table = run.table('Printed sheets', 'pictures', 'views', 'right / none / wrong', *heads)
+    for name, trials in groups.items():
+        table.add(
+            *(name, len(trials), outcomes(trial.outcome for trial in trials)),
+            error([trial.error for trial in trials], '.2f', 1e3),
+            error([trial.turn for trial in trials], '.2f', math.degrees(1.0)),
+            rate(sum(trial.without_it == 'none' for trial in trials), len(trials)),
+        )
+
+
+def add_terrazzo(run: Run, views: int) -> None:
+    """Add what became of the views."""
+    picture = np.asarray(cv2.imread(str(run.data(*TERRAZZO))), dtype=np.uint8)
+    heads = 'error mm: median / 95 % / max', 'heading °: the same', 'match rate: rms'
+    table = run.table('Views of terrazzo', 'polarity', 'right / none / wrong', *heads)
+    for polarity in ('auto', 'dark', 'any'):
+        detector = DotDetector(DotDetectorSettings(polarity=polarity))
+        trials = list(progress(terrazzo_trials(picture, detector, views, run.seed), polarity, views))
+        table.add(
+            *(polarity, outcomes(trial.outcome for trial in trials)),
+            error([trial.error for trial in trials], '.3f', 1e3),
+            error([trial.turn for trial in trials], '.3f', math.degrees(1.0)),
+            rms([trial.match_rate for trial in trials], '.2f', better='higher'),
+        )
+
+
+def main(run: Run, every: int, views: int) -> None:
+    """Locate sheets and terrazzo."""
+    add_sheets(run, every)
+    add_terrazzo(run, views)
+
+
+if __name__ == '__main__':
+    run_benchmark(
+        main,
+        every=Option(1, 21, 'use every n-th frame of the movie'),
+        views=Option(1000, 40, 'views to cut from the terrazzo'),
+    )
