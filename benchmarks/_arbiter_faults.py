@@ -9,7 +9,7 @@ import numpy as np
 from _arbiter_bags import PoseSample
 from _arbiter_fusion import add_message, messages_of, new_arbiter, pose_of
 
-from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.kalman_filter import diagonal
 from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2, wrap_angle
 

@@ -11,11 +11,20 @@ import numpy as np
 from _floor_photographs import CAMERA, MOUNT, Photograph
 from numpy.typing import NDArray
 
-from scene_simulator.dot_floor import COLOURED, DARK_ON_LIGHT, LIGHT_ON_DARK, DotFloor, FloorDesign
-from scene_simulator.floor_camera import PAPER_CAMERA, Disturbance, FloorCamera
-from scene_simulator.floor_disturbance import ShadowEdge, SpecularReflection, Tape, WetSpot
-from scene_simulator.floor_litter import FloorArea, crumbs, dust, hairs, scratches
-from scene_simulator.imaging import Lighting, Sensor
+from scene_simulator.floor.camera import PAPER_CAMERA, Disturbance, FloorCamera
+from scene_simulator.floor.disturbances import (
+    FloorArea,
+    ShadowEdge,
+    SpecularReflection,
+    Tape,
+    WetSpot,
+    crumbs,
+    dust,
+    hairs,
+    scratches,
+)
+from scene_simulator.floor.dot_floor import COLOURED, DARK_ON_LIGHT, LIGHT_ON_DARK, DotFloor, FloorDesign
+from scene_simulator.imaging.sensors import Lighting, Sensor
 from shirube_core.geometry import SE2, PinholeCamera
 
 Disturbances = Callable[[SE2, np.random.Generator], tuple[Disturbance, ...]]

@@ -13,18 +13,16 @@ from scene_simulator.ceiling.lamp_drive import LampDrive, LampFrame
 from scene_simulator.ceiling.paper_run import PAPER_LAMPS, distractors, paper_room
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.packet.command_packet import Command
+from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.packet.operation import Operation
-from vlc_beacon.core.pose.beacon import Beacon
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 
 BEACONS = tuple(Beacon(k + 1, xyz, LedGrid.radius) for k, xyz in enumerate(PAPER_LAMPS))
 COMMANDING = 4

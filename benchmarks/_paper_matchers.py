@@ -10,12 +10,10 @@ from _paper_views import CAMERA, MOUNT, NOISE
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher
-from floor_localizer.core.pole_star.settings import PoleStarSettings
+from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarSettings
 from shirube_core.geometry import SE2
 
 DOT_DIAMETER = 0.0025

@@ -20,7 +20,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 Array = NDArray[np.float64]

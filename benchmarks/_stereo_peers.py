@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.stereo_rig import StereoRig as Cameras
+from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from shirube_core.geometry import SE2, gravity_aligned_camera
 from stereo_landmark.core.stereo import StereoRig
 

@@ -11,18 +11,17 @@ from __future__ import annotations
 import numpy as np
 from _real_pairs import Moment
 from numpy.typing import NDArray
-
-from stereo_landmark.core.edges.settings import EdgeSettings
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.primitives.corner import Corner
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_measurement import stereo_points
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
-from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.place_check import check_place
+
+from stereo_landmark.core.primitives.corner import Corner
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene, stereo_points
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import EdgeSettings
+from stereo_landmark.core.stereo import StereoRig
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.CORNER)
 POINT_SIGMA_MAX = 0.03

@@ -16,7 +16,7 @@ from _figures import Figure, measured, rate, rms
 from _harness import Option, Run, cpu_time, progress, run_benchmark
 from numpy.typing import NDArray
 
-from pose_arbiter.core.covariance import diagonal
+from pose_arbiter.core.kalman_filter import diagonal
 from shirube_core.geometry import SE2
 
 OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8

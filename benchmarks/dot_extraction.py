@@ -20,9 +20,9 @@ from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_cor
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.detected_dots import DetectedDots
-from floor_localizer.core.dot_extraction import DotDetector
-from scene_simulator.dot_floor import LIGHT_ON_DARK
+from floor_localizer.core.dot_extraction.detector import DotDetector
+from floor_localizer.core.dots import DetectedDots
+from scene_simulator.floor.dot_floor import LIGHT_ON_DARK
 
 SIZE, MARGIN = 1.2, 0.3
 ISOLATED = 1.3

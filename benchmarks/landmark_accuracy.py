@@ -21,17 +21,17 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer, LandmarkSettings
-from stereo_landmark.core.place.place_fix import PlaceFix
-from stereo_landmark.core.place.reprojection_model import reproject
-from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.place.place_locator import PlaceFix
+from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 EXACT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)
 """The rendered rig is exactly calibrated and level."""

@@ -19,13 +19,13 @@ from _landmark_corridor import LANDMARKS, TAUGHT, Pair, teach_corridor
 from _real_pairs import load_real_pairs
 from _target_choice import TargetChooser
 
-from scene_simulator.corridor_generator import CorridorDesign, corridor
-from scene_simulator.stereo_rig import StereoRig as Cameras
-from scene_simulator.stereo_rig import render_pair
+from scene_simulator.corridor.generator import CorridorDesign, corridor
+from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
+from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.procedure.detected_scene import detect_scene
+from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 
 DISPLACEMENT = SE2(0.2, -0.25, 0.1)

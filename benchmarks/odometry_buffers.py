@@ -21,8 +21,8 @@ from pose_arbiter.core.settings import ArbiterSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseBuffer
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_trajectory import load_bag_trajectory
-from shirube_bags.error_table import planar_poses
+from shirube_bags.trajectory import planar_poses
+from shirube_bags.trajectory_files import load_bag_trajectory
 from shirube_core.geometry import SE2
 from vlc_beacon.core.receiver.odometry_buffer import OdometryBuffer as LampBuffer
 

@@ -22,7 +22,7 @@ from _pose_scores import PoseScore, score_pose, whitened_errors
 from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix
-from scene_simulator.simulated_survey import SURVEY_ERROR
+from scene_simulator.floor.dot_floor import SURVEY_ERROR
 from shirube_core.geometry import SE2, wrap_angle
 
 RISE, TILT = 0.05, math.radians(2.0)

@@ -32,9 +32,10 @@ from _terrazzo import CAMERA, MOUNT, TERRAZZO, cut_view, terrazzo_map
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_extraction import DotDetector, DotDetectorSettings
+from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.settings import DotDetectorSettings
 
 AGREEMENT = 0.0005
 """Of a right pose with the truth, at the sheet's centre [m]."""

@@ -17,10 +17,9 @@ from _room_drive import RoomBag, load_room_bag, replay, score, seen_cells
 from numpy.typing import NDArray
 
 from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.depth.pair_matcher import PairMatcher
-from reward_planner.core.depth.stereo_pair import pair_from_projections
+from reward_planner.core.depth.stereo_pair import PairMatcher, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
-from reward_planner.core.grid.occupancy_map import FREE, OCCUPIED, OccupancyMap
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, OccupancyMap
 from scene_simulator.room.box_room import add_spurious_depths
 from scene_simulator.room.room_drive import RoomDrive
 

@@ -19,17 +19,17 @@ from _harness import Option, Run, run_benchmark
 from _surveyed_floor import CAMERA, MOUNT, RenderedSurvey
 from numpy.typing import NDArray
 
+from floor_localizer.commands.options import task_runner
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.survey.dot_estimation import project_rays_to_map
-from floor_localizer.core.survey.known_length import KnownLength, scale_survey
+from floor_localizer.core.settings import SurveySettings
+from floor_localizer.core.survey.adjustment.observations import project_rays_to_map
+from floor_localizer.core.survey.floor_survey import KnownLength, scale_survey
 from floor_localizer.core.survey.map_comparison import MapComparison, compare
-from floor_localizer.core.survey.survey_settings import SurveySettings
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey
-from floor_localizer.task_runner import task_runner
 from shirube_core.geometry import SE2
 
 TAPE_ERROR = 0.0005

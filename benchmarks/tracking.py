@@ -21,8 +21,8 @@ from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
-from scene_simulator.dot_floor import FloorDesign, generate_dot_floor
-from scene_simulator.floor_camera import PAPER_CAMERA, FloorCamera
+from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
+from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
 from shirube_core.geometry import SE2, PinholeCamera
 
 STEP = 0.012

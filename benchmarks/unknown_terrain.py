@@ -15,15 +15,13 @@ from _harness import MissingError, Option, Run, progress, run_benchmark, use_one
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from reward_planner.core.reward.reward_settings import RewardSettings
+from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.octile import route_length
-from reward_planner.core.route.route import NoRoute
-from scene_simulator.grid_maps import GRID_MAPS
-from scene_simulator.grid_truth import distances_from, is_traversable, step_graph
-from scene_simulator.grid_world import GridWorld
-from scene_simulator.movingai_files import load_movingai_map
+from reward_planner.core.route.route import NoRoute, route_length
+from scene_simulator.room.grid_maps import GRID_MAPS
+from scene_simulator.room.grid_world import GridWorld, distances_from, is_traversable, step_graph
+from scene_simulator.room.movingai_files import load_movingai_map
 
 SENSOR_RANGE = 6.0
 GIVE_UP = 20.0

@@ -20,15 +20,14 @@ from shirube_ros.offline.recording import choose_topics
 from shirube_ros.pose_conversion import planar_pose
 from vlc_beacon.commands import locate, survey
 from vlc_beacon.commands.locate import locate_bag
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
-from vlc_beacon.core.packet.operation import Operation
+from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
+from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.files.beacons_file import load_beacons
 from vlc_beacon.files.counter_file import CounterFile
-from vlc_beacon.located_image import LocatedImage
-from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
+from vlc_beacon.files.pose_table import LocatedImage
+from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 
 pytestmark = pytest.mark.newest_set_only
 

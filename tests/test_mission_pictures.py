@@ -15,23 +15,22 @@ from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
-from scene_simulator.lamp_bag import write_beacons
-from scene_simulator.mission_floor import BELLY_MOUNT, surveyed_floor
-from scene_simulator.mission_lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RADIUS, LAMP_RATE, LAMPS
-from scene_simulator.mission_layout import CARPET
-from scene_simulator.mission_sensors import STEREO_RIG
+from scene_simulator.commands.lamps import write_beacons
+from scene_simulator.mission.floor import BELLY_MOUNT, surveyed_floor
+from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RADIUS, LAMP_RATE, LAMPS
+from scene_simulator.mission.layout import CARPET
+from scene_simulator.mission.sensors import STEREO_RIG
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.trajectory_files import header_stamp
-from shirube_bringup.place_teaching import teach_places
+from shirube_bringup.building import teach_places
 from shirube_core.geometry import SE2
 from shirube_ros.offline.recording import choose_topics as floor_topics
 from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.commands.locate import locate_bag as locate_landmarks
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.pair_stream import PairStream
-from stereo_landmark.core.pair.settings import PairSettings
+from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.files.place_file import load_places
-from stereo_landmark.pair_recording import choose_topics as pair_topics
+from stereo_landmark.files.recording import choose_topics as pair_topics
 from vlc_beacon.commands.locate import locate as locate_lamps
 from vlc_beacon.commands.locate import make_parser as lamp_options
 

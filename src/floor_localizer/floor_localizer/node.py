@@ -28,13 +28,13 @@ from floor_localizer.localization.localizer_from_map_file import (
 )
 from floor_localizer.localization.localizer_report import LocalizerReport
 from shirube_core.geometry import CameraMount, PinholeCamera
-from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.camera_info_conversion import camera_from_camera_info
+from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_ros.camera.image import image_from_array
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.image_input import ImageInput
-from shirube_ros.message_error import PoseError
-from shirube_ros.node_main import run_node
+from shirube_ros.errors import PoseError
+from shirube_ros.node import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import (
     planar_pose,
@@ -43,8 +43,7 @@ from shirube_ros.pose_conversion import (
     pose_with_covariance_stamped,
 )
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
-from shirube_ros.stamp_validator import StampValidator
-from shirube_ros.trigger_service import create_trigger_service
+from shirube_ros.stamps import StampValidator
 
 _LOG_INTERVAL = 1.0  # minimum interval between log messages about found and lost poses [s]
 

@@ -24,12 +24,11 @@ from motor_bridge.link.motor_loop import MotorLoop
 from motor_bridge.link.serial_port import SerialPort
 from motor_bridge.node_settings import NodeSettings
 from motor_bridge.odometry_publisher import OdometryPublisher
-from shirube_ros.callback_guard import CallbackGuard
+from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
 from shirube_ros.diagnostics import Diagnostics, Status
-from shirube_ros.node_main import run_node
+from shirube_ros.node import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.quality_of_service import overridable, pose_profile
-from shirube_ros.trigger_service import create_trigger_service
 
 
 class MotorBridgeNode(Node):

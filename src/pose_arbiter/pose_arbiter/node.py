@@ -16,11 +16,10 @@ from pose_arbiter.core.settings import ArbiterSettings
 from pose_arbiter.node_settings import NodeSettings
 from pose_arbiter.source_parameters import declare_sources
 from shirube_core.settings import SettingsError
-from shirube_ros.callback_guard import CallbackGuard
+from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.node_main import run_node
+from shirube_ros.node import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
-from shirube_ros.trigger_service import create_trigger_service
 
 _OUTPUT = 'output'  # name of the timer callback in the diagnostics
 

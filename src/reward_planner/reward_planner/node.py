@@ -30,14 +30,13 @@ from reward_planner.node_settings import NodeSettings, check_source
 from shirube_core.geometry import SE2
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.message_error import PoseError
-from shirube_ros.node_main import run_node
-from shirube_ros.occupancy_conversion import path_message
+from shirube_ros.errors import PoseError
+from shirube_ros.map_conversion import path_message
+from shirube_ros.node import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
-from shirube_ros.stamp_synchronizer import StampSynchronizer
-from shirube_ros.stamp_validator import StampValidator
+from shirube_ros.stamps import StampSynchronizer, StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
 
 _DRIVE_PERIOD = 0.05  # control period [s]

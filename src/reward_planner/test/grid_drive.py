@@ -11,8 +11,8 @@ from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame, clearance
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
-from scene_simulator.grid_world import GridWorld
-from scene_simulator.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
+from scene_simulator.room.grid_world import GridWorld
 from shirube_core.geometry import SE2
 
 TICK = 0.05

@@ -18,7 +18,7 @@ from reward_planner.core.voxels.frame_window import (
     window_shape,
 )
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.box_room import BoxRoom, forward_camera
+from scene_simulator.room.box_room import BoxRoom, forward_camera
 from shirube_core.geometry import PinholeCamera
 
 

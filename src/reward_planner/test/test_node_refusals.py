@@ -9,6 +9,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from node_robot import AHEAD, START, Robot
+from node_testing import run_in_process
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header, String
 
@@ -17,9 +18,8 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 from reward_planner.node import RewardPlannerNode, main
 from shirube_core.geometry import SE2
-from shirube_ros.point_cloud_conversion import cloud_from_points
+from shirube_ros.map_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
-from shirube_ros.run_in_process import run_in_process
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -8,8 +8,8 @@ import pytest
 from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk, reward_route
 from reward_planner.core.route.route import NoRoute
-from scene_simulator.grid_maps import GRID_MAPS, maze
-from scene_simulator.grid_truth import distances_from, is_traversable
+from scene_simulator.room.grid_maps import GRID_MAPS, maze
+from scene_simulator.room.grid_world import distances_from, is_traversable
 
 
 def go(blocked, start, goal, settings, steps_max=3000) -> list[tuple[int, int]]:

@@ -16,8 +16,8 @@ from reward_planner.interface.sensor_inputs import PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.point_cloud_conversion import cloud_from_points
+from shirube_ros.camera.image import image_from_array
+from shirube_ros.map_conversion import cloud_from_points
 
 MOUNT = CameraMount((0.2, 0.1, 0.5), (-1.7, 0.1, -1.4))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from scene_simulator.robot.body import TiltReading
-from shirube_bags.message_types import jazzy_types
+from shirube_bags.bag_reader import jazzy_types
 from shirube_core.geometry import SE2, PinholeCamera, quaternion_from_yaw
 
 _ODOMETRY_VARIANCES = (1e-4, 1e-4, 1e-12, 1e-12, 1e-12, 1e-3)

@@ -19,14 +19,13 @@ from sensor_msgs.msg import CameraInfo, Image, Imu, JointState
 from std_msgs.msg import String
 
 from scene_simulator.messages import compressed_image
-from shirube_bags.bag_trajectory import header_stamp
+from shirube_bags.bag_reader import jazzy_types
+from shirube_bags.bag_recorder import offered_qos
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.message_types import jazzy_types
-from shirube_bags.ros_qos import offered_qos
 from shirube_bags.stamps import NANOSECONDS
+from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.publishers import START_SECONDS
-from shirube_ros.depth_conversion import depth_from_image
-from shirube_ros.image_conversion import array_from_image
+from shirube_ros.camera.image import array_from_image, depth_from_image
 
 TOPICS_AT_STAMP: Mapping[str, type] = {
     '/ground_truth': PoseStamped,

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dot_map import DotMap
+from floor_localizer.core.dots import DotMap
 from floor_localizer.files.dot_map_file import write_indexed_map
 from scene_simulator.commands.lamps import write_beacons
 from scene_simulator.corridor.shapes import Landmark, RoundLandmark
@@ -21,17 +21,19 @@ from scene_simulator.mission.layout import NOMINAL
 from scene_simulator.mission.sensors import STEREO_RIG
 from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
-from stereo_landmark.core.pair.stereo_images import StereoImages
-from stereo_landmark.core.place.stereo_rig import StereoRig
-from stereo_landmark.core.procedure.detected_scene import ImageProcessing, detect_scene
-from stereo_landmark.core.procedure.primitive import Primitive, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_measurement import invariant_points
-from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.teaching import TargetSelection, Teacher
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    invariant_points,
+)
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
+from stereo_landmark.core.stereo import StereoImages, StereoRig
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.files.place_file import save_place
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.transmitter.encoding_settings import RS_FSK_NAME, EncodingSettings
-from vlc_beacon.core.transmitter.lamp_program import encode_packets
+from vlc_beacon.core.transmitter.lamp_program import RS_FSK_NAME, EncodingSettings, encode_packets
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
 from vlc_beacon.files.counter_file import CounterFile
 

@@ -23,7 +23,7 @@ from scene_simulator.mission.sensors import DEPTH_CAMERA, STEREO_RIG
 from scene_simulator.robot.body import TiltReading
 from shirube_bringup.render_worker import Picture
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.image_conversion import image_from_array
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import pose_stamped
 from shirube_ros.quality_of_service import pose_profile
 

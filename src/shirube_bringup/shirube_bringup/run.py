@@ -22,6 +22,7 @@ from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bringup.bag import MissionBag
 from shirube_bringup.building import BuildingFiles, lamp_waveforms
+from shirube_bringup.free_domain import free_domain
 from shirube_bringup.mission import Mission, Stopwatch
 from shirube_bringup.nodes import MissionError, NodeProcesses, NodeSetup, mission_nodes
 from shirube_bringup.record import MissionRecord, MissionTraces
@@ -29,8 +30,7 @@ from shirube_bringup.render_worker import RenderWorker
 from shirube_bringup.simulator import CAMERAS, Simulator
 from shirube_bringup.subscribers import ODOMETRY, MissionSubscribers
 from shirube_core.geometry import SE2
-from shirube_ros.free_domain import free_domain
-from shirube_ros.node_executor import node_executor
+from shirube_ros.node import node_executor
 from vlc_beacon.files.key_file import read_key
 
 _START_TIMEOUT = 600.0

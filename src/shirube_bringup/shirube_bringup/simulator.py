@@ -12,7 +12,7 @@ from rclpy.node import Node
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from scene_simulator.mission.sensors import MissionSensors
-from shirube_bags.node_barrier import NodeBarrier
+from shirube_bags.lockstep import NodeBarrier
 from shirube_bringup.publishers import MissionPublishers
 from shirube_bringup.render_worker import PiecewisePath, RenderWorker
 from shirube_bringup.subscribers import MissionSubscribers

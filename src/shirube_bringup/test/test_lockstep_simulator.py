@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
+from node_testing import isolated_graph
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
@@ -20,7 +21,6 @@ from shirube_bringup.publishers import mission_time
 from shirube_bringup.simulator import CAMERAS, STEP_MS, TILT, SensorSchedule, Simulator
 from shirube_bringup.subscribers import MissionSubscribers
 from shirube_core.waveform import steady_light
-from shirube_ros.isolated_graph import isolated_graph
 
 
 @pytest.mark.parametrize('schedule', [*CAMERAS, TILT, SensorSchedule('odd', 33, 7, 5, 50)])

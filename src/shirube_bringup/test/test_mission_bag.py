@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
+from node_testing import isolated_graph
 from rclpy.node import Node
 from rosbags.interfaces import QosDurability
 from sensor_msgs.msg import Image
@@ -18,8 +19,7 @@ from shirube_bags.errors import BagError
 from shirube_bringup.bag import EXTRACT_MS, MissionBag, is_in_extract
 from shirube_bringup.commands.room import main as room
 from shirube_bringup.publishers import depth_image, stamp_of
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import isolated_graph
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.quality_of_service import map_profile, pose_profile
 
 BEGIN, END = EXTRACT_MS

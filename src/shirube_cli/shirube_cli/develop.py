@@ -1,4 +1,4 @@
-"""``shirube test``, ``check`` and ``bench``: the commands for developers."""
+"""``shirube test`` and ``shirube check``, and the packages that they need."""
 
 import argparse
 import os
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from shirube_cli.kernel_cache import compiled_kernels, kernel_folder
-from shirube_cli.project import CommandError, find_root, run_tool, safe_environment
+from shirube_cli.project import CommandError, find_root, run_tool
 from shirube_cli.workspace import build_workspace
 
 _SCRIPT = 'source "$0/environment/ensure.bash"; forget_other_environments; ensure_development "$0"'
@@ -78,34 +78,3 @@ def _typed_folders() -> list[str]:
     packages = sorted(marker.parent for marker in root.glob('src/*/*/py.typed'))
     others = [folder for folder in (root / 'environment', root / 'benchmarks') if any(folder.glob('*.py'))]
     return [str(path.relative_to(root)) for path in (*packages, *others)]
-
-
-def bench(arguments: Sequence[str]) -> int:
-    """Run ``benchmarks/<name>.py`` or ``benchmarks/<name>/run.py`` with the remaining arguments; return its
-    exit code.
-
-    Raises:
-        CommandError: no such benchmark; the message lists those that are there.
-    """
-    root = find_root()
-    programs = find_benchmarks(root)
-    names = list(programs)
-    if not arguments or arguments[0] not in programs:
-        raise CommandError(
-            f'usage: shirube bench <name> [arguments ...]; names: {", ".join(names) or "none yet"}'
-        )
-    install_development_packages()
-    command = [sys.executable, str(programs[arguments[0]]), *arguments[1:]]
-    # The machine code of the tests, as far as it is there, so that nothing is compiled while something is measured.
-    environment = {'NUMBA_CACHE_DIR': str(kernel_folder(root)), **safe_environment()}
-    environment['PYTHONPATH'] = str(root / 'tests')  # for node_testing
-    return subprocess.run(command, cwd=root, env=environment, check=False).returncode
-
-
-def find_benchmarks(root: Path) -> dict[str, Path]:
-    """Return the benchmarks' programs by name."""
-    return {
-        program.stem if program.stem != 'run' else program.parent.name: program
-        for program in sorted((root / 'benchmarks').glob('**/*.py'))
-        if program.stem == 'run' or (program.parent.name == 'benchmarks' and program.stem[0] != '_')
-    }

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from floor_localizer.files.dot_map_file import load_dot_map
-from floor_localizer.node_settings import NodeSettings
+from floor_localizer.localization.localizer_from_map_file import NodeSettings
 from shirube_bags.accuracy import exceeded_limits, format_report, report_to_dict
 from shirube_bags.stamps import NANOSECONDS
 from shirube_cli.floor_picture import draw_floor_picture

@@ -18,18 +18,15 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from shirube_core.settings import SettingsError
-from shirube_ros.callback_guard import CallbackGuard
+from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_ros.camera.image import image_from_array
+from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Diagnostics
-from shirube_ros.drain_subscription import drain_subscription
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.image_input import ImageInput
-from shirube_ros.node_main import run_node
+from shirube_ros.node import drain_subscription, run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
-from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
+from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped, tilt_from_imu
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
-from shirube_ros.stamp_validator import StampValidator
-from shirube_ros.tilt_conversion import tilt_from_imu
-from shirube_ros.trigger_service import create_trigger_service
+from shirube_ros.stamps import StampValidator
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from shirube_core.settings import setting
-from shirube_ros.camera_settings import CameraSettings
+from shirube_ros.camera.settings import CameraSettings
 from stereo_landmark.core.settings import PairSettings
 
 

@@ -9,8 +9,7 @@ from stereo_calibrations import RealPairs, raw_calibrations, rectified_calibrati
 from taught_wall import HERE, RIG, seen
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
-from shirube_ros.file_errors import CalibrationError
-from shirube_ros.message_error import CameraInfoError
+from shirube_ros.errors import CalibrationError, CameraInfoError
 from stereo_landmark.core.pair.camera_calibration import (
     CameraCalibration,
     PairFault,

@@ -12,7 +12,12 @@ from seen_shapes import (
     turned_rectangle,
 )
 
-from scene_simulator.antialiased_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
+from scene_simulator.imaging.antialiased_shapes import (
+    coverage,
+    ellipse_intervals,
+    photograph,
+    polygon_intervals,
+)
 from stereo_landmark.core.primitives.ellipse import Ellipse, EllipseTolerance, detect_ellipses, refine_ellipse
 from stereo_landmark.core.primitives.primitive import Tolerances, difference
 

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
+from node_testing import run_in_process
 from random_places import random_images, random_place
 from taught_wall import write_files
 
-from shirube_ros.run_in_process import run_in_process
 from stereo_landmark.core.settings import LandmarkSettings, SearchSettings
 from stereo_landmark.files.place_file import load_places, save_place
 from stereo_landmark.files.yaml_file import LandmarkFileError

@@ -16,8 +16,8 @@ import yaml
 from film_bag import camera_info, image, imu, odometry, write_bag
 from lamp_scenes import BEACONS, CAMERA, MOUNT, id_packets, speaking_room
 
-from scene_simulator.shutter import Shutter
-from scene_simulator.suspension import Suspension
+from scene_simulator.imaging.exposure import Shutter
+from scene_simulator.robot.body import Suspension
 from shirube_bags.trajectory_files import load_tum
 from vlc_beacon.commands.locate import main
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform

@@ -11,16 +11,15 @@ import pytest
 from beacon_robot import LEANING, NOWHERE, PIXELS, Robot, header, odometry
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion, QuaternionStamped, Twist, TwistStamped
+from node_testing import IsolatedGraph, run_in_process
 from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, TOO_FAR, with_fix, without_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.image_conversion import image_from_array
-from shirube_ros.isolated_graph import IsolatedGraph
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import planar_pose
-from shirube_ros.run_in_process import run_in_process
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.node import main
 

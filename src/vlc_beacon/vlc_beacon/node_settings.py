@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from shirube_core.settings import setting
-from shirube_ros.camera_settings import CameraSettings
+from shirube_ros.camera.settings import CameraSettings
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.command_executor import DriveSettings
 from vlc_beacon.core.pose.lamp_rays import Beacon

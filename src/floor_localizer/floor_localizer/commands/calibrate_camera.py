@@ -16,8 +16,7 @@ from floor_localizer.core.mat.mount_fit import KnownHeight
 from floor_localizer.files.dot_map_file import load_dot_map
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
-from shirube_ros.calibration_file import load_calibration
-from shirube_ros.image_files import load_image
+from shirube_ros.camera.files import load_calibration, load_image
 
 # Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].
 _RULER_SIGMA = 0.002

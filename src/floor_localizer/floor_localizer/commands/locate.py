@@ -12,15 +12,17 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix
-from floor_localizer.core.floor_localizer_error import FloorLocalizerError
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.tracker import FloorTracker
-from floor_localizer.files.pose_table import save_pose_table
-from floor_localizer.localizer_from_map_file import STARTUP_NOTICE, localizer_from_map_file
-from floor_localizer.located_image import LocatedImage
-from floor_localizer.node_settings import NodeSettings
+from floor_localizer.files.pose_table import LocatedImage, save_pose_table
+from floor_localizer.localization.localizer_from_map_file import (
+    STARTUP_NOTICE,
+    NodeSettings,
+    localizer_from_map_file,
+)
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import PinholeCamera
 from shirube_core.settings import check_settings

@@ -19,7 +19,7 @@ from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError, check_settings, describe_settings, reject_former_option
-from shirube_ros.file_errors import CameraFileError
+from shirube_ros.errors import CameraFileError
 
 Settings = TypeVar('Settings')
 _SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has no workers [s]

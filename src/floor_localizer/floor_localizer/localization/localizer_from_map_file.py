@@ -13,7 +13,7 @@ from floor_localizer.core.localizer import FloorLocalizer, check_mount
 from floor_localizer.core.settings import DotDetectorSettings, LocalizerSettings, TrackerSettings
 from floor_localizer.files.dot_map_file import load_indexed_map
 from shirube_core.settings import setting
-from shirube_ros.camera_settings import CameraSettings
+from shirube_ros.camera.settings import CameraSettings
 
 DEMO_MAP = Path(__file__).parents[1] / 'maps' / 'demo_floor.csv'
 STARTUP_NOTICE = 'loading the map and the numba kernels (the very first start compiles them, about 1 min)'

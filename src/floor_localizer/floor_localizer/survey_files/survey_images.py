@@ -14,10 +14,9 @@ from floor_localizer.core.survey.survey_image import SurveyImage
 from shirube_bags.bag_reader import BagReader
 from shirube_core.files import atomic_write
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.file_errors import ImageFileError
-from shirube_ros.image_conversion import array_from_compressed_image, array_from_image
-from shirube_ros.image_files import load_image
-from shirube_ros.message_error import MessageError
+from shirube_ros.camera.files import load_image
+from shirube_ros.camera.image import array_from_compressed_image, array_from_image
+from shirube_ros.errors import ImageFileError, MessageError
 
 _COLUMNS = 7
 _ROW = _COLUMNS * np.dtype(np.float64).itemsize

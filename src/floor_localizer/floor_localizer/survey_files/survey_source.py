@@ -10,19 +10,16 @@ from typing import Protocol
 
 import numpy as np
 
-from floor_localizer.bag_localization import choose_topics
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.survey.odometry_buffer import OdometryBuffer
 from floor_localizer.survey_files.survey_images import BagImageBatch, FileImageBatch, Frame, ImageBatch
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.tum_file import load_tum
+from shirube_bags.trajectory_files import load_tum
 from shirube_core.geometry import SE2, PinholeCamera, yaw_from_quaternion
-from shirube_ros.calibration_file import load_calibration
-from shirube_ros.camera_info_conversion import camera_from_camera_info
-from shirube_ros.image_files import list_images
-from shirube_ros.message_error import MessageError
-from shirube_ros.recording import RecordedOdometry, Recording
-from shirube_ros.recording_topics import RecordingTopics
+from shirube_ros.camera.files import list_images, load_calibration
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.errors import MessageError
+from shirube_ros.offline.recording import RecordedOdometry, Recording, RecordingTopics, choose_topics
 
 COLUMNS = ('image', 'x', 'y', 'yaw')
 _NANOSECONDS = 1_000_000_000

@@ -17,10 +17,9 @@ from reward_planner.core.occupancy_map import UNKNOWN, GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import check_yaml_suffix, load_occupancy_map, save_occupancy_map
 from reward_planner.node_settings import NodeSettings
-from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.occupancy_conversion import occupancy_grid
+from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_ros.map_conversion import occupancy_grid
 from shirube_ros.quality_of_service import map_profile
-from shirube_ros.trigger_service import create_trigger_service
 
 _SHIFT_MIN = 0.01  # smaller shifts are rounding errors of the file [cells]
 

@@ -20,13 +20,13 @@ from reward_planner.core.voxels.frame_window import equivalent_focal_length
 from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.depth_conversion import depth_from_image
-from shirube_ros.image_input import ImageInput
-from shirube_ros.message_error import CameraInfoError, PointCloudError
-from shirube_ros.point_cloud_conversion import points_from_cloud
+from shirube_ros.camera.image import depth_from_image
+from shirube_ros.camera.info import RigCamera, rectified_camera, rig_camera
+from shirube_ros.camera.input import ImageInput
+from shirube_ros.errors import CameraInfoError, PointCloudError
+from shirube_ros.map_conversion import points_from_cloud
 from shirube_ros.quality_of_service import overridable, sensor_profile
-from shirube_ros.rectified_camera import RigCamera, rectified_camera, rig_camera
-from shirube_ros.stamp_synchronizer import StampSynchronizer
+from shirube_ros.stamps import StampSynchronizer
 
 FrameCallback = Callable[[Header, SensorFrame], None]
 """Called with the header of a message and its points in the optical frame of the camera."""

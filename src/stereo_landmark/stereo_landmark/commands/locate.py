@@ -18,20 +18,15 @@ from shirube_ros.camera.files import list_images
 from shirube_ros.errors import CameraFileError
 from shirube_ros.offline.locate import OfflineLocalizer, add_common_options, locate_recording, run_command
 from shirube_ros.offline.recording import RecordedImage, RecordingTopics
-from stereo_landmark.core.landmark_localizer import LandmarkSettings
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_localizer import LocatedPair
-from stereo_landmark.core.pair.pair_stream import PairStream, Side
-from stereo_landmark.core.pair.settings import PairSettings
-from stereo_landmark.core.place.settings import PlaceSettings
+from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream, Side
+from stereo_landmark.core.settings import LandmarkSettings, PairSettings, PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.calibration_file import load_camera_calibration
-from stereo_landmark.files.displacement_files import save_displacements
-from stereo_landmark.files.grey_image import load_grey_image, to_grey
+from stereo_landmark.files.camera_files import load_camera_calibration, load_grey_image, to_grey
+from stereo_landmark.files.displacement_files import LocatedFrame, save_displacements
 from stereo_landmark.files.place_file import load_places
-from stereo_landmark.located_frame import LocatedFrame
+from stereo_landmark.files.recording import choose_topics, pair_recording
 from stereo_landmark.node_settings import NodeSettings
-from stereo_landmark.pair_recording import choose_topics, pair_recording
 
 _RATES = 1e-4, 1e6
 """Limits of the image rate [1/s]."""

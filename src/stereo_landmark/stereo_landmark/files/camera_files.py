@@ -9,8 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_ros.calibration_file import load_calibration
-from shirube_ros.image_files import load_image
+from shirube_ros.camera.files import load_calibration, load_image
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml

@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from shirube_core.files import atomic_write, write_text
-from shirube_ros.file_errors import ImageFileError
+from shirube_ros.errors import ImageFileError
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -9,10 +9,17 @@ from typing import Any
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import TiltBuffer
-from shirube_ros.camera_info_conversion import camera_from_camera_info
-from shirube_ros.message_error import CameraInfoError
-from shirube_ros.recording import RecordedImage, RecordedTilt, Recording
-from shirube_ros.recording_topics import RecordingTopics, choose_camera_info, choose_images, choose_imu
+from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.errors import CameraInfoError
+from shirube_ros.offline.recording import (
+    RecordedImage,
+    RecordedTilt,
+    Recording,
+    RecordingTopics,
+    choose_camera_info,
+    choose_images,
+    choose_imu,
+)
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer

@@ -21,10 +21,10 @@ from std_msgs.msg import Header
 
 from shirube_core.geometry import CameraMount, TiltBuffer
 from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.image_input import ImageInput
+from shirube_ros.camera.input import ImageInput
+from shirube_ros.pose_conversion import tilt_from_imu
 from shirube_ros.quality_of_service import odometry_profile
-from shirube_ros.stamp_validator import StampValidator
-from shirube_ros.tilt_conversion import tilt_from_imu
+from shirube_ros.stamps import StampValidator
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
 from stereo_landmark.core.pair.pair_stream import Side
 from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from shirube_ros.file_errors import CameraFileError
+from shirube_ros.errors import CameraFileError
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -13,8 +13,8 @@ import numpy as np
 import yaml
 
 from shirube_core.files import write_text
-from shirube_ros.file_errors import CameraFileError
-from shirube_ros.image_files import load_image
+from shirube_ros.camera.files import load_image
+from shirube_ros.errors import CameraFileError
 from vlc_beacon.core.lamp_image.blooming import (
     BloomingCalibration,
     BloomingFit,

@@ -25,14 +25,11 @@ from shirube_ros.offline.locate import (
     save_poses,
 )
 from shirube_ros.offline.recording import Recording, RecordingTopics, choose_topics
-from vlc_beacon.core.authorization.authorization_settings import AuthorizationSettings
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
-from vlc_beacon.core.receiver.settings import ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.pose_table import save_pose_table
-from vlc_beacon.located_image import LocatedImage
-from vlc_beacon.node_settings import NodeSettings
-from vlc_beacon.receiver_from_files import authorizer_from_settings, beacons_from_settings
+from vlc_beacon.files.pose_table import LocatedImage, save_pose_table
+from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 
 _LIGHT = ReceiverSettings()
 _LIGHT_OPTIONS = ('shutter', 'row_time', 'exposure_time', 'lamp_frame_rate', 'segment_bytes', 'method',

@@ -13,7 +13,7 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ShirubeBagsError
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError, check_settings
-from shirube_ros.message_error import MessageError
+from shirube_ros.errors import MessageError
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.settings import PoseSettings, ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial import cKDTree
 
-from shirube_core.geometry import GravityAlignedCamera, gravity_aligned_camera
+from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.edges.edges import extract_edges
 from stereo_landmark.core.edges.segments import Segments, trace_segments
@@ -144,7 +144,7 @@ class StereoView:
     tilt: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
-    def camera(self) -> GravityAlignedCamera:
+    def camera(self) -> SE3:
         """Left camera in the gravity-aligned base frame."""
         return gravity_aligned_camera(self.rig.mount, *self.tilt)
 

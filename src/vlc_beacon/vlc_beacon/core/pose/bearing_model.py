@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.geometry import GravityAlignedCamera, matrix_from_rpy
+from shirube_core.geometry import SE3, matrix_from_rpy
 
 STATES = 6
 _ROTATION_90 = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -22,7 +22,7 @@ def camera_points(
     state: NDArray[np.float64],
     lamps: NDArray[np.float64],
     motions: NDArray[np.float64],
-    camera: GravityAlignedCamera,
+    camera: SE3,
 ) -> NDArray[np.float64]:
     """Return the lamp positions, shape (n, 3), in the optical frame [m]; ``motions`` as in `LampRays`."""
     tilted = _level_points(state, lamps, motions) @ _tilt_matrix(state)
@@ -33,7 +33,7 @@ def projections_with_jacobian(
     state: NDArray[np.float64],
     lamps: NDArray[np.float64],
     motions: NDArray[np.float64],
-    camera: GravityAlignedCamera,
+    camera: SE3,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the rays to the lamps, their Jacobian and the depths; arguments as in `camera_points`.
 

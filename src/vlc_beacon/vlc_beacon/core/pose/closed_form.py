@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.geometry import GravityAlignedCamera
+from shirube_core.geometry import SE3
 from vlc_beacon.core.pose.bearing_model import STATES
 from vlc_beacon.core.pose.lamp_rays import LampRays
 
@@ -30,7 +30,7 @@ class TwoLampSolver:
         self,
         rays: LampRays,
         lamps: NDArray[np.float64],
-        camera: GravityAlignedCamera,
+        camera: SE3,
         known_height: float | None = None,
     ) -> None:
         """Set the observations; arguments as in `PoseLeastSquares`."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.geometry import GravityAlignedCamera
+from shirube_core.geometry import SE3
 from vlc_beacon.core.pose.bearing_model import camera_points
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, ExpectedPose
@@ -50,7 +50,7 @@ def find_consensus_sets(
     problem: PoseLeastSquares,
     initial_states: Iterable[NDArray[np.float64]],
     lamp_positions: NDArray[np.float64],
-    camera: GravityAlignedCamera,
+    camera: SE3,
     gate: float,
 ) -> list[ConsensusSet]:
     """Return the distinct consensus sets, those with most lamps first.
@@ -136,7 +136,7 @@ def _match_swapped(
     fit: PoseEstimate,
     inliers: NDArray[np.bool_],
     lamp_positions: NDArray[np.float64],
-    camera: GravityAlignedCamera,
+    camera: SE3,
     gate: float,
 ) -> NDArray[np.int64]:
     """Return the index of the known lamp at whose position each outlier is, shape (n,), -1 for none."""

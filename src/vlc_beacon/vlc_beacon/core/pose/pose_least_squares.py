@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.geometry import SE2, GravityAlignedCamera, wrap_angle
+from shirube_core.geometry import SE2, SE3, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.pose_fix import PLANAR, ExpectedPose
@@ -64,7 +64,7 @@ class PoseLeastSquares:
         self,
         rays: LampRays,
         lamps: NDArray[np.float64],
-        camera: GravityAlignedCamera,
+        camera: SE3,
         known_height: float | None,
         settings: PoseSettings,
     ) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.geometry import SE2, GravityAlignedCamera, PinholeCamera
+from shirube_core.geometry import SE2, SE3, PinholeCamera
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 
@@ -50,7 +50,7 @@ class LampDiscs:
 
 
 def radius_interval(
-    discs: LampDiscs, camera: PinholeCamera, level_camera: GravityAlignedCamera, yaw: float
+    discs: LampDiscs, camera: PinholeCamera, level_camera: SE3, yaw: float
 ) -> BeaconFix | NoBeaconFix:
     """Return the pose by the paper's method with its equations corrected.
 
@@ -84,7 +84,7 @@ def radius_interval(
 
 
 def radius_interval_printed(
-    discs: LampDiscs, camera: PinholeCamera, level_camera: GravityAlignedCamera, yaw: float
+    discs: LampDiscs, camera: PinholeCamera, level_camera: SE3, yaw: float
 ) -> BeaconFix | NoBeaconFix:
     """Return the pose by the equations as printed, for comparison only; arguments as in `radius_interval`."""
     if len(discs.beacons) == 0:
@@ -111,7 +111,7 @@ def _yaw_rotation(yaw: float) -> NDArray[np.float64]:
 def _make_fix(
     camera_position: NDArray[np.float64],
     half_width: NDArray[np.float64],
-    level_camera: GravityAlignedCamera,
+    level_camera: SE3,
     yaw: float,
     count: int,
 ) -> BeaconFix:
