@@ -83,7 +83,8 @@ def errors(bag_name: str, thin: int, ahead: int) -> dict[str, list[float | None]
         odometry, truth = load_bag_trajectory(bag, '/odom'), load_bag_trajectory(bag, '/ground_truth')
     stamps, true_stamps = odometry.stamps_ns[::thin], truth.stamps_ns
     poses, true_poses = ([SE2(*row) for row in planar_poses(t).tolist()] for t in (odometry, truth))
-    poses, found = poses[::thin], {user: [] for user in USERS}
+    poses = poses[::thin]
+    found: dict[str, list[float | None]] = {user: [] for user in USERS}
     k = int(np.searchsorted(true_stamps, stamps[0] + 2 * KEPT))
     while (after := int(np.searchsorted(true_stamps, true_stamps[k] + STEP))) < len(true_stamps):
         start, end = int(true_stamps[k]), int(true_stamps[after])
