@@ -18,16 +18,16 @@ from shirube_core.geometry import SE2
 
 BLOCK = 0.0028
 DENSITY = 5384.0
-FLOOR = np.random.default_rng(6).uniform(0.0, 1.0, (round(DENSITY), 2))
-ADDRESSES = build_address_matrix(FLOOR, BLOCK)
+DOTS = np.random.default_rng(6).uniform(0.0, 1.0, (round(DENSITY), 2))
+ADDRESSES = build_address_matrix(DOTS, BLOCK)
 
 
 def test_the_floors_own_dots_match():
-    assert match_rate(ADDRESSES, FLOOR) == 1.0
+    assert match_rate(ADDRESSES, DOTS) == 1.0
 
 
 def test_every_occupied_block_holds_a_dot():
-    own_blocks = {tuple(block) for block in np.floor((FLOOR - ADDRESSES.origin) / BLOCK).astype(int)}
+    own_blocks = {tuple(block) for block in np.floor((DOTS - ADDRESSES.origin) / BLOCK).astype(int)}
     assert ADDRESSES.occupied.sum() == len(own_blocks)
 
 
@@ -37,7 +37,7 @@ def test_dots_anywhere_match_as_often_as_blocks_are_occupied():
 
 
 def test_the_rate_is_a_fraction_of_all_dots():
-    points = np.vstack([FLOOR[:3], [[-5.0, 0.5], [0.5, 5.0]]])
+    points = np.vstack([DOTS[:3], [[-5.0, 0.5], [0.5, 5.0]]])
     assert match_rate(ADDRESSES, points) == pytest.approx(0.6)
 
 
