@@ -138,12 +138,7 @@ class PoseFilter:
     def update(
         self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera
     ) -> NDArray[np.bool_]:
-        """Update the state with the lamps of an image; one lamp is sufficient.
-
-        Args:
-            rays: n observations of known lamps.
-            lamps: lamp positions in the map frame, shape (n, 3) [m].
-            camera: gravity-aligned camera pose on the robot.
+        """Update the state with the lamps of an image, one is enough; arguments as in `PoseLeastSquares`.
 
         Returns:
             mask of the lamps that pass the innovation gate, shape (n,); the others are rejected.
