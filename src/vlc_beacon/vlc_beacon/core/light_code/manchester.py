@@ -1,6 +1,7 @@
 """Manchester code in repeated segments, for rolling shutters and lamps that cover many rows.
 
-A packet becomes a Reed-Solomon block, the block is split into numbered segments. A segment is
+A packet becomes a whitened Reed-Solomon block ``number of segments | packet | zeros | parity``, a seventh of it
+parity, which is split into numbered segments. A segment is
 
     preamble 111000 | index 7 bits | bytes of the block | CRC-4
 

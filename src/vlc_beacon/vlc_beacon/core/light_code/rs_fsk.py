@@ -69,7 +69,8 @@ LOG_LIKELIHOOD_MIN = -40.0
 def tone_log_likelihoods(rows: LampRows, tones: tuple[float, ...]) -> NDArray[np.float64]:
     """Return the log-likelihood of each tone [Hz] relative to the best one, shape (frames, n), 0 for the best.
 
-    All are 0 if the rows are uniform or too few.
+    A square wave, blurred by the exposure, is fitted with the best phase, gain and offset; the residual gives the
+    likelihood. One cycle in view suffices, which a spectrum would not resolve. All are 0 for uniform or too few rows.
     """
     frames, count = rows.brightness.shape
     seen = rows.brightness - rows.brightness.mean(axis=1, keepdims=True)

@@ -19,7 +19,7 @@ SKIPPED_BITS = 24
 
 
 def whiten(data: bytes) -> bytes:
-    """XOR the bytes with a fixed pseudorandom sequence; applying it twice restores them.
+    """XOR with a fixed pseudorandom sequence: long runs of equal symbols become rare. Twice restores the bytes.
 
     The sequence is that of the shift register x^15 + x^14 + 1 (ITU-T O.151), initialized with ones, without its first
     bits.

@@ -1,4 +1,8 @@
-"""Encodes packets for a lamp: waveform, firmware frame and code profile."""
+"""Encodes packets for a lamp: waveform, firmware frame and code profile.
+
+Frames are made for the measured clock of the lamp's timer: a ceramic resonator may be off by 0.5 %, more than decoders
+tolerate.
+"""
 
 from __future__ import annotations
 
