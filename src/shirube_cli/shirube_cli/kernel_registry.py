@@ -49,7 +49,7 @@ KERNEL_SETS = (
         'reward_planner',
         'reward_planner.core.compile_kernels',
         'compile_default_kernels()',
-        29,
+        30,
     ),
     KernelSet(
         'vlc_beacon_global',
