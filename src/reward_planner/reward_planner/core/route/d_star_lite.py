@@ -12,10 +12,8 @@ from reward_planner.core.route.d_star_lite_kernels import (
     SearchState,
     apply_changes,
     cell_distance,
-    compute_shortest_path,
-    extract_path,
     insert_if_inconsistent,
-    update_changed_cells,
+    replan,
 )
 from reward_planner.core.route.route import NoRoute, Route, check_endpoints
 
@@ -89,13 +87,8 @@ class DStarLite:
         else:
             # The robot moved: k_m grows by h(s_last, s_start), so that old keys stay lower bounds.
             self._key_modifier += cell_distance(state, self._start, cell)
-        # UpdateVertex of all cells whose edges changed.
+        # Cells whose edges changed are updated, the search is repaired, and the path is followed.
         changed = np.concatenate([*self._changed, np.empty(0, dtype=np.int64)])
         self._start, self._changed = cell, []
-        open_list = update_changed_cells(state, self._open_list, changed, cell, self._key_modifier)
-        # ComputeShortestPath: expand cells until the robot's one is consistent.
-        self._open_list = compute_shortest_path(state, open_list, cell, self._key_modifier)
-        # There is no path if rhs of the robot's cell is infinite; else its cells follow the least cost-to-goal.
-        if state.rhs[cell] >= UNREACHED:
-            return NoRoute.UNREACHABLE
-        return Route(extract_path(state, cell))
+        self._open_list, cells = replan(state, self._open_list, changed, cell, self._key_modifier)
+        return Route(cells) if len(cells) else NoRoute.UNREACHABLE

@@ -155,13 +155,29 @@ def apply_changes(
 
 
 @njit(cache=True)
+def replan(
+    state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
+) -> tuple[OpenList, NDArray[np.int64]]:
+    """Repair the search after changes; return the open list and the cells of a shortest route, empty if there is none.
+
+    ``changed`` are the cells that became blocked or free since the last call, ``start`` is the robot's cell, and
+    ``key_modifier`` k_m, the sum of its motions so far [1/STRAIGHT cells].
+    """
+    # UpdateVertex of all cells whose edges changed.
+    open_list = update_changed_cells(state, open_list, changed, start, key_modifier)
+    # ComputeShortestPath: expand cells until the robot's one is consistent.
+    open_list = compute_shortest_path(state, open_list, start, key_modifier)
+    # There is no path if rhs of the robot's cell is infinite; else its cells follow the least cost-to-goal.
+    if state.rhs[start] >= UNREACHED:
+        return open_list, np.empty((0, 2), np.int64)
+    return open_list, extract_path(state, start)
+
+
+@njit(cache=True)
 def update_changed_cells(
     state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
 ) -> OpenList:
-    """Update rhs around cells that became blocked or free (UpdateVertex); return the open list.
-
-    ``start`` is the robot's cell, and ``key_modifier`` k_m, the sum of its motions so far [1/STRAIGHT cells].
-    """
+    """Update rhs around cells that became blocked or free (UpdateVertex); return the open list."""
     width = state.width
     for cell in changed:
         for row_begin in (cell - width, cell, cell + width):
