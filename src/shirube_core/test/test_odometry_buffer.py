@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from shirube_core.geometry import SE2
-from shirube_core.motion import NoPoseReason, OdometryBuffer, motion_between
+from shirube_core.motion import NoPoseReason, OdometryBuffer, motion_between, motion_covariance
 
 SECOND = 1_000_000_000
 BEGIN = 1000 * SECOND
@@ -157,7 +157,7 @@ def test_the_covariance_is_that_of_the_steps_one_by_one():
         distance, rotation = b.distance - a.distance, b.rotation - a.rotation
         step = np.diag([noise_xy**2 * distance] * 2 + [noise_yaw**2 * (distance + rotation)])
         total = F @ total @ F.T + step
-    xx, xy, xt, yy, yt, tt = motion_between(cumulative[0], cumulative[-1]).covariance(noise_xy, noise_yaw)
+    xx, xy, xt, yy, yt, tt = motion_covariance(cumulative[0], cumulative[-1], noise_xy, noise_yaw)
     np.testing.assert_allclose([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]], total, atol=1e-12)
 
 

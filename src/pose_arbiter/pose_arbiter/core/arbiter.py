@@ -130,7 +130,7 @@ class Arbiter:
     def counts(self) -> Counter[tuple[int, MeasurementStatus]]:
         """Return the number of poses by (source index, status)."""
         self._process_pending(len(self._measurements))
-        return self._final_counts + self._count(len(self._measurements))
+        return self._final_counts + Counter(self._statuses(len(self._measurements)))
 
     @property
     def latest_odometry(self) -> int | None:
@@ -162,14 +162,12 @@ class Arbiter:
         if old:
             self._process_pending(old)
             self._base = self._results[old - 1][0]
-            self._final_counts += self._count(old)
+            self._final_counts.update(self._statuses(old))
             del self._measurements[:old], self._results[:old]
 
-    def _count(self, count: int) -> Counter[tuple[int, MeasurementStatus]]:
-        return Counter(
-            (measurement.source, status)
-            for measurement, (_, status) in zip(self._measurements[:count], self._results, strict=False)
-        )
+    def _statuses(self, count: int) -> list[tuple[int, MeasurementStatus]]:
+        """Return source index and status of the first ``count`` poses, which are processed."""
+        return [(self._measurements[k].source, self._results[k][1]) for k in range(count)]
 
 
 def _validate_pose(pose: SE2) -> RejectReason | None:

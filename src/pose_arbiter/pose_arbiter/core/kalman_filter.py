@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pose_arbiter.core.settings import ArbiterSettings
 from shirube_core.geometry import SE2
-from shirube_core.motion import CumulativeOdometry, motion_between
+from shirube_core.motion import CumulativeOdometry, motion_between, motion_covariance
 
 _PROCESS_NOISE_XY, _PROCESS_NOISE_YAW = 2e-3, 2e-3  # process noise after 1 s, standard deviations [m, rad]
 _SIGMA_ENTRIES = (2, 0, 1), (0, 1, 2)  # entries of `bias_sqrt`: yaw, then along and across
@@ -95,10 +95,11 @@ def predict(estimate: Estimate, odometry: CumulativeOdometry, settings: ArbiterS
     yaw_offset = estimate.yaw - estimate.odometry.yaw  # rotation from the buffer frame to the map
     cos, sin = math.cos(yaw_offset), math.sin(yaw_offset)
     x, y = cos * motion.x - sin * motion.y, sin * motion.x + cos * motion.y
+    odometry_noise = motion_covariance(
+        estimate.odometry, odometry, settings.odometry_noise_xy, settings.odometry_noise_yaw
+    )
     noise = add_covariances(
-        rotate_covariance(
-            motion.covariance(settings.odometry_noise_xy, settings.odometry_noise_yaw), cos, sin
-        ),
+        rotate_covariance(odometry_noise, cos, sin),
         diagonal(
             (settings.drift_speed * motion.odometry_gap) ** 2 + _PROCESS_NOISE_XY**2 * motion.duration,
             (settings.drift_turn_rate * motion.odometry_gap) ** 2 + _PROCESS_NOISE_YAW**2 * motion.duration,

@@ -66,7 +66,6 @@ class Motion(NamedTuple):
         yaw: yaw change [rad].
         distance: distance driven [m].
         rotation: sum of the absolute yaw changes [rad].
-        rx, ry, rxx, rxy, ryy: sums over the steps of s_k r_k and s_k r_k r_kᵀ, r_k from the step to the end.
         odometry_gap: time without odometry [s].
         duration: time between the stamps [s].
     """
@@ -76,36 +75,8 @@ class Motion(NamedTuple):
     yaw: float
     distance: float
     rotation: float
-    rx: float
-    ry: float
-    rxx: float
-    rxy: float
-    ryy: float
     odometry_gap: float
     duration: float
-
-    def covariance(
-        self, noise_xy: float, noise_yaw: float
-    ) -> tuple[float, float, float, float, float, float]:
-        """Return the covariance (xx, xy, xt, yy, yt, tt) of (x, y, yaw) from the odometry noise alone.
-
-        A yaw error e of step k moves the end by e J r_k, J a rotation by 90°: the covariance is the sum of
-        ``q s_k J r_k r_kᵀ Jᵀ``, q the square of ``noise_yaw``.
-
-        Args:
-            noise_xy: standard deviation along x and y after 1 m [m].
-            noise_yaw: standard deviation of the yaw after 1 m, and after 1 rad [rad].
-        """
-        var_xy, q = noise_xy**2 * self.distance, noise_yaw**2
-        var_yaw = q * (self.distance + self.rotation)
-        return (
-            var_xy + q * self.ryy,
-            -q * self.rxy,
-            -q * self.ry,
-            var_xy + q * self.rxx,
-            q * self.rx,
-            var_yaw,
-        )
 
     def path_length(self, drift_speed: float) -> float:
         """Return the path length [m], with 1 rad as 1 m and the possible motion while there was no odometry."""
@@ -114,21 +85,36 @@ class Motion(NamedTuple):
 
 def motion_between(a: CumulativeOdometry, b: CumulativeOdometry) -> Motion:
     """Return the motion from a to the later b."""
-    x, y = b.x, b.y
-    distance, rotation = b.distance - a.distance, b.rotation - a.rotation
-    s, sx, sy = distance + rotation, b.sx - a.sx, b.sy - a.sy
-    rx, ry = s * x - sx, s * y - sy  # sum of s_k (p - p_k)
     return Motion(
-        x - a.x,
-        y - a.y,
+        b.x - a.x,
+        b.y - a.y,
         math.remainder(b.yaw - a.yaw, math.tau),
-        distance,
-        rotation,
-        rx,
-        ry,
-        x * rx - sx * x + (b.sxx - a.sxx),
-        x * ry - sx * y + (b.sxy - a.sxy),
-        y * ry - sy * y + (b.syy - a.syy),
+        b.distance - a.distance,
+        b.rotation - a.rotation,
         (b.odometry_gap - a.odometry_gap) * 1e-9,
         (b.stamp - a.stamp) * 1e-9,
     )
+
+
+def motion_covariance(
+    a: CumulativeOdometry, b: CumulativeOdometry, noise_xy: float, noise_yaw: float
+) -> tuple[float, float, float, float, float, float]:
+    """Return the covariance (xx, xy, xt, yy, yt, tt) of the motion from a to b from the odometry noise alone.
+
+    A yaw error e of step k at position p_k moves the end p by ``e J (p - p_k)``, J a rotation by 90°: the covariance
+    is the sum of ``q s_k J (p - p_k)(p - p_k)ᵀ Jᵀ``, q the square of ``noise_yaw``.
+
+    Args:
+        a: cumulative odometry at the start.
+        b: cumulative odometry at the end.
+        noise_xy: standard deviation along x and y after 1 m [m].
+        noise_yaw: standard deviation of the yaw after 1 m, and after 1 rad [rad].
+    """
+    x, y, distance, q = b.x, b.y, b.distance - a.distance, noise_yaw * noise_yaw
+    s, sx, sy = distance + b.rotation - a.rotation, b.sx - a.sx, b.sy - a.sy
+    rx, ry = s * x - sx, s * y - sy  # sum of s_k (p - p_k)
+    rxx = x * rx - sx * x + (b.sxx - a.sxx)
+    rxy = x * ry - sx * y + (b.sxy - a.sxy)
+    ryy = y * ry - sy * y + (b.syy - a.syy)
+    var_xy = noise_xy * noise_xy * distance
+    return (var_xy + q * ryy, -q * rxy, -q * ry, var_xy + q * rxx, q * rx, q * s)

@@ -128,8 +128,10 @@ class OdometryBuffer:
             return first._replace(stamp=stamp, odometry_gap=first.odometry_gap - (first.stamp - stamp))
         index, twist = self._arc_to(stamp)
         start = self._cumulative[index]
+        if start.stamp == stamp:
+            return start
         gap = max(0, stamp - stamps[-1] - self._extrapolation_max)
-        if index + 1 < len(stamps) and stamp > stamps[index]:  # a part of the gap until the next message
+        if index + 1 < len(stamps):  # a part of the gap until the next message
             step = self._cumulative[index + 1]
             fraction = (stamp - start.stamp) / (step.stamp - start.stamp)
             gap = round(fraction * (step.odometry_gap - start.odometry_gap))
