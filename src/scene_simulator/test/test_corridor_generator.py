@@ -79,6 +79,7 @@ def test_people_occlude_everything_the_nearest_last() -> None:
     distances = [item.surface.origin[0] for item in figures]
     assert distances == sorted(distances, reverse=True)
     assert distances[0] < 0.0
+    assert len(scene.table.starts) == len(corridor(CorridorDesign(3)).table.starts) + 4 * 16
 
 
 def test_a_design_that_cannot_be_is_refused() -> None:
