@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,35 +51,21 @@ class TaughtCorridor:
     place: TaughtPlace
 
 
-def teach_corridor(
-    scene: CorridorScene,
-    cameras: Cameras,
-    wanted: Iterable[str],
-    processing: ImageProcessing | None = None,
-    target: str = 'wall',
-) -> TaughtCorridor:
-    """Teach a corridor from one pair of images.
-
-    Args:
-        scene: the corridor.
-        cameras: rectified.
-        wanted: landmarks whose names begin so are taken as one target where both images show them.
-        processing: None for the defaults.
-        target: its name.
-    """
-    processing = processing or ImageProcessing()
+def teach_corridor(scene: CorridorScene, cameras: Cameras) -> TaughtCorridor:
+    """Teach a corridor from one pair of images of rectified cameras: all ``LANDMARKS`` that are measurable."""
+    processing = ImageProcessing()
     images = render_pair(scene, cameras, TAUGHT, np.random.default_rng(0))
     left, right = (detect_scene(image, processing) for image in images)
     view = StereoView(left, right, product_rig(cameras))
     teacher = Teacher(view, processing)
     parts: dict[str, Primitive] = {}
-    for prefix in wanted:
+    for prefix in LANDMARKS:
         for landmark in scene.landmarks:
             found = _primitive_of(landmark, cameras, view) if landmark.name.startswith(prefix) else None
             if found is not None and _is_measurable(teacher, found):
                 parts[landmark.name.replace('/', ' ')] = found
     return TaughtCorridor(
-        scene, cameras, images, teacher.teach('corridor', [TargetSelection(target, parts)], TAUGHT)
+        scene, cameras, images, teacher.teach('corridor', [TargetSelection('wall', parts)], TAUGHT)
     )
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from _figures import error, outcomes
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _landmark_corridor import LANDMARKS, TAUGHT, Pair, TaughtCorridor, teach_corridor
+from _landmark_corridor import TAUGHT, Pair, TaughtCorridor, teach_corridor
 from _stereo_peers import FeaturePipeline, product_rig
 
 from scene_simulator.corridor.generator import CorridorDesign, corridor
@@ -147,7 +147,7 @@ def main(run: Run, places: int, views: int, only: str) -> None:
         (condition.name, method): [] for condition in chosen for method in (OURS, 'ORB', 'SIFT')
     }
     for seed in progress(range(places), 'places'):
-        taught = teach_corridor(corridor(CorridorDesign(seed=seed)), Cameras(), LANDMARKS)
+        taught = teach_corridor(corridor(CorridorDesign(seed=seed)), Cameras())
         localizer = LandmarkLocalizer([taught.place])
         features = [pipeline.teach(taught.images) for pipeline in pipelines]
         for condition in chosen:

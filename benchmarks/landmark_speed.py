@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from _figures import ratio, time
 from _harness import MissingError, Option, Run, run_benchmark, side_by_side, use_one_core
-from _landmark_corridor import LANDMARKS, TAUGHT, Pair, teach_corridor
+from _landmark_corridor import TAUGHT, Pair, teach_corridor
 from _real_pairs import load_real_pairs
 from _target_choice import TargetChooser
 
@@ -53,7 +53,7 @@ def cases(run: Run, tiles: tuple[float, ...]) -> Iterator[Case]:
         yield Case('EuRoC V1_01', place, (now.left, now.right), now.tilt)
     except MissingError as missing:
         run.note(f'Photographs: {missing}')
-    taught = teach_corridor(corridor(CorridorDesign(seed=1)), Cameras(), LANDMARKS)
+    taught = teach_corridor(corridor(CorridorDesign(seed=1)), Cameras())
     for tile in tiles:
         seen = corridor(CorridorDesign(seed=1, tile=tile, needles=1))
         images = render_pair(seen, taught.cameras, TAUGHT @ DISPLACEMENT, np.random.default_rng(1))
