@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 from _real_pairs import Moment
 from numpy.typing import NDArray
-from stereo_landmark.core.teaching.place_check import check_place
 
+from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene, stereo_points
@@ -20,6 +21,7 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.geometry_hints import check_geometry, undetected_targets
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 
@@ -67,9 +69,17 @@ class TargetChooser:
         rng = np.random.default_rng(seed)
         for _ in range(DRAWS_MAX):
             place = self._teacher.teach('room', [TargetSelection('room', self._draw_target(rng))])
-            if not check_place(place, self._moment.left, self._moment.right, self._moment.tilt):
+            if not self._remarks(place):
                 return place
         raise StereoLandmarkError(f'seed {seed}: the tools remark on {DRAWS_MAX} sets; choose others')
+
+    def _remarks(self, place: TaughtPlace) -> list[str]:
+        """Return what the tools remark on a place."""
+        moment = self._moment
+        answer = LandmarkLocalizer([place]).locate(moment.left, moment.right, moment.tilt)
+        fix = answer.displacement if isinstance(answer, LandmarkFix) else None
+        names = tuple(f'{target.name}/{point}' for target in place.targets for point in target.points)
+        return undetected_targets(answer) + check_geometry(place.coordinates.select(names).positions, fix)
 
     def _draw_target(self, rng: np.random.Generator) -> dict[str, Primitive]:
         chosen: list[Primitive] = []

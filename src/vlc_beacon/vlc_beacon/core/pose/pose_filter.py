@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.geometry import SE2, GravityAlignedCamera, wrap_angle
+from shirube_core.geometry import SE2, SE3, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
@@ -135,9 +135,7 @@ class PoseFilter:
         noise[DISTANCE_SCALE:] = self._bias_variance * distance / self._odometry.bias_correlation_length
         return np.diag(noise)
 
-    def update(
-        self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera
-    ) -> NDArray[np.bool_]:
+    def update(self, rays: LampRays, lamps: NDArray[np.float64], camera: SE3) -> NDArray[np.bool_]:
         """Update the state with the lamps of an image, one is enough; arguments as in `PoseLeastSquares`.
 
         Returns:
@@ -165,9 +163,7 @@ class PoseFilter:
             return correlated
         return min(correlated, CORRELATED_IMAGES_MAX)
 
-    def _gate(
-        self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera
-    ) -> NDArray[np.bool_]:
+    def _gate(self, rays: LampRays, lamps: NDArray[np.float64], camera: SE3) -> NDArray[np.bool_]:
         residual, H, R = self._linearize(rays, lamps, camera, self._state, 1.0)
         S = H @ self._P @ H.T + R
         inliers = np.zeros(len(rays), dtype=np.bool_)
@@ -177,9 +173,7 @@ class PoseFilter:
             inliers[i] = distance < self._settings.gate_sigmas**2
         return inliers
 
-    def _correct(
-        self, rays: LampRays, lamps: NDArray[np.float64], camera: GravityAlignedCamera, correlated: float
-    ) -> None:
+    def _correct(self, rays: LampRays, lamps: NDArray[np.float64], camera: SE3, correlated: float) -> None:
         """Iterated EKF update, because the rays are nonlinear in the position."""
         predicted, state = self._state, self._state
         for _ in range(ITERATIONS):
@@ -196,7 +190,7 @@ class PoseFilter:
         self,
         rays: LampRays,
         lamps: NDArray[np.float64],
-        camera: GravityAlignedCamera,
+        camera: SE3,
         state: NDArray[np.float64],
         correlated: float,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
