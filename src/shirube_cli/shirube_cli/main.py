@@ -30,7 +30,7 @@ COMMANDS = {
     'list': ('shirube_cli.run', 'list_programs'),
     'test': ('shirube_cli.develop', 'run_tests'),
     'check': ('shirube_cli.develop', 'check'),
-    'bench': ('shirube_cli.develop', 'bench'),
+    'bench': ('shirube_cli.bench', 'bench'),
     'migrate': ('shirube_cli.migrate', 'migrate'),
 }
 

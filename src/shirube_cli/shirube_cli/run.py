@@ -9,7 +9,7 @@ from runpy import run_path
 from typing import Any, NoReturn
 from unittest.mock import patch
 
-from shirube_cli.develop import find_benchmarks
+from shirube_cli.bench import find_benchmarks
 from shirube_cli.kernel_registry import sets_of_package
 from shirube_cli.project import CommandError, find_root
 from shirube_cli.workspace import build_workspace, find_executable, find_packages, overlay_environment
