@@ -12,13 +12,10 @@ from shirube_core.geometry.se2 import (
 from shirube_core.geometry.se3 import SE3, matrix_from_rpy
 from shirube_core.geometry.tilt_buffer import TiltBuffer
 
-GravityAlignedCamera = SE3  # the name before
-
 __all__ = [
     'SE2',
     'SE3',
     'CameraMount',
-    'GravityAlignedCamera',
     'PinholeCamera',
     'TiltBuffer',
     'gravity_aligned_camera',
