@@ -66,6 +66,15 @@ def test_the_rewards_of_every_step_are_reported(room: Path, tmp_path: Path) -> N
     np.testing.assert_allclose(rows['total'], sums, atol=3e-3)
 
 
+def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
+    assert plan(room, '0 0', '1 1', '--png', str(tmp_path / 'a.png')) == 0
+    picture = cv2.imread(str(tmp_path / 'a.png'))
+    scale = picture.shape[1] // 60
+    wall = (picture[:, 30 * scale + scale // 2] == 0).all(axis=1)
+    assert not wall[: 10 * scale].any()
+    assert wall[10 * scale :].all()
+
+
 @pytest.mark.parametrize(
     ('start', 'goal', 'options', 'message'),
     [
