@@ -6,7 +6,7 @@ import sys
 from array import array
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2, PointField
@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
 from shirube_ros.errors import PointCloudError
-from shirube_ros.pose_conversion import pose_message, pose_stamped
+from shirube_ros.pose_conversion import pose_stamped
 
 
 def occupancy_grid(
@@ -25,7 +25,7 @@ def occupancy_grid(
     The cells have shape (rows, columns), row 0 at the smallest y; -1 is unknown, 0 free to 100 occupied.
     """
     rows, columns = cells.shape
-    origin_pose = pose_message(SE2(*origin, 0.0))
+    origin_pose = Pose(position=Point(x=origin[0], y=origin[1]))
     info = MapMetaData(
         map_load_time=header.stamp, resolution=resolution, width=columns, height=rows, origin=origin_pose
     )
