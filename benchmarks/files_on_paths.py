@@ -7,7 +7,6 @@ processes the later measurements again, and from the configuration of a lesson t
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -20,6 +19,8 @@ from typing import Any
 
 import numpy as np
 import rclpy
+from _figures import count
+from _harness import Option, Run, run_benchmark
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from rclpy.context import Context
@@ -157,20 +158,18 @@ WAYS = {
 }
 
 
-def main() -> None:
-    """Print the number of files of each way, with --list their names."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--list', action='store_true', help='print the files')
-    listed = parser.parse_args().list
+def main(run: Run, listed: bool) -> None:
+    """Count the files of each way."""
     context = Context()
     rclpy.init(context=context)
+    table = run.table('Files of which a function runs', 'way', 'files')
     for name, walk in WAYS.items():
         found: set[str] = set()
         walk(context, found)
-        print(f'{name:16}{len(found):4}')
-        for path in sorted(found) if listed else ():
-            print('   ', path)
+        table.add(name, count(len(found), better='lower'))
+        if listed:
+            run.note('\n    '.join([name, *sorted(found)]))
 
 
 if __name__ == '__main__':
-    main()
+    run_benchmark(main, listed=Option(False, False, 'name the files'))

@@ -6,11 +6,12 @@ is newer than the odometry. Cells: error of the later position, root mean square
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from _figures import Figure, error
+from _harness import Option, Run, run_benchmark
 
 from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings
@@ -98,22 +99,18 @@ def errors(bag_name: str, thin: int, ahead: int) -> dict[str, list[float | None]
     return found
 
 
-def _cell(found: list[float | None]) -> str:
-    known = np.array([error for error in found if error is not None])
-    text = f'{np.sqrt((known**2).mean()):.2f} / {known.max():.2f}' if len(known) else 'none'
-    return text if len(known) in (0, len(found)) else f'{text} ({len(found) - len(known)} none)'
+def _figure(found: list[float | None]) -> Figure | str:
+    known = [distance for distance in found if distance is not None]
+    return error(known) if known else 'none'
 
 
-def _main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--thin', type=int, default=1, help='keep every n-th odometry message')
-    thin = parser.parse_args().thin
-    for title, ahead in (('between messages', -KEPT // 2), ('0.1 s past the last message', AHEAD)):
-        print(f'\n{title}, odometry at {50 / thin:g} Hz\n')
-        print(f'| bag | {" | ".join(USERS)} |\n{"|---" * (len(USERS) + 1)}|')
+def main(run: Run, thin: int) -> None:
+    """Compare the buffers on all bags."""
+    for title, ahead in (('Between messages', -KEPT // 2), ('0.1 s past the last message', AHEAD)):
+        table = run.table(f'{title}, odometry at {50 / thin:g} Hz', 'bag', *(f'{user}, mm' for user in USERS))
         for bag in sorted(path.name for path in BAGS.iterdir() if path.is_dir()):
-            print(f'| {bag} | {" | ".join(map(_cell, errors(bag, thin, ahead).values()))} |', flush=True)
+            table.add(bag, *map(_figure, errors(bag, thin, ahead).values()))
 
 
 if __name__ == '__main__':
-    _main()
+    run_benchmark(main, thin=Option(1, 5, 'keep every n-th odometry message'))

@@ -168,7 +168,7 @@ def test_shown_topics_are_published_by_the_nodes(path: str) -> None:
     assert {topic.split('/')[1] for topic in shown} == set(NODES)
     for topic in shown - {s for s in shown if s.endswith('_updates')}:
         package, name = topic.split('/')[1:3]
-        source = ''.join(p.read_text() for p in (PACKAGE.parent / package / package).glob('*.py'))
+        source = ''.join(p.read_text() for p in (PACKAGE.parent / package / package).rglob('*.py'))
         assert f"'~/{name}'" in source, topic
 
 
