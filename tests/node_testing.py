@@ -1,4 +1,4 @@
-"""Nodes within the process of a test: an isolated ROS graph, and main functions that fail to start."""
+"""Nodes within the process of a test: an isolated ROS graph, main functions that fail to start, beginnings of bags."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from time import monotonic
 from typing import TypeVar
 
@@ -15,6 +16,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from shirube_bags.bag_reader import BagReader
+from shirube_bags.bag_writer import BagWriter
 from shirube_bringup.free_domain import free_domain
 from shirube_ros.node import node_executor
 
@@ -92,3 +95,13 @@ def run_in_process(main: Callable[[], int], *arguments: str) -> int:
         sys.argv = given
         for number, handler in handlers.items():
             signal.signal(number, handler)
+
+
+def first_seconds(path: Path, seconds: float, source: Path) -> Path:
+    """Copy the beginning of a bag."""
+    with BagReader(source) as bag, BagWriter(path) as copy:
+        for raw in bag.messages():
+            if raw.stamp_ns > bag.start_ns + 1e9 * seconds:
+                break
+            copy.write_raw(raw.topic, raw.msgtype, raw.raw, raw.stamp_ns)
+    return path

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from node_testing import first_seconds
 
 from shirube_cli.floor_demo import demo_floor
 from shirube_cli.project import find_root
@@ -15,7 +16,9 @@ pytestmark = pytest.mark.newest_set_only
 def test_floor_drive_is_tracked_within_the_limits_and_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code = demo_floor(find_root(), tmp_path)
+    root = find_root()
+    beginning = first_seconds(tmp_path / 'bag', 20.0, root / 'bags' / 'floor_drive')
+    code = demo_floor(root, tmp_path, beginning)
     said = capsys.readouterr().out
     assert code == 0, said
     accuracy = json.loads((tmp_path / 'accuracy.json').read_text())

@@ -27,7 +27,7 @@ def test_a_drive_becomes_a_map(scene, tmp_path, capsys, source):
     assert len(found.missing) < 0.08 * len(found.pairs)
     assert 'loops' in out
     assert (tmp_path / 'report.txt').read_text().strip() in out
-    assert (tmp_path / 'sightings.csv').read_text().startswith('x,y,diameter,count\n')
+    assert (tmp_path / 'observations.csv').read_text().startswith('x,y,diameter,count\n')
     for name in ('map.png', 'residuals.png'):
         assert cv2.imread(str(tmp_path / name)) is not None
 

@@ -24,7 +24,7 @@ from floor_localizer.survey_files.checkpoint import Checkpoint
 
 pytestmark = pytest.mark.newest_set_only
 
-TABLES = ('map.csv', 'sightings.csv', 'images.csv', 'report.txt')
+TABLES = ('map.csv', 'observations.csv', 'images.csv', 'report.txt')
 KILLED_WHILE_ADJUSTING = """
 import os, signal, sys
 from floor_localizer.commands.build_map import main

@@ -106,13 +106,13 @@ LIMITS = {
 }
 
 
-def demo_floor(root: Path, folder: Path) -> int:
-    """Replay the drive through the live node, print the accuracy and leave the report in the folder.
+def demo_floor(root: Path, folder: Path, bag: Path | None = None) -> int:
+    """Replay the drive, or another bag of this floor, through the live node, and leave a report in the folder.
 
-    Returns 0 when the result is within the limits, else 1; raises a CommandError if a process failed.
+    Prints the accuracy. Returns 0 when the result is within the limits, else 1; raises a CommandError if a process failed.
     """
-    bag = root / 'bags' / 'floor_drive'
-    print(f'Replaying {bag.relative_to(root)} through the live floor_localizer ...', file=sys.stderr)
+    bag = bag or root / 'bags' / 'floor_drive'
+    print(f'Replaying {bag} through the live floor_localizer ...', file=sys.stderr)
     replay = replay_floor_drive(root, bag, folder)
     accuracy = measure_accuracy(replay, bag)
     broken = exceeded_limits(accuracy.report, LIMITS)

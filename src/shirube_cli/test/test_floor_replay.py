@@ -5,10 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from node_testing import first_seconds
 
-from shirube_bags.bag_reader import BagReader
-from shirube_bags.bag_writer import BagWriter
-from shirube_bags.stamps import NANOSECONDS
 from shirube_cli.floor_demo import figures_as_text, page
 from shirube_cli.floor_picture import draw_floor_picture
 from shirube_cli.floor_replay import FloorReplay, dirty_stretches, measure_accuracy, replay_floor_drive
@@ -26,13 +24,7 @@ OFFSET = 0.002
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The drive as far as its first dirt."""
-    path = tmp_path_factory.mktemp('beginning') / 'bag'
-    with BagReader(BAG) as whole, BagWriter(path) as copy:
-        for raw in whole.messages():
-            if raw.stamp_ns > whole.start_ns + 7 * NANOSECONDS:
-                break
-            copy.write_raw(raw.topic, raw.msgtype, raw.raw, raw.stamp_ns)
-    return path
+    return first_seconds(tmp_path_factory.mktemp('beginning') / 'bag', 7.0, BAG)
 
 
 def replay_through_stand_in(bag: Path, folder: Path, exit_code: int = 0) -> FloorReplay:

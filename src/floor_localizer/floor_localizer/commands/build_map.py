@@ -37,7 +37,7 @@ from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError
 from shirube_ros.errors import CameraFileError
 
-RESULTS = ('sightings.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
+RESULTS = ('observations.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
 """Files that are written; the map is the last."""
 _LONG_SIDE, _MIN_SHORT_SIDE = 9.0, 3.5  # size of the floor in the plot [inch]
 _MAX_COUNT = 8
@@ -115,7 +115,7 @@ def write_results(options: argparse.Namespace, run: SurveyRun) -> None:
     for name in RESULTS:
         remove_temporary_files(out, name)
     report = survey_report(run, scale)
-    save_observation_counts(out / 'sightings.csv', run.result)
+    save_observation_counts(out / 'observations.csv', run.result)
     save_image_poses(out / 'images.csv', run)
     write_text(out / 'report.txt', report + '\n')
     for name, draw in (('map.png', draw_survey), ('residuals.png', draw_residuals)):
