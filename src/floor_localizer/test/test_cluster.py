@@ -69,7 +69,7 @@ def test_a_survey_is_the_same_from_a_cluster(scheduler, tmp_path_factory, monkey
     options = ['--bag', 'bag', *FLAGS]
     assert build_map.main([*options, '--out', 'here']) == 0
     assert build_map.main([*options, '--out', 'there', '--scheduler', scheduler]) == 0
-    for name in ('map.csv', 'sightings.csv', 'images.csv', 'report.txt'):
+    for name in ('map.csv', 'observations.csv', 'images.csv', 'report.txt'):
         assert (scene / 'there' / name).read_bytes() == (scene / 'here' / name).read_bytes()
     for part in (scene / 'here' / 'checkpoint').glob('*.npz'):
         assert (scene / 'there' / 'checkpoint' / part.name).exists()

@@ -109,7 +109,10 @@ LIMITS = {
 def demo_floor(root: Path, folder: Path, bag: Path | None = None) -> int:
     """Replay the drive, or another bag of this floor, through the live node, and leave a report in the folder.
 
-    Prints the accuracy. Returns 0 when the result is within the limits, else 1; raises a CommandError if a process failed.
+    Prints the accuracy. Returns 0 when the result is within the limits, else 1.
+
+    Raises:
+        CommandError: a process failed.
     """
     bag = bag or root / 'bags' / 'floor_drive'
     print(f'Replaying {bag} through the live floor_localizer ...', file=sys.stderr)
