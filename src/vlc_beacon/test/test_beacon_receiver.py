@@ -11,14 +11,17 @@ from lamp_scenes import BEACONS, CAMERA, MOUNT, PLACES, STRANGE_PLACE, id_packet
 from receptions import Memory
 
 from scene_simulator.imaging.exposure import Shutter
+from shirube_core.geometry import CameraMount
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.pose.pose_fix import NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
 from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 KEY = CommandKey(bytes(range(32)))
 RULE = Command(4, Operation.SLOW, 0.125, 7)
