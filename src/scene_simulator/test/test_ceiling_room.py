@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from scene_simulator.ceiling.lamp_profile import face_homographies
-from scene_simulator.ceiling.paper_run import mains_flicker
 from scene_simulator.ceiling.room import CeilingSurface, panelled_ceiling
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import camera_pose
@@ -43,15 +42,6 @@ def test_rows_get_their_own_light_and_instants_add_up() -> None:
     np.testing.assert_allclose(
         with_ambient_light(surface, levels), whole * levels.sum(axis=1)[:, None], rtol=1e-4
     )
-
-
-def test_its_light_flickers_about_the_mean() -> None:
-    surface = panelled_ceiling(2.5, 40.0, 0.1, 0, mains_flicker(100.0, 0.4))
-    starts = np.linspace(0.0, 0.01, 101)
-    levels = surface.mean_levels(starts, starts + 1e-5)
-    assert levels.shape == (101,)
-    assert levels.max() == pytest.approx(40.0, rel=0.01)
-    assert levels.min() == pytest.approx(24.0, rel=0.01)
 
 
 def test_its_texture_has_the_contrast_and_repeats_without_a_seam() -> None:

@@ -50,10 +50,6 @@ def test_wear_removes_its_fraction() -> None:
     assert np.isin(remove_chips.points[:, 0], FLOOR.points[:, 0]).all()
 
 
-def test_an_empty_floor_can_be_laid() -> None:
-    assert len(generate_dot_floor(FloorDesign(count=0), 1)) == 0
-
-
 @pytest.mark.parametrize(
     ('design', 'seed', 'complaint'),
     [

@@ -77,13 +77,6 @@ def test_a_camera_is_where_the_robot_carries_it() -> None:
     np.testing.assert_allclose(pose.rotation, matrix_from_rpy((0.0, 0.0, robot.yaw)) @ MOUNT.rotation)
 
 
-def test_points_of_the_map_go_to_the_camera_and_back() -> None:
-    pose = moving(0.3)
-    points = np.random.default_rng(0).uniform(-3.0, 3.0, (20, 3))
-    back = pose.camera_points(points) @ pose.rotation.T + pose.position
-    np.testing.assert_allclose(back, points, atol=1e-12)
-
-
 def test_poses_between_the_knots_are_the_true_ones() -> None:
     motion = CameraMotion(moving, 1.0, 1.016)
     times = np.linspace(1.0, 1.016, 41)

@@ -72,16 +72,13 @@ def brightness(photo: FloorPhoto) -> NDArray[np.float64]:
     return photo.image / CAMERA.photograph(BARE, [POSE]).image.astype(float)
 
 
-def test_a_tape_hides_the_fraction_of_the_view_that_it_covers() -> None:
-    photo = photo_with(Tape((0.2, 0.0), (0.2, 0.4), 0.02))
-    assert photo.dirt_fraction == pytest.approx(20.0 / 90.0, rel=0.01)
+@pytest.mark.parametrize(('start', 'share'), [(0.0, 20.0), (0.2, 10.0)])
+def test_a_tape_hides_the_fraction_of_the_view_that_it_covers_up_to_its_end(
+    start: float, share: float
+) -> None:
+    photo = photo_with(Tape((0.2, start), (0.2, 0.4), 0.02))
+    assert photo.dirt_fraction == pytest.approx(share / 90.0, rel=0.01)
     assert photo.image[photo.dirt == 1.0].std() == 0.0
-
-
-def test_a_tape_ends_at_its_ends() -> None:
-    assert photo_with(Tape((0.2, 0.2), (0.2, 0.4), 0.02)).dirt_fraction == pytest.approx(
-        10.0 / 90.0, rel=0.02
-    )
 
 
 def test_a_mat_covers_the_left_half_of_the_view() -> None:

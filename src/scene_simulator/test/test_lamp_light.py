@@ -8,7 +8,7 @@ import pytest
 
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import CeilingLamp, Disc, Rectangle
-from scene_simulator.ceiling.lamp_light import LampProjection, image_motion, project_lamp
+from scene_simulator.ceiling.lamp_light import LampProjection, project_lamp
 from scene_simulator.ceiling.lens import SHARP, CeilingLens
 from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.imaging.exposure import CameraMotion, CameraPose, Shutter, camera_pose
@@ -66,25 +66,10 @@ def test_a_large_disc_at_a_slant_has_the_centroid_and_area_of_its_raster() -> No
     assert math.dist(projection.centroid, projection.centre) > 0.5
 
 
-def test_size_falls_with_the_distance() -> None:
-    above = driving(GLOBAL.frame_middle(2.0, 1024)).position
-    for z in (1.0, 2.2, 6.0):
-        projection = seen(CeilingLamp((float(above[0]), float(above[1]), float(above[2]) + z), Disc(0.0325)))
-        assert projection is not None
-        assert projection.radius == pytest.approx(636.4 * 0.0325 / z, rel=2e-3)
-
-
 def test_lamps_behind_or_far_outside_the_view_are_not_projected() -> None:
     assert seen(CeilingLamp((1.8, 1.8, -1.0))) is None
     assert seen(CeilingLamp((40.0, 1.8, 2.5))) is None
     assert seen(CeilingLamp((40.0, 1.8, 2.5)), BENT) is None
-
-
-def test_image_motion_is_the_displacement_of_a_point_in_the_image() -> None:
-    before, after = (
-        camera_pose(SE2(x, 0.0, 0.0), CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))) for x in (0.0, 0.1)
-    )
-    assert image_motion(np.array([0.0, 0.0, 2.5]), PAPER, before, after) == pytest.approx(636.4 * 0.1 / 2.5)
 
 
 CAMERA = PinholeCamera(320, 240, 320.0, 320.0, 159.5, 119.5)

@@ -22,13 +22,6 @@ from shirube_core.waveform import steady_light
 WAVEFORMS = [steady_light() for _ in range(4)]
 
 
-def test_the_paper_has_four_panels_each_with_its_own_waveform() -> None:
-    room = paper_room(WAVEFORMS)
-    assert [lamp.xyz for lamp in room.lamps] == list(PAPER_LAMPS)
-    assert [lamp.waveform for lamp in room.lamps] == WAVEFORMS
-    assert room.surface is None
-
-
 def test_more_lights_come_after_the_lamps_and_the_ceiling_hangs_just_above_them() -> None:
     room = paper_room(WAVEFORMS).with_ambient_light(10.0).with_lights(distractors())
     assert room.lamps[:4] == paper_room(WAVEFORMS).lamps

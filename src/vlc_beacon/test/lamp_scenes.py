@@ -27,16 +27,16 @@ def id_packets(count=4):
     return [IdPacket(i + 1).to_bytes() for i in range(count)]
 
 
-def speaking_room(waveforms, shutter, rate, radius=0.065):
+def speaking_room(waveforms, shutter, rate):
     """Return a slow drive under four lamps that play waveforms, and a fifth that shines steadily."""
     eye = CeilingCamera(CAMERA, shutter)
     brightness = eye.brightness_for(0.9)
-    room = paper_room(waveforms, Disc(radius), brightness)
+    room = paper_room(waveforms, Disc(0.065), brightness)
     lamps = tuple(
         replace(lamp, xyz=place, phase=0.1234 * i, clock_offset=20.0 * i - 30.0)
         for i, (lamp, place) in enumerate(zip(room.lamps, PLACES, strict=True))
     )
-    steady = CeilingLamp(STRANGE_PLACE, Disc(radius), steady_light(1), 0.8 * brightness)
+    steady = CeilingLamp(STRANGE_PLACE, Disc(0.065), steady_light(1), 0.8 * brightness)
     route = LegDrive([(0.82, 0.95), (0.98, 0.95)], [0.02], 0.1, rest=0.3)
     return LampDrive(
         replace(room, lamps=(*lamps, steady)), route, eye, MOUNT, clock=CameraClock(rate), seed=1

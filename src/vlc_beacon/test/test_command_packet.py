@@ -78,23 +78,14 @@ def test_the_greatest_value_that_is_allowed_can_be_sent() -> None:
 
 
 @pytest.mark.parametrize(
-    ('operation', 'value'),
-    [
-        (Operation.STOP, 0.0),
-        (Operation.RESUME, 0.0),
-        (Operation.SLOW, 0.1),
-        (Operation.SPEED_UP, 0.8),
-        (Operation.TURN, -math.pi / 2),
-        (Operation.TURN, 6.28),
-    ],
-)
-def test_what_the_paper_asks_for_is_plausible(operation: Operation, value: float) -> None:
-    assert find_implausibility(Command(1, operation, value, 1)) is None
-
-
-@pytest.mark.parametrize(
     ('operation', 'value', 'flaw'),
     [
+        (Operation.STOP, 0.0, None),
+        (Operation.RESUME, 0.0, None),
+        (Operation.SLOW, 0.1, None),
+        (Operation.SPEED_UP, 0.8, None),
+        (Operation.TURN, -math.pi / 2, None),
+        (Operation.TURN, 6.28, None),
         (0, 0.0, 'operation 0 is unknown'),
         (31, 0.0, 'operation 31 is unknown'),
         (Operation.STOP, 1.0, 'stop cannot have the value 1'),
@@ -103,7 +94,9 @@ def test_what_the_paper_asks_for_is_plausible(operation: Operation, value: float
         (Operation.TURN, 7.0, 'turn cannot have the value 7'),
     ],
 )
-def test_what_makes_no_sense_is_named(operation: int, value: float, flaw: str) -> None:
+def test_what_the_paper_asks_for_is_plausible_and_nonsense_is_named(
+    operation: int, value: float, flaw: str | None
+) -> None:
     assert find_implausibility(Command(1, operation, value, 1)) == flaw
 
 

@@ -1,9 +1,7 @@
 import numpy as np
-import pytest
-from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of
+from lamp_room import BEACONS, CAMERA, pixels_of
 
 from shirube_core.geometry import SE2
-from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.keyframe_buffer import KeyframeBuffer
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
 
@@ -11,21 +9,6 @@ from vlc_beacon.core.pose.lamp_rays import lamp_rays
 def rays_from(pose, which):
     pixels = pixels_of([BEACONS[which]], pose)
     return lamp_rays(CAMERA, [BEACONS[which].id], pixels, [0.1])
-
-
-def test_lamps_seen_one_after_the_other_give_the_pose_of_now():
-    odometry = [SE2(0.0, 0.0, 0.0), SE2(0.3, 0.1, 0.4), SE2(0.6, 0.4, 0.9)]
-    T_map_odom = SE2(0.5, 0.4, 1.1)
-    views = KeyframeBuffer()
-    for k, T_odom_base in enumerate(odometry[:2]):
-        views.add(T_odom_base, rays_from(T_map_odom @ T_odom_base, k))
-    now = T_map_odom @ odometry[2]
-    joined = views.merged_with(odometry[2], rays_from(now, 3))
-    assert len(joined) == 3
-    assert joined.views.tolist() == [0, 1, 2]
-    fix = BeaconLocator(BEACONS, MOUNT).locate(joined)
-    assert fix.T_map_base.distance_to(now) < 1e-6
-    assert fix.T_map_base.yaw_to(now) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_keyframe_weight_decreases_with_distance():

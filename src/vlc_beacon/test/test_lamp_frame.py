@@ -2,11 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lamp_frame_reading import frame_from_bytes, waveform_from_frame
 
-from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_packet, segments_waveform
-from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_waveform
-from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.transmitter.lamp_frame import (
@@ -70,23 +67,6 @@ def test_a_train_lasts_as_long_as_asked() -> None:
 
 
 HUNDRED = DataPacket(np.random.default_rng(0).bytes(100)).to_bytes()
-FRAMES = {
-    'ufsook': ufsook_frame([b'abc', HUNDRED], plays=3),
-    'rs_fsk': rs_fsk_frame([b'abc', b'defg'], 30.0),
-    'manchester': manchester_frame([b'abc', HUNDRED], SegmentFormat(1)),
-    'tone': constant_tone_frame(3000.0),
-}
-
-
-@pytest.mark.parametrize('code', FRAMES)
-def test_bytes_hold_all_of_a_frame(code: str) -> None:
-    frame = FRAMES[code]
-    again = frame_from_bytes(frame_to_bytes(frame))
-    plain = [replace(f, sections=[None]) for f in (frame, again)]
-    assert plain[0] == plain[1]
-    assert [s.repeats for s in again.sections] == [s.repeats for s in frame.sections]
-    for one, other in zip(frame.sections, again.sections, strict=True):
-        assert one.symbols.tolist() == other.symbols.tolist()
 
 
 def test_bytes_are_as_documented() -> None:
@@ -105,39 +85,3 @@ def test_a_hundred_bytes_fit_in_every_code() -> None:
 def test_a_too_long_frame_is_rejected() -> None:
     with pytest.raises(LampFrameError, match='the frame has 597 bytes, the limit is 508; send fewer packets'):
         frame_to_bytes(ufsook_frame([HUNDRED] * 5))
-
-
-PACKETS = [b'abc', DataPacket(np.random.default_rng(0).bytes(100)).to_bytes(), b'\x00\xff']
-SLOTS = SegmentFormat(2, 1.0 / 7000.0, 60.0)
-
-
-def pair_of(code: str, tick_rate: float):
-    """Return a code's frame and the waveform that it is to play."""
-    match code:
-        case 'ufsook':
-            return ufsook_frame(PACKETS, 0, tick_rate), ufsook_waveform(PACKETS)
-        case 'rs_fsk':
-            return rs_fsk_frame(PACKETS, 30.0, 0, tick_rate), rs_fsk_waveform(PACKETS, 30.0)
-        case 'manchester':
-            segments = [
-                segment for packet in PACKETS for segment in segments_from_packet(packet, SLOTS.segment_bytes)
-            ]
-            return manchester_frame(PACKETS, SLOTS, 0, tick_rate), segments_waveform(segments, SLOTS)
-        case _:
-            return constant_tone_frame(3333.0, tick_rate), constant_tone_waveform(3333.0)
-
-
-@pytest.mark.parametrize('tick_rate', [16e6, 16.08e6])
-@pytest.mark.parametrize('code', ['ufsook', 'rs_fsk', 'manchester', 'tone'])
-def test_lamp_plays_the_codes_waveform_within_a_tick(code: str, tick_rate: float) -> None:
-    """Whatever the lamp's clock truly is, once the frame is made for it."""
-    frame, waveform = pair_of(code, tick_rate)
-    played = waveform_from_frame(frame, tick_rate)
-    assert (played.levels == np.broadcast_to(waveform.levels, played.levels.shape)).all()
-    assert np.abs(played.times - waveform.times).max() * tick_rate < 1.0
-    assert abs(played.period - waveform.period) * tick_rate < 1.0
-
-
-def test_lamp_switches_at_whole_ticks() -> None:
-    ticks = waveform_from_frame(pair_of('ufsook', 16e6)[0]).times * 16e6
-    assert ticks == pytest.approx(np.round(ticks), abs=1e-6)

@@ -17,12 +17,6 @@ def _short_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lamp_port, 'REPLY_TIMEOUT', 0.1)
 
 
-def test_a_frame_is_sent_line_by_line() -> None:
-    with lamp_that(usual) as (path, received), LampPort(path) as port:
-        port.load(bytes(40), keep=True)
-    assert [line[:4] for line in received] == ['v', 'b 40', 'd 0 ', 'd 32', 'k']
-
-
 def test_a_lamp_that_is_asleep_at_first_is_woken(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lamp_port, 'CONNECT_TIMEOUT', 5.0)
     answers = iter(['', '', 'ERR line\r\n', 'led_beacon 1 508\r\n'])

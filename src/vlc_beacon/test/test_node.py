@@ -145,54 +145,42 @@ def test_pictures_and_markers_are_made_for_listeners(graph: IsolatedGraph, beaco
     ]
 
 
-def test_odometry_and_tilt_after_a_jump_back_go_to_the_new_receiver(
+def test_a_jump_back_in_time_of_any_topic_starts_a_new_receiver(
     graph: IsolatedGraph, beacons_file: Path
 ) -> None:
     robot = Robot(graph, beacons_file)
     robot.send('odom', odometry(100.0))
     robot.send('odom', odometry(50.0))
-    robot.send('imu', Imu(header=header(60.0, 'base_link'), orientation=LEANING))
-    robot.send('imu', Imu(header=header(20.0, 'base_link'), orientation=LEANING))
-    robot.send('attitude', QuaternionStamped(header=header(30.0, 'base_link'), quaternion=LEANING))
-    robot.send('attitude', QuaternionStamped(header=header(5.0, 'base_link'), quaternion=LEANING))
+    for stamp in (60.0, 20.0):
+        robot.send('imu', Imu(header=header(stamp, 'base_link'), orientation=LEANING))
+    for stamp in (30.0, 5.0):
+        robot.send('attitude', QuaternionStamped(header=header(stamp, 'base_link'), quaternion=LEANING))
+    robot.send_image(100.0)
+    robot.send_image(4.0)
     assert [[call[:2] for call in receiver.calls] for receiver in robot.receivers] == [
         [('odometry', 100.0)],
         [('odometry', 50.0), ('tilt', 60.0)],
         [('tilt', 20.0), ('tilt', 30.0)],
-        [('tilt', 5.0)],
+        [('tilt', 5.0), ('receive', 100.0)],
+        [('receive', 4.0)],
     ]
 
 
-def test_a_jump_back_in_time_starts_a_new_receiver(graph: IsolatedGraph, beacons_file: Path) -> None:
-    robot = Robot(graph, beacons_file)
-    robot.send_image(100.0)
-    robot.send_image(5.0)
-    calls = [[call[:2] for call in receiver.calls] for receiver in robot.receivers]
-    assert calls == [[('receive', 100.0)], [('receive', 5.0)]]
-
-
-def test_after_a_jump_back_the_line_begins_where_the_robot_is_then(
-    graph: IsolatedGraph, beacons_file: Path
+@pytest.mark.parametrize('operation', [Operation.TURN, Operation.STOP])
+def test_after_a_jump_back_the_line_begins_where_the_robot_is_and_a_stop_holds(
+    graph: IsolatedGraph, beacons_file: Path, operation: Operation
 ) -> None:
     robot = Robot(graph, beacons_file, drive=True)
-    before = robot.node._command_executor
     robot.send_image(100.0)
-    before.execute(Operation.TURN, 1.0)
+    before = robot.node._command_executor
+    before.execute(operation, 1.0 if operation is Operation.TURN else 0.0)
     robot.send_image(5.0)
     after = robot.node._command_executor
     assert after is not before
     after.update_pose(5.1, POSE)
-    assert max(after.velocity(5.1 + 0.1 * k).forward for k in range(3)) > 0.0
-
-
-def test_a_stop_outlives_a_jump_back(graph: IsolatedGraph, beacons_file: Path) -> None:
-    robot = Robot(graph, beacons_file, drive=True)
-    robot.send_image(100.0)
-    robot.node._command_executor.execute(Operation.STOP, 0.0)
-    robot.send_image(5.0)
-    executor = robot.node._command_executor
-    executor.update_pose(5.1, POSE)
-    assert all(executor.velocity(5.1 + 0.1 * k).is_zero for k in range(3))
+    velocities = [after.velocity(5.1 + 0.1 * k) for k in range(3)]
+    assert all(v.is_zero for v in velocities) == (operation is Operation.STOP)
+    assert (max(v.forward for v in velocities) > 0.0) == (operation is Operation.TURN)
 
 
 def test_a_lost_pose_is_logged_after_the_throttle_interval(

@@ -74,15 +74,6 @@ def test_the_tone_that_plays_is_the_likeliest_whatever_the_brightness(tone: floa
             assert likelihoods.max() == 0.0
 
 
-def test_frames_are_independent() -> None:
-    rng = np.random.default_rng(0)
-    seen = rng.random((5, 20))
-    alone = [tone_log_likelihoods(rows_from_frame(0.0, 0, one, 18.9e-6, 6e-5), TONES)[0] for one in seen]
-    rows = rows_from_frame(0.0, 0, seen[0], 18.9e-6, 6e-5)
-    together = tone_log_likelihoods(type(rows)(np.zeros(5), np.zeros(5, int), seen, 18.9e-6, 6e-5), TONES)
-    assert together == pytest.approx(np.array(alone))
-
-
 def test_lamps_of_many_sizes_take_little_memory() -> None:
     tracemalloc.start()
     for count in range(300, 380):

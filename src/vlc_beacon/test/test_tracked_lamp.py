@@ -7,7 +7,6 @@ import pytest
 
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.lamp_decoder import GlobalShutterDecoder, LampView
 from vlc_beacon.core.receiver.tracked_lamp import (
@@ -82,11 +81,6 @@ def test_a_named_lamp_is_listened_to_for_ever():
     seen, _ = watch(lamp, mains(100.0), 5.0, 2.0 * LISTEN)
     assert (seen.beacon, seen.skip_reason) == (7, None)
     assert decoder.reads - reads == pytest.approx(2.0 * LISTEN * RATE, abs=2)
-
-
-def test_a_message_is_reported_when_complete():
-    lamp = TrackedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0, LISTEN)
-    assert watch(lamp, speaking(*split_message('Guten Tag')), 0.0, 20.0)[1] == ['Guten Tag']
 
 
 def test_an_id_is_confirmed_by_two_consecutive_packets() -> None:

@@ -12,7 +12,6 @@ from vlc_beacon.core.light_code.ufsook import (
     SPACE,
     UFSOOK,
     UfsookDecoder,
-    expected_levels,
     ufsook_waveform,
     waveform_from_symbols,
 )
@@ -77,27 +76,6 @@ def test_nothing_blinks_visibly(content: bytes) -> None:
 )
 def test_not_even_the_worst_symbols_make_the_lamp_blink(symbols: list[int]) -> None:
     assert worst_flicker(waveform_from_symbols(np.array(symbols)), whole=True, highest=70.0) < 0.3
-
-
-def test_expected_levels_are_those_of_the_waveform() -> None:
-    means, variances = expected_levels(5e-4, 120, 0.0)
-    starts = (np.arange(120) + 0.5) / 120 * UFSOOK.duration
-    inside = starts < UFSOOK.duration - 5e-4
-    for symbol in (SPACE, MARK):
-        seen = waveform_from_symbols(np.array([symbol])).exposure_means(starts, 5e-4)
-        assert means[symbol] == pytest.approx(seen)
-    preamble = waveform_from_symbols(np.array([PREAMBLE_FIRST, PREAMBLE_SECOND]))
-    assert means[PREAMBLE_FIRST][inside] == pytest.approx(preamble.exposure_means(starts, 5e-4)[inside])
-    later = preamble.exposure_means(starts + UFSOOK.duration, 5e-4)
-    assert means[PREAMBLE_SECOND][inside] == pytest.approx(later[inside])
-    assert variances == pytest.approx(0.0, abs=1e-12)
-
-
-def test_uncertain_times_blur_the_edges_only() -> None:
-    means, variances = expected_levels(1e-4, 240, 1e-4)
-    sharp, _ = expected_levels(1e-4, 240, 0.0)
-    assert np.abs(means - sharp).max() > 0.1
-    assert np.median(variances) < 1e-9 < 0.05 < variances.max()
 
 
 def test_no_id_leaves_a_lamp_dark_for_longer_than_it_is_remembered() -> None:
