@@ -13,12 +13,11 @@ import cv2
 import numpy as np
 import pytest
 import yaml
+from film_bag import camera_info, image, imu, odometry, write_bag
 from lamp_scenes import BEACONS, CAMERA, MOUNT, id_packets, speaking_room
 
-from scene_simulator import messages
 from scene_simulator.imaging.exposure import Shutter
-from scene_simulator.robot.body import Suspension, TiltReading
-from shirube_bags.bag_writer import BagWriter
+from scene_simulator.robot.body import Suspension
 from shirube_bags.trajectory_files import load_tum
 from vlc_beacon.commands.locate import main
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
@@ -27,7 +26,7 @@ START_NS = 1_700_000_000_123_456_789
 RATE, SECONDS = 30.0, 2.2
 SHUTTER = Shutter(6e-5, 18.9e-6)
 LIGHT = ('--shutter', 'rolling', '--exposure-time', '6e-5', '--row-time', '18.9e-6')
-DAMAGED, EYE = 3, 'ceiling_optical_frame'
+DAMAGED = 3
 
 
 @pytest.fixture(scope='module')
@@ -56,18 +55,14 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
         stamp = START_NS + round(frame.stamp * 1e9)
         pixels = frame.photo.image
         cv2.imwrite(str(folder / 'images' / f'{number:03d}.png'), pixels)
-        seen = pixels[:-40] if number == DAMAGED else pixels
-        tilt = TiltReading(frame.stamp, 0.0, 0.0)
         entries += [
-            ('/camera_info', 'CameraInfo', messages.camera_info(CAMERA, EYE, stamp), stamp),
-            ('/odom', 'Odometry', messages.odometry(pose, (0.0, 0.0), stamp), stamp),
-            ('/imu', 'Imu', messages.imu(tilt, 'base_link', stamp), stamp),
-            ('/image_raw/compressed', 'CompressedImage', messages.compressed_image(seen, EYE, stamp), stamp),
+            ('/camera_info', stamp, camera_info(CAMERA, stamp)),
+            ('/odom', stamp, odometry(pose, stamp)),
+            ('/imu', stamp, imu(0.0, 0.0, stamp)),
+            ('/image_raw', stamp, image(pixels[:-40] if number == DAMAGED else pixels, stamp)),
         ]
         truth.append((frame.pose.x, frame.pose.y))
-    with BagWriter(folder / 'bag') as bag:
-        for topic, kind, message, stamp in entries:
-            bag.write(topic, f'{"nav" if topic == "/odom" else "sensor"}_msgs/msg/{kind}', message, stamp)
+    write_bag(folder / 'bag', entries)
     np.savetxt(folder / 'truth.txt', truth)
     return folder
 
