@@ -13,11 +13,15 @@ from shirube_core.geometry import SE2
 from shirube_core.motion import NoPoseReason
 
 
-def driven(until=5.0, rate=20.0):
-    """A pose buffer of a robot that drives along x at 1 m/s."""
+def drive(buffer, start, end):
+    """Poses at 20 Hz of a robot that drives along x at 1 m/s."""
+    for k in range(round(20 * start), round(20 * end) + 1):
+        assert buffer.add(k / 20.0, SE2(k / 20.0, 2.0, 0.0)) is PoseStatus.ACCEPTED
+
+
+def driven(until=5.0):
     buffer = PoseBuffer(MappingSettings())
-    for k in range(int(until * rate) + 1):
-        assert buffer.add(k / rate, SE2(k / rate, 2.0, 0.0)) is PoseStatus.ACCEPTED
+    drive(buffer, 0.0, until)
     return buffer
 
 
@@ -101,15 +105,8 @@ def test_old_poses_are_forgotten():
     assert buffer.pose_at(25.0).x == pytest.approx(25.0)
 
 
-def drive(buffer, start, end):
-    """Poses at 20 Hz of a robot that drives along x at 1 m/s."""
-    for k in range(round(20 * start), round(20 * end) + 1):
-        buffer.add(k / 20.0, SE2(k / 20.0, 0.0, 0.0))
-
-
 def test_a_frame_waits_for_the_pose_of_its_instant():
-    buffer, frames = PoseBuffer(MappingSettings()), PoseMessageFilter[str](0.5)
-    drive(buffer, 0.0, 1.0)
+    buffer, frames = driven(1.0), PoseMessageFilter[str](0.5)
     frames.add(1.13, 1.15, 'a')
     assert frames.take_ready(1.2, buffer) == []
     drive(buffer, 1.05, 1.2)
@@ -138,8 +135,7 @@ def test_a_frame_from_before_the_first_pose_is_dropped_at_once():
 
 
 def test_frames_within_a_jump_are_dropped_and_later_ones_taken():
-    buffer, frames = PoseBuffer(MappingSettings()), PoseMessageFilter[int](5.0)
-    drive(buffer, 0.0, 1.0)
+    buffer, frames = driven(1.0), PoseMessageFilter[int](5.0)
     taken = []
     for k in range(8, 32):
         frames.add(0.1 * k, 0.1 * k, k)
@@ -152,8 +148,7 @@ def test_frames_within_a_jump_are_dropped_and_later_ones_taken():
 
 
 def test_frames_come_out_in_the_order_in_which_they_came():
-    buffer, frames = PoseBuffer(MappingSettings()), PoseMessageFilter[int](0.5)
-    drive(buffer, 0.0, 2.0)
+    buffer, frames = driven(2.0), PoseMessageFilter[int](0.5)
     for k in range(10):
         frames.add(0.1 * k, 1.0, k)
     assert [frame for _, frame, _ in frames.take_ready(1.1, buffer)] == list(range(10))
