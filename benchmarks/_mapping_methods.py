@@ -8,8 +8,13 @@ import numpy as np
 from _peer_octomap import OctoMap
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow, SensorView, window_shape
-from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
+from reward_planner.core.voxels.rolling_voxel_grid import (
+    NO_TILE,
+    TILE_SIZE,
+    FrameWindow,
+    SensorView,
+    window_shape,
+)
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 

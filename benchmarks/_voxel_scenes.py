@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import SensorView
+from reward_planner.core.voxels.rolling_voxel_grid import SensorView
 from scene_simulator.room.box_room import (
     BoxRoom,
     add_disparity_noise,

@@ -20,7 +20,7 @@ from _voxel_scenes import ROOM, moving_poses, points_at, stationary_poses, view_
 from numpy.typing import NDArray
 
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
-from reward_planner.core.voxels.frame_window import TILE_SIZE, SensorView
+from reward_planner.core.voxels.rolling_voxel_grid import TILE_SIZE, SensorView
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_core.geometry import SE2
 

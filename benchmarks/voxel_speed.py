@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
-from reward_planner.core.voxels.frame_window import FrameWindow, window_around
+from reward_planner.core.voxels.rolling_voxel_grid import FrameWindow, window_around
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom

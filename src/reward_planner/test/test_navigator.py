@@ -9,8 +9,7 @@ import pytest
 
 from reward_planner.core.driving.drive_controller import DriveState
 from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.mapping.pose_buffer import PoseStatus
-from reward_planner.core.mapping.pose_message_filter import DropReason
+from reward_planner.core.mapping.pose_buffer import DropReason, PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import DrivingError, RewardPlannerError

@@ -14,7 +14,7 @@ from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper, project_voxels
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.voxels.frame_window import SensorView
+from reward_planner.core.voxels.rolling_voxel_grid import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth

@@ -1,11 +1,153 @@
-"""Tiles keep their values, and the nearest ones are kept within the budget."""
+"""Windows contain all points within range, invalid ones are rejected; tiles keep their values, the nearest are kept."""
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
-from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow
-from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, RollingVoxelGrid
+import numpy as np
+import pytest
+
+from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.voxels.rolling_voxel_grid import (
+    NO_TILE,
+    TILE_SIZE,
+    FrameWindow,
+    RollingVoxelGrid,
+    SensorView,
+    check_voxel_settings,
+    equivalent_focal_length,
+    window_around,
+    window_shape,
+)
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from scene_simulator.room.box_room import BoxRoom, forward_camera
+from shirube_core.geometry import PinholeCamera
+
+
+def view_at(x, y):
+    T = np.eye(4)
+    T[:2, 3] = x, y
+    return SensorView(T, 500.0)
+
+
+@pytest.mark.parametrize('resolution', [0.02, 0.05, 0.13])
+def test_all_points_within_range_are_in_the_window(resolution):
+    settings = VoxelSettings(resolution=resolution, tiles_max=100_000)
+    rng = np.random.default_rng(0)
+    for x, y in rng.uniform(-1000.0, 1000.0, (200, 2)):
+        window = window_around(view_at(x, y), settings)
+        first = np.floor((np.array([x, y]) - settings.range_max - window.corner[:2]) / resolution)
+        last = np.floor((np.array([x, y]) + settings.range_max - window.corner[:2]) / resolution)
+        assert (first >= 0).all()
+        assert (last < window.side).all()
+        assert window.side % TILE_SIZE == 0
+
+
+def test_layers_reach_from_the_lowest_to_the_highest_height():
+    assert window_shape(VoxelSettings(height_min=0.1, height_max=1.2, resolution=0.05))[1] == 22
+    assert window_shape(VoxelSettings(height_min=0.1, height_max=1.21, resolution=0.05))[1] == 23
+
+
+@pytest.mark.parametrize(
+    ('settings', 'words'),
+    [
+        (VoxelSettings(height_min=1.0, height_max=0.5), 'height_max is 0.5'),
+        (VoxelSettings(height_min=0.5, height_max=0.5), 'height_min is 0.5'),
+        (VoxelSettings(range_min=5.0, range_max=2.0), 'range_min is 5'),
+        (VoxelSettings(range_min=2.0, range_max=2.0), 'range_max is 2'),
+        (
+            VoxelSettings(log_odds_occupied=4.0),
+            'log_odds_occupied is 4, it may not be more; log_odds_max is 3.5',
+        ),
+        (VoxelSettings(log_odds_max=0.9), 'log_odds_max is 0.9'),
+        (
+            VoxelSettings(log_odds_pass=5.0, log_odds_min=-0.1),
+            'log_odds_min is -0.1, it must be -2.5 or less',
+        ),
+        (VoxelSettings(resolution=0.01, tiles_max=100), 'tiles_max is 100'),
+        (
+            VoxelSettings(resolution=0.01, range_max=50.0, tiles_max=10**6),
+            'more than 2147483647; raise resolution',
+        ),
+    ],
+)
+def test_settings_that_contradict_each_other_are_refused(settings, words):
+    with pytest.raises(RewardPlannerError, match=words) as refusal:
+        check_voxel_settings(settings)
+    assert '\n' not in str(refusal.value)
+
+
+def test_a_sensor_beyond_all_maps_is_refused():
+    with pytest.raises(RewardPlannerError, match='too far'):
+        window_around(view_at(1e15, 0.0), VoxelSettings())
+
+
+def changed(row, column, value):
+    T = np.eye(4)
+    T[row, column] = value
+    return T
+
+
+@pytest.mark.parametrize(
+    ('T', 'words'),
+    [
+        (np.eye(3), 'not a rigid transform'),
+        (changed(0, 3, math.nan), 'not a rigid transform'),
+        (changed(1, 3, math.inf), 'not a rigid transform'),
+        (changed(3, 0, 1.0), 'not a rigid transform'),
+        (changed(0, 0, 1.1), 'orthonormal'),
+        (changed(2, 2, -1.0), 'right-handed'),
+    ],
+)
+def test_what_is_no_pose_is_refused(T, words):
+    with pytest.raises(RewardPlannerError, match=words) as error:
+        SensorView(T, 500.0)
+    assert '\n' not in str(error.value)
+
+
+@pytest.mark.parametrize('focal_length', [-1.0, math.nan, math.inf])
+def test_what_is_no_focal_length_is_refused(focal_length):
+    with pytest.raises(RewardPlannerError, match='focal_length'):
+        SensorView(np.eye(4), focal_length)
+
+
+def test_the_origin_is_where_the_sensor_is():
+    assert SensorView(changed(1, 3, 2.5), 0.0).origin.tolist() == [0.0, 2.5, 0.0]
+
+
+ROOM = BoxRoom((-1.0, -2.0, 0.0, 4.0, 2.0, 2.4), ((1.5, -0.5, 0.0, 1.9, 0.1, 0.7),))
+
+
+def cloud(focal_length, width=320, height=240):
+    camera = PinholeCamera(width, height, focal_length, focal_length, 0.5 * width - 0.5, 0.5 * height - 0.5)
+    depth = ROOM.depth_image(camera, forward_camera(0.0, 0.0, 0.5, 0.1)).astype(np.float32)
+    return points_from_depth_image(depth, camera)
+
+
+@pytest.mark.parametrize('focal_length', [150.0, 262.5, 400.0])
+def test_it_is_the_focal_length_of_a_depth_image(focal_length):
+    assert equivalent_focal_length(cloud(focal_length)) == pytest.approx(focal_length, rel=0.03)
+
+
+def test_phantoms_and_gaps_hardly_change_it():
+    points = cloud(262.5).copy()
+    rng = np.random.default_rng(1)
+    points[rng.choice(len(points), len(points) // 30, replace=False)] *= 0.3
+    points[: len(points) // 4] = np.nan
+    assert equivalent_focal_length(points) == pytest.approx(262.5, rel=0.05)
+
+
+def test_each_point_of_a_sparse_cloud_counts():
+    rng = np.random.default_rng(2)
+    points = np.column_stack([rng.uniform(-2.0, 2.0, (300, 2)), np.full(300, 2.0)]).astype(np.float32)
+    assert equivalent_focal_length(points) < 60.0
+
+
+def test_points_behind_the_camera_are_ignored():
+    points = np.array([(0.1, 0.2, -1.0), (np.inf, 0.0, 1.0), (0.0, 0.0, 0.0)], dtype=np.float32)
+    assert equivalent_focal_length(points) == 0.0
+    assert equivalent_focal_length(np.empty((0, 3), dtype=np.float32)) == 0.0
 
 
 def window(tile_x=0, tile_y=0, tiles=3):

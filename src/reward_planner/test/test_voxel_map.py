@@ -10,8 +10,7 @@ from slow_voxels import cells_as_voxels
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
-from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow, SensorView
-from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, FrameWindow, SensorView
 from reward_planner.core.voxels.voxel_map import (
     VoxelMap,
     add_to_voxels,

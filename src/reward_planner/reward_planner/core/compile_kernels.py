@@ -9,7 +9,7 @@ from reward_planner.core.depth.trinocular_depth import fuse_disparities
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
-from reward_planner.core.voxels.frame_window import equivalent_focal_length
+from reward_planner.core.voxels.rolling_voxel_grid import equivalent_focal_length
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _CAMERA = PinholeCamera(16, 12, 12.0, 12.0, 7.5, 5.5)

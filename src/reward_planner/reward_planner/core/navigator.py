@@ -16,8 +16,7 @@ from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
-from reward_planner.core.mapping.pose_buffer import PoseBuffer, PoseStatus
-from reward_planner.core.mapping.pose_message_filter import DropReason, PoseMessageFilter
+from reward_planner.core.mapping.pose_buffer import DropReason, PoseBuffer, PoseMessageFilter, PoseStatus
 from reward_planner.core.occupancy_map import UNKNOWN, GridFrame, OccupancyMap
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import DrivingError, RewardPlannerError

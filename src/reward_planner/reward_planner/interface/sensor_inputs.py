@@ -16,7 +16,7 @@ from std_msgs.msg import Header
 from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.depth.trinocular_depth import TrinocularRig
 from reward_planner.core.navigator import SensorFrame
-from reward_planner.core.voxels.frame_window import equivalent_focal_length
+from reward_planner.core.voxels.rolling_voxel_grid import equivalent_focal_length
 from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard

@@ -10,8 +10,7 @@ from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
 from reward_planner.core.voxels.frame_kernels import PointCounts
-from reward_planner.core.voxels.frame_window import TILE_SIZE, SensorView
-from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 from shirube_core.geometry import SE2, CameraMount

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import unravel_cell
+from reward_planner.core.voxels.rolling_voxel_grid import unravel_cell
 
 UNSEEN, HIT, TRAVERSED = 0, 1, 2
 """Marks of voxels in a frame. A voxel with points is never marked as traversed."""

@@ -17,7 +17,7 @@ from reward_planner.core.voxels.frame_kernels import (
     mark_traversed,
     mark_traversed_exits,
 )
-from reward_planner.core.voxels.frame_window import (
+from reward_planner.core.voxels.rolling_voxel_grid import (
     FrameWindow,
     SensorView,
     check_voxel_settings,

@@ -1,14 +1,187 @@
-"""Rolling voxel grid: tiles of voxels in bounded memory; the nearest ones are kept."""
+"""Rolling voxel grid: the window of one frame, and tiles of voxels in bounded memory, of which the nearest are kept."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.frame_window import TILE_SIZE, FrameWindow
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 
 _INITIAL_TILES = 64
 NO_TILE = -1
+TILE_SIZE = 16
+"""Side of a tile [voxels]."""
+
+_VOXELS_MAX = 2**31 - 1  # flat indices of a window have 32 bits
+_ORTHONORMAL_WITHIN = 1e-5
+_BIN = 0.05  # bin size of the direction histogram [tangent]
+_BINS = 64  # bins to each side: up to 72 degrees off the axis
+
+
+@dataclass(frozen=True)
+class SensorView:
+    """Pose and point density of a sensor at the time of a frame.
+
+    Attributes:
+        T_map_sensor: transform from the sensor's optical frame (z forward) to the map frame, shape (4, 4).
+        focal_length: points per unit of the tangent of the viewing angle, focal length of a depth image [px]; 0 for
+            unknown density.
+
+    Raises:
+        RewardPlannerError: not a rigid transform, or a number that is not finite or negative.
+    """
+
+    T_map_sensor: NDArray[np.float64]
+    focal_length: float
+
+    def __post_init__(self) -> None:
+        T = np.asarray(self.T_map_sensor)
+        if T.shape != (4, 4) or not np.isfinite(T).all() or (T[3] != (0.0, 0.0, 0.0, 1.0)).any():
+            raise RewardPlannerError(
+                'T_map_sensor is not a rigid transform; give a 4 x 4 matrix of finite numbers'
+            )
+        deviation = np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max()
+        if deviation > _ORTHONORMAL_WITHIN or np.linalg.det(T[:3, :3]) < 0.0:
+            raise RewardPlannerError(
+                f'the rotation of T_map_sensor deviates by {deviation:.3g}; give an orthonormal, right-handed one'
+            )
+        if not (math.isfinite(self.focal_length) and self.focal_length >= 0.0):
+            raise RewardPlannerError(f'focal_length is {self.focal_length} px, it must be 0 or more')
+
+    @property
+    def origin(self) -> NDArray[np.float64]:
+        """Position of the sensor in the map frame [m], shape (3,)."""
+        return self.T_map_sensor[:3, 3]
+
+
+class FrameWindow(NamedTuple):
+    """A square of whole tiles around the sensor, from the lowest to the highest voxel.
+
+    Cells of the window are flat indices of an array of shape (side, side, layers) along x, y and z.
+
+    Attributes:
+        tile_x: index of the first tile along x; tile 0 starts at x = 0 of the map.
+        tile_y: index of the first tile along y; tile 0 starts at y = 0 of the map.
+        side: number of voxels along x and along y.
+        layers: number of voxels along z.
+        resolution: side of a voxel [m].
+        bottom: height of the lower face of the lowest layer [m].
+    """
+
+    tile_x: int
+    tile_y: int
+    side: int
+    layers: int
+    resolution: float
+    bottom: float
+
+    @property
+    def corner(self) -> NDArray[np.float64]:
+        """Lowest corner in the map frame [m], shape (3,)."""
+        metres = TILE_SIZE * self.resolution
+        return np.array([self.tile_x * metres, self.tile_y * metres, self.bottom])
+
+    @property
+    def tiles(self) -> int:
+        """Number of tiles along x and along y."""
+        return self.side // TILE_SIZE
+
+
+def window_around(view: SensorView, settings: VoxelSettings) -> FrameWindow:
+    """Return the window that contains all points within range of a view.
+
+    Raises:
+        RewardPlannerError: the view is too far from the map's origin for exact voxels.
+    """
+    s, reach = settings.resolution, settings.range_max
+    first = np.floor((view.origin[:2] - reach) / (TILE_SIZE * s))
+    if np.abs(first).max() > 2**31:
+        raise RewardPlannerError(
+            'the sensor is too far from the origin of the map; check that its pose is in metres'
+        )
+    side, layers = window_shape(settings)
+    return FrameWindow(int(first[0]), int(first[1]), side, layers, s, settings.height_min)
+
+
+def window_shape(settings: VoxelSettings) -> tuple[int, int]:
+    """Return the number of voxels of a window along x and y, and along z."""
+    tiles = math.ceil((2.0 * settings.range_max / settings.resolution + 2.0) / TILE_SIZE) + 1
+    layers = math.ceil((settings.height_max - settings.height_min) / settings.resolution - 1e-6)
+    return TILE_SIZE * tiles, layers
+
+
+def check_voxel_settings(settings: VoxelSettings) -> None:
+    """Check that one frame fits into the voxels, and that voxels can become occupied and free.
+
+    A voxel that is always hit rises to log_odds_max, which must be the value of an obstacle; one that is only traversed
+    falls to log_odds_min, which must be the value of free space.
+
+    Raises:
+        RewardPlannerError: contradictory settings, fewer tiles than one frame needs, or too many voxels.
+    """
+    s, free = settings, FREE_FRACTION * settings.log_odds_pass
+    for low, high, what, is_wrong in (
+        ('height_min', 'height_max', 'must be lower', s.height_min >= s.height_max),
+        ('range_min', 'range_max', 'must be less', s.range_min >= s.range_max),
+        ('log_odds_occupied', 'log_odds_max', 'may not be more', s.log_odds_occupied > s.log_odds_max),
+        ('log_odds_min', 'log_odds_pass', f'must be {-free:g} or less', -s.log_odds_min < free),
+    ):
+        if is_wrong:
+            raise RewardPlannerError(
+                f'{low} is {getattr(s, low):g}, it {what}; {high} is {getattr(s, high):g}; change one of them'
+            )
+    side, layers = window_shape(settings)
+    tiles = (side // TILE_SIZE) ** 2
+    if settings.tiles_max < tiles:
+        raise RewardPlannerError(
+            f'tiles_max is {settings.tiles_max}, one frame needs {tiles}; raise tiles_max or resolution'
+        )
+    if side**2 * layers > _VOXELS_MAX:
+        raise RewardPlannerError(
+            f'one frame covers {side} x {side} x {layers} voxels, more than {_VOXELS_MAX}; '
+            'raise resolution or lower range_max'
+        )
+
+
+def equivalent_focal_length(points: NDArray[np.float32]) -> float:
+    """Return the focal length of a depth camera with the same point density, see `SensorView` [px], 0 for none.
+
+    It is the median over the directions with points, so outliers and empty directions have no effect. A sparse lidar
+    gets a small value, so that each of its points counts. Points behind the sensor or not finite are ignored.
+    """
+    counts = np.zeros(4 * _BINS**2, dtype=np.int64)
+    _count_directions(points, counts)
+    filled = counts[counts > 0]
+    return float(np.sqrt(np.median(filled)) / _BIN) if len(filled) else 0.0
+
+
+@njit(cache=True)
+def _count_directions(points: NDArray[np.float32], counts: NDArray[np.int64]) -> None:
+    """Count points by direction (tangents), shape (4 _BINS^2,)."""
+    for x, y, z in points:
+        if not z > 0.0:
+            continue
+        column, row = np.floor(x / z / _BIN) + _BINS, np.floor(y / z / _BIN) + _BINS
+        if 0 <= column < 2 * _BINS and 0 <= row < 2 * _BINS:
+            counts[int(row) * 2 * _BINS + int(column)] += 1
+
+
+@njit(cache=True, inline='always')
+def unravel_cell(cell: int, side: int, layers: int) -> tuple[int, int, int]:
+    """Return column, row and layer of a flat index, as numpy.unravel_index for shape (side, side, layers).
+
+    Multiplying by reciprocals is several times faster than integer division, and exact below 2^40.
+    """
+    column = int((cell + 0.5) * (1.0 / (side * layers)))
+    remainder = cell - column * side * layers
+    row = int((remainder + 0.5) * (1.0 / layers))
+    return column, row, remainder - row * layers
 
 
 class RollingVoxelGrid:

@@ -15,15 +15,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer, FrameVoxels, is_hit
-from reward_planner.core.voxels.frame_window import (
+from reward_planner.core.voxels.rolling_voxel_grid import (
+    NO_TILE,
     TILE_SIZE,
     FrameWindow,
+    RollingVoxelGrid,
     SensorView,
     unravel_cell,
     window_around,
     window_shape,
 )
-from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, RollingVoxelGrid
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
 _MAXIMUM_QUANTILE = 0.99  # of the counts, M in eq. (3)
