@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.dot_extraction.centroids import Blobs
-from floor_localizer.core.dot_extraction.noise_removal import (
+from floor_localizer.core.dot_extraction.detector import (
     are_dots,
     blob_elongations,
     centroid_sigmas,
