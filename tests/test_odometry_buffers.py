@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from floor_localizer.core.pose_predictor import PosePredictor
 from floor_localizer.core.settings import TrackerSettings
 from floor_localizer.core.survey.odometry_buffer import OdometryBuffer as SurveyBuffer
+from floor_localizer.core.tracker import PosePredictor
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.kalman_filter import diagonal
 from pose_arbiter.core.settings import ArbiterSettings

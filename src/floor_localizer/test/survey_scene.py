@@ -41,12 +41,8 @@ def record_drive(folder: Path, size: tuple[float, float] = SIZE) -> Path:
             cv2.imwrite(str(folder / 'images' / f'{k:03d}.png'), image)
             rows.append(f'{k:03d}.png,{rough_pose.x:.6f},{rough_pose.y:.6f},{rough_pose.yaw:.6f}')
             stamp = START_NS + k * STEP_NS
-            bag.write(
-                '/camera_info',
-                'sensor_msgs/msg/CameraInfo',
-                camera_info(PAPER_CAMERA, 'camera', stamp),
-                stamp,
-            )
+            info = camera_info(PAPER_CAMERA, 'camera', stamp)
+            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
             bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(rough_pose, (0.2, 0.0), stamp), stamp)
             message = compressed_image(image, 'camera', stamp)
             bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', message, stamp)

@@ -68,23 +68,18 @@ def test_a_truncated_file_is_refused(path, fraction):
     assert 'truncated' in refusal(path)
 
 
-def test_another_version_is_refused_with_both_numbers(path):
-    content = bytearray(path.read_bytes())
-    struct.pack_into('<I', content, 8, 7)
-    path.write_bytes(content)
+def test_another_version_is_refused_with_both_numbers_and_a_damaged_header(path):
+    content = path.read_bytes()
+    path.write_bytes(content[:8] + struct.pack('<I', 7) + content[12:])
     assert 'version 7' in refusal(path)
     assert 'version 3' in refusal(path)
+    path.write_bytes(content.replace(b'"grid.cell"', b'"grid.sell"'))
+    assert 'corrupted' in refusal(path)
 
 
 def test_an_index_made_with_other_parameters_is_refused(path, monkeypatch):
     monkeypatch.setitem(binary_format._RULES, 'parts', 99)
     assert 'another version' in refusal(path)
-
-
-def test_a_damaged_header_is_refused(path):
-    content = path.read_bytes()
-    path.write_bytes(content.replace(b'"grid.cell"', b'"grid.sell"'))
-    assert 'corrupted' in refusal(path)
 
 
 def test_another_kind_of_file_is_refused(tmp_path):

@@ -58,18 +58,10 @@ def test_a_bag_with_bad_odometry_is_one_line(scene, tmp_path, capsys, stamps, pa
     with BagWriter(tmp_path / 'bag') as bag:
         for k in range(8):
             stamp = START_NS + k * STEP_NS
-            bag.write(
-                '/camera_info',
-                'sensor_msgs/msg/CameraInfo',
-                camera_info(PAPER_CAMERA, 'camera', stamp),
-                stamp,
-            )
-            bag.write(
-                '/image_raw/compressed',
-                'sensor_msgs/msg/CompressedImage',
-                compressed_image(image, 'camera', stamp),
-                stamp,
-            )
+            info = camera_info(PAPER_CAMERA, 'camera', stamp)
+            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
+            picture = compressed_image(image, 'camera', stamp)
+            bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', picture, stamp)
         for number, k in enumerate(stamps):
             message = odometry(SE2(0.1 * k, 0.0, 0.0), (0.2, 0.0), START_NS + k * STEP_NS)
             bag.write('/odom', 'nav_msgs/msg/Odometry', message, START_NS + number * STEP_NS)

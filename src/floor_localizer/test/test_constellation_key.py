@@ -45,14 +45,11 @@ def six_dots(rng):
     return np.vstack([[[0.0, 0.0], [1.0, 0.0]], rng.uniform((0.1, -0.5), (0.9, 0.5), (INNER_DOTS, 2))])
 
 
-def test_baseline_is_mapped_to_zero_and_one():
+def test_baseline_is_mapped_to_zero_and_one_and_in_its_own_frame_nothing_changes():
     points = np.random.default_rng(0).normal(size=(6, 2))
     xy = np.empty((INNER_DOTS, 2))
     baseline_coordinates(points, 0, 1, np.array([0, 1, 0, 1]), xy)
     np.testing.assert_allclose(xy, [[0, 0], [1, 0], [0, 0], [1, 0]], atol=1e-12)
-
-
-def test_coordinates_are_unchanged_in_the_baseline_frame():
     points = six_dots(np.random.default_rng(1))
     np.testing.assert_allclose(coordinates(points), points[2:], atol=1e-12)
 
@@ -74,14 +71,11 @@ def test_a_mirror_changes_the_sign_of_y():
     )
 
 
-def test_swapping_the_ends_twice_is_the_identity():
+def test_swapping_the_ends_equals_swapping_the_dots_and_twice_is_the_identity():
     xy = IN_LENS.copy()
     swap_ends(xy)
     swap_ends(xy)
     np.testing.assert_allclose(xy, IN_LENS, atol=1e-15)
-
-
-def test_swapping_the_ends_equals_swapping_the_dots():
     points = six_dots(np.random.default_rng(3))
     xy = coordinates(points)
     swap_ends(xy)
@@ -121,15 +115,12 @@ def test_key_does_not_depend_on_the_order_of_the_dots_once_sorted():
     assert len(keys) == 1
 
 
-def test_steps_hold_the_coordinates_to_half_a_step():
+def test_steps_hold_the_coordinates_to_half_a_step_and_those_below_the_range_are_in_the_first():
     steps = steps_of(IN_LENS).reshape(INNER_DOTS, 2)
     middles = [
         [dequantize(steps[k, axis], LOWER[axis], STEP) for axis in range(2)] for k in range(INNER_DOTS)
     ]
     assert np.max(np.abs(middles - IN_LENS)) <= 0.5001 * STEP
-
-
-def test_coordinates_below_the_range_are_in_its_first_step():
     assert quantize(-5.0, LOWER[0], STEP) == 0
 
 

@@ -22,7 +22,7 @@ def colours_around(picture: np.ndarray, pixel: tuple[int, int]) -> set[str]:
 
 
 @pytest.mark.parametrize('pixels', [GRAY, np.dstack([GRAY] * 3)])
-def test_rings_show_matched_and_unmatched_dots(pixels):
+def test_rings_show_matched_and_unmatched_dots_and_cover_none(pixels):
     before = pixels.copy()
     picture = debug_picture(pixels, a_fix())
     assert picture.shape == (235, 235, 3)
@@ -30,10 +30,6 @@ def test_rings_show_matched_and_unmatched_dots(pixels):
     assert colours_around(picture, (200, 60)) == {'red'}
     assert colours_around(picture, (100, 150)) == set()
     np.testing.assert_array_equal(pixels, before)
-
-
-def test_a_dot_itself_is_not_painted_over():
-    picture = debug_picture(GRAY, a_fix())
     np.testing.assert_array_equal(picture[38:43, 28:33], np.full((5, 5, 3), 128))
 
 

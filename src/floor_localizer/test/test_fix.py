@@ -4,18 +4,13 @@ from dataclasses import FrozenInstanceError
 
 import pytest
 
-from floor_localizer.core.fix import NoFix, NoFixReason, PosePrior
-from shirube_core.geometry import SE2
+from floor_localizer.core.fix import NoFix, NoFixReason
 
 
 def test_every_reason_has_its_own_text():
     texts = [reason.value for reason in NoFixReason]
     assert len(set(texts)) == len(texts)
     assert all(len(text.split()) >= 3 for text in texts)
-
-
-def test_a_prior_is_not_strict_by_default():
-    assert not PosePrior(SE2(0.0, 0.0, 0.0), 0.1, 0.1).is_strict
 
 
 def test_results_do_not_change():

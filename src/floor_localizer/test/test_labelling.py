@@ -22,7 +22,9 @@ def test_labels_and_boxes_agree_with_scipy():
         np.testing.assert_array_equal(boxes[label[0] - 1], box)
 
 
-def test_pixels_that_touch_in_a_corner_are_two_blobs():
+def test_branches_that_meet_below_are_one_blob_and_pixels_that_touch_in_a_corner_two():
+    mask = np.array([[1, 0, 1, 0, 1], [1, 0, 1, 0, 1], [1, 1, 1, 1, 1]], np.uint8)
+    assert len(label_blobs(mask)[1]) == 1
     assert len(label_blobs(np.eye(2, dtype=np.uint8))[1]) == 2
 
 
@@ -44,11 +46,6 @@ def test_specks_stay_floor_and_dots_count_from_one():
     assert not labels[:10].any()
     np.testing.assert_array_equal(boxes, [[20, 20, 26, 26, 36], [40, 30, 43, 33, 9]])
     np.testing.assert_array_equal(np.unique(labels[20:26, 20:26]), [1])
-
-
-def test_branches_that_meet_below_are_one_blob():
-    mask = np.array([[1, 0, 1, 0, 1], [1, 0, 1, 0, 1], [1, 1, 1, 1, 1]], np.uint8)
-    assert len(label_blobs(mask)[1]) == 1
 
 
 def test_runs_do_not_go_on_in_the_next_row_whatever_the_width():

@@ -43,12 +43,8 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with BagWriter(folder / 'bag') as bag:
         for number, (image, pose) in enumerate(zip(images, TRUTH)):
             stamp = START_NS + number * STEP_NS
-            bag.write(
-                '/camera_info',
-                'sensor_msgs/msg/CameraInfo',
-                camera_info(PAPER_CAMERA, 'camera', stamp),
-                stamp,
-            )
+            info = camera_info(PAPER_CAMERA, 'camera', stamp)
+            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
             bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(pose, (0.2, 0.5), stamp), stamp)
             message = compressed_image(image, 'camera', stamp)
             if number == 2:
@@ -113,9 +109,7 @@ def test_a_rendered_folder_agrees_with_the_truth(scene: Path, run: Run, tmp_path
     assert 0.0 < float(rows[3]['sigma_x']) < 0.0003
 
 
-def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(
-    scene: Path, run: Run, tmp_path: Path
-) -> None:
+def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(scene, run, tmp_path):
     code, out, _ = run('--bag', scene / 'bag')
     assert code == 0
     assert '6 of 8 images have a pose' in out
@@ -127,9 +121,7 @@ def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(
     )
 
 
-def test_images_of_another_floor_have_no_pose_and_leave_no_old_file(
-    scene: Path, run: Run, tmp_path: Path
-) -> None:
+def test_images_of_another_floor_have_no_pose_and_leave_no_old_file(scene, run, tmp_path):
     other = generate_dot_floor(FloorDesign(size=(0.5, 0.5), count=1346), seed=2)
     save_csv(tmp_path / 'other.csv', DotMap(other.points, other.diameters))
     (tmp_path / 'out').mkdir()
@@ -172,9 +164,7 @@ def test_bad_input_is_one_line_and_exit_code_1(scene: Path, run: Run, arguments:
     assert part in lines[0]
 
 
-def test_an_image_of_another_size_than_the_calibration_is_refused(
-    scene: Path, run: Run, tmp_path: Path
-) -> None:
+def test_an_image_of_another_size_than_the_calibration_is_refused(scene, run, tmp_path):
     cv2.imwrite(str(tmp_path / 'small.png'), np.zeros((100, 120), dtype=np.uint8))
     code, _, err = run('--images', tmp_path / 'small.png', '--calibration', scene / 'camera.yaml')
     assert code == 1

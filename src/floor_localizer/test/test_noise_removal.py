@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.dot_extraction.centroids import Blobs
-from floor_localizer.core.dot_extraction.noise_removal import (
+from floor_localizer.core.dot_extraction.detector import (
     are_dots,
     blob_elongations,
     centroid_sigmas,
@@ -28,10 +28,6 @@ def round_blobs(count=12, diameter=6.0):
 
 def kept(blobs, **settings):
     return are_dots(blobs, blob_elongations(blobs), 25.0, DotDetectorSettings(**settings))
-
-
-def test_round_blobs_are_dots():
-    assert kept(round_blobs()).all()
 
 
 @pytest.mark.parametrize(
@@ -61,19 +57,18 @@ def test_a_blur_common_to_all_blobs_is_no_elongation():
     assert not kept(Blobs(*(a[:4] for a in blobs)), maximum_elongation=3.0).any()
 
 
-def test_an_exposure_that_saturates_all_is_no_reflection():
+def test_round_blobs_are_dots_and_an_exposure_that_saturates_all_is_no_reflection():
     blobs = round_blobs()
+    assert kept(blobs).all()
     blobs.clipped[:] = 0.6
     assert kept(blobs).all()
 
 
-def test_specks_do_not_change_the_typical_diameter():
+def test_specks_and_a_few_large_pale_spots_do_not_change_the_typical_diameter():
     dots, specks = np.full(20, np.pi * 9.0), np.full(200, np.pi * 0.25)
     assert typical_diameter(np.append(dots, specks), 3.0, 25.0) == pytest.approx(6.0)
     assert typical_diameter(np.empty(0), 3.0, 25.0) == 3.0
 
-
-def test_a_few_large_pale_spots_do_not_change_the_typical_diameter():
     areas = np.append(np.full(30, np.pi * 9.0), np.full(5, np.pi * 121.0))
     contrasts = np.append(np.full(30, 0.9), np.full(5, 0.25))
     assert typical_diameter(areas, 3.0, 25.0, contrasts) == pytest.approx(6.0)

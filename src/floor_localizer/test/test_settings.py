@@ -13,12 +13,8 @@ KINDS = [LocalizerSettings, TrackerSettings]
 
 
 @pytest.mark.parametrize('kind', KINDS)
-def test_defaults_are_allowed(kind):
+def test_defaults_are_allowed_and_every_setting_is_described_and_bounded(kind):
     check_settings(kind())
-
-
-@pytest.mark.parametrize('kind', KINDS)
-def test_every_setting_is_described_and_bounded(kind):
     for described in describe_settings(kind):
         assert described.description
         assert described.minimum <= described.default <= described.maximum
@@ -32,10 +28,7 @@ def test_what_is_out_of_range_is_refused_by_name(kind):
                 check_settings(replace(kind(), **{described.name: value}))
 
 
-def test_the_demo_floor_is_taken_only_without_a_map():
+def test_the_demo_floor_is_taken_only_without_a_map_and_a_tilde_is_the_home():
     assert NodeSettings().map_path == DEMO_MAP
     assert NodeSettings(map_file='/data/hall.csv').map_path == Path('/data/hall.csv')
-
-
-def test_a_tilde_is_the_home_directory():
     assert NodeSettings(map_file='~/hall.csv').map_path == Path.home() / 'hall.csv'

@@ -7,10 +7,9 @@ import pytest
 from floor_views import CAMERA, MOUNT, SIZE, is_right, pose_over, random_floor, see
 
 from floor_localizer.core.constellation.indexed_map import index_map
-from floor_localizer.core.dots import DotMap
+from floor_localizer.core.dots import DotMap, arrange_levels
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFixReason
-from floor_localizer.core.levels import arrange_levels
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
 from shirube_core.geometry import SE2

@@ -15,10 +15,9 @@ from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.pair_search import search_near, search_pairs
 from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.dot_extraction.detector import DotDetector
-from floor_localizer.core.dots import DetectedDots, FloorPoints, merge_points
+from floor_localizer.core.dots import DetectedDots, FloorPoints, level_at, merge_points
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
-from floor_localizer.core.levels import level_at
 from floor_localizer.core.pose_fit import MountedRays, refine_pose
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, wrap_angle

@@ -28,8 +28,8 @@ from floor_localizer.core.constellation import constellation_key, index_format
 from floor_localizer.core.constellation.constellation_index import ConstellationIndex
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.indexed_map import IndexedMap, OccupancyBitmap
+from floor_localizer.core.dots import Level
 from floor_localizer.core.errors import DotMapError
-from floor_localizer.core.levels import Level
 from shirube_core.files import atomic_write
 
 SUFFIX = '.dotmap'

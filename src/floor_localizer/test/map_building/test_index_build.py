@@ -10,10 +10,9 @@ import pytest
 from dot_maps import random_map
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.dots import DotMap
+from floor_localizer.core.dots import DotMap, level_at
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner
-from floor_localizer.core.levels import level_at
 from floor_localizer.files.binary_format import load_binary
 from floor_localizer.files.csv_format import save_csv
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map

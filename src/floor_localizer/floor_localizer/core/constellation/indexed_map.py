@@ -14,8 +14,7 @@ from floor_localizer.core.constellation.constellation_index import (
 )
 from floor_localizer.core.constellation.dot_grid import DotGrid, build_dot_grid, pair_density
 from floor_localizer.core.constellation.index_format import LARGE_MAP
-from floor_localizer.core.dots import DotMap
-from floor_localizer.core.levels import Level
+from floor_localizer.core.dots import DotMap, Level
 
 # Maximum distance of a dot from the centre of an occupied block, and side of a block [mean dot spacings].
 _OCCUPIED_RADIUS, _BLOCK_SIZE = 0.15, 0.06

@@ -21,8 +21,8 @@ from floor_localizer.core.constellation.dot_grid import (
 )
 from floor_localizer.core.constellation.index_format import LARGE_MAP
 from floor_localizer.core.constellation.indexed_map import IndexedMap, bitmap_shape, build_map_occupancy
+from floor_localizer.core.dots import Level, arrange_levels
 from floor_localizer.core.independent_tasks import Task, TaskRunner
-from floor_localizer.core.levels import Level, arrange_levels
 from floor_localizer.files import binary_format
 from floor_localizer.files.csv_format import check_dot_count, check_units
 from floor_localizer.files.map_building.build_tasks import (
