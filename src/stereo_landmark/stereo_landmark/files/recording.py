@@ -21,8 +21,7 @@ from shirube_ros.offline.recording import (
     choose_imu,
 )
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_stream import Side
-from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
+from stereo_landmark.core.pair.pair_stream import Side, StampSynchronizer
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 

@@ -9,8 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.arrays import Floats, Masks
-from stereo_landmark.core.edges.chains import extract_chains, index_points, link_points
 from stereo_landmark.core.edges.edges import Edges
+from stereo_landmark.core.edges.segments import extract_chains, index_points, link_points
 from stereo_landmark.core.settings import EdgeSettings
 
 

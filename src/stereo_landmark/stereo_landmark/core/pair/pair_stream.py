@@ -13,7 +13,7 @@ from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
-from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
+from stereo_landmark.core.pair.pair_stream import StampSynchronizer
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo import StereoRig, calibration_hash

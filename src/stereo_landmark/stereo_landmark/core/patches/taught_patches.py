@@ -15,8 +15,8 @@ import numpy as np
 
 from shirube_core.geometry import gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage
-from stereo_landmark.core.patches.patch_alignment import AlignedPatch, align_patch
 from stereo_landmark.core.patches.patch_template import PatchTemplate, patch_template
+from stereo_landmark.core.patches.taught_patches import AlignedPatch, align_patch
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.taught_place import TaughtPlace

@@ -10,9 +10,8 @@ import numpy as np
 from shirube_core.settings import setting
 from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.edges.segments import Segments
-from stereo_landmark.core.primitives.arcs import find_arcs
-from stereo_landmark.core.primitives.ellipse_fit import normal_jacobian
-from stereo_landmark.core.primitives.ellipse_refinement import refine_outline
+from stereo_landmark.core.primitives.ellipse import refine_outline
+from stereo_landmark.core.primitives.ellipse_fit import find_arcs, normal_jacobian
 from stereo_landmark.core.primitives.ellipse_search import EllipseLimits, search_ellipses
 from stereo_landmark.core.primitives.shape import ImagePoint, wrap_differences
 from stereo_landmark.core.settings import PrimitiveSettings

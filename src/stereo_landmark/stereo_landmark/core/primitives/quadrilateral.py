@@ -9,15 +9,16 @@ import numpy as np
 
 from shirube_core.settings import setting
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints
-from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
-from stereo_landmark.core.primitives.line_intersection import (
+from stereo_landmark.core.primitives.corner_links import (
     intersect_lines,
     intersection_covariance,
     joint_corner_covariance,
+    link_corners,
+    nearest_links,
 )
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
-from stereo_landmark.core.primitives.quadrilateral_comparison import best_corner_rotation, compare_corners
+from stereo_landmark.core.primitives.quadrilateral import best_corner_rotation, compare_corners
 from stereo_landmark.core.primitives.quadrilateral_search import (
     corner_graph,
     find_cycles,

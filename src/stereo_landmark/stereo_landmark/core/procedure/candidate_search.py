@@ -14,7 +14,7 @@ from stereo_landmark.core.primitives.primitive import (
     shape_differences,
     shape_vectors,
 )
-from stereo_landmark.core.primitives.quadrilateral_comparison import order_corner_pairs
+from stereo_landmark.core.primitives.quadrilateral import order_corner_pairs
 from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 from stereo_landmark.core.stereo import StereoRig

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from stereo_landmark.core.arrays import Floats, Ints
-from stereo_landmark.core.procedure.candidate_search import StereoCandidates
+from stereo_landmark.core.procedure.guided_matching import StereoCandidates
 from stereo_landmark.core.procedure.prediction import poses_from_match, predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.settings import SearchSettings

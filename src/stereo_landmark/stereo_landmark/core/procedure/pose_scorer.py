@@ -10,7 +10,7 @@ from numba import njit
 
 from stereo_landmark.core.arrays import Floats, Ints, Masks
 from stereo_landmark.core.primitives.primitive import Tolerances
-from stereo_landmark.core.procedure.candidate_search import similar_primitives
+from stereo_landmark.core.procedure.guided_matching import similar_primitives
 from stereo_landmark.core.procedure.prediction import predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
