@@ -16,9 +16,9 @@ from stereo_landmark.commands.teach import main as teach
 from stereo_landmark.core.pair.pair_stream import PairStream
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
+from stereo_landmark.files.camera_files import choose_topics
 from stereo_landmark.files.displacement_files import LocatedFrame
 from stereo_landmark.files.place_file import load_places
-from stereo_landmark.files.recording import choose_topics
 
 pytestmark = pytest.mark.newest_set_only
 

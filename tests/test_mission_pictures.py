@@ -29,8 +29,8 @@ from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.commands.locate import locate_bag as locate_landmarks
 from stereo_landmark.core.pair.pair_stream import PairStream
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
+from stereo_landmark.files.camera_files import choose_topics as pair_topics
 from stereo_landmark.files.place_file import load_places
-from stereo_landmark.files.recording import choose_topics as pair_topics
 from vlc_beacon.commands.locate import locate as locate_lamps
 from vlc_beacon.commands.locate import make_parser as lamp_options
 

@@ -34,9 +34,8 @@ from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream, Side
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.camera_files import to_grey
+from stereo_landmark.files.camera_files import calibration_from_camera_info, to_grey
 from stereo_landmark.files.place_file import load_images, load_places, place_path
-from stereo_landmark.files.recording import calibration_from_camera_info
 from stereo_landmark.node_output import LocalizerReport, debug_picture, displacement_message, target_markers
 from stereo_landmark.node_settings import NodeSettings
 

@@ -18,8 +18,7 @@ from stereo_landmark.core.pair.camera_calibration import (
     stereo_rig,
 )
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.camera_files import load_camera_calibration
-from stereo_landmark.files.recording import calibration_from_camera_info
+from stereo_landmark.files.camera_files import calibration_from_camera_info, load_camera_calibration
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
 LEFT, RIGHT = rectified_calibration(CAMERA), rectified_calibration(CAMERA, 0.2)

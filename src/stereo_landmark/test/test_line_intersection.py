@@ -1,6 +1,6 @@
 import numpy as np
 
-from stereo_landmark.core.primitives.line_intersection import (
+from stereo_landmark.core.primitives.corner_links import (
     intersect_lines,
     intersect_with_covariance,
     joint_corner_covariance,

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from painted_patches import CORNERS, homography, light, moved, photograph
 
-from stereo_landmark.core.patches.patch_alignment import align_patch
 from stereo_landmark.core.patches.patch_template import patch_template
+from stereo_landmark.core.patches.taught_patches import align_patch
 
 VIEWS = {
     'as taught': homography(shift=(0.3, -0.6)),

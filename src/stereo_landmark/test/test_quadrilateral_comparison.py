@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.primitives.quadrilateral_comparison import (
+from stereo_landmark.core.primitives.quadrilateral import (
     best_corner_rotation,
     compare_corners,
     order_corner_pairs,

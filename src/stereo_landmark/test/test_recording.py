@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import pytest
 
 from shirube_bags.errors import BagError
-from stereo_landmark.files.recording import choose_topics
+from stereo_landmark.files.camera_files import choose_topics
 
 IMAGE, INFO, IMU = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo', 'sensor_msgs/msg/Imu'
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.pair.stamp_synchronizer import StampSynchronizer
+from stereo_landmark.core.pair.pair_stream import StampSynchronizer
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 MILLISECOND = 1_000_000

@@ -22,10 +22,15 @@ from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream, Side
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings, PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.camera_files import load_camera_calibration, load_grey_image, to_grey
+from stereo_landmark.files.camera_files import (
+    choose_topics,
+    load_camera_calibration,
+    load_grey_image,
+    pair_recording,
+    to_grey,
+)
 from stereo_landmark.files.displacement_files import LocatedFrame, save_displacements
 from stereo_landmark.files.place_file import load_places
-from stereo_landmark.files.recording import choose_topics, pair_recording
 from stereo_landmark.node_settings import NodeSettings
 
 _RATES = 1e-4, 1e6

@@ -23,9 +23,14 @@ from stereo_landmark.core.teaching.primitive_selection import (
     Selection,
     SortOrder,
 )
-from stereo_landmark.files.camera_files import load_camera_calibration, load_grey_image, to_grey
+from stereo_landmark.files.camera_files import (
+    choose_topics,
+    load_camera_calibration,
+    load_grey_image,
+    recorded_pairs,
+    to_grey,
+)
 from stereo_landmark.files.place_entries import flatten
-from stereo_landmark.files.recording import choose_topics, recorded_pairs
 from stereo_landmark.files.yaml_file import LandmarkFileError, check_schema, read_yaml
 
 _REMEDY = 'correct it'

@@ -16,9 +16,15 @@ from shirube_ros.camera.files import list_images
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
 from stereo_landmark.core.stereo import StereoImages, StereoRig, calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.camera_files import load_camera_calibration, load_grey_image, to_grey
+from stereo_landmark.files.camera_files import (
+    RecordedPair,
+    choose_topics,
+    load_camera_calibration,
+    load_grey_image,
+    recorded_pairs,
+    to_grey,
+)
 from stereo_landmark.files.place_file import load_images, load_place
-from stereo_landmark.files.recording import RecordedPair, choose_topics, recorded_pairs
 
 
 class StereoPairs:

@@ -9,10 +9,10 @@ import numpy as np
 
 from shirube_core.settings import setting
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints
-from stereo_landmark.core.primitives.corner_links import link_corners
-from stereo_landmark.core.primitives.line_intersection import (
+from stereo_landmark.core.primitives.corner_links import (
     intersect_with_covariance,
     intersection_covariance,
+    link_corners,
 )
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments

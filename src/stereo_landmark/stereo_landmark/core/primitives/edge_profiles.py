@@ -9,8 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.arrays import Floats
-from stereo_landmark.core.primitives.edge_response import interpolate_response
-from stereo_landmark.core.primitives.step_levels import add_level_prior
+from stereo_landmark.core.primitives.edge_response import add_level_prior, interpolate_response
 
 # Minimum number of pixels for two grey levels and an offset.
 _PIXELS_MIN = 8

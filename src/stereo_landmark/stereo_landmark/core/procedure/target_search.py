@@ -12,11 +12,13 @@ import numpy as np
 from stereo_landmark.core.arrays import Floats, Ints
 from stereo_landmark.core.landmark_fix import NoDetectionReason, NoTargetDetection, TargetDetection
 from stereo_landmark.core.primitives.primitive import point_names
-from stereo_landmark.core.procedure.candidate_search import StereoCandidates, find_stereo_candidates
 from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
-from stereo_landmark.core.procedure.guided_matching import GuidedMatcher
-from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, generate_hypotheses
-from stereo_landmark.core.procedure.pose_scorer import PoseScorer
+from stereo_landmark.core.procedure.guided_matching import (
+    GuidedMatcher,
+    StereoCandidates,
+    find_stereo_candidates,
+)
+from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, PoseScorer, generate_hypotheses
 from stereo_landmark.core.procedure.prediction import centre_correction, image_distances
 from stereo_landmark.core.procedure.stereo_view import (
     NamedPair,
