@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.arrays import Floats, Masks
 from stereo_landmark.core.edges.edges import Edges
-from stereo_landmark.core.edges.segments import extract_chains, index_points, link_points
 from stereo_landmark.core.settings import EdgeSettings
 
 # Largest distance between linked edge points [px], and weight of the squared deviation across the edge.

@@ -22,7 +22,6 @@ from stereo_landmark.core.primitives.primitive import (
 )
 from stereo_landmark.core.primitives.quadrilateral import order_corner_pairs
 from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
-from stereo_landmark.core.procedure.guided_matching import similar_primitives
 from stereo_landmark.core.procedure.prediction import predict_pixels
 from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, NamedPair, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtTarget
