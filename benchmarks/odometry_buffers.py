@@ -14,7 +14,7 @@ from _figures import Figure, error
 from _harness import Option, Run, run_benchmark
 
 from floor_localizer.core.settings import TrackerSettings
-from floor_localizer.core.survey.odometry_buffer import OdometryBuffer as SurveyBuffer
+from floor_localizer.core.survey.odometry_buffer import SurveyOdometry
 from floor_localizer.core.tracker import PosePredictor
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.kalman_filter import diagonal
@@ -25,7 +25,7 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.trajectory import planar_poses
 from shirube_bags.trajectory_files import load_bag_trajectory
 from shirube_core.geometry import SE2
-from vlc_beacon.core.receiver.odometry_buffer import OdometryBuffer as LampBuffer
+from vlc_beacon.core.receiver.odometry_buffer import LampOdometry
 
 BAGS = Path(__file__).parents[1] / 'bags'
 STEP = 300_000_000  # shortest time between the two stamps [ns]
@@ -44,12 +44,12 @@ def _tracker(messages: Messages, start: int, end: int) -> SE2 | None:
 def _survey(messages: Messages, start: int, end: int) -> SE2 | None:
     stamps, poses = zip(*messages, strict=True)
     rows = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])
-    buffer = SurveyBuffer(np.array(stamps), rows, '/odom')
+    buffer = SurveyOdometry(np.array(stamps), rows, '/odom')
     return _between(buffer.pose_at(start, 'image'), buffer.pose_at(end, 'image'))
 
 
 def _lamps(messages: Messages, start: int, end: int) -> SE2 | None:
-    buffer = LampBuffer()
+    buffer = LampOdometry()
     for stamp, pose in messages:
         buffer.add(stamp * 1e-9, pose)
     return _between(buffer.pose_at(start * 1e-9), buffer.pose_at(end * 1e-9))

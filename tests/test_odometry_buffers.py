@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from floor_localizer.core.settings import TrackerSettings
-from floor_localizer.core.survey.odometry_buffer import OdometryBuffer as SurveyBuffer
+from floor_localizer.core.survey.odometry_buffer import SurveyOdometry
 from floor_localizer.core.tracker import PosePredictor
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.kalman_filter import diagonal
@@ -16,7 +16,7 @@ from pose_arbiter.core.settings import ArbiterSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseBuffer
 from shirube_core.geometry import SE2
-from vlc_beacon.core.receiver.odometry_buffer import OdometryBuffer as LampBuffer
+from vlc_beacon.core.receiver.odometry_buffer import LampOdometry
 
 pytestmark = pytest.mark.quick
 
@@ -27,7 +27,11 @@ TWISTS = st.tuples(st.floats(-0.7, 0.7), st.floats(-0.2, 0.2), st.floats(-2.0, 2
 
 def motions(messages: list[tuple[int, SE2]], start: int, end: int) -> dict[str, SE2]:
     """Return the motion between two stamps [ns] by the buffer of each node that answers."""
-    predictor, lamps, planner = PosePredictor(TrackerSettings()), LampBuffer(), PoseBuffer(MappingSettings())
+    predictor, lamps, planner = (
+        PosePredictor(TrackerSettings()),
+        LampOdometry(),
+        PoseBuffer(MappingSettings()),
+    )
     arbiter = Arbiter([], ArbiterSettings())
     for stamp, pose in messages:
         predictor.add_odometry(1e-9 * stamp, pose)
@@ -35,7 +39,7 @@ def motions(messages: list[tuple[int, SE2]], start: int, end: int) -> dict[str, 
         planner.add(1e-9 * stamp, pose)
         assert arbiter.add_odometry(stamp, pose, stamp) is None
     rows = np.array([(pose.x, pose.y, pose.yaw) for _, pose in messages])
-    survey = SurveyBuffer(np.array([stamp for stamp, _ in messages]), rows, '/odom')
+    survey = SurveyOdometry(np.array([stamp for stamp, _ in messages]), rows, '/odom')
     arbiter.add_pose(OPERATOR, start, SE2(0.0, 0.0, 0.0), diagonal(1e-6, 1e-6), start)
     estimate = arbiter.estimate_at(end)
     ends = {

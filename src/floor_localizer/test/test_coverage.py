@@ -6,8 +6,8 @@ from floor_localizer.core.dot_extraction.coverage import (
     contrast_along,
     contrast_direction,
     dot_level,
-    floor_level,
     noise_at,
+    ring_contrast_level,
 )
 
 RNG = np.random.default_rng(0)
@@ -16,17 +16,17 @@ RNG = np.random.default_rng(0)
 @pytest.mark.parametrize('count', [3, 24, 25, 90, 400])
 def test_the_level_of_a_noisy_ring_is_its_mean(count):
     ring = RNG.normal(0.03, 0.01, count)
-    assert floor_level(ring) == pytest.approx(0.03, abs=4.0 * 0.01 / np.sqrt(count))
+    assert ring_contrast_level(ring) == pytest.approx(0.03, abs=4.0 * 0.01 / np.sqrt(count))
 
 
 def test_outliers_on_a_ring_do_not_change_its_level():
     ring = RNG.normal(0.0, 0.01, 90)
     ring[10:25] = 0.8
-    assert abs(floor_level(ring)) < 0.006
+    assert abs(ring_contrast_level(ring)) < 0.006
 
 
 def test_a_blob_without_ring_keeps_the_background():
-    assert floor_level(np.empty(0)) == 0.0
+    assert ring_contrast_level(np.empty(0)) == 0.0
 
 
 def test_the_level_of_a_dot_is_the_mean_of_its_upper_quarter():

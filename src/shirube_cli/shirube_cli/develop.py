@@ -48,11 +48,11 @@ def run_tests(arguments: Sequence[str]) -> int:
         os.environ.setdefault('NUMBA_CACHE_DIR', str(kernel_folder(root)))
     chosen = ['-m', 'quick', *(a for a in arguments if a != QUICK)] if QUICK in arguments else list(arguments)
     if is_whole and not any(argument.startswith(ONE_PROCESS) for argument in arguments):
-        chosen = [*processes(), *chosen]
+        chosen = [*parallel_options(), *chosen]
     return run_tool('pytest', chosen)
 
 
-def processes() -> list[str]:
+def parallel_options() -> list[str]:
     """Return the options that let pytest use all cores: many tests wait, so one process more than there are cores."""
     return [f'-n{len(os.sched_getaffinity(0)) + 1}', '--dist=worksteal']
 

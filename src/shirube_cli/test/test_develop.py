@@ -56,9 +56,9 @@ def test_the_whole_suite_uses_all_cores_unless_told_otherwise(
     calls: dict[str, list], arguments: list[str], is_parallel: bool
 ) -> None:
     assert develop.run_tests(arguments) == 0
-    assert calls['pytest'] == (develop.processes() if is_parallel else []) + arguments
+    assert calls['pytest'] == (develop.parallel_options() if is_parallel else []) + arguments
 
 
 def test_quick_runs_what_is_marked_so(calls: dict[str, list]) -> None:
     assert develop.run_tests(['--quick', '-x']) == 0
-    assert calls['pytest'] == [*develop.processes(), '-m', 'quick', '-x']
+    assert calls['pytest'] == [*develop.parallel_options(), '-m', 'quick', '-x']

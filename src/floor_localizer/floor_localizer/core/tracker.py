@@ -148,7 +148,7 @@ class FloorTracker:
         """Find the pose from the dots of the next image; otherwise as `track`."""
         prior = self._area or self._predictor.predict(stamp)
         thorough = stamp - self._last_thorough >= self._settings.thorough_interval
-        # Takes a fifth of a second: a thorough search for every image would be slower than the camera.
+        # A thorough search takes a fifth of a second: one for every image would be slower than the camera.
         effort = self._settings.thorough_effort if thorough else self._settings.usual_effort
         result = self._localizer.locate_dots(dots, camera, prior, effort=effort)
         if thorough or isinstance(result, Fix):

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from floor_localizer.core.errors import FloorLocalizerError
-from floor_localizer.core.survey.odometry_buffer import OdometryBuffer
+from floor_localizer.core.survey.odometry_buffer import SurveyOdometry
 from floor_localizer.survey_files.survey_images import BagImageBatch, FileImageBatch, Frame, ImageBatch
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.trajectory_files import load_tum
@@ -176,14 +176,14 @@ class BagSource:
         )
 
 
-def _read_odometry(bag: BagReader, topic: str) -> OdometryBuffer:
+def _read_odometry(bag: BagReader, topic: str) -> SurveyOdometry:
     stamps, poses = [], []
     for message in Recording(bag, RecordingTopics((), (), topic), camera_from_camera_info).messages():
         if isinstance(message, RecordedOdometry):
             stamp = message.header.stamp
             stamps.append(stamp.sec * _NANOSECONDS + stamp.nanosec)
             poses.append((message.T_odom_base.x, message.T_odom_base.y, message.T_odom_base.yaw))
-    return OdometryBuffer(np.array(stamps, dtype=np.int64), np.array(poses).reshape(-1, 3), topic)
+    return SurveyOdometry(np.array(stamps, dtype=np.int64), np.array(poses).reshape(-1, 3), topic)
 
 
 def _read_stamps(bag: BagReader, topics: RecordingTopics) -> tuple[PinholeCamera, list[int], list[int]]:

@@ -63,7 +63,7 @@ class BaseDrive:
         self._last_time = now
         target = _STOPPED if self.is_timed_out(now) else self._target
         ticks = clamp_ticks(*self._kinematics.to_wheel_ticks(self._limiter.step_toward(target, elapsed)))
-        left, right = (r.round(t, elapsed) for r, t in zip(self._accumulators, ticks, strict=True))
+        left, right = (r.next_ticks(t, elapsed) for r, t in zip(self._accumulators, ticks, strict=True))
         return left, right
 
 
@@ -90,7 +90,7 @@ class TickAccumulator:
         self._error = self._target = 0.0
         self._commanded = 0
 
-    def round(self, target: float, elapsed: float) -> int:
+    def next_ticks(self, target: float, elapsed: float) -> int:
         """Return the speed to command now, for a target [ticks per frame] and the time since the last call [s]."""
         self._error += (self._target - self._commanded) * elapsed / self._frame
         if target == 0.0 or target * self._target < 0.0:

@@ -42,7 +42,7 @@ class ConstellationIndex(NamedTuple):
     """Constellations of six dots, hashed by their key; the arrays may be memory-mapped.
 
     Attributes:
-        entries: shape (M,) uint64, packed constellations (`index_entry`), bucket by bucket.
+        entries: shape (M,) uint64, packed constellations, bucket by bucket.
         starts: shape (buckets + 1,) uint32, first entry of each bucket.
         step: quantization step, an eighth of a cell's side [baseline lengths].
         longest: maximum length of a baseline [m].

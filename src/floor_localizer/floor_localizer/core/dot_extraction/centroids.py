@@ -10,8 +10,8 @@ from floor_localizer.core.dot_extraction.coverage import (
     contrast_along,
     contrast_direction,
     dot_level,
-    floor_level,
     noise_at,
+    ring_contrast_level,
 )
 from floor_localizer.core.dot_extraction.labelling import SURROUNDINGS_WIDTH, Boxes, Labels
 
@@ -111,7 +111,7 @@ def _measure(
         direction = contrast_direction(image, background, indices[:inside])
         coverage = contrast_along(image, background, indices, direction)
         ring_contrast = contrast_along(image, background, ring, direction)
-        floor = floor_level(ring_contrast)
+        floor = ring_contrast_level(ring_contrast)
         contrast = dot_level(coverage[:inside]) - floor
         if contrast <= 0.0:
             continue

@@ -49,7 +49,7 @@ def contrast_along(image: Pixels, background: Float32s, indices: Ints, direction
 
 
 @njit(cache=True, error_model='numpy')
-def floor_level(ring: Floats) -> float:
+def ring_contrast_level(ring: Floats) -> float:
     """Return the mean of a ring's contrasts, shape (n,), without outliers; 0 without a ring."""
     if len(ring) == 0:
         return 0.0

@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.errors import FloorLocalizerError
 from shirube_core.geometry import SE2
-from shirube_core.motion import NoPoseReason
-from shirube_core.motion import OdometryBuffer as SharedBuffer
+from shirube_core.motion import NoPoseReason, OdometryBuffer
 
 
-class OdometryBuffer:
+class SurveyOdometry:
     """Odometry in order of time."""
 
     def __init__(self, stamps_ns: NDArray[np.int64], poses: NDArray[np.float64], source: str) -> None:
@@ -36,7 +35,7 @@ class OdometryBuffer:
                 f'{source}: its stamps run backwards {at:.3f} s after the first; record the drive in one go'
             )
         self._start, self._source = int(stamps_ns[0]), source
-        self._buffer = SharedBuffer(history=2**63)  # all of it
+        self._buffer = OdometryBuffer(history=2**63)  # all of it
         for stamp, pose in zip(stamps_ns.tolist(), poses.tolist(), strict=True):
             self._buffer.add(stamp, SE2(*pose))
 

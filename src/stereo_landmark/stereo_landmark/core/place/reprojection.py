@@ -86,7 +86,7 @@ class ReprojectionFit:
     """An estimated state.
 
     Attributes:
-        state: estimated state, shape (6,), see `reprojection_model`.
+        state: estimated state, shape (6,).
         covariance: state covariance, shape (6, 6), zero for fixed states.
         residuals: reprojection residuals, shape (n, 4) [px].
         mahalanobis_distances: Mahalanobis distances of the residuals, shape (n,); infinite behind the cameras.

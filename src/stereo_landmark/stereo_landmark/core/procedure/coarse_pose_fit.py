@@ -1,6 +1,6 @@
 """Coarse pose from detected, not yet refined primitives: accurate enough for guided matching.
 
-Minimizes the same robust cost as `core.place.reprojection_fit`, but all detected coordinates have the same noise, and
+Minimizes the same robust cost as `core.place.reprojection`, but all detected coordinates have the same noise, and
 roll and pitch are fixed. Many pose hypotheses are fitted in a millisecond.
 """
 

@@ -17,7 +17,7 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
-from vlc_beacon.core.receiver.odometry_buffer import OdometryBuffer
+from vlc_beacon.core.receiver.odometry_buffer import LampOdometry
 from vlc_beacon.core.receiver.pose_consistency import PoseConsistencyCheck
 from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 from vlc_beacon.core.settings import CENTROID, RADIUS_INTERVAL, ReceiverSettings
@@ -74,7 +74,7 @@ class BeaconReceiver:
         self._light = LightReceiver(known, settings)
         self._localizer = LampLocalizer(known, mount, settings)
         self._command_processor = CommandProcessor(authorizer)
-        self._odometry, self._tilt = OdometryBuffer(), TiltBuffer()
+        self._odometry, self._tilt = LampOdometry(), TiltBuffer()
         self._pose_check = PoseConsistencyCheck()
         self._last_odometry: SE2 | None = None
 

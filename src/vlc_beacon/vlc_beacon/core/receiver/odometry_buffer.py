@@ -6,16 +6,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from shirube_core.motion import NoPoseReason
-from shirube_core.motion import OdometryBuffer as SharedBuffer
+from shirube_core.motion import NoPoseReason, OdometryBuffer
 
 
-class OdometryBuffer:
+class LampOdometry:
     """Recent odometry by time in seconds."""
 
     def __init__(self) -> None:
         """Start with an empty buffer."""
-        self._buffer = SharedBuffer()
+        self._buffer = OdometryBuffer()
 
     def add(self, stamp: float, T_odom_base: SE2) -> None:
         """Add a pose at a time [s], in any order."""
