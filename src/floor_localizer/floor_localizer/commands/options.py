@@ -9,7 +9,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import fields
 from multiprocessing import resource_tracker
 from pathlib import Path
@@ -23,6 +23,7 @@ from shirube_ros.errors import CameraFileError
 
 Settings = TypeVar('Settings')
 _SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
+_RESTART_TIMEOUT = 10.0  # timeout of workers that are restarted [s]
 _ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
 _WORKER_CONFIG = {
     # Dask's workers return memory immediately, which makes arrays 50 % slower.
@@ -174,7 +175,12 @@ def _local_workers(workers: int) -> Iterator[Client]:
                 n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0
             )
         with cluster, Client(cluster) as client:
-            yield client
+            try:
+                yield client
+            finally:
+                # A worker that is restarted after its death prints a traceback if it is stopped before it is ready.
+                with suppress(TimeoutError):
+                    client.wait_for_workers(workers, timeout=_RESTART_TIMEOUT)
 
 
 @contextmanager
