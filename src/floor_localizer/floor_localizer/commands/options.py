@@ -25,6 +25,8 @@ Settings = TypeVar('Settings')
 _SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
 _RESTART_TIMEOUT = 10.0  # timeout of workers that are restarted [s]
 _ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
+# Dask's event loop logs a traceback if an interrupt arrives between two of its own steps.
+_LOGGERS_OF_DASK = ('distributed', 'distributed.client', 'tornado.application', 'asyncio')
 _WORKER_CONFIG = {
     # Dask's workers return memory immediately, which makes arrays 50 % slower.
     f'{_ENVIRONMENT}.MALLOC_TRIM_THRESHOLD_': None,
@@ -157,7 +159,7 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
     # Imported here, as it takes half a second and only index and survey need it; the import sets its logging levels.
     import distributed  # noqa: F401, PLC0415
 
-    for name in ('distributed', 'distributed.client'):
+    for name in _LOGGERS_OF_DASK:
         logging.getLogger(name).setLevel(logging.CRITICAL)  # as for the workers
     with _local_workers(workers) if scheduler is None else _scheduler_workers(scheduler) as client:
         yield DaskRunner(client)
