@@ -14,6 +14,10 @@ from vlc_beacon.core.pose.bearing_model import camera_points
 from vlc_beacon.core.pose.lamp_rays import Beacon
 
 CAMERA = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
+WIDE = PinholeCamera(
+    1280, 1024, 640.0 / math.tan(math.radians(52.95)), 512.0 / math.tan(math.radians(38.9)), 639.5, 511.5
+)
+"""The paper's 77.8 x 105.9 degrees as angles of the image's sides; its pitch and focal length give `CAMERA`."""
 MOUNT = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi / 2.0))
 LEVEL = gravity_aligned_camera(MOUNT)
 RADIUS = 0.0325
@@ -43,22 +47,22 @@ class View:
     visible: NDArray[np.bool_]
 
 
-def view_from(pose: SE2, roll: float = 0.0, pitch: float = 0.0) -> View:
+def view_from(pose: SE2, roll: float = 0.0, pitch: float = 0.0, camera: PinholeCamera = CAMERA) -> View:
     """Return the view of a robot on the floor that leans by roll and pitch [rad]."""
-    pixels = CAMERA.pixels_from_points(
+    pixels = camera.pixels_from_points(
         camera_points(state_of(pose), PLACES, np.zeros((4, 3)), gravity_aligned_camera(MOUNT, roll, pitch))
     )
-    size = np.array([CAMERA.width, CAMERA.height])
+    size = np.array([camera.width, camera.height])
     margin = LAMP_RADIUS + 1.0
     inside = (pixels >= margin) & (pixels <= size - 1 - margin)
     return View(pose, pixels, np.asarray(inside.all(axis=1)))
 
 
-def random_views(count: int, rng: np.random.Generator) -> Iterator[View]:
+def random_views(count: int, rng: np.random.Generator, camera: PinholeCamera = CAMERA) -> Iterator[View]:
     """Yield views from anywhere in the room in any heading."""
     for _ in range(count):
         x, y = (0.9 + rng.uniform(-0.5 * side, 0.5 * side) for side in ROOM)
-        yield view_from(SE2(x, y, rng.uniform(-math.pi, math.pi)))
+        yield view_from(SE2(x, y, rng.uniform(-math.pi, math.pi)), camera=camera)
 
 
 def state_of(pose: SE2) -> NDArray[np.float64]:

@@ -20,6 +20,7 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 RADIUS_STEP = 0.5
 """Quantization step of radii in the paper [px]; the error is at most half a step."""
 CENTRE_SIGMAS = 3.0
+OUTLINE_POINTS = 64
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class LampDiscs:
     Attributes:
         beacons: known lamps, n.
         pixels: lamp centres, shape (n, 2) [px].
-        radii: lamp radii without blooming, shape (n,) [px].
+        radii: lamp radii without blooming, those of circles of equal area, shape (n,) [px].
         sigma: standard deviation of the centres [px].
     """
 
@@ -48,6 +49,34 @@ class LampDiscs:
         """Radii of the lamps, shape (n,) [m]."""
         return np.array([beacon.radius for beacon in self.beacons])
 
+    def undistorted(self, camera: PinholeCamera) -> LampDiscs:
+        """Return the discs in the image of a camera with the same K and no distortion (section 3.1).
+
+        The outline of each disc is undistorted; its area and centroid give the new disc.
+        """
+        if not any(camera.distortion):
+            return self
+        angles = 2.0 * math.pi / OUTLINE_POINTS * np.arange(OUTLINE_POINTS)
+        circle = np.column_stack([np.cos(angles), np.sin(angles)])
+        outlines = self.pixels[:, None] + self.radii[:, None, None] * circle
+        rays = camera.rays_from_pixels(outlines.reshape(-1, 2))[:, :2].reshape(outlines.shape)
+        centres, areas = _polygon_centroids(rays * (camera.fx, camera.fy) + (camera.cx, camera.cy))
+        scales = np.sqrt(areas / _polygon_centroids(outlines)[1])
+        return LampDiscs(self.beacons, centres, self.radii * scales, self.sigma * float(scales.max()))
+
+
+def _polygon_centroids(
+    outlines: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return centroids, shape (n, 2), and areas, shape (n,), of polygons with k corners, shape (n, k, 2)."""
+    middles = outlines.mean(axis=1)
+    corners = outlines - middles[:, None]  # for the precision
+    following = np.roll(corners, -1, axis=1)
+    cross = corners[..., 0] * following[..., 1] - corners[..., 1] * following[..., 0]
+    areas = 0.5 * cross.sum(axis=1)
+    moments = ((corners + following) * cross[..., None]).sum(axis=1)
+    return middles + moments / (6.0 * areas)[:, None], np.abs(areas)
+
 
 def radius_interval(
     discs: LampDiscs, camera: PinholeCamera, level_camera: SE3, yaw: float
@@ -62,8 +91,11 @@ def radius_interval(
     """
     if len(discs.beacons) == 0:
         return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
+    # Section 3.1: the distortion is corrected first.
+    discs = discs.undistorted(camera)
     # Eqs (1) and (2): R K^-1 (u, v, 1). The focal length lacks a factor 1/2 in the paper; K is from CameraInfo.
-    rays = camera.rays_from_pixels(discs.pixels) @ (_yaw_rotation(yaw) @ level_camera.rotation).T
+    rays = np.column_stack([discs.pixels, np.ones(len(discs.pixels))]) @ np.linalg.inv(camera.matrix).T
+    rays = rays @ (_yaw_rotation(yaw) @ level_camera.rotation).T
     # Eq. (3): z = r f / (p rho), the depth along the optical axis.
     sizes = discs.lamp_radii * math.sqrt(camera.fx * camera.fy)
     depths = sizes / discs.radii
@@ -84,13 +116,17 @@ def radius_interval(
 
 
 def radius_interval_printed(
-    discs: LampDiscs, camera: PinholeCamera, level_camera: SE3, yaw: float
+    discs: LampDiscs, camera: PinholeCamera, level_camera: SE3, yaw: float, focal_scale: float = 2.0
 ) -> BeaconFix | NoBeaconFix:
-    """Return the pose by the equations as printed, for comparison only; arguments as in `radius_interval`."""
+    """Return the pose by the equations as printed, for comparison only; arguments as in `radius_interval`.
+
+    ``focal_scale`` is the factor of the focal length in eq. (2): 2 as printed, 1 with the missing factor 1/2.
+    """
     if len(discs.beacons) == 0:
         return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
+    discs = discs.undistorted(camera)
     # Eq. (2): width over the tangent of half the angle of view is twice the focal length.
-    focal = 2.0 * np.array([camera.fx, camera.fy])
+    focal = focal_scale * np.array([camera.fx, camera.fy])
     centred = (discs.pixels - 0.5 * np.array([camera.width, camera.height])) / focal
     rays = np.column_stack([centred, np.ones(len(centred))]) @ (_yaw_rotation(yaw) @ level_camera.rotation).T
     # Eqs (3), (5) and (6).
