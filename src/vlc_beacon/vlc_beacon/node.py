@@ -48,7 +48,7 @@ from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.display import beacon_markers, draw_debug_image
 from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
-from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics, messages_in
+from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics
 
 _LOG_INTERVAL = 1.0
 """Minimum interval between log lines about found and lost poses [s]."""
@@ -86,6 +86,7 @@ class VlcBeaconNode(Node):
     ``~/pose``                 PoseStamped                   each image with a fix
     ``~/pose_with_covariance`` PoseWithCovarianceStamped     each image with a fix
     ``~/command``              String                        each command that is accepted, as JSON
+    ``~/data``                 String                        each received text or bytes, as JSON
     ``~/cmd_vel``              TwistStamped                  with ``drive``, 20 times a second
     ``~/beacons``              MarkerArray                   while subscribed
     ``~/debug_image``          Image                         while subscribed
@@ -143,6 +144,7 @@ class VlcBeaconNode(Node):
             PoseWithCovarianceStamped, '~/pose_with_covariance', pose_profile()
         )
         self._command = self.create_publisher(String, '~/command', pose_profile())
+        self._data = self.create_publisher(String, '~/data', pose_profile())
         self._markers = self.create_publisher(MarkerArray, '~/beacons', pose_profile())
         self._debug_image = self.create_publisher(Image, '~/debug_image', pose_profile())
         self._cmd_vel = None
@@ -181,8 +183,9 @@ class VlcBeaconNode(Node):
         self._log_change(output.result)
         map_header = Header(stamp=header.stamp, frame_id=self._settings.map_frame)
         self._publish(stamp, map_header, output)
-        for sender, text in messages_in(output):
-            self.get_logger().info(f'{sender} sent {text}')
+        for message in output.messages:
+            self.get_logger().info(f'{message.sender_name} sent {message.printable}')
+            self._data.publish(String(data=message.to_json()))
         for decision in output.decisions:
             self._on_decision(decision)
         if self._debug_image.get_subscription_count() > 0:

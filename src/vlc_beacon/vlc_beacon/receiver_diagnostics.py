@@ -44,7 +44,7 @@ class ReceiverDiagnostics:
             self._fixes += 1
         else:
             self._no_fixes[output.result.reason.value] += 1
-        self._messages |= dict(messages_in(output))
+        self._messages |= {message.sender_name: message.printable for message in output.messages}
         for decision in output.decisions:
             outcome = decision.outcome
             if isinstance(outcome, Accepted):
@@ -88,18 +88,6 @@ class ReceiverDiagnostics:
         if self._now() - self._alarm_at < _ALARM_DURATION:
             warnings.append(self._alarm)
         return warnings
-
-
-def messages_in(output: ReceiverOutput) -> list[tuple[str, str]]:
-    """Return sender and text of the messages in an image; bytes in hexadecimal, text quoted."""
-    return [
-        (
-            'a lamp' if lamp.beacon is None else f'lamp {lamp.beacon}',
-            lamp.message.hex() if isinstance(lamp.message, bytes) else repr(lamp.message),
-        )
-        for lamp in output.lamps
-        if lamp.message is not None
-    ]
 
 
 def _describe(anomaly: BeaconAnomaly) -> str:

@@ -28,7 +28,7 @@ from shirube_ros.offline.recording import Recording, RecordingTopics, choose_top
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.pose_table import LocatedImage, save_pose_table
+from vlc_beacon.files.pose_table import LocatedImage, save_messages, save_pose_table
 from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 
 _LIGHT = ReceiverSettings()
@@ -48,6 +48,8 @@ def save_and_report(images: Sequence[LocatedImage], folder: Path) -> tuple[list[
     poses = {image.stamp_ns: image.fix.T_map_base for image in images if image.fix is not None}
     fixes = save_poses(folder / 'poses.tum', poses)
     report = [f'{fixes} of {len(images)} images have a pose; see {folder / "poses.csv"}']
+    if messages := save_messages(folder / 'data.csv', images):
+        report.append(f'{messages} messages of lamps; see {folder / "data.csv"}')
     failures = Counter(image.failure for image in images if image.failure).most_common()
     report += [f'{number} without a pose: {failure}' for failure, number in failures]
     return report, '' if fixes else 'no image gave a pose; check beacons, shutter, exposure time and camera'
@@ -104,7 +106,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog='locate',
         description='Compute the poses of an image sequence under beacons, given as images or a bag. '
-        'Writes poses.tum, and poses.csv with the failure reason of images without a pose.',
+        'Writes poses.tum, poses.csv with the failure reason of images without a pose, and data.csv with the '
+        'messages of the lamps.',
     )
     add = parser.add_argument
     add('--beacons', type=Path, required=True, metavar='YAML', help='beacons file: lamps and their positions')

@@ -1,4 +1,4 @@
-"""Results of images located offline, and their CSV."""
+"""Results of images located offline, and their CSV files: poses, and messages of the lamps."""
 
 from __future__ import annotations
 
@@ -45,11 +45,29 @@ COLUMNS = ('image', 'stamp', *_POSE, 'lamps', 'beacons', 'used', 'anomalies', 'r
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
     """Write one line per image, in metres and radians, atomically; raises `OSError`."""
+    rows = [[image.name, text_from_stamp(image.stamp_ns), *_fields(image)] for image in images]
+    _save_table(path, COLUMNS, rows)
+
+
+def save_messages(path: Path, images: Sequence[LocatedImage]) -> int:
+    """Write one line per message of a lamp, atomically; return their number; raises `OSError`."""
+    rows = [
+        [
+            text_from_stamp(image.stamp_ns),
+            '' if message.sender is None else str(message.sender),
+            message.to_json(),
+        ]
+        for image in images
+        if isinstance(image.result, ReceiverOutput)
+        for message in image.result.messages
+    ]
+    _save_table(path, ('stamp', 'beacon', 'data'), rows)
+    return len(rows)
+
+
+def _save_table(path: Path, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     text = io.StringIO()
-    table = csv.writer(text, lineterminator='\n')
-    table.writerow(COLUMNS)
-    for image in images:
-        table.writerow([image.name, text_from_stamp(image.stamp_ns), *_fields(image)])
+    csv.writer(text, lineterminator='\n').writerows([columns, *rows])
     with atomic_write(path) as file:
         file.write(text.getvalue().encode())
 

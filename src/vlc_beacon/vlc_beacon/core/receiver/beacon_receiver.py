@@ -19,7 +19,7 @@ from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandP
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.odometry_buffer import LampOdometry
 from vlc_beacon.core.receiver.pose_consistency import PoseConsistencyCheck
-from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.receiver.tracked_lamp import LampMessage, LampObservation
 from vlc_beacon.core.settings import CENTROID, RADIUS_INTERVAL, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
@@ -42,6 +42,11 @@ class ReceiverOutput:
     lamps: tuple[LampObservation, ...]
     result: BeaconFix | NoBeaconFix
     decisions: tuple[CommandDecision, ...]
+
+    @property
+    def messages(self) -> list[LampMessage]:
+        """Messages completed by this image."""
+        return [LampMessage(lamp.beacon, lamp.message) for lamp in self.lamps if lamp.message is not None]
 
 
 class BeaconReceiver:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from enum import Enum
@@ -42,6 +43,30 @@ class LampObservation:
     commands: tuple[CommandPacket, ...]
     skip_reason: SkipReason | None = None
     message: str | bytes | None = None
+
+
+@dataclass(frozen=True)
+class LampMessage:
+    """Text or bytes that a lamp has sent, not authenticated; the sender is None while its ID is unconfirmed."""
+
+    sender: int | None
+    content: str | bytes
+
+    @property
+    def sender_name(self) -> str:
+        """The lamp as named in logs and diagnostics."""
+        return 'a lamp' if self.sender is None else f'lamp {self.sender}'
+
+    @property
+    def printable(self) -> str:
+        """The content in one line: text quoted, bytes in hexadecimal."""
+        return self.content.hex() if isinstance(self.content, bytes) else repr(self.content)
+
+    def to_json(self) -> str:
+        """Return beacon and text, or beacon and bytes in hexadecimal, as JSON."""
+        content = self.content
+        field = {'text': content} if isinstance(content, str) else {'bytes': content.hex()}
+        return json.dumps({'beacon': self.sender, **field}, ensure_ascii=False)
 
 
 class AcquisitionBackoff:
