@@ -1,7 +1,4 @@
-"""A 2-D lidar scan matcher: points of a scan on lines of a map that was made before (point-to-line ICP, robust).
-
-It is given more than lamps need: a map of exact poses and a first guess near the truth.
-"""
+"""A 2-D lidar scan matcher (point-to-line ICP, robust), and SLAM with it: keyframes matched with those before."""
 
 from __future__ import annotations
 
@@ -24,6 +21,8 @@ GATES = (0.4,) * 8 + (0.2,) * 8 + (0.1,) * 8 + (0.05,) * 12
 """Points that are farther from the map are left out, step by step [m]."""
 SCALE = 0.02
 """Residuals beyond it count less [m]."""
+KEYFRAME = (0.3, 0.5)
+"""Distance [m] or turn [rad] from all keyframes at which a scan becomes one."""
 SHARE_MIN = 0.3
 """Of the points that must be near the map at the end."""
 
@@ -63,6 +62,37 @@ class ScanMatcher:
         normal = J.T @ (weights[:, None] * J) + 1e-9 * np.eye(3)
         x, y, yaw = np.linalg.solve(normal, -J.T @ (weights * residuals)).tolist()
         return SE2(pose.x + x, pose.y + y, pose.yaw + yaw)
+
+
+class LidarSlam:
+    """Tracks scans in the map of its own keyframes, without loop closure; as the start it is given a pose."""
+
+    def __init__(self, start: SE2) -> None:
+        """Start without a map at a pose."""
+        self._pose, self._keyframes = start, list[tuple[SE2, NDArray[np.float64]]]()
+        self._matcher: ScanMatcher | None = None
+        self._is_mapping = True
+
+    def restarted(self, start: SE2) -> LidarSlam:
+        """Return a localizer in the map as it is now, which does not grow any more."""
+        localizer = LidarSlam(start)
+        localizer._matcher, localizer._is_mapping = self._matcher, False
+        return localizer
+
+    def track(self, motion: SE2, scan: NDArray[np.float64]) -> SE2:
+        """Return the pose after a motion by odometry; where the scan does not fit, that of odometry."""
+        self._pose = self._pose @ motion
+        if self._matcher is not None:
+            self._pose = self._matcher.match(scan, self._pose) or self._pose
+        if self._is_mapping and all(self._is_far(pose) for pose, _ in self._keyframes):
+            self._keyframes.append((self._pose, scan))
+            self._matcher = ScanMatcher(self._keyframes)
+        return self._pose
+
+    def _is_far(self, keyframe: SE2) -> bool:
+        return (
+            keyframe.distance_to(self._pose) > KEYFRAME[0] or abs(keyframe.yaw_to(self._pose)) > KEYFRAME[1]
+        )
 
 
 def _means_of_cells(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -66,6 +66,22 @@ def test_scans_are_matched_with_the_map_of_the_same_room(rooms: ModuleType, matc
         assert abs(found.yaw_to(pose)) < 0.002
 
 
+def test_slam_follows_a_drive_with_wrong_odometry_and_its_map_is_used_again(
+    rooms: ModuleType, matching: ModuleType
+) -> None:
+    rng = np.random.default_rng(4)
+    room = rooms.FurnishedRoom(())
+    path = [SE2(0.05 * k, 0.9, 0.01 * k) for k in range(40)]
+    slam = matching.LidarSlam(path[0])
+    for start in (path[0], path[0] @ SE2(0.05, -0.05, 0.05)):
+        before, slam = start, slam.restarted(start) if start is not path[0] else slam
+        for pose in path:
+            motion = before.inverse() @ pose
+            found = slam.track(SE2(1.05 * motion.x, motion.y, 1.05 * motion.yaw), room.scan(pose, rng))
+            before = pose
+        assert found.distance_to(path[-1]) < 0.01
+
+
 def test_racks_hide_lamps_behind_them_and_low_ones_do_not(rooms: ModuleType) -> None:
     camera = SE2(-1.0, 0.0, 0.5)
     shelf = SE2(-0.7, 0.0, math.pi / 2.0)
