@@ -64,7 +64,7 @@ class Voxels:
 
 
 class FrameUnion:
-    """The paper's map: what any single frame held occupied stays so."""
+    """A map without the mean of 2.2.2, step 3: what any single frame held occupied stays so."""
 
     def __init__(self, settings: VoxelSettings) -> None:
         self._settings = settings

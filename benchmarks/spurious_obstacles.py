@@ -28,8 +28,8 @@ FRACTION = 0.03
 PERIOD = 0.1
 SETTINGS = VoxelSettings()
 METHODS: dict[str, Callable[[], Method]] = {
-    'the paper: `count`, frames joined by OR': lambda: FrameUnion(VoxelSettings(rule='count')),
-    '`count`, mean over time': lambda: Voxels(VoxelSettings(rule='count')),
+    '`count`, frames joined by OR': lambda: FrameUnion(VoxelSettings(rule='count')),
+    'the paper: `count`, mean over time': lambda: Voxels(VoxelSettings(rule='count')),
     '`range_normalised`, mean over time': lambda: Voxels(VoxelSettings(rule='range_normalised')),
     '`log_odds`': lambda: Voxels(SETTINGS),
 }

@@ -178,8 +178,8 @@ def project(boxes, settings=SETTINGS, yaw=0.0, frames=5):
     points = points_from_depth(room.depth_image(WIDE_CAMERA, T), WIDE_CAMERA)
     voxels = VoxelMap(settings)
     for k in range(frames):
-        voxels.add(0.1 * k, points, view)
-    local = project_voxels(voxels, view, GlobalMap(settings.resolution, 1_000_000))
+        seen = voxels.add(0.1 * k, points, view)
+    local = project_voxels(voxels, view, GlobalMap(settings.resolution, 1_000_000), seen)
     frame = local.frame
     corner = (frame.origin_x, frame.origin_y)
     solid = room.solid_cells(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
@@ -10,6 +12,7 @@ from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
 from reward_planner.core.voxels.frame_kernels import PointCounts
+from reward_planner.core.voxels.frame_voxels import FrameVoxels
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
@@ -52,12 +55,12 @@ class ObstacleMapper:
         T_map_robot = _rigid_transform(rotation, (T_map_base.x, T_map_base.y, 0.0))
         view = SensorView(T_map_robot @ self._T_base_sensor, focal_length)
         # 2.2.2: voxels from the points.
-        point_counts = self.voxels.add(stamp, points, view).point_counts
-        # 2.2.3, step 1: the voxels of obstacles, projected to the floor.
-        local = project_voxels(self.voxels, view, self.map)
+        frame = self.voxels.add(stamp, points, view)
+        # 2.2.3, step 1: the voxels of obstacles, projected to the floor, and the movable area between them.
+        local = project_voxels(self.voxels, view, self.map, frame)
         # 2.2.3, steps 2 and 3: the global map, where the local one observed it.
         self.map.write(local)
-        return local, point_counts
+        return local, frame.point_counts
 
     def clear(self) -> None:
         """Clear both maps."""
@@ -71,13 +74,15 @@ def _rigid_transform(rotation: NDArray[np.float64], translation: ArrayLike) -> N
     return T
 
 
-def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap) -> LocalMap:
+def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap, frame: FrameVoxels) -> LocalMap:
     """Project the voxels within the window of a view to the floor.
 
-    A cell is occupied if any voxel above it has the value of an obstacle. It is free if no voxel has a positive value
-    and rays traversed its voxels from the lowest up without a gap, at least half of them. So it is not free where rays
-    only pass over a box, or under and over a shelf. The rules without rays give no free cells.
+    A cell is occupied if any voxel above it has the value of an obstacle. With the rules of means, the paper's, a cell
+    is movable (free) if it is in the detection range of the frame, that is, if its rays passed the lower half of the
+    voxels above it, and none of these is an obstacle.
 
+    With log-odds a cell is free if no voxel has a positive value and rays traversed its voxels from the lowest up
+    without a gap, at least half of them. So it is not free where rays only pass over a box, or under and over a shelf.
     An obstacle that points showed is cleared once rays traversed all of its hit voxels, even if the rest of the cell
     was not seen. An obstacle of a map file, or of voxels that were dropped, is cleared only when its cell is free.
     """
@@ -88,16 +93,27 @@ def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap) ->
     free_max = -FREE_FRACTION * settings.log_odds_pass
     limits = float(np.float32(value_min)), float(np.float32(free_max))  # rounded as the values are
     x, y, _ = window.corner
-    frame = GridFrame(float(x), float(y), window.resolution, window.side, window.side)
+    grid = GridFrame(float(x), float(y), window.resolution, window.side, window.side)
+    is_detected = _detected_cells(frame) if is_mean else np.zeros(grid.shape, dtype=np.bool_)
     occupancy, observed = _project(
         voxels.tiles.values,
         voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
         slots,
         limits,
-        global_map.occupancy_in(frame) >= OCCUPIED_THRESHOLD,
+        global_map.occupancy_in(grid) >= OCCUPIED_THRESHOLD,
         voxels.tiles.has_obstacle,
+        is_detected,
     )
-    return LocalMap(frame, occupancy, observed)
+    return LocalMap(grid, occupancy, observed)
+
+
+def _detected_cells(frame: FrameVoxels) -> NDArray[np.bool_]:
+    """Return the cells whose lower half of voxels rays traversed without a gap, shape (side, side), rows along y."""
+    side, layers = frame.window.side, frame.window.layers
+    is_traversed = np.zeros(side * side * layers, dtype=np.bool_)
+    is_traversed[frame.traversed] = True
+    lower = math.ceil(_FREE_LAYER_FRACTION * layers)
+    return is_traversed.reshape(side, side, layers)[:, :, :lower].all(axis=2).T
 
 
 @njit(cache=True)
@@ -108,12 +124,14 @@ def _project(
     limits: tuple[float, float],
     was_occupied: NDArray[np.bool_],
     has_obstacle: NDArray[np.bool_],
+    is_detected: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
     """Return occupancy and observed cells of the window; rows along y.
 
     Values, shape (slots, TILE_SIZE, TILE_SIZE, layers), are divided by the numbers of frames, shape (slots,). The
     limits are the lowest value of an obstacle and the highest of free space. ``was_occupied`` are cells of the
-    global map; ``has_obstacle`` are columns whose obstacle rays may clear, updated in place.
+    global map; ``has_obstacle`` are columns whose obstacle rays may clear, updated in place. ``is_detected`` are cells
+    in the detection range of the frame, which are movable unless occupied; with log-odds there are none.
     """
     side = TILE_SIZE * len(slots)
     occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)
@@ -134,6 +152,9 @@ def _project(
                 if highest >= limits[0] * frame_count:
                     occupancy[cell], observed[cell] = OCCUPIED, True
                     has_obstacle[slot, column, row] |= not was_occupied[cell]
+                elif is_detected[cell]:
+                    occupancy[cell], observed[cell] = FREE, True
+                    has_obstacle[slot, column, row] = False
                 elif highest <= 0.0:
                     is_free = free_layers == free_from_bottom >= _FREE_LAYER_FRACTION * values.shape[3]
                     occupancy[cell] = FREE if is_free else UNKNOWN

@@ -1,8 +1,8 @@
 """Voxel values over time, from points at known poses (2.2.2).
 
 With ``count`` and ``range_normalised`` the value is the mean of the frames' values (step 3); a frame counts for a tile
-if it has points there. With ``log_odds`` a frame adds log-odds once to each hit voxel and subtracts once from each
-traversed voxel, within limits, so that obstacles that disappear are cleared after a few frames.
+if it has points or rays there. With ``log_odds`` a frame adds log-odds once to each hit voxel and subtracts once from
+each traversed voxel, within limits, so that obstacles that disappear are cleared after a few frames.
 """
 
 from __future__ import annotations
@@ -59,21 +59,19 @@ class VoxelMap:
         """
         if not math.isfinite(stamp):
             raise RewardPlannerError(f'the stamp is {stamp} s, it must be finite')
-        # Step 1, fig. 2: count the points in the voxels around the sensor; only log-odds need the rays, too.
-        traces_rays = self.settings.rule == 'log_odds'
-        frame = (self._voxelizer.count_and_trace if traces_rays else self._voxelizer.count)(points, view)
+        # Step 1, fig. 2: count the points in the voxels around the sensor; their rays bound the detection range.
+        frame = self._voxelizer.count_and_trace(points, view)
         if frame.point_counts.is_occluded:
             return frame
         # The tiles of the window: their values decay, and tiles that the frame touches are allocated.
         slots = self.tiles.slots_of(frame.window)
         self._decay(slots[slots != NO_TILE], stamp)
-        with_points = touched_tiles(frame.window, frame.cells)
-        needed = with_points | touched_tiles(frame.window, frame.traversed)
+        needed = touched_tiles(frame.window, frame.cells) | touched_tiles(frame.window, frame.traversed)
         self.tiles.allocate_missing(frame.window, slots, needed, stamp)
         # Steps 2 and 3: add the values of the frame, eq. (3); over the number of frames they are the mean over time.
-        self.tiles.frames[slots[with_points]] += 1.0
+        self.tiles.frames[slots[needed]] += 1.0
         s = self.settings
-        limits = (s.log_odds_min, s.log_odds_max) if traces_rays else (0.0, math.inf)
+        limits = (s.log_odds_min, s.log_odds_max) if s.rule == 'log_odds' else (0.0, math.inf)
         for cells, amounts in self._values_of(frame):
             add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
         return frame
