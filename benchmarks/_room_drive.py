@@ -112,9 +112,11 @@ class Replay:
     frames: int
 
 
-def replay(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive, depth_of: DepthOf) -> Replay:
+def replay(
+    bag: RoomBag, truth: OccupancyMap, scene: RoomDrive, depth_of: DepthOf, rule: VoxelSettings | None = None
+) -> Replay:
     """Send the bag through depth, mapper and global map, as the node does."""
-    navigator = Navigator(scene.rig.mount, NavigatorSettings())
+    navigator = Navigator(scene.rig.mount, NavigatorSettings(rule or VoxelSettings()))
     times: dict[str, list[float]] = {'depth': [], 'mapping': []}
     frames = 0
     poses = iter([*bag.poses, (np.inf, SE2(0.0, 0.0, 0.0))])

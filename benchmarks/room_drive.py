@@ -20,6 +20,7 @@ from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import PairMatcher, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, OccupancyMap
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import add_spurious_depths
 from scene_simulator.room.room_drive import RoomDrive
 
@@ -54,6 +55,9 @@ def methods(bag: RoomBag, scene: RoomDrive) -> dict[str, Callable[..., NDArray[n
             boxes.depth_image(rig.camera, rig.views(i.truth)['left']), PHANTOMS, PATCH, PHANTOM_DEPTHS, rng
         ),
     }
+
+
+THREE = 'three cameras, union'
 
 
 def picture(
@@ -106,8 +110,11 @@ def main(run: Run, instants: int, png: str) -> None:
     times = run.table(
         'Times of one frame', 'depth by', 'depth ms: median / 95 %', 'points, voxels and maps ms'
     )
-    for name, depth_of in progress(methods(bag, scene).items()):
-        done = replay(bag, truth, scene, depth_of)
+    ways = {name: (depth_of, VoxelSettings()) for name, depth_of in methods(bag, scene).items()}
+    for rule in ('count', 'range_normalised'):
+        ways[f'{THREE}, rule {rule}'] = (ways[THREE][0], VoxelSettings(rule=rule))
+    for name, (depth_of, voxels) in progress(ways.items()):
+        done = replay(bag, truth, scene, depth_of, voxels)
         result = score(done.occupancy, truth, seen, scene)
         table.add(
             *(
@@ -118,9 +125,9 @@ def main(run: Run, instants: int, png: str) -> None:
             ),
             *(count(1e3 * gap, '.0f', better='lower') for gap in (result.overlap, result.unseen_overlap)),
         )
-        if 'cameras' in name:
+        if 'cameras' in name and 'rule' not in name:
             times.add(name, *(time(done.milliseconds[stage][2:]) for stage in ('depth', 'mapping')))
-        if png and name == 'three cameras, union':
+        if png and name == THREE:
             cv2.imwrite(png, picture(done.occupancy, truth, seen, bag))
 
 

@@ -88,7 +88,7 @@ def test_the_mean_over_time_does_not_depend_on_the_number_of_frames(rule):
         voxels.add(0.1 * k, points, view)
         _, slots = voxels.slots_around(view)
         frames = voxels.tiles.frames[slots[slots != NO_TILE]]
-        assert (frames == k + 1).all()
+        assert set(frames.tolist()) == {0.0, k + 1.0}  # 0 where only rays passed
         means.append(dense_values(voxels, view) / (k + 1))
     assert means[-1] == pytest.approx(means[0], abs=1e-6)
     assert 0.5 < means[0].max() <= 1.0
@@ -158,7 +158,7 @@ def test_a_cleared_map_is_empty():
 
 
 WIDE_CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
-POLE_SETTINGS = VoxelSettings(resolution=0.1, height_min=0.1, height_max=1.2)
+POLE_SETTINGS = VoxelSettings(resolution=0.1, height_min=0.1, height_max=1.2, value_min=0.2)
 FACES = tuple((x, 0.2 * x - 0.24 * i) for i, x in enumerate((1.01, 1.91, 2.91, 3.91)))
 POLES = BoxRoom(
     (-1.0, -4.0, 0.0, 6.0, 4.0, 2.5), tuple((x, y, 0.0, x + 0.05, y + 0.21, 1.0) for x, y in FACES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,7 +167,7 @@ class Navigator:
         return mapped
 
     def route_between(self, start: SE2 | None, goal: SE2, now: float) -> NDArray[np.float64] | NoRoute:
-        """Plan the shortest route on the current map in any mode at a time [s]; a start of None is the robot's pose.
+        """Plan a route in the planner's mode on the current map at a time [s]; a start of None is the robot's pose.
 
         Returns:
             points of the route [m], shape (n, 2), or why there is none.
@@ -187,8 +187,14 @@ class Navigator:
                 if self._is_outside(frame, place):
                     return reason
         settings = self._settings
-        planner = replace(settings.planner, mode='optimal')
-        replanner = Replanner(self.mapper.map, (goal.x, goal.y), planner, settings.reward, settings.driving)
+        replanner = Replanner(
+            self.mapper.map,
+            (goal.x, goal.y),
+            settings.planner,
+            settings.reward,
+            settings.driving,
+            whole_route=True,
+        )
         replanner.update(0.0, start_pose)
         return replanner.no_route_reason or replanner.points_map
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import LightCommand, LightCommandState
+from reward_planner.core.driving.look_around import LookAround
 from reward_planner.core.driving.path_following import (
     braking_speed_limit,
     check_path_ahead,
@@ -32,6 +33,7 @@ _GOAL_ENTER_FACTOR = 0.7  # within this multiple of goal_tolerance the robot tur
 _GOAL_LEAVE_FACTOR = 2.0  # beyond this multiple of goal_tolerance it drives to the goal again
 _STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _CELL_MARGIN = 0.75  # from the centre of an occupied cell to its edge, rounded up [cells]
+_LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
 
 
@@ -40,6 +42,7 @@ class DriveState(Enum):
 
     IDLE = 'no goal'
     DRIVING = 'driving to the goal'
+    LOOKING_AROUND = 'looking around'
     TURNING = 'turning on command of a lamp'
     STOPPED_BY_LAMP = 'stopped on command of a lamp'
     GOAL_REACHED = 'goal reached'
@@ -93,6 +96,7 @@ class DriveController:
         self._global_map, self._settings = global_map, driving
         self._planner, self._reward = planner, reward
         self._smoother = VelocitySmoother(driving)
+        self._look_around = LookAround(global_map) if driving.look_around else None
         self.goal_count = 0
         self._goal: SE2 | None = None
         self._is_at_goal = self._is_goal_reached = False
@@ -155,6 +159,8 @@ class DriveController:
         self._map_stamp = -math.inf
         if self.replanner is not None:
             self.replanner.reset()
+        if self._look_around is not None:
+            self._look_around.reset()
 
     def handle_time_jump(self) -> None:
         """Reset pose, timers and goal after a jump of the clock."""
@@ -200,10 +206,16 @@ class DriveController:
             return _stop(DriveState.STOPPED_BY_LAMP)
         if self.command_state.remaining_turn != 0.0:
             return DriveCommand(DriveState.TURNING, DriveState.TURNING.value, self._turn_on_command())
+        # 4. Unknown surroundings: turn around to map them (the paper's step 1).
+        if self._look_around is not None and self._look_around.update(robot):
+            state = DriveState.LOOKING_AROUND
+            return DriveCommand(
+                state, state.value, self._turn_in_place(_LOOK_FRACTION * self._settings.max_angular_velocity)
+            )
         return self._follow_route(robot, self._goal, self.replanner)
 
     def _follow_route(self, robot: SE2, goal: SE2, replanner: Replanner) -> DriveCommand:
-        # 4. At the goal: turn to its heading.
+        # 5. At the goal: turn to its heading.
         remaining = robot.yaw_to(goal)
         is_turned = abs(remaining) <= self._settings.goal_yaw_tolerance
         if self._check_at_goal(robot.distance_to(goal), is_turned=is_turned):
@@ -211,7 +223,7 @@ class DriveController:
                 return _stop(DriveState.GOAL_REACHED)
             turn = Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
             return DriveCommand(DriveState.DRIVING, "turning to the goal's heading", turn)
-        # 5. Follow the route: towards the lookahead point, as fast as commands, obstacles and the goal allow.
+        # 6. Follow the route: towards the lookahead point, as fast as commands, obstacles and the goal allow.
         if len(replanner.points_map) == 0:
             why = '' if replanner.no_route_reason is None else f': {replanner.no_route_reason.value}'
             return _stop(DriveState.UNREACHABLE, f'{DriveState.UNREACHABLE.value}{why}')
@@ -251,12 +263,16 @@ class DriveController:
 
     def _turn_on_command(self) -> Velocity:
         remaining = self.command_state.remaining_turn
-        if self._smoother.velocity.forward > _STOPPED_SPEED:
-            return Velocity()
-        if abs(remaining) <= _TURN_TOLERANCE:
+        is_stopped = self._smoother.velocity.forward <= _STOPPED_SPEED
+        if is_stopped and abs(remaining) <= _TURN_TOLERANCE:
             self.command_state.cancel_turn()
             return Velocity()
-        return Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
+        return self._turn_in_place(turn_rate_for_angle(remaining, self._settings))
+
+    def _turn_in_place(self, turn_rate: float) -> Velocity:
+        """Return a turn rate [rad/s] once the robot has stopped."""
+        is_stopped = self._smoother.velocity.forward <= _STOPPED_SPEED
+        return Velocity(0.0, turn_rate) if is_stopped else Velocity()
 
     def _allowed_speed(self, robot: SE2, replanner: Replanner) -> float:
         """Return the speed that commands, obstacles and the goal allow [m/s]."""

@@ -55,3 +55,8 @@ class DrivingSettings:
     replan_period: float = setting(
         1.0, 'period of comparing a free route with a new one', unit='s', minimum=0.05, maximum=60.0
     )
+    look_around: bool = setting(
+        False,
+        "turn once in place where the surroundings are unknown, to map them (the paper's step 1); not for a robot whose "
+        'camera sees all around or turns itself',
+    )

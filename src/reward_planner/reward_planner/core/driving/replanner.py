@@ -40,12 +40,18 @@ class Replanner:
         planner: PlannerSettings,
         reward: RewardSettings,
         driving: DrivingSettings,
+        *,
+        whole_route: bool = False,
     ) -> None:
-        """Start without a route to a goal (x, y) [m]; the map is only read, call `update_map` after changes."""
+        """Start without a route to a goal (x, y) [m]; the map is only read, call `update_map` after changes.
+
+        The reward rule plans some steps ahead as the map becomes known, or, with ``whole_route``, all steps.
+        """
         self.replan_count = 0
         self._global_map, self._goal, self._settings = global_map, goal_map, driving
         self._planner, self._reward = planner, reward
-        self._horizon_steps = 2 + int(2.0 * driving.lookahead / global_map.resolution)
+        horizon = 2 + int(2.0 * driving.lookahead / global_map.resolution)
+        self._horizon_steps = None if whole_route else horizon
         self.reset()
 
     def reset(self) -> None:

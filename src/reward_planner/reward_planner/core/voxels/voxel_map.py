@@ -66,10 +66,11 @@ class VoxelMap:
         # The tiles of the window: their values decay, and tiles that the frame touches are allocated.
         slots = self.tiles.slots_of(frame.window)
         self._decay(slots[slots != NO_TILE], stamp)
-        needed = touched_tiles(frame.window, frame.cells) | touched_tiles(frame.window, frame.traversed)
+        with_points = touched_tiles(frame.window, frame.cells)
+        needed = with_points | touched_tiles(frame.window, frame.traversed)
         self.tiles.allocate_missing(frame.window, slots, needed, stamp)
         # Steps 2 and 3: add the values of the frame, eq. (3); over the number of frames they are the mean over time.
-        self.tiles.frames[slots[needed]] += 1.0
+        self.tiles.frames[slots[with_points]] += 1.0
         s = self.settings
         limits = (s.log_odds_min, s.log_odds_max) if s.rule == 'log_odds' else (0.0, math.inf)
         for cells, amounts in self._values_of(frame):

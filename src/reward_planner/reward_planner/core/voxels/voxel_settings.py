@@ -37,7 +37,7 @@ class VoxelSettings:
         maximum=50.0,
     )
     value_min: float = setting(
-        0.2,
+        0.05,
         'least value of an obstacle with the rules count and range_normalised',
         minimum=0.001,
         maximum=1.0,
