@@ -28,6 +28,12 @@ COMMAND_RADIUS = 2.0
 GOAL_TOLERANCE = 0.01
 """Goal tolerance of the planner [m]."""
 
+PLANNERS: Mapping[str, Mapping[str, Value]] = {
+    'default': {},
+    'paper': {'rule': 'count', 'mode': 'reward', 'visits': 'counted', 'look_around': True},
+}
+"""Parameters of the planner by name: shortest routes, or the paper's map and reward rule, with visits counted."""
+
 _SHUTDOWN_TIMEOUT = 10.0
 """Timeout after SIGINT [s]."""
 
@@ -65,8 +71,8 @@ class NodeSetup:
         return ['--ros-args', '--params-file', str(path), *remapped]
 
 
-def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
-    """Return the six nodes, given the serial port of the motor controller."""
+def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> tuple[NodeSetup, ...]:
+    """Return the six nodes, given the serial port of the motor controller and one of `PLANNERS`."""
     return (
         _localizer('floor_localizer', 'floor', BELLY_MOUNT, {'map_file': str(files.dot_map)}),
         _localizer(
@@ -97,7 +103,7 @@ def mission_nodes(files: BuildingFiles, port: str) -> tuple[NodeSetup, ...]:
             ('/left/image_rect', '/right/image_rect'),
         ),
         NodeSetup('pose_arbiter', {}, {}),
-        _planner(),
+        _planner(PLANNERS[planner]),
         NodeSetup(
             'motor_bridge',
             {'port': port, 'update_rate': 50.0, 'reply_timeout': 1.0, 'max_linear_velocity': CRUISE_SPEED},
@@ -112,7 +118,7 @@ def _localizer(package: str, camera: str, mount: CameraMount, parameters: Mappin
     return NodeSetup(package, values, topics, (f'/{camera}/image_raw',))
 
 
-def _planner() -> NodeSetup:
+def _planner(method: Mapping[str, Value]) -> NodeSetup:
     parameters: dict[str, Value] = {
         'source': 'depth',
         'drive': True,
@@ -126,6 +132,7 @@ def _planner() -> NodeSetup:
         'goal_tolerance': GOAL_TOLERANCE,
         'goal_yaw_tolerance': 0.04,
         **_mount(DEPTH_MOUNT),
+        **method,
     }
     topics = {'pose': '/pose_arbiter/pose', 'command': '/vlc_beacon/command'}
     return NodeSetup('reward_planner', parameters, topics, ('/depth/image',))

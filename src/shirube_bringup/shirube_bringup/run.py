@@ -62,6 +62,7 @@ def run_mission(
     record_to: Path | None = None,
     *,
     launched: bool = False,
+    planner: str = 'default',
 ) -> tuple[dict[str, Any], MissionTraces]:
     """Run a mission and return its summary, as JSON data, and its time series.
 
@@ -72,6 +73,7 @@ def run_mission(
         log: called with a line for each event.
         record_to: folder of the recorded bag; None records no bag.
         launched: whether the nodes are started elsewhere, on the default ROS domain, with the written parameter files.
+        planner: one of `PLANNERS`.
 
     Raises:
         MissionError: a node did not start.
@@ -84,7 +86,7 @@ def run_mission(
     controller, lock = _controller(seed, sensors.layout.start), Lock()
     with ExitStack() as stack:
         terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        nodes = mission_nodes(files, terminal.path)
+        nodes = mission_nodes(files, terminal.path, planner)
         domain, processes = _start_nodes(stack, nodes, folder, log, launched=launched)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)

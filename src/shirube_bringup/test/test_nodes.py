@@ -33,6 +33,12 @@ def test_pictures_do_not_get_lost(tmp_path):
         assert text.count('reliability: reliable') == len(node.images)
 
 
+def test_the_papers_planner_is_a_choice():
+    files = BuildingFiles(Path('/building'))
+    planner = {node.package: node for node in mission_nodes(files, 'x', 'paper')}['reward_planner']
+    assert (planner.parameters['mode'], planner.parameters['rule']) == ('reward', 'count')
+
+
 def check_until_it_ends(nodes: NodeProcesses) -> None:
     """Look as the mission does."""
     while True:

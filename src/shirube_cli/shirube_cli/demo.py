@@ -24,25 +24,35 @@ def demo(arguments: Sequence[str]) -> int:
     """Run the demo that is asked for; return 0 when the result is within the limits, 1 otherwise."""
     parser = argparse.ArgumentParser(prog='shirube demo', description=__doc__)
     parser.add_argument('name', nargs='?', default='mission', help='which one (default: %(default)s)')
-    name = parser.parse_args(arguments).name
+    parser.add_argument('--planner', help='of the mission: default, or paper for its map and reward rule')
+    options = parser.parse_args(arguments)
+    name = options.name
     if name not in DEMOS:
         raise CommandError(f'there is no demo {name!r}; choose one of: {", ".join(DEMOS)}')
+    if options.planner and name != 'mission':
+        raise CommandError(f'--planner is an option of the mission; the demo {name!r} has no planner')
     root = find_root()
     module, function, sets = DEMOS[name]
     build_workspace(root, sets)
     folder = root / 'out' / 'demo'
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    run_demo: Callable[[Path, Path], int] = getattr(import_module(module), function)
-    return run_demo(root, folder)
+    run_demo: Callable[..., int] = getattr(import_module(module), function)
+    return run_demo(root, folder, *([options.planner] if options.planner else []))
 
 
-def demo_mission(root: Path, folder: Path) -> int:
+def demo_mission(root: Path, folder: Path, planner: str = 'default') -> int:
     """Run the mission and leave its report, its numbers and the nodes' logs in the folder.
 
     Returns 0 when every goal was reached well and nothing was touched, else 1.
     """
-    command = [sys.executable, str(find_executable(root, 'shirube_bringup', 'room')), str(folder)]
+    command = [
+        sys.executable,
+        str(find_executable(root, 'shirube_bringup', 'room')),
+        str(folder),
+        '--planner',
+        planner,
+    ]
     with child_process(command, overlay_environment(root), log=None) as process:
         code = process.wait()
     return 1 if code else 0

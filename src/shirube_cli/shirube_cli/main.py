@@ -12,6 +12,7 @@ USAGE = """\
 usage: shirube <command> [arguments ...]
 
   demo [mission]                  all nodes drive a simulated robot to three goals; report in out/demo/
+  demo mission --planner paper    the same with the paper's map and reward rule
   demo floor                      replay the recorded drive through the live node; report in out/demo/
   run <package> <executable> ...  start an executable, as `ros2 run` does
   list                            the packages with their executables, and the benchmarks

@@ -3,6 +3,7 @@
 import pytest
 
 from shirube_cli import demo, floor_demo
+from shirube_cli.project import CommandError
 
 
 @pytest.mark.parametrize(
@@ -15,7 +16,7 @@ def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
     ran = []
 
     def stand_in(name):
-        return lambda root, folder: ran.append((name, root, folder)) or code
+        return lambda root, folder, *planner: ran.append((name, root, folder, *planner)) or code
 
     monkeypatch.setattr(demo, 'find_root', lambda: tmp_path)
     monkeypatch.setattr(demo, 'build_workspace', lambda root, sets: None)
@@ -26,3 +27,14 @@ def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
     assert demo.demo(arguments) == code
     assert ran == [(wanted, tmp_path, tmp_path / 'out' / 'demo')]
     assert list((tmp_path / 'out' / 'demo').iterdir()) == []
+
+
+def test_the_planner_is_handed_on_to_the_mission_only(monkeypatch, tmp_path):
+    ran = []
+    monkeypatch.setattr(demo, 'find_root', lambda: tmp_path)
+    monkeypatch.setattr(demo, 'build_workspace', lambda root, sets: None)
+    monkeypatch.setattr(demo, 'demo_mission', lambda root, folder, planner: ran.append(planner) or 0)
+    assert demo.demo(['mission', '--planner', 'paper']) == 0
+    assert ran == ['paper']
+    with pytest.raises(CommandError, match='an option of the mission'):
+        demo.demo(['floor', '--planner', 'paper'])

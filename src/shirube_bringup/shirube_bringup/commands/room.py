@@ -12,7 +12,7 @@ from pathlib import Path
 
 from shirube_bags.errors import ShirubeBagsError
 from shirube_bringup.building import write_building
-from shirube_bringup.nodes import MissionError
+from shirube_bringup.nodes import PLANNERS, MissionError
 from shirube_bringup.report.page import write_report
 from shirube_bringup.run import run_mission
 from shirube_core.files import write_text
@@ -29,7 +29,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         files = write_building((options.building or options.folder / 'building').absolute())
         folder = options.folder.absolute()
         summary, traces = run_mission(
-            options.seed, files, folder, partial(print, flush=True), options.record, launched=options.launched
+            options.seed,
+            files,
+            folder,
+            partial(print, flush=True),
+            options.record,
+            launched=options.launched,
+            planner=options.planner,
         )
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
         lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in traces.truth)
@@ -62,6 +68,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument(
         '--record', type=Path, metavar='BAG', help='record the mission to this bag (a new folder)'
+    )
+    parser.add_argument(
+        '--planner',
+        choices=sorted(PLANNERS),
+        default='default',
+        help="shortest routes, or the paper's map and reward rule (default: %(default)s)",
     )
     parser.add_argument(
         '--launched',
