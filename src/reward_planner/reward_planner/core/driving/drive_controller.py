@@ -201,18 +201,19 @@ class DriveController:
             self.replanner.update(now, robot)
         except DrivingError as fault:
             return _stop(DriveState.UNREACHABLE, str(fault))
-        # 3. Commands of lamps.
+        # 3. Commands of lamps, and 4. unknown surroundings come before the route.
+        return self._command_in_place(robot) or self._follow_route(robot, self._goal, self.replanner)
+
+    def _command_in_place(self, robot: SE2) -> DriveCommand | None:
+        """Return the stop or turn that lamps command, or the turn to look around (the paper's step 1)."""
         if self.command_state.is_stopped or self.command_state.speed_limit <= _STOPPED_SPEED:
             return _stop(DriveState.STOPPED_BY_LAMP)
         if self.command_state.remaining_turn != 0.0:
             return DriveCommand(DriveState.TURNING, DriveState.TURNING.value, self._turn_on_command())
-        # 4. Unknown surroundings: turn around to map them (the paper's step 1).
         if self._look_around is not None and self._look_around.update(robot):
-            state = DriveState.LOOKING_AROUND
-            return DriveCommand(
-                state, state.value, self._turn_in_place(_LOOK_FRACTION * self._settings.max_angular_velocity)
-            )
-        return self._follow_route(robot, self._goal, self.replanner)
+            turn = self._turn_in_place(_LOOK_FRACTION * self._settings.max_angular_velocity)
+            return DriveCommand(DriveState.LOOKING_AROUND, DriveState.LOOKING_AROUND.value, turn)
+        return None
 
     def _follow_route(self, robot: SE2, goal: SE2, replanner: Replanner) -> DriveCommand:
         # 5. At the goal: turn to its heading.

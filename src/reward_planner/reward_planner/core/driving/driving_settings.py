@@ -57,6 +57,6 @@ class DrivingSettings:
     )
     look_around: bool = setting(
         False,
-        "turn once in place where the surroundings are unknown, to map them (the paper's step 1); not for a robot whose "
-        'camera sees all around or turns itself',
+        "turn once in place where the surroundings are unknown, to map them (the paper's step 1); not for a camera "
+        'that sees all around or turns itself',
     )
