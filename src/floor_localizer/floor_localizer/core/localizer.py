@@ -13,9 +13,16 @@ from floor_localizer.core.constellation.acceptance import ScoredPose, SearchStat
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.pair_search import search_near, search_pairs
-from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.dot_extraction.detector import DotDetector
-from floor_localizer.core.dots import DetectedDots, FloorPoints, level_at, merge_points
+from floor_localizer.core.dots import (
+    DetectedDots,
+    FloorPoints,
+    ViewDots,
+    level_at,
+    make_view,
+    merge_points,
+    mirror_view,
+)
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
 from floor_localizer.core.pose_fit import MountedRays, refine_pose
