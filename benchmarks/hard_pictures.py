@@ -24,7 +24,7 @@ from _pose_scores import EXACT_WITHIN, PoseScore, score_pose, whitened_errors
 from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix, NoFix
-from floor_localizer.localization.debug_picture import debug_picture
+from floor_localizer.localization.visualization import debug_picture
 from scene_simulator.floor.dot_floor import FloorDesign
 
 ZOOM, STRIP, COLUMNS = 1.25, 26, 4

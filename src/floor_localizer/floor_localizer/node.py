@@ -1,18 +1,18 @@
 """The ROS node: subscribes to images and odometry, publishes the robot's pose on the map."""
 
 import sys
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from time import perf_counter
+from time import monotonic, perf_counter
 from typing import Any
 
-import numpy as np
-from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from sensor_msgs.msg import Image
-from std_msgs.msg import ColorRGBA, Header
-from visualization_msgs.msg import Marker, MarkerArray
+from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
 
 from floor_localizer.core.arrays import Pixels
 from floor_localizer.core.errors import FloorLocalizerError
@@ -20,19 +20,18 @@ from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
-from floor_localizer.localization.debug_picture import debug_picture
 from floor_localizer.localization.localizer_from_map_file import (
     STARTUP_NOTICE,
     NodeSettings,
     localizer_from_map_file,
 )
-from floor_localizer.localization.localizer_report import LocalizerReport
-from shirube_core.geometry import CameraMount, PinholeCamera
+from floor_localizer.localization.visualization import debug_picture, delete_markers, dot_markers
+from shirube_core.geometry import PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.camera.input import ImageInput
-from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.diagnostics import Diagnostics, Level, Status
 from shirube_ros.errors import PoseError
 from shirube_ros.node import run_node
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
@@ -45,10 +44,67 @@ from shirube_ros.pose_conversion import (
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 from shirube_ros.stamps import StampValidator
 
+_IMAGE_TIMEOUT = 2.0  # timeout of the images [s]
 _LOG_INTERVAL = 1.0  # minimum interval between log messages about found and lost poses [s]
 
-_MATCHED_COLOUR = ColorRGBA(r=0.1, g=0.8, b=0.2, a=1.0)
-_UNMATCHED_COLOUR = ColorRGBA(r=0.9, g=0.1, b=0.1, a=1.0)
+
+class LocalizerReport:
+    """Stores the latest result and counts all results."""
+
+    def __init__(self, map_name: str, now: Callable[[], float] = monotonic) -> None:
+        """Start without results; ``now`` is a monotonic clock [s]."""
+        self._map_name = map_name
+        self._now = now
+        self._latest: Fix | NoFix | None = None
+        self._latest_at = -float('inf')
+        self._duration = 0.0
+        self._fixes = 0
+        self._no_fixes: Counter[str] = Counter()
+
+    def add(self, result: Fix | NoFix, duration: float) -> None:
+        """Add the result of an image and its processing time [s]."""
+        self._latest, self._latest_at, self._duration = result, self._now(), duration
+        if isinstance(result, Fix):
+            self._fixes += 1
+        else:
+            self._no_fixes[result.reason.value] += 1
+
+    def status(self) -> Status:
+        """Return the current status."""
+        values = {'map': self._map_name, 'images with a fix': str(self._fixes)}
+        for reason, number in self._no_fixes.items():
+            values[f'images without: {reason}'] = str(number)
+        if self._latest is None:
+            return Status(Level.WARN, 'no image received; check the topics image_raw and camera_info', values)
+        values['time for the latest image [ms]'] = f'{1e3 * self._duration:.1f}'
+        if self._now() - self._latest_at > _IMAGE_TIMEOUT:
+            return Status(Level.WARN, 'no images for 2 s; check the camera', values)
+        if isinstance(self._latest, NoFix):
+            values |= _no_fix_values(self._latest)
+            return Status(Level.WARN, f'no fix: {self._latest.reason.value}', values)
+        return Status(Level.OK, 'fix', values | _fix_values(self._latest))
+
+
+def _no_fix_values(result: NoFix) -> dict[str, str]:
+    dots = 0 if result.dots is None else len(result.dots)
+    return {'detail': result.detail, 'dots': str(dots)}
+
+
+def _fix_values(fix: Fix) -> dict[str, str]:
+    pose = fix.T_map_base
+    sigma_x, sigma_y, sigma_yaw = fix.covariance.diagonal() ** 0.5
+    level = {'level': fix.level} if fix.level else {}
+    return level | {
+        'dots': str(len(fix.dots)),
+        'dots matched': str(int(fix.matched.sum())),
+        'match rate': f'{fix.match_rate:.3f}',
+        'expected chance alignments': f'{fix.expected_chance_alignments:.1e}',
+        'searched with a prior': 'yes' if fix.used_prior else 'no',
+        'x, y, yaw': f'{pose.x:.4f} m, {pose.y:.4f} m, {pose.yaw:.4f} rad',
+        'sigma x, y, yaw': f'{1e3 * sigma_x:.3f} mm, {1e3 * sigma_y:.3f} mm, {1e3 * sigma_yaw:.3f} mrad',
+        'camera height over nominal': f'{100.0 * fix.scale:+.2f} %',
+        'tilt': f'{1e3 * fix.tilt[0]:.2f} mrad, {1e3 * fix.tilt[1]:.2f} mrad',
+    }
 
 
 class FloorLocalizerNode(Node):
@@ -215,31 +271,6 @@ class FloorLocalizerNode(Node):
     def _reset(self) -> None:
         self.get_logger().warning('clock jumped back; pose and odometry were reset')
         self._tracker = self._create_tracker()
-
-
-def dot_markers(fix: Fix, camera: PinholeCamera, mount: CameraMount, header: Header) -> MarkerArray:
-    """Return markers at the image's dots on the map: matched ones green, the others red.
-
-    The mount is the nominal one; the header has the stamp of the image and the map frame.
-    """
-    points_base = mount.floor_points_from_rays(camera.rays_from_pixels(fix.dots.pixels))
-    points_map = fix.T_map_base.transform(points_base)
-    metres_per_pixel = mount.xyz[2] / camera.fx
-    diameter = float(np.median(fix.dots.diameters)) * metres_per_pixel
-    groups = (('matched', _MATCHED_COLOUR, fix.matched), ('unmatched', _UNMATCHED_COLOUR, ~fix.matched))
-    markers = []
-    for namespace, colour, chosen in groups:
-        marker = Marker(header=header, ns=namespace, type=Marker.SPHERE_LIST, action=Marker.ADD, color=colour)
-        marker.pose.orientation.w = 1.0
-        marker.scale.x = marker.scale.y = marker.scale.z = diameter
-        marker.points = [Point(x=float(x), y=float(y)) for x, y in points_map[chosen]]
-        markers.append(marker)
-    return MarkerArray(markers=markers)
-
-
-def delete_markers(header: Header) -> MarkerArray:
-    """Return a marker message that deletes the dots of earlier images."""
-    return MarkerArray(markers=[Marker(header=header, action=Marker.DELETEALL)])
 
 
 def main() -> int:

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.acceptance import SearchState, new_search
 from floor_localizer.core.constellation.indexed_map import IndexedMap
-from floor_localizer.core.constellation.view_dots import ViewDots, sort_neighbours
-from floor_localizer.core.dots import DotMap
+from floor_localizer.core.dots import DotMap, ViewDots, sort_neighbours
 from shirube_core.geometry import SE2
 
 SIGMA = 8e-5

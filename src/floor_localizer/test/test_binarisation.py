@@ -7,10 +7,10 @@ from floor_localizer.core.dot_extraction.binarisation import (
     SIGNS,
     binarise,
     contrast_threshold,
-    relative_contrast,
     smooth_background,
     upsample,
 )
+from floor_localizer.core.dot_extraction.contrast import relative_contrast
 from floor_localizer.core.settings import DotDetectorSettings
 
 CENTRES = scattered_centres(1, 16)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from localizer_results import a_fix, no_fix
 
-from floor_localizer.localization.debug_picture import debug_picture
+from floor_localizer.localization.visualization import debug_picture
 
 GRAY = np.full((235, 235), 128, dtype=np.uint8)
 

@@ -6,7 +6,7 @@ from localizer_results import CAMERA, MOUNT, POSE, a_fix
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from floor_localizer.node import delete_markers, dot_markers
+from floor_localizer.localization.visualization import delete_markers, dot_markers
 
 
 def test_each_dot_is_a_marker_whose_image_is_the_dot():

@@ -2,7 +2,7 @@
 
 from localizer_results import REASON, a_fix, no_fix
 
-from floor_localizer.localization.localizer_report import LocalizerReport
+from floor_localizer.node import LocalizerReport
 from shirube_ros.diagnostics import Level
 
 

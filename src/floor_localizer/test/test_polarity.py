@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from drawn_floor import disc_coverage, photograph, scattered_centres
 
-from floor_localizer.core.dot_extraction.polarity import choose_polarity
+from floor_localizer.core.dot_extraction.binarisation import choose_polarity
 
 CENTRES = scattered_centres(20)
 COVERAGE = disc_coverage(CENTRES, 7.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.constellation.view_dots import sort_neighbours
+from floor_localizer.core.dots import sort_neighbours
 
 
 @pytest.mark.parametrize(('dots', 'most'), [(40, 10), (40, 39), (46, 32), (1000, 32)])

@@ -13,9 +13,16 @@ from floor_localizer.core.constellation.acceptance import ScoredPose, SearchStat
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.pair_search import search_near, search_pairs
-from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.dot_extraction.detector import DotDetector
-from floor_localizer.core.dots import DetectedDots, FloorPoints, level_at, merge_points
+from floor_localizer.core.dots import (
+    DetectedDots,
+    FloorPoints,
+    ViewDots,
+    level_at,
+    make_view,
+    merge_points,
+    mirror_view,
+)
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
 from floor_localizer.core.pose_fit import MountedRays, refine_pose
@@ -57,7 +64,10 @@ class FloorLocalizer:
         self._settings, self._detector = settings or LocalizerSettings(), detector or DotDetector()
 
     def locate(self, image: Pixels, camera: PinholeCamera, prior: PosePrior | None = None) -> Fix | NoFix:
-        """Find the pose from an image, on a map of several levels in the frame of its level.
+        """Find the pose from one image, on a map of several levels in the frame of its level.
+
+        This is the paper in ten steps: step 1 and 10 here, steps 2 to 9 below in `locate_dots`. `FloorTracker.track`,
+        which the node calls, runs the same steps for a sequence of images, and says where.
 
         Args:
             image: shape (h, w) grey or (h, w, 3) blue, green, red.
@@ -69,14 +79,10 @@ class FloorLocalizer:
         """
         # 1. Detect the dots (3.1: smoothing, binarisation, noise removal, labelling) with subpixel centroids.
         dots = self.detect(image)
-        # 2 to 9. Match them to the map and fit the pose.
+        # 2 to 9. Match them to the map (2.2 to 2.3.3) and fit the pose.
         result = self.locate_dots(dots, camera, prior)
         # 10. Express the pose in the frame of the robot's level.
         return self.to_level(result)
-
-    def detect(self, image: Pixels) -> DetectedDots:
-        """Detect the dots of an image; argument and errors as for `locate`."""
-        return self._detector.detect(image)
 
     def locate_dots(
         self,
@@ -87,16 +93,12 @@ class FloorLocalizer:
         earlier: FloorPoints | None = None,
         effort: float = 1.0,
     ) -> Fix | NoFix:
-        """Find the pose on the whole map from the dots of an image.
+        """Find the pose on the whole map from the dots of an image: steps 2 to 9 of `locate`.
 
-        Args:
-            dots: the dots, in coordinates of the raw image.
-            camera: the camera's intrinsics.
-            prior: expected pose on the whole map, if known.
-            earlier: dots of earlier views in the current base frame, used in addition.
-            effort: fraction of the search budgets of the settings to spend.
+        ``earlier`` are dots of earlier views in the current base frame, used in addition; ``effort`` is the fraction of
+        the search budgets of the settings to spend; ``camera`` and ``prior`` are as for `locate`.
         """
-        # 2. Project the dots to the floor for the camera as mounted; add those of earlier views.
+        # 2. Project the dots to the floor (3.1: lens distortion) for the camera as mounted; add those of earlier views.
         dots, points = self._project_to_floor(dots, camera)
         if len(dots) == 0:
             return NoFix(NoFixReason.NO_DOTS, 'no dots detected in the image', dots)
@@ -105,25 +107,35 @@ class FloorLocalizer:
         if len(points.points) < _MIN_DOTS:
             return NoFix(NoFixReason.TOO_FEW_DOTS, f'{len(dots)} dots, at least {_MIN_DOTS} are needed', dots)
         view = self._make_view(points)
-        # 3. Match pairs of dots to the map dots around their predicted positions (4), if there is a prior.
+        # 3. With a prior (4: a rough area), match pairs of dots to the map dots around their predicted positions.
         search = self._search_near(view, prior)
         used_prior = search is not None
         if search is None:
-            # 4, 5. Else search the whole map.
-            search = self._search_map(view, effort)
+            search = self._new_search(view, float(len(self._floor.grid.points)))
+            cells, pairs = int(effort * self._settings.cells_max), int(effort * self._settings.pairs_max)
+            # 4. Else look up constellations of six dots in the index of the whole map: geometric hashing, in place of
+            # the pole-star table (2.2), the candidate regions (2.3.1) and the congruence (2.3.2).
+            if not search_constellations(self._floor.grid, self._floor.index, view, search, cells):
+                # 5. If none is complete, match pairs of dots to all pairs of the map (2.3.3: matching address matrix).
+                search_pairs(self._floor.grid, self._floor.addresses, view, search, pairs)
         # 6. The match of the whole view (2.3.3) must be significant: a computed bound instead of a tuned rate (3.3.5).
         if not is_accepted(search, search.best):
             return self._explain_failure(view, search, dots, used_prior, effort)
-        # 7. It must be within a strict prior, 8. and no other place may match about as well.
+        # 7. It must be within a strict prior, and
         poses = [search.best] if used_prior else search.plausible_poses()
         if prior is not None and prior.is_strict:
             poses = [pose for pose in poses if _is_in_area(pose.pose, prior)]
         if not poses:
             return NoFix(NoFixReason.OUTSIDE_AREA, _describe_pose(search.best), dots)
+        # 8. no other place may match about as well (2.3.3: the region with the highest match rate is chosen).
         if len(poses) > 1:
             return NoFix(NoFixReason.AMBIGUOUS, ' and '.join(map(_describe_pose, poses)), dots)
-        # 9. Fit the pose to all matched dots, with the camera's height and the robot's tilt.
+        # 9. Fit the pose to all matched dots (2.3.2), with the camera's height and the robot's tilt.
         return self._refine_pose(points, poses[0], dots, used_prior)
+
+    def detect(self, image: Pixels) -> DetectedDots:
+        """Detect the dots of an image: step 1 of `locate`, with its argument and errors."""
+        return self._detector.detect(image)
 
     def _search_near(self, view: ViewDots, prior: PosePrior | None) -> SearchState | None:
         """Search near the prior; None if the whole map must be searched."""
@@ -138,15 +150,6 @@ class FloorLocalizer:
             self._floor.grid, view, search, expected, prior.radius, prior.yaw_tolerance, _PRIOR_PAIRS
         )
         return search if is_found or prior.is_strict else None
-
-    def _search_map(self, view: ViewDots, effort: float) -> SearchState:
-        floor, search = self._floor, self._new_search(view, float(len(self._floor.grid.points)))
-        cells, pairs = int(effort * self._settings.cells_max), int(effort * self._settings.pairs_max)
-        # 4. Geometric hashing of constellations of six dots, in place of the pole-star table (2.2, 2.3.1, 2.3.2).
-        if not search_constellations(floor.grid, floor.index, view, search, cells):
-            # 5. If none is complete, match pairs of dots to all pairs of the map (2.3.3: matching address matrix).
-            search_pairs(floor.grid, floor.addresses, view, search, pairs)
-        return search
 
     def _new_search(self, view: ViewDots, candidate_dots: float) -> SearchState:
         chance, match_rate = self._settings.chance_alignments_max, self._settings.match_rate_min

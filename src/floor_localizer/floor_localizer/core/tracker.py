@@ -139,28 +139,40 @@ class FloorTracker:
     def track(self, stamp: float, image: Pixels, camera: PinholeCamera) -> Fix | NoFix:
         """Find the pose from the next image at a time [s], on a map of several levels in the frame of its level.
 
+        The node calls this. It runs the ten steps of `FloorLocalizer.locate`: step 1 here, the others in `track_dots`.
+
         Raises:
             DotImageError: the image is of another type or shape.
         """
         return self.track_dots(stamp, self._localizer.detect(image), camera)
 
     def track_dots(self, stamp: float, dots: DetectedDots, camera: PinholeCamera) -> Fix | NoFix:
-        """Find the pose from the dots of the next image; otherwise as `track`."""
+        """Find the pose from the dots of the next image; otherwise as `track`.
+
+        Steps 2 to 9 of `FloorLocalizer.locate` run in `FloorLocalizer.locate_dots`: on this view and, if that is not
+        reliable enough, again with the earlier views added. Step 10 is last, so that priors are on the whole map.
+        """
+        # The prior of step 3 (paper, 4: a rough area): the initial pose, or the prediction from odometry or velocity.
         prior = self._area or self._predictor.predict(stamp)
+        # The budget of steps 4 and 5. A thorough search takes a fifth of a second: one for every image would be slower
+        # than the camera.
         thorough = stamp - self._last_thorough >= self._settings.thorough_interval
-        # A thorough search takes a fifth of a second: one for every image would be slower than the camera.
         effort = self._settings.thorough_effort if thorough else self._settings.usual_effort
+        # Steps 2 to 9 on this view alone,
         result = self._localizer.locate_dots(dots, camera, prior, effort=effort)
         if thorough or isinstance(result, Fix):
             self._last_thorough = stamp
+        # then on several views together (paper, 4: several places near the robot make it more reliable).
         if self._needs_more_views(result):
             result = self._locate_with_earlier_views(stamp, dots, camera, prior, result)
+        # Keep the pose for the next prediction, or the view for the next image.
         if isinstance(result, Fix):
             self._predictor.add_pose(stamp, result.T_map_base)
             self._area = None
             self._unlocated_views.clear()
         else:
             self._unlocated_views.append((stamp, self._localizer.floor_points(dots, camera)))
+        # Step 10: the frame of the robot's level.
         return self._localizer.to_level(result)
 
     def _needs_more_views(self, result: Fix | NoFix) -> bool:

@@ -25,7 +25,7 @@ from floor_localizer.core.constellation.constellation_search import search_const
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.pair_search import search_pairs
-from floor_localizer.core.constellation.view_dots import ViewDots, make_view, mirror_view
+from floor_localizer.core.dots import ViewDots, make_view, mirror_view
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.settings import setting
 

@@ -1,1 +1,1 @@
-"""What node and ``locate`` share: settings, the localizer of a map file, report and pictures of a result."""
+"""The localizer of a map file with its settings, which node and ``locate`` share; what RViz shows of a result."""

@@ -1,1 +1,1 @@
-"""Match without a prior: constellations of five dots looked up in an index and grown to whole views."""
+"""Match without a prior: constellations of six dots looked up in an index and grown to whole views."""

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.alignment import match_view, match_view_robustly
 from floor_localizer.core.constellation.dot_grid import DotGrid
-from floor_localizer.core.constellation.view_dots import ViewDots
+from floor_localizer.core.dots import ViewDots
 from shirube_core.geometry import SE2
 
 AMBIGUITY_FRACTION = 0.8

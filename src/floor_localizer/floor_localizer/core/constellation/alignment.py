@@ -12,7 +12,7 @@ from numba import njit
 
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
-from floor_localizer.core.constellation.view_dots import ViewDots
+from floor_localizer.core.dots import ViewDots
 
 # Matching gate: maximum residual of a match [standard deviations].
 GATE = 3.2

@@ -13,7 +13,7 @@ from numba import njit
 
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.constellation.constellation_key import INNER_DOTS
-from floor_localizer.core.constellation.view_dots import ViewDots
+from floor_localizer.core.dots import ViewDots
 
 MAX_QUADRUPLES = 1024
 # Baselines with more dots in their lune are skipped: hardly any of their constellations would be complete and indexed.

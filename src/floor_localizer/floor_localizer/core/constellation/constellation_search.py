@@ -36,7 +36,7 @@ from floor_localizer.core.constellation.index_format import (
     second_dot_of_entry,
     subcell_of_entry,
 )
-from floor_localizer.core.constellation.view_dots import ViewDots
+from floor_localizer.core.dots import ViewDots
 
 # Maximum noise of a baseline as a fraction of its length; with more noise nearly every key would match.
 _RELATIVE_NOISE_MAX = 0.028

@@ -14,7 +14,7 @@ from floor_localizer.core.constellation.alignment import GATE, verify_hypothesis
 from floor_localizer.core.constellation.baselines import distance
 from floor_localizer.core.constellation.dot_grid import DotGrid, dots_within
 from floor_localizer.core.constellation.indexed_map import OccupancyBitmap, is_occupied
-from floor_localizer.core.constellation.view_dots import ViewDots
+from floor_localizer.core.dots import ViewDots
 
 # Length of pairs [mean dot spacings]: shorter pairs leave the yaw too uncertain, longer ones match too many map pairs.
 _SHORTEST, _LONGEST = 1.0, 2.0

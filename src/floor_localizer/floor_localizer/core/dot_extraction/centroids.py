@@ -1,16 +1,16 @@
-"""Subpixel centroids, sizes and shapes of blobs."""
+"""Subpixel centroids, sizes and shapes of blobs, and the noise of the image, from which their accuracy follows."""
 
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from floor_localizer.core.arrays import Float32s, Floats, Ints, Pixels
-from floor_localizer.core.dot_extraction.coverage import (
+from floor_localizer.core.dot_extraction.contrast import (
     contrast_along,
     contrast_direction,
     dot_level,
-    noise_at,
     ring_contrast_level,
 )
 from floor_localizer.core.dot_extraction.labelling import SURROUNDINGS_WIDTH, Boxes, Labels
@@ -30,6 +30,15 @@ _COMMON_NOISE_WEIGHT = 1.6
 
 # Fraction of photon noise in the variance of a camera's noise; the rest is read-out noise and compression.
 _PHOTON_NOISE_FRACTION = 0.7
+# Tiles are a twelfth of the image, with a minimum width [px]; about 500 differences per tile suffice.
+_SMALLEST_TILE = 48
+_TILES_PER_SIDE = 12
+_ROWS_PER_TILE = 12
+_COLUMNS_PER_TILE = 48
+_LAG = 2
+# The lower 40 % of the differences are floor; dots, edges and texture are among the upper ones.
+_QUANTILE = 0.4
+_QUANTILE_OF_NORMAL = 0.5244
 
 _COLUMNS = 12
 _U, _V, _AREA, _NOISE, _UU, _UV, _VV, _CONTRAST, _STEP, _CLIPPED, _SOFTNESS, _EDGE_ASYMMETRY = range(_COLUMNS)
@@ -131,6 +140,52 @@ def _measure(
         row[_STEP] = _luminance_step(background, indices[:inside], direction)
         row[_CLIPPED] = _clipped_fraction(image, background, indices)
     return table
+
+
+def noise_at(image: Pixels, pixels: NDArray[np.integer]) -> Floats:
+    """Return the standard deviation of the image noise around pixels (u, v), shape (n,), at least that of rounding.
+
+    It is estimated from second differences of pixels two columns apart: they are zero for an illumination gradient and
+    include correlated noise (demosaicing, compression, floor texture).
+    """
+    size = max(_SMALLEST_TILE, max(image.shape[:2]) // _TILES_PER_SIDE)
+    tiles = _noise_tiles(image, size)
+    return np.asarray(tiles[pixels[:, 1] // size, pixels[:, 0] // size], dtype=np.float64)
+
+
+@njit(cache=True)
+def _noise_tiles(image: Pixels, size: int) -> Floats:
+    height, width, channels = image.shape
+    rows, columns = (height + size - 1) // size, (width + size - 1) // size
+    noise = np.empty((rows, columns))
+    counts = np.zeros(2 * 255 + 1, np.int64)
+    for row in range(rows):
+        for column in range(columns):
+            # The last tile of a row or column overlaps the previous one, to have the full size.
+            top = max(0, min(row * size, height - size))
+            left = max(0, min(column * size, width - size))
+            counts[:] = 0
+            for v in range(top, min(height, top + size), size // _ROWS_PER_TILE):
+                for u in range(left, min(width, left + size) - 2 * _LAG, size // _COLUMNS_PER_TILE):
+                    for c in range(channels):
+                        sides = np.int64(image[v, u, c]) + np.int64(image[v, u + 2 * _LAG, c])
+                        counts[abs(2 * np.int64(image[v, u + _LAG, c]) - sides)] += 1
+            noise[row, column] = max(_sigma_of_differences(counts), 12.0**-0.5)
+    return noise
+
+
+@njit(cache=True)
+def _sigma_of_differences(counts: Ints) -> float:
+    # Differences are integers: bin k represents the interval k - 1/2 to k + 1/2.
+    wanted = _QUANTILE * np.sum(counts)
+    below = 0.0
+    for k in range(len(counts)):
+        if below + counts[k] >= wanted and counts[k] > 0:
+            fraction = (wanted - below) / counts[k]
+            quantile = 0.5 * fraction if k == 0 else k - 0.5 + fraction
+            return quantile / (_QUANTILE_OF_NORMAL * np.sqrt(6.0))
+        below += counts[k]
+    return 0.0
 
 
 @njit(cache=True, error_model='numpy')

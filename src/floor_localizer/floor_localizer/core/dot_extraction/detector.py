@@ -9,13 +9,13 @@ import numpy as np
 from floor_localizer.core.arrays import Booleans, Floats, Pixels
 from floor_localizer.core.dot_extraction.binarisation import (
     binarise,
+    choose_polarity,
     contrast_threshold,
     smooth_background,
     upsample,
 )
 from floor_localizer.core.dot_extraction.centroids import Blobs, measure_blobs
 from floor_localizer.core.dot_extraction.labelling import grow_labels, label_blobs
-from floor_localizer.core.dot_extraction.polarity import choose_polarity
 from floor_localizer.core.dot_extraction.splitting import split_touching
 from floor_localizer.core.dots import DetectedDots
 from floor_localizer.core.errors import DotImageError

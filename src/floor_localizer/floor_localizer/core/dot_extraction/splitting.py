@@ -5,7 +5,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from floor_localizer.core.arrays import Booleans, Float32s, Ints, Pixels
-from floor_localizer.core.dot_extraction.binarisation import SIGNS, relative_contrast
+from floor_localizer.core.dot_extraction.binarisation import SIGNS
+from floor_localizer.core.dot_extraction.contrast import relative_contrast
 from floor_localizer.core.dot_extraction.distance_watershed import distance_watershed
 from floor_localizer.core.dot_extraction.labelling import DISCARDED, Boxes, Labels, bounding_boxes
 

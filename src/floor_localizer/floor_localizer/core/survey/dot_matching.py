@@ -15,8 +15,7 @@ from floor_localizer.core.constellation.constellation_search import search_const
 from floor_localizer.core.constellation.dot_grid import build_dot_grid, pair_density
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.constellation.pair_search import search_near
-from floor_localizer.core.constellation.view_dots import ViewDots, make_view
-from floor_localizer.core.dots import DotMap
+from floor_localizer.core.dots import DotMap, ViewDots, make_view
 from shirube_core.geometry import SE2
 
 _MIN_DOTS = 5

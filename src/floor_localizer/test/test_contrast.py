@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from drawn_floor import disc_coverage, photograph, scattered_centres
 
-from floor_localizer.core.dot_extraction.coverage import (
+from floor_localizer.core.dot_extraction.centroids import noise_at
+from floor_localizer.core.dot_extraction.contrast import (
     contrast_along,
     contrast_direction,
     dot_level,
-    noise_at,
     ring_contrast_level,
 )
 

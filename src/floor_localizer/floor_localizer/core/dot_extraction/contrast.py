@@ -1,8 +1,7 @@
-"""Coverage of the pixels around a blob by the dot, contrast of pixel over that of dot; and the noise of the image."""
+"""Contrast of pixels to the floor: of each pixel, of the ring around a blob and of a dot."""
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from floor_localizer.core.arrays import Float32s, Floats, Ints, Pixels
 
@@ -13,15 +12,26 @@ _INLIER_DEVIATIONS = 3.0
 # Level of the dot: mean of its upper quarter, because a small dot has few fully covered pixels.
 _BINS = 64
 _UPPER_FRACTION = 0.25
-# Tiles are a twelfth of the image, with a minimum width [px]; about 500 differences per tile suffice.
-_SMALLEST_TILE = 48
-_TILES_PER_SIDE = 12
-_ROWS_PER_TILE = 12
-_COLUMNS_PER_TILE = 48
-_LAG = 2
-# The lower 40 % of the differences are floor; dots, edges and texture are among the upper ones.
-_QUANTILE = 0.4
-_QUANTILE_OF_NORMAL = 0.5244
+
+
+@njit(cache=True, error_model='numpy')
+def relative_contrast(image: Pixels, background: Float32s, sign: float) -> Float32s:
+    """Return the contrast of each pixel to the floor as a fraction of the floor's luminance, shape (h, w).
+
+    Image and background have the same shape, (h, w, channels). The sign is 1 for light dots, -1 for dark ones, and 0
+    for the root mean square over the channels.
+    """
+    height, width, channels = image.shape
+    result = np.empty((height, width), np.float32)
+    for v in range(height):
+        for u in range(width):
+            total = np.float32(0.0)
+            for c in range(channels):
+                difference = np.float32(image[v, u, c]) / background[v, u, c] - np.float32(1.0)
+                total += difference * difference if sign == 0.0 else np.float32(sign) * difference
+            total /= np.float32(channels)
+            result[v, u] = np.sqrt(total) if sign == 0.0 else total
+    return result
 
 
 @njit(cache=True, error_model='numpy')
@@ -99,49 +109,3 @@ def dot_level(inside: Floats) -> float:
         if count >= wanted:
             break
     return total / count
-
-
-def noise_at(image: Pixels, pixels: NDArray[np.integer]) -> Floats:
-    """Return the standard deviation of the image noise around pixels (u, v), shape (n,), at least that of rounding.
-
-    It is estimated from second differences of pixels two columns apart: they are zero for an illumination gradient and
-    include correlated noise (demosaicing, compression, floor texture).
-    """
-    size = max(_SMALLEST_TILE, max(image.shape[:2]) // _TILES_PER_SIDE)
-    tiles = _noise_tiles(image, size)
-    return np.asarray(tiles[pixels[:, 1] // size, pixels[:, 0] // size], dtype=np.float64)
-
-
-@njit(cache=True)
-def _noise_tiles(image: Pixels, size: int) -> Floats:
-    height, width, channels = image.shape
-    rows, columns = (height + size - 1) // size, (width + size - 1) // size
-    noise = np.empty((rows, columns))
-    counts = np.zeros(2 * 255 + 1, np.int64)
-    for row in range(rows):
-        for column in range(columns):
-            # The last tile of a row or column overlaps the previous one, to have the full size.
-            top = max(0, min(row * size, height - size))
-            left = max(0, min(column * size, width - size))
-            counts[:] = 0
-            for v in range(top, min(height, top + size), size // _ROWS_PER_TILE):
-                for u in range(left, min(width, left + size) - 2 * _LAG, size // _COLUMNS_PER_TILE):
-                    for c in range(channels):
-                        sides = np.int64(image[v, u, c]) + np.int64(image[v, u + 2 * _LAG, c])
-                        counts[abs(2 * np.int64(image[v, u + _LAG, c]) - sides)] += 1
-            noise[row, column] = max(_noise_sigma(counts), 12.0**-0.5)
-    return noise
-
-
-@njit(cache=True)
-def _noise_sigma(counts: Ints) -> float:
-    # Differences are integers: bin k represents the interval k - 1/2 to k + 1/2.
-    wanted = _QUANTILE * np.sum(counts)
-    below = 0.0
-    for k in range(len(counts)):
-        if below + counts[k] >= wanted and counts[k] > 0:
-            fraction = (wanted - below) / counts[k]
-            quantile = 0.5 * fraction if k == 0 else k - 0.5 + fraction
-            return quantile / (_QUANTILE_OF_NORMAL * np.sqrt(6.0))
-        below += counts[k]
-    return 0.0
