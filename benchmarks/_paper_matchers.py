@@ -13,7 +13,8 @@ from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.dots import DetectedDots, DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher, PoleStarSettings
+from floor_localizer.core.pole_star.pole_star_matcher import NoPose, PoleStarMatcher
+from floor_localizer.core.settings import PoleStarSettings
 from shirube_core.geometry import SE2
 
 DOT_DIAMETER = 0.0025

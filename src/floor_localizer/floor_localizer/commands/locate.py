@@ -67,7 +67,8 @@ def locate(options: argparse.Namespace) -> list[LocatedImage]:
 
     def load_localizer() -> FloorLocalizer:
         print(STARTUP_NOTICE, file=sys.stderr)
-        return localizer_from_map_file(settings, LocalizerSettings(), partial(print, file=sys.stderr))
+        matching = LocalizerSettings(matcher=options.matcher)
+        return localizer_from_map_file(settings, matching, partial(print, file=sys.stderr))
 
     if options.bag is None:
 
@@ -107,6 +108,12 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('--map', type=Path, required=True, help='dot map, CSV or .dotmap')
     add_single_camera_options(parser, 'perhaps odom')
+    parser.add_argument(
+        '--matcher',
+        choices=('constellation', 'pole_star'),
+        default='constellation',
+        help="search of the whole map: the default, or the paper's pole star (default: %(default)s)",
+    )
     topics = ('topic', 'camera-info-topic', 'odom-topic')
     add_common_options(parser, topics, NodeSettings(), 'looking down')
     return parser

@@ -3,13 +3,20 @@
 The steps of Fukase & Kanamori, each with a faster or safer method; the numbers in brackets are sections of the paper.
 """
 
+import cmath
 import math
 from dataclasses import replace
 
 import numpy as np
 
 from floor_localizer.core.arrays import Floats, Pixels
-from floor_localizer.core.constellation.acceptance import ScoredPose, SearchState, is_accepted, new_search
+from floor_localizer.core.constellation.acceptance import (
+    ScoredPose,
+    SearchState,
+    is_accepted,
+    new_search,
+    score_hypothesis,
+)
 from floor_localizer.core.constellation.constellation_search import search_constellations
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.constellation.pair_search import search_near, search_pairs
@@ -25,6 +32,7 @@ from floor_localizer.core.dots import (
 )
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
+from floor_localizer.core.pole_star.pole_star_matcher import PoleStarMatcher
 from floor_localizer.core.pose_fit import MountedRays, refine_pose
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, wrap_angle
@@ -62,6 +70,11 @@ class FloorLocalizer:
         check_mount(mount)
         self._floor, self._mount = floor, mount
         self._settings, self._detector = settings or LocalizerSettings(), detector or DotDetector()
+        self._pole_star = (
+            PoleStarMatcher(floor.grid.points, self._settings.pole_star)
+            if self._settings.matcher == 'pole_star'
+            else None
+        )
 
     def locate(self, image: Pixels, camera: PinholeCamera, prior: PosePrior | None = None) -> Fix | NoFix:
         """Find the pose from one image, on a map of several levels in the frame of its level.
@@ -111,13 +124,8 @@ class FloorLocalizer:
         search = self._search_near(view, prior)
         used_prior = search is not None
         if search is None:
-            search = self._new_search(view, float(len(self._floor.grid.points)))
-            cells, pairs = int(effort * self._settings.cells_max), int(effort * self._settings.pairs_max)
-            # 4. Else look up constellations of six dots in the index of the whole map: geometric hashing, in place of
-            # the pole-star table (2.2), the candidate regions (2.3.1) and the congruence (2.3.2).
-            if not search_constellations(self._floor.grid, self._floor.index, view, search, cells):
-                # 5. If none is complete, match pairs of dots to all pairs of the map (2.3.3: matching address matrix).
-                search_pairs(self._floor.grid, self._floor.addresses, view, search, pairs)
+            # 4. and 5. Else search the whole map, in `_search_whole_map`.
+            search = self._search_whole_map(view, effort)
         # 6. The match of the whole view (2.3.3) must be significant: a computed bound instead of a tuned rate (3.3.5).
         if not is_accepted(search, search.best):
             return self._explain_failure(view, search, dots, used_prior, effort)
@@ -150,6 +158,24 @@ class FloorLocalizer:
             self._floor.grid, view, search, expected, prior.radius, prior.yaw_tolerance, _PRIOR_PAIRS
         )
         return search if is_found or prior.is_strict else None
+
+    def _search_whole_map(self, view: ViewDots, effort: float) -> SearchState:
+        """Search without a prior: steps 4 and 5 of `locate_dots`, or the paper's own."""
+        floor, search = self._floor, self._new_search(view, float(len(self._floor.grid.points)))
+        if self._pole_star is not None:
+            # The paper's own: candidates by their pole stars (2.2), candidate regions (2.3.1), congruent pairs (2.3.2).
+            # Their poses are matched to the whole view, as those of steps 4 and 5.
+            for each in self._pole_star.congruent_poses(view.points):
+                x, y, yaw = each.T_map_view.x, each.T_map_view.y, each.T_map_view.yaw
+                score_hypothesis(floor.grid, view, search, cmath.exp(1j * yaw), complex(x, y))
+            return search
+        cells, pairs = int(effort * self._settings.cells_max), int(effort * self._settings.pairs_max)
+        # 4. Look up constellations of six dots in the index of the whole map: geometric hashing, in place of the
+        # pole-star table (2.2), the candidate regions (2.3.1) and the congruence (2.3.2).
+        if not search_constellations(floor.grid, floor.index, view, search, cells):
+            # 5. If none is complete, match pairs of dots to all pairs of the map (2.3.3: matching address matrix).
+            search_pairs(floor.grid, floor.addresses, view, search, pairs)
+        return search
 
     def _new_search(self, view: ViewDots, candidate_dots: float) -> SearchState:
         chance, match_rate = self._settings.chance_alignments_max, self._settings.match_rate_min
