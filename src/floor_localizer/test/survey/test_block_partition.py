@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, small_floor, survey
+from floor_views import random_floor
+from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, survey
 
 from floor_localizer.core.independent_tasks import InProcessRunner
 from floor_localizer.core.survey.adjustment.block_partition import (
@@ -35,7 +36,7 @@ MERGE_DISTANCE = 0.0008
 
 @pytest.fixture(scope='module')
 def drive() -> Drive:
-    return drive_over(small_floor(), lane_poses((0.45, 0.33)), sway=0.1)
+    return drive_over(random_floor(1, (0.45, 0.33)), lane_poses((0.45, 0.33)), sway=0.1)
 
 
 @pytest.fixture(scope='module')
