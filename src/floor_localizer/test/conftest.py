@@ -14,6 +14,7 @@ from floor_localizer.core.localizer import FloorLocalizer
 sys.path.insert(0, str(Path(__file__).parent))  # for the helper modules of the tests
 
 from floor_views import MOUNT, random_floor
+from survey_scene import record_drive
 
 
 @pytest.fixture
@@ -51,6 +52,12 @@ def refusal(run: Run) -> Callable[..., str]:
         return lines[0]
 
     return run_and_refuse
+
+
+@pytest.fixture(scope='session')
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A rendered drive over a floor as images and as a bag."""
+    return record_drive(tmp_path_factory.mktemp('drive'))
 
 
 @pytest.fixture(scope='session')

@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from survey_scene import STEP_NS, write_image
 
 from floor_localizer.commands.calibrate_camera import save_intrinsics
 from floor_localizer.commands.locate import main
@@ -13,14 +14,13 @@ from floor_localizer.core.dots import DotMap
 from floor_localizer.files.csv_format import save_csv
 from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
-from scene_simulator.messages import camera_info, compressed_image, odometry
+from scene_simulator.messages import odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.trajectory_files import load_tum
 from shirube_core.geometry import SE2, CameraMount
 
 MOUNT = CameraMount(xyz=(0.03, -0.01, 0.13))
 START_NS = 1_700_000_000_123_456_789
-STEP_NS = 100_000_000
 TRUTH = [SE2(0.12 + 0.02 * k, 0.15 + 0.01 * k, 0.4 + 0.05 * k) for k in range(8)]
 BLANK = 5  # index of the image without dots
 
@@ -42,13 +42,8 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with BagWriter(folder / 'bag') as bag:
         for number, (image, pose) in enumerate(zip(images, TRUTH)):
             stamp = START_NS + number * STEP_NS
-            info = camera_info(PAPER_CAMERA, 'camera', stamp)
-            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
             bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(pose, (0.2, 0.5), stamp), stamp)
-            message = compressed_image(image, 'camera', stamp)
-            if number == 2:
-                message.data = message.data[:-100]
-            bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', message, stamp)
+            write_image(bag, image, stamp, -100 if number == 2 else None)
     return folder
 
 
