@@ -102,10 +102,10 @@ def test_sparse_views_merged_by_odometry_find_what_none_finds_alone(floor, local
     assert not found[0]
 
 
-@pytest.mark.parametrize('odometry', [True, False])
-def test_without_odometry_or_after_relocalize_sparse_views_are_not_joined(floor, tracker, odometry):
+@pytest.mark.parametrize('is_relocalized', [True, False])
+def test_without_odometry_or_after_relocalize_sparse_views_are_not_joined(floor, tracker, is_relocalized):
     for k, (pose, dots) in enumerate(sparse_views(floor, np.random.default_rng(7), 4)):
-        if odometry:
+        if is_relocalized:
             tracker.relocalize()
             tracker.add_odometry(0.1 * k, START.inverse() @ pose)
         assert isinstance(tracker.track_dots(0.1 * k, dots, CAMERA), NoFix)
