@@ -28,7 +28,7 @@ def plain_log_chance(residuals, smallest, distance, dots, density, scale):
     return math.log(min(expected))
 
 
-def test_bound_is_the_written_formula_proportional_to_the_dots_of_the_map_for_any_order_of_those_in_view():
+def test_bound_is_the_written_formula_for_any_order_of_the_dots():
     assert log_chance() == pytest.approx(plain_log_chance(RESIDUALS, 2e-5, 0.1, 9e4, 5384.0, 0.05))
     assert log_chance(dots=9e5) - log_chance() == pytest.approx(math.log(10.0))
     shuffled = np.random.default_rng(0).permutation(RESIDUALS)

@@ -32,13 +32,13 @@ VIEWS = {
 @pytest.mark.parametrize('disturbance', VIEWS)
 def test_a_view_anywhere_gives_the_right_pose(floor, localizer, disturbance):
     rng = np.random.default_rng(1)
-    right = 0
+    found = 0
     for _ in range(12):
         pose = pose_over(rng)
         result = localizer.locate_dots(see(floor, pose, rng, **VIEWS[disturbance]).dots, CAMERA)
         assert isinstance(result, NoFix) or is_right(result, pose)
-        right += isinstance(result, Fix)
-    assert right >= 11
+        found += isinstance(result, Fix)
+    assert found >= 11
 
 
 @pytest.mark.parametrize('xyz', [(0.0, 0.0, 0.13), (0.3, 0.15, 0.13), (-0.2, 0.0, 0.13)])

@@ -132,13 +132,18 @@ def refined(indexed_floor, view, start, sigma=8e-5):
 
 
 @pytest.mark.parametrize('seed', range(5))
-def test_a_near_start_leads_to_the_truth(floor, indexed_floor, seed):
+def test_a_near_start_leads_to_the_truth_and_the_right_dots(floor, indexed_floor, seed):
     rng = np.random.default_rng(seed)
     pose, tilt, scale = pose_over(rng), rng.uniform(-0.01, 0.01, 2), rng.uniform(-0.02, 0.02)
     view = see(floor, pose, rng, tilt=tilt, scale=scale, spurious=5)
     found = refined(indexed_floor, view, [pose.x + 1e-4, pose.y - 1e-4, pose.yaw + 0.001, scale, *tilt * 0.7])
     assert pose.distance_to(SE2(*found.state[:3])) < 1e-4
     np.testing.assert_allclose(found.state[3:], [scale, *tilt], atol=0.01)
+    real = (view.sources >= 0) & (found.matches >= 0)
+    assert np.mean(real[view.sources >= 0]) > 0.97
+    expected = floor.points[view.sources[real]]
+    np.testing.assert_allclose(indexed_floor.grid.points[found.matches[real]], expected, atol=1e-6)
+    assert np.sum(found.matches[view.sources < 0] >= 0) <= 1
 
 
 @pytest.mark.parametrize('noise', [0.01, 0.2])
