@@ -65,7 +65,11 @@ def line_coverage(
     return 0.5 * erfc((distance - width / 2) / (2.0**0.5 * 0.5))
 
 
+def nearest(pixels: NDArray[np.float64], centres: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Index of the nearest detected dot of each true centre, shape (n,)."""
+    return np.hypot(*(pixels[None] - centres[:, None]).transpose(2, 0, 1)).argmin(axis=1)
+
+
 def offsets(pixels: NDArray[np.float64], centres: NDArray[np.float64]) -> NDArray[np.float64]:
     """Offset of the nearest detected dot from each true centre, shape (n, 2) [px]."""
-    distances = np.hypot(*(pixels[None] - centres[:, None]).transpose(2, 0, 1))
-    return pixels[distances.argmin(axis=1)] - centres
+    return pixels[nearest(pixels, centres)] - centres

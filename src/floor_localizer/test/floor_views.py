@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.dots import DetectedDots, DotMap
@@ -68,7 +68,7 @@ def see(
     return View(dots_at(np.vstack([pixels, false])[order], max(noise, 0.05)), sources)
 
 
-def dots_at(pixels: NDArray[np.float64], sigma: float = 0.1) -> DetectedDots:
+def dots_at(pixels: ArrayLike, sigma: float = 0.1) -> DetectedDots:
     pixels = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
     return DetectedDots(pixels, np.full(len(pixels), 6.5), np.full(len(pixels), sigma))
 

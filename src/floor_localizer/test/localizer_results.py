@@ -1,30 +1,23 @@
 """Example results of a localizer."""
 
+from dataclasses import replace
+
 import numpy as np
+from floor_views import dots_at
 
-from floor_localizer.core.dots import DetectedDots
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason
-from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.geometry import SE2
 
-CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
-MOUNT = CameraMount(xyz=(0.05, -0.02, 0.13))
 POSE = SE2(1.25, -0.5, 2.0)
 COVARIANCE = np.diag([1e-8, 4e-8, 1e-6])
 REASON = next(iter(NoFixReason))
 
 
-def dots_of(*pixels: tuple[float, float]) -> DetectedDots:
-    number = len(pixels)
-    return DetectedDots(
-        np.array(pixels, dtype=np.float64).reshape(-1, 2), np.full(number, 8.0), np.full(number, 0.1)
-    )
-
-
-def a_fix(pose: SE2 = POSE) -> Fix:
+def a_fix() -> Fix:
     return Fix(
-        T_map_base=pose,
+        T_map_base=POSE,
         covariance=COVARIANCE,
-        dots=dots_of((30.0, 40.0), (200.0, 60.0), (100.0, 210.0)),
+        dots=replace(dots_at([[30.0, 40.0], [200.0, 60.0], [100.0, 210.0]]), diameters=np.full(3, 8.0)),
         matched=np.array([True, False, True]),
         map_points=np.array([[1.2, -0.5], [np.nan, np.nan], [1.3, -0.45]]),
         match_rate=0.67,
@@ -36,4 +29,4 @@ def a_fix(pose: SE2 = POSE) -> Fix:
 
 
 def no_fix() -> NoFix:
-    return NoFix(REASON, '2 of 7', dots_of((117.0, 117.0)))
+    return NoFix(REASON, '2 of 7', dots_at([117.0, 117.0]))

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from floor_views import CAMERA, MOUNT, random_floor, see
+from floor_views import CAMERA, MOUNT, see
 from scipy.spatial import cKDTree
 
 from floor_localizer.core.dots import DotMap
@@ -39,32 +39,17 @@ def lane_poses(size: tuple[float, float], pitch: float = 0.07, step: float = 0.0
     return [pose @ SE2(*MOUNT.xyz[:2], 0.0).inverse() for pose in poses]
 
 
-def drive_over(
-    floor: DotMap,
-    truth: list[SE2],
-    seed: int = 0,
-    *,
-    sway: float = 0.0,
-    drift: float = 0.01,
-    spurious: int = 0,
-) -> Drive:
+def drive_over(floor: DotMap, truth: list[SE2], seed: int = 0, *, sway=0.0, spurious=0) -> Drive:
     """Return the images of a robot whose odometry is 2 % too long and drifts in yaw at each step."""
     rng = np.random.default_rng(seed)
     odometry, images = SE2(1.0, -2.0, 0.5), []
     for k, pose in enumerate(truth):
         if k:
             step = truth[k - 1].inverse() @ pose
-            odometry = odometry @ SE2(1.02 * step.x, 1.02 * step.y, step.yaw + rng.normal(0.0, drift))
+            odometry = odometry @ SE2(1.02 * step.x, 1.02 * step.y, step.yaw + rng.normal(0.0, 0.01))
         swing = sway * np.sin([0.2 * k, 0.3 * k + 1.0, 0.25 * k + 2.0])
-        view = see(
-            floor,
-            pose,
-            rng,
-            noise=0.1,
-            scale=0.02 * swing[0],
-            tilt=tuple(0.0175 * swing[1:]),
-            spurious=spurious,
-        )
+        tilt = tuple(0.0175 * swing[1:])
+        view = see(floor, pose, rng, noise=0.1, scale=0.02 * swing[0], tilt=tilt, spurious=spurious)
         images.append(survey_image(f'image {k}', odometry, view.dots, CAMERA, MOUNT))
     return Drive(floor, images, truth)
 
@@ -82,11 +67,9 @@ def build_submaps_of(images: list[SurveyImage], settings: SurveySettings = SETTI
     return submaps
 
 
-def survey(drive: Drive, existing: DotMap | None = None) -> SurveyResult:
-    store = MemoryArrayStore()
-    return survey_floor(
-        drive.images, build_submaps_of(drive.images), OUTLINE, POSITION, SETTINGS, store, existing
-    )
+def survey(drive: Drive, existing: DotMap | None = None, settings: SurveySettings = SETTINGS) -> SurveyResult:
+    submaps, store = build_submaps_of(drive.images, settings), MemoryArrayStore()
+    return survey_floor(drive.images, submaps, OUTLINE, POSITION, settings, store, existing)
 
 
 def seen_dots(drive: Drive) -> np.ndarray:
@@ -105,7 +88,3 @@ def errors(drive: Drive, result: SurveyResult) -> np.ndarray:
     z, m = found - found.mean(), truth - truth.mean()
     turn = np.vdot(z, m)
     return np.abs(turn / abs(turn) * z - m)
-
-
-def small_floor(seed: int = 1, size: tuple[float, float] = (0.45, 0.33)) -> DotMap:
-    return random_floor(seed, size)

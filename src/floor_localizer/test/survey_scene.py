@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from simulated_survey import lane_poses
 
 from floor_localizer.commands.build_map import main
@@ -41,13 +42,18 @@ def record_drive(folder: Path, size: tuple[float, float] = SIZE) -> Path:
             cv2.imwrite(str(folder / 'images' / f'{k:03d}.png'), image)
             rows.append(f'{k:03d}.png,{rough_pose.x:.6f},{rough_pose.y:.6f},{rough_pose.yaw:.6f}')
             stamp = START_NS + k * STEP_NS
-            info = camera_info(PAPER_CAMERA, 'camera', stamp)
-            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
+            write_image(bag, image, stamp)
             bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(rough_pose, (0.2, 0.0), stamp), stamp)
-            message = compressed_image(image, 'camera', stamp)
-            bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', message, stamp)
     (folder / 'odom.csv').write_text('\n'.join([*rows, '']))
     return folder
+
+
+def write_image(bag: BagWriter, image: NDArray[np.uint8], stamp: int, end: int | None = None) -> None:
+    """Write an image, whose data are cut off at ``end``, and its CameraInfo."""
+    info, message = camera_info(PAPER_CAMERA, 'camera', stamp), compressed_image(image, 'camera', stamp)
+    message.data = message.data[:end]
+    bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
+    bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', message, stamp)
 
 
 def rough(truth: list[SE2]) -> list[SE2]:

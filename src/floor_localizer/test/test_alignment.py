@@ -58,9 +58,8 @@ def test_right_hypotheses_are_verified_with_the_right_similarity(floor, indexed_
     a, b = similarity(pose)
     results = []
     for i, j in pairs_of(truth, dots, 40):
-        good, found_a, found_b = verify_hypothesis(
-            indexed_floor.grid, dots, np.array([i, j]), truth[i], truth[j]
-        )
+        pair = np.array([i, j])
+        good, found_a, found_b = verify_hypothesis(indexed_floor.grid, dots, pair, truth[i], truth[j])
         if good:
             assert abs(found_a * middle + found_b - (a * middle + b)) < 0.01
         results.append(good)

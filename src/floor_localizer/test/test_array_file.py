@@ -5,7 +5,8 @@ import sys
 import numpy as np
 import pytest
 
-from floor_localizer.files.array_file import DISK_FULL_ERRORS, write_array
+from floor_localizer.core.errors import FloorLocalizerError
+from floor_localizer.files.array_file import DISK_FULL_ERRORS, DiskArrayStore, write_array
 
 # A limit on the size of files stands in for a full disk: writing fails in the same way. Only a child process may have
 # it: in pytest's own process it would also hold for pytest's log.
@@ -18,19 +19,27 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
 results = []
 for number in map(int, sys.argv[3:]):
     path = Path(sys.argv[2]) / str(number)
-    array = np.arange(float(number))
-    fault = None
+    array, fault = np.arange(float(number)), None
+    shelf = DiskArrayStore(path)
+    shelf.put('block', 0, np.ones(2), np.eye(2))
+    before = len(list(path.iterdir()))
     try:
-        shelf = DiskArrayStore(path)
-        shelf.put('block', 0, array)
-        assert np.array_equal(shelf.get('block', 0)[0], array)
+        shelf.put('block', 0, np.ones(1), array)
+        assert np.array_equal(shelf.get('block', 0)[1], array)
     except OSError as error:
         fault = [error.errno, str(error)]
-    results.append([fault, len(list(path.iterdir()))])
+        assert [a.tolist() for a in shelf.get('block', 0)] == [[1.0, 1.0], [[1.0, 0.0], [0.0, 1.0]]]
+    results.append([fault, len(list(path.iterdir())) - before])
 print(json.dumps(results))
 """
 LIMIT = 3000
 """Largest file that the child may write [B]."""
+
+
+def test_a_missing_array_of_another_process_is_an_error(tmp_path):
+    for read in (lambda store: store.get('block', 3), lambda store: store.memory_map('states')):
+        with pytest.raises(FloorLocalizerError, match='use workers that see the same files'):
+            read(DiskArrayStore(tmp_path))
 
 
 @pytest.mark.parametrize('array', [
@@ -44,18 +53,17 @@ def test_numpy_reads_what_is_written(array, tmp_path):
     np.testing.assert_array_equal(read, array)
 
 
-def test_a_full_disk_leaves_no_file_and_is_reported(tmp_path):
+def test_a_full_disk_keeps_the_old_arrays_and_is_reported(tmp_path):
     # Below the limit; above it by less than what a file buffers before it writes; far above it.
     numbers = [0, 100, 420, 600, 9000]
     command = [sys.executable, '-c', FULL_DISK, str(LIMIT), str(tmp_path), *map(str, numbers)]
     child = subprocess.run(command, capture_output=True, text=True, check=True)
     results = json.loads(child.stdout)
     assert len(results) == len(numbers)
-    for number, (fault, file_count) in zip(numbers, results, strict=True):
+    for number, (fault, new_files) in zip(numbers, results, strict=True):
         if 8 * number < LIMIT - 200:
             assert fault is None
-            assert file_count > 0
         else:
             assert fault[0] in DISK_FULL_ERRORS
             assert 'too large' in fault[1]
-            assert file_count == 0
+        assert new_files == 0

@@ -1,19 +1,14 @@
-from pathlib import Path
+import shutil
 
 import cv2
 import numpy as np
 import pytest
-from survey_scene import fault_of, folder_options, record_drive, run
+from survey_scene import fault_of, folder_options, run
 
 from floor_localizer.commands.build_map import main
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.survey.map_comparison import compare
 from floor_localizer.files.csv_format import load_csv, save_csv
-
-
-@pytest.fixture(scope='module')
-def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return record_drive(tmp_path_factory.mktemp('drive'))
 
 
 @pytest.mark.parametrize('source', ['folder', 'bag'])
@@ -34,31 +29,26 @@ def test_a_drive_becomes_a_map(scene, tmp_path, capsys, source):
 
 def test_a_known_length_sets_the_scale_without_repeating_the_adjustment(scene, tmp_path, capsys, monkeypatch):
     # A camera height that is given 1 % too large makes a map that is 1 % too large.
-    wrong = folder_options(scene)
-    high = ('--camera-xyz', '0.05', '-0.02', '0.1313', '--workers', '1')
-    assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high]) == 0
+    high = ('--out', tmp_path / 'a', '--camera-xyz', 0.05, -0.02, 0.1313, '--workers', 1)
+    wrong = [str(each) for each in (*folder_options(scene), *high)]
+    assert main(wrong) == 0
     truth, found = load_csv(scene / 'true.csv'), load_csv(tmp_path / 'a' / 'map.csv')
     before = compare(truth, found)
     assert 1.007 < before.scale < 1.013
     # The farthest two common dots, measured to a tenth of a millimetre.
-    ends = before.pairs[
-        [
-            np.argmin(truth.points[before.pairs[:, 0]].sum(1)),
-            np.argmax(truth.points[before.pairs[:, 0]].sum(1)),
-        ]
-    ]
+    along = truth.points[before.pairs[:, 0]].sum(1)
+    ends = before.pairs[[np.argmin(along), np.argmax(along)]]
     length = float(np.hypot(*np.diff(truth.points[ends[:, 0]], axis=0)[0])) + 0.0001
     places = found.points[ends[:, 1]].ravel()
     known = ['--known-length', *places, length]
     with monkeypatch.context() as nothing:
         nothing.setattr('floor_localizer.core.survey.submap_graph.connected_images.PoseGraphBuilder', None)
         nothing.setattr('floor_localizer.core.survey.floor_survey.bundle_adjust_blocks', None)
-        assert main([*map(str, wrong), '--out', str(tmp_path / 'a'), *high, *map(str, known)]) == 0
+        assert main([*wrong, *map(str, known)]) == 0
     after = compare(truth, load_csv(tmp_path / 'a' / 'map.csv'))
     assert abs(after.scale - 1.0) < 0.0008
-    code, _, err = run(
-        capsys, *folder_options(scene), '--out', tmp_path / 'b', '--known-length', *places, 2 * length
-    )
+    known[-1] = 2 * length
+    code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path / 'b', *known)
     assert code == 1
     assert 'check which dots were measured' in fault_of(err)
 
@@ -76,10 +66,7 @@ def test_a_second_drive_extends_the_map(scene, tmp_path, capsys):
 
 @pytest.mark.newest_set_only
 def test_unusable_images_are_reported_and_left_out(scene, tmp_path, capsys):
-    images = tmp_path / 'images'
-    images.mkdir()
-    for path in (scene / 'images').iterdir():
-        (images / path.name).write_bytes(path.read_bytes())
+    images = shutil.copytree(scene / 'images', tmp_path / 'images')
     cv2.imwrite(str(images / '005.png'), np.full((100, 120), 200, dtype=np.uint8))
     (images / '009.png').write_bytes((images / '009.png').read_bytes()[:500])
     cv2.imwrite(str(images / '012.png'), np.full((235, 235), 200, dtype=np.uint8))

@@ -50,7 +50,7 @@ def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path):
     Checkpoint(tmp_path, SURVEY)
     other = {'camera': {'fx': 301.0}, 'settings': {'chance_alignments_max': 1e-5}}
     with pytest.raises(
-        FloorLocalizerError, match='another survey, which differs by its camera and settings; remove it or'
+        FloorLocalizerError, match='survey, which differs by its camera and settings; remove it'
     ):
         Checkpoint(tmp_path, other)
     (tmp_path / 'survey.json').write_text('')
@@ -74,12 +74,12 @@ def test_the_version_changes_with_a_source_its_name_and_a_library(tmp_path, monk
     monkeypatch.setattr(checkpoint_module, '_PACKAGES', (package,))
     monkeypatch.setattr(checkpoint_module, '_LIBRARIES', (library,))
     source.write_text('_ITERATIONS = 8')
-    versions = [checkpoint_module.code_version(), checkpoint_module.code_version()]
-    assert versions.pop() == versions[0]
+    version = checkpoint_module.code_version
+    versions = [version()]
+    assert version() == versions[0]
     source.write_text('_ITERATIONS = 9')
-    versions.append(checkpoint_module.code_version())
+    versions.append(version())
     source.rename(source.with_name('rounds.py'))
-    versions.append(checkpoint_module.code_version())
+    versions.append(version())
     library.__version__ = '2.4.6'
-    versions.append(checkpoint_module.code_version())
-    assert len(set(versions)) == len(versions)
+    assert len({*versions, version()}) == 4

@@ -6,6 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 from floor_views import random_floor
+from six_dots import canonical_key
 
 from floor_localizer.core.constellation.constellation_index import (
     INDEX_LUNE_DOTS_MAX,
@@ -13,16 +14,7 @@ from floor_localizer.core.constellation.constellation_index import (
     list_constellations,
     sort_into_buckets,
 )
-from floor_localizer.core.constellation.constellation_key import (
-    baseline_coordinates,
-    bucket_of_hash,
-    hash_cell,
-    mean_x_offset,
-    pack_subcell,
-    quantize_coordinates,
-    sort_by_x,
-    swap_ends,
-)
+from floor_localizer.core.constellation.constellation_key import bucket_of_hash, hash_cell, pack_subcell
 from floor_localizer.core.constellation.dot_grid import build_dot_grid
 from floor_localizer.core.constellation.index_format import (
     DOTS_MAX,
@@ -47,19 +39,6 @@ def index(grid):
     return build_constellation_index(grid)
 
 
-def key_of(points, first, second, others, step):
-    """The steps of the key in canonical order, and the baseline in the same order."""
-    xy = np.empty((4, 2))
-    baseline_coordinates(points, first, second, np.array(others), xy)
-    swapped = mean_x_offset(xy) > 0.0
-    if swapped:
-        swap_ends(xy)
-    sort_by_x(xy)
-    steps = np.empty(8, dtype=np.int64)
-    quantize_coordinates(xy, step, steps)
-    return steps, (second, first) if swapped else (first, second)
-
-
 def baseline_of(grid, index, entry):
     entry = np.uint64(entry)
     first = first_dot_of_entry(entry)
@@ -78,7 +57,8 @@ def constellations(points, index):
             continue
         for others in itertools.combinations(lens, 4):
             if all(gaps[k, m] <= base for k, m in itertools.combinations(others, 2)):
-                yield key_of(points, i, j, others, index.step)
+                steps, _, is_swapped = canonical_key(points, index.step, i, j, *others)
+                yield steps, (j, i) if is_swapped else (i, j)
 
 
 def test_index_holds_the_constellations_of_brute_force_except_with_crowded_ends(grid, index):
@@ -137,20 +117,8 @@ def test_more_dots_than_an_entry_can_name_are_refused():
         index_rules(DOTS_MAX + 1, 0.01)
 
 
-def test_buckets_cover_the_index_once(index):
-    assert index.starts[0] == 0
-    assert index.starts[-1] == len(index.entries)
-    assert np.all(np.diff(index.starts.astype(np.int64)) >= 0)
-
-
 def test_there_are_about_sixteen_constellations_a_dot(grid, index):
     assert 8 < len(index.entries) / len(grid.points) < 24
-
-
-def test_no_baseline_is_longer_than_the_longest(grid, index):
-    ends = np.array([grid.points[list(baseline_of(grid, index, entry))] for entry in index.entries])
-    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
-    assert 0.8 * index.longest < lengths.max() <= index.longest
 
 
 def contents(dots):
@@ -163,15 +131,12 @@ def contents(dots):
     return sorted((key, *np.round(base, 4).tolist()) for key, base in zip(parts, bases))
 
 
-def test_index_does_not_depend_on_the_order_of_the_dots():
+def test_index_depends_neither_on_the_order_of_the_dots_nor_on_the_size_of_the_floor():
     points = random_floor(6, SIZE).points
-    assert contents(np.random.default_rng(0).permutation(points)) == contents(points)
-
-
-def test_index_of_a_larger_floor_of_the_same_shape_is_the_same():
-    points = random_floor(6, SIZE).points
+    expected = contents(points)
+    assert contents(np.random.default_rng(0).permutation(points)) == expected
     # Powers of two scale numbers exactly.
-    assert contents(points * 16.0) == contents(points)
+    assert contents(points * 16.0) == expected
 
 
 @pytest.mark.parametrize('number', [1, 2, 5])

@@ -21,21 +21,16 @@ def distance(found, pose):
 
 
 @pytest.mark.parametrize('seed', range(6))
-def test_place_of_a_view_is_found(floor, indexed_floor, seed):
+@pytest.mark.parametrize('key_count', [None, 10**9])
+def test_place_of_a_view_is_found_also_by_the_rounds_for_very_many_keys(
+    floor, indexed_floor, key_count, seed
+):
     pose, _, dots = scene(floor, indexed_floor, seed, missing=0.2, spurious=8)
-    search = new_search_for(dots, indexed_floor)
-    assert search_constellations(indexed_floor.grid, indexed_floor.index, dots, search, CELLS)
-    assert is_accepted(search, search.best)
-    assert not is_accepted(search, search.runner_up)
-    assert distance(search.best, pose) < 0.001
-
-
-@pytest.mark.parametrize('seed', range(6))
-def test_the_rounds_for_very_many_keys_find_it_as_well(floor, indexed_floor, seed):
-    pose, _, dots = scene(floor, indexed_floor, seed, missing=0.2, spurious=8)
-    search = new_search_for(dots, indexed_floor)
-    rounds = rounds_for_index(10**9)
-    assert run_search_rounds(indexed_floor.grid, indexed_floor.index, dots, search, rounds, CELLS)
+    search, (grid, index) = new_search_for(dots, indexed_floor), (indexed_floor.grid, indexed_floor.index)
+    if key_count is None:
+        assert search_constellations(grid, index, dots, search, CELLS)
+    else:
+        assert run_search_rounds(grid, index, dots, search, rounds_for_index(key_count), CELLS)
     assert is_accepted(search, search.best)
     assert not is_accepted(search, search.runner_up)
     assert distance(search.best, pose) < 0.001
@@ -47,10 +42,8 @@ def test_no_key_is_left_out_or_tried_twice():
     tried = []
     for keys in (10**6, 10**9):
         minimum, maximum, closest, farthest = rounds_for_index(keys).T[:, :, None]
-        inside = (
-            (probability >= minimum) & (probability < maximum) & (misfit >= closest) & (misfit < farthest)
-        )
-        tried.append(inside.sum(axis=0))
+        is_likely = (probability >= minimum) & (probability < maximum)
+        tried.append((is_likely & (misfit >= closest) & (misfit < farthest)).sum(axis=0))
         assert tried[-1].max() == 1
     np.testing.assert_array_equal(*tried)
     np.testing.assert_array_equal(tried[0], (probability >= 0.0008) & (misfit < 17.5))
@@ -64,7 +57,7 @@ def test_without_budget_little_is_looked_up(floor, indexed_floor):
     assert few.counts[0] < many.counts[0]
 
 
-def test_truth_is_accepted_and_chance_is_not(floor, indexed_floor):
+def test_truth_is_accepted_but_not_chance_another_scale_or_the_same_place_twice(floor, indexed_floor):
     pose, _, dots = scene(floor, indexed_floor, 1)
     a, b = similarity(pose)
     search = new_search_for(dots, indexed_floor)
@@ -72,32 +65,17 @@ def test_truth_is_accepted_and_chance_is_not(floor, indexed_floor):
     assert score_hypothesis(indexed_floor.grid, dots, search, a, b)
     assert distance(search.best, pose) < 0.001
 
-
-def test_the_same_place_twice_is_no_runner_up(floor, indexed_floor):
-    pose, _, dots = scene(floor, indexed_floor, 1)
-    a, b = similarity(pose)
-    search = new_search_for(dots, indexed_floor)
     for shift in (1e-4, 0.0, -1e-4):
         score_hypothesis(indexed_floor.grid, dots, search, a, b + shift)
     assert is_accepted(search, search.best)
     assert not is_accepted(search, search.runner_up)
-
-
-def test_a_guess_of_another_scale_is_refused(floor, indexed_floor):
-    pose, _, dots = scene(floor, indexed_floor, 2)
     larger = dots._replace(points=dots.points * 1.2, z=dots.z * 1.2)
-    a, b = similarity(pose)
     assert not score_hypothesis(indexed_floor.grid, larger, new_search_for(larger, indexed_floor), a / 1.2, b)
-
-
-def test_a_new_search_has_accepted_nothing():
-    search = new_search(20, 1e5, 1e-3, 0.25)
-    assert not is_accepted(search, search.best)
-    assert search.min_matches == 5.0
 
 
 def test_too_few_matches_are_not_accepted_however_unlikely():
     search = new_search(100, 1e5, 1e-3, 0.25)
+    assert not is_accepted(search, search.best)
     search.poses[0] = -1000.0, 1.0, 0.0, 24.0
     assert not is_accepted(search, search.best)
     search.poses[0]['matched'] = 25.0
@@ -106,9 +84,8 @@ def test_too_few_matches_are_not_accepted_however_unlikely():
 
 def test_a_view_of_two_places_finds_both(floor):
     shift = np.array([2.0, 0.0])
-    twice = index_map(
-        DotMap(np.vstack([floor.points, floor.points + shift]), np.full(2 * len(floor), np.nan))
-    )
+    points = np.vstack([floor.points, floor.points + shift])
+    twice = index_map(DotMap(points, np.full(len(points), np.nan)))
     pose, _, dots = scene(floor, twice, 3, missing=0.2, spurious=8)
     search = new_search_for(dots, twice)
     assert search_constellations(twice.grid, twice.index, dots, search, CELLS)

@@ -19,13 +19,10 @@ def test_the_level_of_a_noisy_ring_is_its_mean(count):
     assert ring_contrast_level(ring) == pytest.approx(0.03, abs=4.0 * 0.01 / np.sqrt(count))
 
 
-def test_outliers_on_a_ring_do_not_change_its_level():
+def test_outliers_on_a_ring_do_not_change_its_level_and_without_ring_the_background_stays():
     ring = RNG.normal(0.0, 0.01, 90)
     ring[10:25] = 0.8
     assert abs(ring_contrast_level(ring)) < 0.006
-
-
-def test_a_blob_without_ring_keeps_the_background():
     assert ring_contrast_level(np.empty(0)) == 0.0
 
 
@@ -45,27 +42,21 @@ def test_contrast_is_measured_along_the_direction_of_the_colour():
     np.testing.assert_allclose(contrast_along(image, background, places, direction), expected)
 
 
-MIDDLE = np.array([[80, 80]])
-
-
 @pytest.mark.parametrize('noise', [0.7, 1.5, 4.0, 10.0])
 @pytest.mark.parametrize('channels', [1, 3])
 def test_measures_the_noise_under_dots_and_gradient(noise, channels):
     light = np.linspace(0.6, 1.3, 160)[None, :]
     coverage = disc_coverage(scattered_centres(4), 7.0)
-    image = np.stack(
-        [photograph(coverage, light=light, noise=noise, seed=c) for c in range(channels)], axis=2
-    )
+    planes = [photograph(coverage, light=light, noise=noise, seed=c) for c in range(channels)]
     pixels = np.array([[u, v] for u in (0, 60, 159) for v in (0, 60, 159)])
-    np.testing.assert_allclose(noise_at(image, pixels).mean(), np.hypot(noise, 12.0**-0.5), rtol=0.2)
+    np.testing.assert_allclose(
+        noise_at(np.stack(planes, axis=2), pixels).mean(), np.hypot(noise, 12.0**-0.5), rtol=0.2
+    )
 
 
-def test_noise_is_measured_locally():
+def test_noise_is_measured_locally_and_is_never_less_than_rounding():
     image = photograph(np.zeros((160, 160)), noise=1.0)
     image[96:, 96:] = photograph(np.zeros((64, 64)), noise=6.0, seed=1)
     quiet, noisy = noise_at(image[..., None], np.array([[10, 10], [150, 150]]))
     assert noisy > 4.0 * quiet
-
-
-def test_is_never_less_than_rounding():
     assert noise_at(np.full((40, 40, 1), 7, np.uint8), np.array([[20, 20]]))[0] == pytest.approx(12.0**-0.5)

@@ -54,54 +54,37 @@ def test_the_demo_floor_is_the_papers_floor():
     np.testing.assert_allclose(np.ptp(dot_map.points, axis=0), (1.8, 9.45), atol=0.01)
 
 
-@pytest.mark.parametrize(
-    ('line', 'parts'),
-    [
-        ('0.1,0.2', ('line 7', '2 fields')),
-        ('0.1,0.2,0.003,4', ('line 7', '4 fields')),
-        ('0.1,wide,0.003', ('line 7', 'y is "wide"')),
-        (',0.2,0.003', ('line 7', 'x is ""')),
-        ('nan,0.2,0.003', ('line 7', 'x is nan')),
-        ('0.1,inf,0.003', ('line 7', 'y is not finite')),
-        ('0.1,0.2,NaN', ('line 7', 'diameter is NaN')),
-        ('0.1,0.2,inf', ('line 7', 'diameter is inf')),
-        ('0.1,0.2,-0.003', ('line 7', 'diameter is -0.003', 'leave it empty')),
-        (LINES[2], ('line 7', 'same dot as line 4')),
-    ],
-)
-def test_a_bad_line_is_named_with_its_field(tmp_path, line, parts):
+@pytest.mark.parametrize(('line', 'part'), [
+    ('0.1,0.2', '2 fields'), ('0.1,0.2,0.003,4', '4 fields'), ('0.1,wide,0.003', 'y is "wide"'),
+    (',0.2,0.003', 'x is ""'), ('nan,0.2,0.003', 'x is nan'), ('0.1,inf,0.003', 'y is not finite'),
+    ('0.1,0.2,NaN', 'diameter is NaN'), ('0.1,0.2,inf', 'diameter is inf'),
+    ('0.1,0.2,-0.003', 'diameter is -0.003, it must be positive; leave it empty'),
+    (LINES[2], 'same dot as line 4'),
+])  # fmt: skip
+def test_a_bad_line_is_named_with_its_field(tmp_path, line, part):
     message = refusal(written(tmp_path, csv_of([*LINES[:5], line, *LINES[5:]])))
-    assert all(part in message for part in parts), message
+    assert 'line 7' in message
+    assert part in message
 
 
-@pytest.mark.parametrize(
-    ('text', 'part'),
-    [
-        ('', 'is empty'),
-        ('\n\n', 'is empty'),
-        (csv_of(LINES, 'x,y'), 'it must be "x,y,diameter"'),
-        ('\n'.join(LINES), 'it must be "x,y,diameter"'),
-        (csv_of([]), '0 dots'),
-        (csv_of(LINES[:19]), '19 dots'),
-    ],
-)
-def test_what_is_no_map_is_refused(tmp_path, text, part):
-    assert part in refusal(written(tmp_path, text))
-
-
-def test_a_missing_file_and_one_that_is_no_text_are_refused(tmp_path):
-    assert 'No such file' in refusal(tmp_path / 'none.csv')
-    path = tmp_path / 'picture.csv'
-    path.write_bytes(b'\x89PNG\xff\xfe')
-    assert 'is not a text file' in refusal(path)
+@pytest.mark.parametrize(('content', 'part'), [
+    (None, 'No such file'), (b'\x89PNG\xff\xfe', 'is not a text file'), (b'', 'is empty'), (b'\n\n', 'is empty'),
+    (csv_of(LINES, 'x,y').encode(), 'it must be "x,y,diameter"'),
+    ('\n'.join(LINES).encode(), 'it must be "x,y,diameter"'),
+    (csv_of([]).encode(), '0 dots'), (csv_of(LINES[:19]).encode(), '19 dots'),
+])  # fmt: skip
+def test_what_is_no_map_is_refused(tmp_path, content, part):
+    path = tmp_path / 'floor.csv'
+    if content is not None:
+        path.write_bytes(content)
+    assert part in refusal(path)
 
 
 @pytest.mark.parametrize(('factor', 'unit'), [(1000.0, 'millimetres'), (100.0, 'centimetres')])
-@pytest.mark.parametrize('with_diameters', [True, False])
-def test_other_units_are_recognised(tmp_path, factor, unit, with_diameters):
-    dot_map = random_map(2)
-    diameters = factor * dot_map.diameters if with_diameters else np.full(len(dot_map), np.nan)
-    save_csv(tmp_path / 'floor.csv', DotMap(factor * dot_map.points, diameters))
+@pytest.mark.parametrize('diameter', [0.0025, np.nan])
+def test_other_units_are_recognised(tmp_path, factor, unit, diameter):
+    points = factor * random_map(2).points
+    save_csv(tmp_path / 'floor.csv', DotMap(points, np.full(len(points), factor * diameter)))
     message = refusal(tmp_path / 'floor.csv')
     assert f'looks like {unit}' in message
     assert f'divide them by {factor:.0f}' in message

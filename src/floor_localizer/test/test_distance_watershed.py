@@ -47,9 +47,7 @@ def test_a_hair_is_left_out_of_the_basin():
     assert (basins[:, :20] == 0).all()
     assert (basins[:, 45:] == 0).all()
     assert basins[32, 32] == 1
-
-
-def test_a_hair_between_two_discs_holds_them_not_together():
+    # Nor does it hold two discs together.
     raster = raster_of((14, 32, 8.0), (50, 32, 8.0))
     raster[31:34, 10:54] = 1
     basins, count = basins_of(raster)

@@ -18,7 +18,7 @@ from floor_localizer.core.constellation.dot_grid import (
 FLOORS = {
     'even': lambda rng: rng.uniform((-1.0, 2.0), (0.0, 2.5), (700, 2)),
     'clustered': lambda rng: (
-        rng.uniform(0.0, 2.0, (20, 2)).repeat(15, axis=0) + rng.normal(0.0, 0.01, (300, 2))
+        np.repeat(rng.uniform(0.0, 2.0, (20, 2)), 15, 0) + rng.normal(0.0, 0.01, (300, 2))
     ),
     'one row': lambda rng: np.column_stack([rng.uniform(0.0, 1.0, 50), np.zeros(50)]),
     'one dot': lambda rng: np.array([[3.0, -4.0]]),
@@ -58,9 +58,8 @@ def test_nearest_dot_is_the_one_a_tree_finds(points, reach):
     grid, _ = build_dot_grid(points)
     tree = cKDTree(grid.points.astype(np.float64))
     middle = points.mean(axis=0)
-    places = np.vstack(
-        [points[:20] + rng.normal(0.0, 0.003, (len(points[:20]), 2)), middle + rng.normal(0, 1, (80, 2))]
-    )
+    near = points[:20] + rng.normal(0.0, 0.003, points[:20].shape)
+    places = np.vstack([near, middle + rng.normal(0, 1, (80, 2))])
     for place in places:
         distance, nearest = tree.query(place)
         found, squared = nearest_dot(grid, *place, reach)
@@ -80,16 +79,11 @@ def test_dots_within_are_those_a_tree_finds(points):
         assert set(found[:count]) == set(tree.query_ball_point(place, 0.05))
 
 
-def test_dots_within_leaves_out_what_does_not_fit():
+def test_dots_within_leaves_out_what_does_not_fit_and_far_outside_there_is_none():
     grid, _ = build_dot_grid(random_floor(2, (0.2, 0.2)).points)
     found = np.empty(5, dtype=np.int64)
     assert dots_within(grid, 0.1, 0.1, 0.1, found) == 5
     assert len(set(found)) == 5
-
-
-def test_far_outside_there_is_no_dot():
-    grid, _ = build_dot_grid(random_floor(2, (0.2, 0.2)).points)
-    found = np.empty(5, dtype=np.int64)
     for x, y in [(-9.0, 0.1), (9.0, 0.1), (0.1, -9.0), (0.1, 9.0)]:
         assert nearest_dot(grid, x, y, 0.5)[0] == -1
         assert dots_within(grid, x, y, 0.5, found) == 0
@@ -103,6 +97,7 @@ def poisson_points(rng, density, size):
 def test_spacing_and_pair_density_of_an_even_floor_are_those_of_its_density(density):
     points = poisson_points(np.random.default_rng(8), density, math.sqrt(3000 / density))
     assert typical_spacing(points) == pytest.approx(1.0 / math.sqrt(density), rel=0.05)
+    assert typical_spacing(points * 37.0) == pytest.approx(37.0 * typical_spacing(points), rel=1e-6)
     assert pair_density(build_dot_grid(points)[0]) == pytest.approx(density, rel=0.1)
 
 
@@ -120,8 +115,3 @@ def test_two_rooms_far_apart_are_as_dense_as_one():
     rooms = np.vstack([room, np.add(poisson_points(rng, 2000.0, 1.0), (9.0, 6.0))])
     assert typical_spacing(rooms) == pytest.approx(typical_spacing(room), rel=0.1)
     assert pair_density(build_dot_grid(rooms)[0]) == pytest.approx(2000.0, rel=0.15)
-
-
-def test_spacing_scales_with_the_floor():
-    points = random_floor(4, (0.4, 0.3)).points
-    assert typical_spacing(points * 37.0) == pytest.approx(37.0 * typical_spacing(points), rel=1e-6)

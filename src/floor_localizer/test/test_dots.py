@@ -23,37 +23,28 @@ def test_moved_points_stay_where_they_are_on_the_floor(points):
     T_map_old = SE2(1.0, 2.0, 0.3)
     T_map_new = T_map_old @ STEP.inverse()
     moved = transform_points(points, STEP, 0.05)
-    np.testing.assert_allclose(
-        T_map_new.transform(moved.points), T_map_old.transform(points.points), atol=1e-12
-    )
+    expected = T_map_old.transform(points.points)
+    np.testing.assert_allclose(T_map_new.transform(moved.points), expected, atol=1e-12)
 
 
 def test_odometry_increases_sigmas_with_the_distance_driven(points):
-    sigmas = [
-        transform_points(points, SE2(distance, 0.0, 0.0), 0.05).sigmas[0] for distance in (0.0, 0.1, 1.0)
-    ]
+    moved = [transform_points(points, SE2(distance, 0.0, 0.0), 0.05) for distance in (0.0, 0.1, 1.0)]
+    sigmas = [each.sigmas[0] for each in moved]
     assert sigmas[0] == pytest.approx(1e-4)
     assert sigmas == sorted(sigmas)
     assert transform_points(points, STEP, 0.0).sigmas == pytest.approx(points.sigmas)
 
 
-def test_merging_with_nothing_changes_nothing(points):
-    for merged in (merge_points(points, NOTHING), merge_points(NOTHING, points)):
-        np.testing.assert_array_equal(merged.points, points.points)
-        np.testing.assert_array_equal(merged.sigmas, points.sigmas)
-
-
-def test_merging_with_itself_keeps_each_dot_once(points):
+def test_merging_keeps_each_dot_once_those_of_the_second_first(points):
     again = FloorPoints(points.points + 1e-4, points.sigmas)
-    merged = merge_points(points, again)
-    np.testing.assert_array_equal(merged.points, again.points)
-
-
-def test_different_dots_are_all_kept_those_of_the_second_first(points):
     others = FloorPoints(np.add(points.points, (2.0, 0.0)), points.sigmas * 2.0)
-    merged = merge_points(points, others)
-    np.testing.assert_array_equal(merged.points, np.vstack([others.points, points.points]))
-    np.testing.assert_array_equal(merged.sigmas, np.concatenate([others.sigmas, points.sigmas]))
+    for first, second, kept in (
+        (points, NOTHING, [points]), (NOTHING, points, [points]),
+        (points, again, [again]), (points, others, [others, points]),
+    ):  # fmt: skip
+        merged = merge_points(first, second)
+        np.testing.assert_array_equal(merged.points, np.vstack([each.points for each in kept]))
+        np.testing.assert_array_equal(merged.sigmas, np.concatenate([each.sigmas for each in kept]))
 
 
 CORNERS = [(-3.5, 2.0, 7.1, 9.0), (0.0, 0.0, 12.0, 4.0), (100.0, -80.0, 101.0, -70.0)]
@@ -62,29 +53,17 @@ LEVELS = arrange_levels(['cellar', 'ground', 'roof'], CORNERS)
 
 def test_levels_do_not_overlap():
     for one, other in itertools.combinations(LEVELS, 2):
-        gaps = [
-            max(other.lower[axis] - one.upper[axis], one.lower[axis] - other.upper[axis]) for axis in range(2)
-        ]
-        assert max(gaps) >= 1.0
+        assert np.max([np.subtract(other.lower, one.upper), np.subtract(one.lower, other.upper)]) >= 1.0
 
 
-def test_corners_are_those_of_the_floor_in_its_own_frame():
-    for level, corners in zip(LEVELS, CORNERS, strict=True):
-        lower = level.to_level(SE2(*level.lower, 0.0))
-        upper = level.to_level(SE2(*level.upper, 0.0))
-        assert (lower.x, lower.y, upper.x, upper.y) == pytest.approx(corners)
-
-
-def test_a_pose_comes_back_from_the_map():
+def test_corners_are_those_of_the_floor_in_its_own_frame_and_poses_come_back():
     pose = SE2(1.25, 3.5, 2.0)
-    for level in LEVELS:
+    for level, corners in zip(LEVELS, CORNERS, strict=True):
+        lower, upper = (level.to_level(SE2(*corner, 0.0)) for corner in (level.lower, level.upper))
+        assert (lower.x, lower.y, upper.x, upper.y) == pytest.approx(corners)
         assert level.to_level(level.to_map(pose)) == pose
-
-
-def test_a_point_is_on_the_level_that_contains_it_or_is_nearest():
-    for level in LEVELS:
-        middle = [(a + b) / 2.0 for a, b in zip(level.lower, level.upper, strict=True)]
-        assert level_at(LEVELS, *middle) == level
+        assert level_at(LEVELS, *np.mean([level.lower, level.upper], axis=0)) == level
+        # Between levels, a point is on the nearest.
         assert level_at(LEVELS, level.lower[0] - 0.1, level.lower[1] - 0.1) == level
     assert level_at((), 1.0, 2.0) is None
 

@@ -56,13 +56,6 @@ def start(*arguments: object, **environment: str) -> subprocess.Popen[str]:
     )
 
 
-def fault_of(error: str) -> str:
-    lines = [line for line in error.splitlines() if line.startswith('index_map: ')]
-    assert len(lines) == 1
-    assert 'Traceback' not in error
-    return lines[0]
-
-
 @pytest.mark.newest_set_only
 def test_a_build_that_was_killed_goes_on(source, tmp_path, monkeypatch):
     out = tmp_path / 'floor.dotmap'
@@ -83,7 +76,9 @@ def test_a_build_that_was_killed_goes_on(source, tmp_path, monkeypatch):
 def test_a_full_disk_is_one_line_and_nothing_is_lost(source, tmp_path, monkeypatch):
     out = tmp_path / 'floor.dotmap'
     _, error = start(source, '--out', out, MOST_BYTES='90000').communicate()
-    assert 'disk full' in fault_of(error)
+    assert len([line for line in error.splitlines() if line.startswith('index_map: ')]) == 1
+    assert 'Traceback' not in error
+    assert 'disk full' in error
     assert 'completed tasks are kept' in error
     assert not out.exists()
     assert main([str(source), '--out', str(out), '--workers', '1']) == 1  # other sizes of parts
@@ -91,27 +86,18 @@ def test_a_full_disk_is_one_line_and_nothing_is_lost(source, tmp_path, monkeypat
     assert out.read_bytes() == expected(source)
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'part'),
-    [
-        ('none.csv --out x.dotmap', 'none.csv: cannot be read (No such file or directory)'),
-        ('floor.csv --out floor.csv/x.dotmap', 'choose a writable place'),
-        ('floor.csv empty.csv --out x.dotmap', 'empty.csv, line 1: the header is ""'),
-        ('floor.csv few.csv --out x.dotmap', 'few.csv: has 1 dots'),
-        ('floor.csv --out x.dotmap --scheduler tcp://127.0.0.1:9', 'does not answer'),
-    ],
-)
+@pytest.mark.parametrize(('arguments', 'part'), [
+    ('none.csv --out x.dotmap', 'none.csv: cannot be read (No such file or directory)'),
+    ('floor.csv --out floor.csv/x.dotmap', 'choose a writable place'),
+    ('floor.csv empty.csv --out x.dotmap', 'empty.csv, line 1: the header is ""'),
+    ('floor.csv few.csv --out x.dotmap', 'few.csv: has 1 dots'),
+    ('floor.csv --out x.dotmap --scheduler tcp://127.0.0.1:9', 'does not answer'),
+])  # fmt: skip
 @pytest.mark.newest_set_only
-def test_bad_input_is_one_line_and_exit_code_1(source, capsys, monkeypatch, arguments, part):
+def test_bad_input_is_one_line_and_exit_code_1(source, refusal, monkeypatch, arguments, part):
     monkeypatch.chdir(source.parent)
     monkeypatch.setattr('floor_localizer.commands.options._SCHEDULER_TIMEOUT', 0.3)
     Path('empty.csv').touch()
     Path('few.csv').write_text('x,y,diameter\n0.1,0.2,\n')
     given = arguments.split()
-    assert main(given if '--scheduler' in given else [*given, '--workers', '1']) == 1
-    assert part in fault_of(capsys.readouterr().err)
-
-
-def test_the_default_sizes_hold_a_task_in_little_memory():
-    assert PartSizes() == index_build.DEFAULT_SIZES
-    assert PartSizes().stripe_dots <= 2_000_000
+    assert part in refusal(main, *given, *([] if '--scheduler' in given else ['--workers', 1]), alone=False)

@@ -31,9 +31,6 @@ def test_branches_that_meet_below_are_one_blob_and_pixels_that_touch_in_a_corner
 def test_boxes_leave_out_floor_and_discarded_pixels():
     labels = np.array([[0, DISCARDED, 1], [-1, 1, 1]], dtype=np.int32)
     np.testing.assert_array_equal(bounding_boxes(labels, 1), [[1, 0, 3, 2, 3]])
-
-
-def test_an_empty_image_has_no_blob():
     labels, boxes = label_blobs(np.zeros((20, 30), np.uint8))
     assert boxes.shape == (0, 5)
     assert not labels.any()

@@ -1,28 +1,26 @@
 import csv
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-import yaml
+from survey_scene import STEP_NS, write_image
 
+from floor_localizer.commands.calibrate_camera import save_intrinsics
 from floor_localizer.commands.locate import main
 from floor_localizer.core.dots import DotMap
 from floor_localizer.files.csv_format import save_csv
 from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
-from scene_simulator.messages import camera_info, compressed_image, odometry
+from scene_simulator.messages import odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.trajectory_files import load_tum
 from shirube_core.geometry import SE2, CameraMount
 
 MOUNT = CameraMount(xyz=(0.03, -0.01, 0.13))
 START_NS = 1_700_000_000_123_456_789
-STEP_NS = 100_000_000
 TRUTH = [SE2(0.12 + 0.02 * k, 0.15 + 0.01 * k, 0.4 + 0.05 * k) for k in range(8)]
 BLANK = 5  # index of the image without dots
 
@@ -37,52 +35,27 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
     images = [camera.photograph(floor, [pose], mount=MOUNT, rng=rng).image for pose in TRUTH]
     images[BLANK] = np.full_like(images[0], 200)
     (folder / 'images').mkdir()
+    cv2.imwrite(str(folder / 'small.png'), np.zeros((100, 120), dtype=np.uint8))
     for number, image in enumerate(images):
         cv2.imwrite(str(folder / 'images' / f'{number:03d}.png'), image)
-    (folder / 'camera.yaml').write_text(yaml.safe_dump(calibration()))
+    save_intrinsics(folder / 'camera.yaml', PAPER_CAMERA)
     with BagWriter(folder / 'bag') as bag:
         for number, (image, pose) in enumerate(zip(images, TRUTH)):
             stamp = START_NS + number * STEP_NS
-            info = camera_info(PAPER_CAMERA, 'camera', stamp)
-            bag.write('/camera_info', 'sensor_msgs/msg/CameraInfo', info, stamp)
             bag.write('/odom', 'nav_msgs/msg/Odometry', odometry(pose, (0.2, 0.5), stamp), stamp)
-            message = compressed_image(image, 'camera', stamp)
-            if number == 2:
-                message.data = message.data[:-100]
-            bag.write('/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', message, stamp)
+            write_image(bag, image, stamp, -100 if number == 2 else None)
     return folder
 
 
-def calibration() -> dict[str, Any]:
-    return {
-        'image_width': PAPER_CAMERA.width,
-        'image_height': PAPER_CAMERA.height,
-        'camera_matrix': {'rows': 3, 'cols': 3, 'data': PAPER_CAMERA.matrix.ravel().tolist()},
-        'distortion_model': 'plumb_bob',
-        'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': list(PAPER_CAMERA.distortion)},
-    }
-
-
-Run = Callable[..., tuple[int, str, str]]
-
-
 @pytest.fixture
-def run(scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
-    def locate(*arguments: object) -> tuple[int, str, str]:
-        xyz = [str(number) for number in MOUNT.xyz]
-        given = ['--out', str(tmp_path / 'out'), '--camera-xyz', *xyz, *map(str, arguments)]
-        if '--map' not in given:
-            given += ['--map', str(scene / 'floor.csv')]
-        capsys.readouterr()
-        code = main(given)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return locate
+def locate(scene: Path, tmp_path: Path) -> tuple[object, ...]:
+    """The command and the options of every run; options that follow win."""
+    return main, '--out', tmp_path / 'out', '--camera-xyz', *MOUNT.xyz, '--map', scene / 'floor.csv'
 
 
-def check_against_truth(path: Path, numbers: list[int]) -> None:
+def check_against_truth(path: Path, numbers: list[int], start_ns: int, step_ns: int) -> None:
     trajectory = load_tum(path)
+    np.testing.assert_array_equal(trajectory.stamps_ns, start_ns + np.array(numbers) * step_ns)
     truth = [TRUTH[number] for number in numbers]
     assert len(trajectory) == len(truth)
     xy = np.array([(pose.x, pose.y) for pose in truth])
@@ -91,15 +64,12 @@ def check_against_truth(path: Path, numbers: list[int]) -> None:
     assert np.abs(yaws - [pose.yaw for pose in truth]).max() < 0.005
 
 
-def test_a_rendered_folder_agrees_with_the_truth(scene: Path, run: Run, tmp_path: Path) -> None:
-    code, out, _ = run('--images', scene / 'images', '--calibration', scene / 'camera.yaml')
+def test_a_rendered_folder_agrees_with_the_truth(scene, locate, run, tmp_path):
+    code, out, _ = run(*locate, '--images', scene / 'images', '--calibration', scene / 'camera.yaml')
     assert code == 0
     assert '7 of 8 images have a pose' in out
     seen = [number for number in range(8) if number != BLANK]
-    check_against_truth(tmp_path / 'out' / 'poses.tum', seen)
-    np.testing.assert_array_equal(
-        load_tum(tmp_path / 'out' / 'poses.tum').stamps_ns, np.array(seen) * 1_000_000_000
-    )
+    check_against_truth(tmp_path / 'out' / 'poses.tum', seen, 0, 1_000_000_000)
     with (tmp_path / 'out' / 'poses.csv').open() as file:
         rows = list(csv.DictReader(file))
     assert [bool(row['reason']) for row in rows] == [number == BLANK for number in range(8)]
@@ -109,66 +79,45 @@ def test_a_rendered_folder_agrees_with_the_truth(scene: Path, run: Run, tmp_path
     assert 0.0 < float(rows[3]['sigma_x']) < 0.0003
 
 
-def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(scene, run, tmp_path):
-    code, out, _ = run('--bag', scene / 'bag')
+def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(scene, locate, run, tmp_path):
+    code, out, _ = run(*locate, '--bag', scene / 'bag')
     assert code == 0
     assert '6 of 8 images have a pose' in out
     assert 'is truncated' in out
     seen = [number for number in range(8) if number not in (2, BLANK)]
-    check_against_truth(tmp_path / 'out' / 'poses.tum', seen)
-    np.testing.assert_array_equal(
-        load_tum(tmp_path / 'out' / 'poses.tum').stamps_ns, START_NS + np.array(seen) * STEP_NS
-    )
+    check_against_truth(tmp_path / 'out' / 'poses.tum', seen, START_NS, STEP_NS)
 
 
-def test_images_of_another_floor_have_no_pose_and_leave_no_old_file(scene, run, tmp_path):
+def test_images_of_another_floor_have_no_pose_and_leave_no_old_file(scene, locate, refusal, tmp_path):
     other = generate_dot_floor(FloorDesign(size=(0.5, 0.5), count=1346), seed=2)
     save_csv(tmp_path / 'other.csv', DotMap(other.points, other.diameters))
     (tmp_path / 'out').mkdir()
     (tmp_path / 'out' / 'poses.tum').write_text('old')
     images = sorted((scene / 'images').iterdir())[:2]
-    code, _, err = run(
-        '--images', *images, '--calibration', scene / 'camera.yaml', '--map', tmp_path / 'other.csv'
-    )
-    assert code == 1
-    assert 'no image has a pose' in err
+    other = ('--calibration', scene / 'camera.yaml', '--map', tmp_path / 'other.csv')
+    assert 'no image has a pose' in refusal(*locate, '--images', *images, *other, alone=False)
     assert not (tmp_path / 'out' / 'poses.tum').exists()
     assert (tmp_path / 'out' / 'poses.csv').exists()
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'part'),
-    [
-        ('--images {0}/images', '--calibration is missing'),
-        ('--images {0}/none --calibration {0}/camera.yaml', 'none: does not exist'),
-        ('--images {0}/images --calibration {0}/none.yaml', 'none.yaml: cannot be read'),
-        ('--images {0}/images --calibration {0}/floor.csv', 'floor.csv: holds no fields'),
-        ('--images {0}/floor.csv --calibration {0}/camera.yaml', 'floor.csv: is no image'),
-        ('--images {0}/images --calibration {0}/camera.yaml --map {0}/none.csv', 'none.csv: cannot be read'),
-        ('--images {0}/images --calibration {0}/camera.yaml --camera-xyz 0 0 99', 'camera_xyz'),
-        (
-            '--images {0}/images --calibration {0}/camera.yaml --out {0}/floor.csv/x',
-            'choose a writable place',
-        ),
-        ('--bag {0}/none', 'none: does not exist'),
-        ('--bag {0}/images', 'is a folder without metadata.yaml'),
-        ('--bag {0}/bag --topic /none', 'has no topic /none'),
-        ('--bag {0}/bag --topic /odom', 'topic /odom is nav_msgs/msg/Odometry, no Image'),
-    ],
-)
-def test_bad_input_is_one_line_and_exit_code_1(scene: Path, run: Run, arguments: str, part: str) -> None:
-    code, _, err = run(*arguments.format(scene).split())
-    assert code == 1
-    lines = [line for line in err.splitlines() if line.startswith('locate: ')]
-    assert len(lines) == 1
-    assert part in lines[0]
-
-
-def test_an_image_of_another_size_than_the_calibration_is_refused(scene, run, tmp_path):
-    cv2.imwrite(str(tmp_path / 'small.png'), np.zeros((100, 120), dtype=np.uint8))
-    code, _, err = run('--images', tmp_path / 'small.png', '--calibration', scene / 'camera.yaml')
-    assert code == 1
-    assert 'is 120 x 100 px, the calibration is for 235 x 235 px' in err
+@pytest.mark.parametrize(('arguments', 'part'), [
+    ('--images images', '--calibration is missing'),
+    ('--images none --calibration camera.yaml', 'none: does not exist'),
+    ('--images images --calibration none.yaml', 'none.yaml: cannot be read'),
+    ('--images images --calibration floor.csv', 'floor.csv: holds no fields'),
+    ('--images floor.csv --calibration camera.yaml', 'floor.csv: is no image'),
+    ('--images small.png --calibration camera.yaml', 'is 120 x 100 px, the calibration is for 235 x 235 px'),
+    ('--images images --calibration camera.yaml --map none.csv', 'none.csv: cannot be read'),
+    ('--images images --calibration camera.yaml --camera-xyz 0 0 99', 'camera_xyz'),
+    ('--images images --calibration camera.yaml --out floor.csv/x', 'choose a writable place'),
+    ('--bag none', 'none: does not exist'),
+    ('--bag images', 'is a folder without metadata.yaml'),
+    ('--bag bag --topic /none', 'has no topic /none'),
+    ('--bag bag --topic /odom', 'topic /odom is nav_msgs/msg/Odometry, no Image'),
+])  # fmt: skip
+def test_bad_input_is_one_line_and_exit_code_1(scene, locate, refusal, monkeypatch, arguments, part):
+    monkeypatch.chdir(scene)
+    assert part in refusal(*locate, *arguments.split(), alone=False)
 
 
 @pytest.mark.newest_set_only

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from floor_views import CAMERA, MOUNT
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from localizer_results import COVARIANCE, POSE, REASON, a_fix, no_fix
 from nav_msgs.msg import Odometry
@@ -19,9 +20,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 from floor_localizer.core.fix import Fix, NoFix
+from floor_localizer.localization.visualization import delete_markers, dot_markers
 from floor_localizer.node import FloorLocalizerNode, main
 from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.camera.image import image_from_array
@@ -62,15 +64,9 @@ class Robot:
         self.trackers: list[FakeTracker] = []
         self.node = graph.add(self._make_node, **parameters)
         self.robot = graph.add(lambda **options: Node('robot', **options))
-        self._publishers = {
-            topic: self.robot.create_publisher(kind, topic, 10)
-            for topic, kind in {
-                'image_raw': Image,
-                'camera_info': CameraInfo,
-                'odom': Odometry,
-                'initialpose': PoseWithCovarianceStamped,
-            }.items()
-        }
+        inputs = {'image_raw': Image, 'camera_info': CameraInfo, 'odom': Odometry}
+        inputs['initialpose'] = PoseWithCovarianceStamped
+        self._publishers = {name: self.robot.create_publisher(inputs[name], name, 10) for name in inputs}
         self.poses = self.listen(PoseStamped, 'pose')
         self.reports: list[DiagnosticStatus] = []
         self.robot.create_subscription(
@@ -86,12 +82,9 @@ class Robot:
         return FloorLocalizerNode(lambda *_: None, create_tracker, **options)  # type: ignore[arg-type, return-value]
 
     def _is_connected(self) -> bool:
-        has_subscribers = all(
-            publisher.get_subscription_count() == 1 for publisher in self._publishers.values()
-        )
-        return has_subscribers and all(
-            self.robot.count_publishers(topic) == 1 for topic in ('/floor_localizer/pose', '/diagnostics')
-        )
+        topics = ('/floor_localizer/pose', '/diagnostics')
+        counts = [publisher.get_subscription_count() for publisher in self._publishers.values()]
+        return {*counts, *(self.robot.count_publishers(topic) for topic in topics)} == {1}
 
     @property
     def tracker(self) -> FakeTracker:
@@ -123,6 +116,10 @@ class Robot:
         assert self._graph.spin_until(lambda: len(messages) >= number)
 
 
+def values_of(report: DiagnosticStatus) -> dict[str, str]:
+    return {value.key: value.value for value in report.values}
+
+
 def header(stamp: float, frame: str) -> Header:
     return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
@@ -145,7 +142,7 @@ def test_a_fix_is_published_with_the_stamp_of_its_image_in_the_map_frame(graph):
     _, stamp, pixels, camera = robot.tracker.calls[0]
     assert stamp == pytest.approx(12.5)
     np.testing.assert_array_equal(pixels, PIXELS)
-    assert camera == PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
+    assert camera == CAMERA
 
 
 def test_no_fix_publishes_nothing_and_says_why(graph):
@@ -177,15 +174,13 @@ def test_the_node_survives_every_bad_message(graph):
     robot.tracker.answer = ZeroDivisionError()
     robot.send_image(1.3)
     counts = robot.node._guard.counts
-    assert [
-        counts[topic].rejected.total() for topic in ('image_raw', 'camera_info', 'odom', 'initialpose')
-    ] == [5, 1, 2, 3]
+    expected = {'image_raw': 5, 'camera_info': 1, 'odom': 2, 'initialpose': 3}
+    assert {topic: counts[topic].rejected.total() for topic in expected} == expected
     robot.tracker.answer = a_fix()
     robot.send_image(1.4)
     robot.wait_for(robot.poses, 2)
-    assert {value.value for value in robot.report().values} >= {
-        '1: odom holds a pose that is not finite; check its publisher'
-    }
+    expected = '1: odom holds a pose that is not finite; check its publisher'
+    assert expected in [value.value for value in robot.report().values]
 
 
 def test_odometry_and_area_reach_the_tracker(graph):
@@ -207,7 +202,7 @@ def test_a_pose_on_a_level_is_in_the_frame_of_the_level(graph):
     assert robot.poses[0].header.frame_id == 'map/ground'
     robot.send('initialpose', pose_with_covariance_stamped(POSE, np.eye(3) * 0.2, header(3.0, 'map/ground')))
     assert robot.tracker.calls[-1][3] == 'ground'
-    assert {value.key: value.value for value in robot.report().values}['level'] == 'ground'
+    assert values_of(robot.report())['level'] == 'ground'
 
 
 def test_a_jump_back_in_time_starts_a_new_tracker(graph):
@@ -243,25 +238,32 @@ def test_pictures_and_dots_are_made_for_listeners(graph):
     assert [len(marker.points) for marker in dots[0].markers] == [2, 1]
 
 
-@pytest.mark.parametrize(
-    ('parameters', 'name', 'is_announced'),
-    [({}, 'demo floor (no map_file given)', True), ({'map_file': 'hall.csv'}, 'hall.csv', False)],
-)
-def test_without_a_map_the_demo_floor_is_announced(graph, capfd, parameters, name, is_announced):
-    values = {value.key: value.value for value in Robot(graph, **parameters).report().values}
-    assert values['map'] == name
-    assert ('NO MAP GIVEN' in capfd.readouterr().err) is is_announced
+def test_each_dot_is_a_marker_as_large_whose_image_is_the_dot():
+    fix = a_fix()
+    markers = dot_markers(fix, CAMERA, MOUNT, Header(frame_id='map')).markers
+    assert {marker.header.frame_id for marker in markers} == {'map'}
+    for marker, chosen in zip(markers, (fix.matched, ~fix.matched), strict=True):
+        points_base = POSE.inverse().transform([(point.x, point.y) for point in marker.points])
+        pixels = CAMERA.pixels_from_points(MOUNT.camera_points_from_floor(points_base))
+        np.testing.assert_allclose(pixels, fix.dots.pixels[chosen], atol=1e-6)
+        assert marker.scale.x == pytest.approx(8.0 * 0.09 / 235.0, rel=0.01)
+    # Without a fix the old markers go away.
+    assert [marker.action for marker in delete_markers(Header()).markers] == [Marker.DELETEALL]
 
 
-@pytest.mark.parametrize(
-    ('parameter', 'expected'),
-    [
-        ('map_file:=/no/such/map.csv', '/no/such/map.csv'),
-        ('match_rate_min:=7.0', 'match_rate_min is 7.0'),
-        ('map_fil:=/no/such/map.csv', 'did you mean map_file?'),
-        ('camera_xyz:=[0.0, 0.0, -0.13]', 'camera_xyz: z is -0.13 m'),
-    ],
-)
+@pytest.mark.parametrize(('parameters', 'name'), [
+    ({}, 'demo floor (no map_file given)'), ({'map_file': 'hall.csv'}, 'hall.csv')
+])  # fmt: skip
+def test_without_a_map_the_demo_floor_is_announced(graph, capfd, parameters, name):
+    assert values_of(Robot(graph, **parameters).report())['map'] == name
+    assert ('NO MAP GIVEN' in capfd.readouterr().err) == (not parameters)
+
+
+@pytest.mark.parametrize(('parameter', 'expected'), [
+    ('map_file:=/no/such/map.csv', '/no/such/map.csv'), ('match_rate_min:=7.0', 'match_rate_min is 7.0'),
+    ('map_fil:=/no/such/map.csv', 'did you mean map_file?'),
+    ('camera_xyz:=[0.0, 0.0, -0.13]', 'camera_xyz: z is -0.13 m'),
+])  # fmt: skip
 def test_a_bad_start_is_one_line_and_exit_code_1(capfd, parameter, expected):
     assert run_in_process(main, '--ros-args', '-p', parameter) == 1
     lines = capfd.readouterr().err.splitlines()
@@ -271,12 +273,7 @@ def test_a_bad_start_is_one_line_and_exit_code_1(capfd, parameter, expected):
 
 @pytest.mark.newest_set_only
 def test_a_refused_parameter_is_all_that_is_said():
-    program = subprocess.run(
-        [sys.executable, '-m', 'floor_localizer.node', '--ros-args', '-p', 'match_rate_min:=7.0'],
-        env=os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+    command = [sys.executable, '-m', 'floor_localizer.node', '--ros-args', '-p', 'match_rate_min:=7.0']
+    environment = os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+    program = subprocess.run(command, env=environment, capture_output=True, timeout=60, check=False)
     assert len(program.stderr.splitlines()) == 1

@@ -20,14 +20,17 @@ def test_sparse_views_are_found(floor, indexed_floor, seed):
     assert search.best.pose.distance_to(pose) < 0.001
 
 
-def test_a_view_of_nothing_is_not_found(floor, indexed_floor):
+def test_a_view_of_nothing_is_not_found_nor_one_without_pairs(floor, indexed_floor):
     _, _, dots = scene(floor, indexed_floor, 0, missing=1.0, spurious=40)
     search = new_search_for(dots, indexed_floor)
     assert not search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 6)
     assert search.counts[1] > 0
+    _, _, dots = scene(floor, indexed_floor, 1)
+    search = new_search_for(dots, indexed_floor)
+    assert not search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 0)
 
 
-def test_chosen_pairs_are_all_of_the_length_and_each_once(floor, indexed_floor):
+def test_chosen_pairs_are_all_of_the_length_and_each_once_the_first_without_common_dots(floor, indexed_floor):
     _, _, dots = scene(floor, indexed_floor, 1)
     pairs = choose_pairs(dots, 0.015, 0.03)
     lengths = np.abs(dots.z[pairs[:, 0]] - dots.z[pairs[:, 1]])
@@ -35,18 +38,8 @@ def test_chosen_pairs_are_all_of_the_length_and_each_once(floor, indexed_floor):
     assert len({frozenset(pair) for pair in pairs.tolist()}) == len(pairs)
     gaps = np.abs(dots.z[:, None] - dots.z)
     assert len(pairs) == np.sum(np.triu((gaps >= 0.015) & (gaps <= 0.03)))
-
-
-def test_first_pairs_have_no_dot_in_common(floor, indexed_floor):
-    _, _, dots = scene(floor, indexed_floor, 1)
     first = choose_pairs(dots, 0.01, 0.04)[:8].ravel()
     assert len(set(first.tolist())) == len(first)
-
-
-def test_no_pairs_no_pose(floor, indexed_floor):
-    _, _, dots = scene(floor, indexed_floor, 1)
-    search = new_search_for(dots, indexed_floor)
-    assert not search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 0)
 
 
 def near(indexed, dots, expected, radius, turn, pairs=12):
@@ -69,16 +62,10 @@ def test_a_pose_within_reach_is_found(floor, indexed_floor, radius, turn):
         assert search.best.pose.distance_to(pose) < 0.001
 
 
-def test_a_pose_far_off_is_not_found(floor, indexed_floor):
+@pytest.mark.parametrize(('motion', 'pairs'), [((0.05, 0.0), 12), ((0.0, 0.5), 12), ((0.0, 0.0), 0)])
+def test_a_pose_far_off_another_heading_or_any_without_pairs_is_not_found(
+    floor, indexed_floor, motion, pairs
+):
     pose, _, dots = scene(floor, indexed_floor, 1)
-    assert not near(indexed_floor, dots, SE2(pose.x, pose.y + 0.05, pose.yaw), 0.01, 0.1)[0]
-
-
-def test_another_heading_is_not_found(floor, indexed_floor):
-    pose, _, dots = scene(floor, indexed_floor, 1)
-    assert not near(indexed_floor, dots, SE2(pose.x, pose.y, pose.yaw + 0.5), 0.01, 0.1)[0]
-
-
-def test_without_pairs_nothing_is_found(floor, indexed_floor):
-    pose, _, dots = scene(floor, indexed_floor, 1)
-    assert not near(indexed_floor, dots, pose, 0.01, 0.1, pairs=0)[0]
+    expected = SE2(pose.x, pose.y + motion[0], pose.yaw + motion[1])
+    assert not near(indexed_floor, dots, expected, 0.01, 0.1, pairs)[0]

@@ -19,28 +19,22 @@ def test_dark_and_light_dots_are_distinguished(noise):
     assert chosen(photograph(COVERAGE, 60.0, 180.0, light, noise)) == 'light'
 
 
-def test_a_few_reflections_change_nothing():
+def test_neither_a_few_reflections_nor_lamps_mirrored_by_the_floor_change_anything():
     image = photograph(COVERAGE, noise=1.0)
     image[disc_coverage([[60.0, 8.0], [8.0, 60.0]], 9.0) > 0.5] = 255
     assert chosen(image) == 'dark'
-
-
-def test_both_kinds_or_colours_alone_make_any():
-    half = disc_coverage(CENTRES[::2], 7.0)
-    both = np.rint(110.0 - 80.0 * half + 90.0 * (COVERAGE - half)).clip(0, 255).astype(np.uint8)
-    assert chosen(both) == 'any'
-    assert chosen(photograph(COVERAGE, (110.0, 110.0, 110.0), (60.0, 115.0, 155.0))) == 'any'
-
-
-def test_black_dots_are_dark_in_a_colour_image():
-    assert chosen(photograph(COVERAGE, (130.0, 160.0, 180.0), (20.0, 20.0, 20.0))) == 'dark'
-
-
-def test_lamps_mirrored_by_the_floor_change_nothing():
     v, u = np.mgrid[:160, :160]
     lamps = sum(150.0 * np.exp(-0.5 * (np.hypot(u - x, v - 80.0) / 6.0) ** 2) for x in (30.0, 130.0))
     image = np.minimum(photograph(COVERAGE, 70.0, 15.0, noise=1.0) + lamps, 255).astype(np.uint8)
     assert chosen(image) == 'dark'
+
+
+def test_both_kinds_or_colours_alone_make_any_and_black_dots_in_colour_are_dark():
+    half = disc_coverage(CENTRES[::2], 7.0)
+    both = np.rint(110.0 - 80.0 * half + 90.0 * (COVERAGE - half)).clip(0, 255).astype(np.uint8)
+    assert chosen(both) == 'any'
+    assert chosen(photograph(COVERAGE, (110.0, 110.0, 110.0), (60.0, 115.0, 155.0))) == 'any'
+    assert chosen(photograph(COVERAGE, (130.0, 160.0, 180.0), (20.0, 20.0, 20.0))) == 'dark'
 
 
 @pytest.mark.parametrize('beyond', [0.15, 0.5, 2.0])

@@ -39,43 +39,25 @@ def mounted(rays):
 
 
 def fitted(mounted, targets, *, sigmas=None, matched=None, priors=WIDE, start=None):
-    number = len(targets)
+    sigmas = np.full(len(targets), SIGMA) if sigmas is None else sigmas
+    matched = np.ones(len(targets), dtype=np.bool_) if matched is None else matched
     state = np.add(STATE, (0.002, -0.002, 0.02, -0.03, -0.02, 0.015)) if start is None else start.copy()
-    covariance = fit_pose(
-        mounted,
-        targets,
-        np.full(number, SIGMA) if sigmas is None else sigmas,
-        np.ones(number, dtype=np.bool_) if matched is None else matched,
-        priors,
-        state,
-    )
-    return state, covariance
+    return state, fit_pose(mounted, targets, sigmas, matched, priors, state)
 
 
 @pytest.mark.parametrize('length', [1.0, 7.3])
-def test_model_is_that_of_rays_of_any_length_and_planes(rays, length):
+def test_model_is_that_of_rays_of_any_length_and_planes_and_of_the_mount(rays, length):
     stretched = MountedRays(rays * length, MOUNT.rotation, np.array(MOUNT.xyz))
-    found = [project_to_map(stretched, k, STATE) for k in range(len(rays))]
-    np.testing.assert_allclose(found, targets_of(rays, STATE), atol=1e-12)
+    level = np.array([0.4, 0.7, -2.0, 0.0, 0.0, 0.0])
+    expected = SE2(*level[:3]).transform(MOUNT.floor_points_from_rays(rays))
+    for state, targets in ((STATE, targets_of(rays, STATE)), (level, expected)):
+        found = [project_to_map(stretched, k, state) for k in range(len(rays))]
+        np.testing.assert_allclose(found, targets, atol=1e-12)
 
 
-def test_a_level_robot_sees_what_the_mount_says(mounted, rays):
-    pose = SE2(0.4, 0.7, -2.0)
-    state = np.array([pose.x, pose.y, pose.yaw, 0.0, 0.0, 0.0])
-    expected = pose.transform(MOUNT.floor_points_from_rays(rays))
-    np.testing.assert_allclose(
-        [project_to_map(mounted, k, state) for k in range(len(rays))], expected, atol=1e-12
-    )
-
-
-def test_exact_dots_give_back_pose_height_and_tilt(mounted, rays):
-    state, _ = fitted(mounted, targets_of(rays, STATE))
-    np.testing.assert_allclose(state, STATE, atol=1e-7)
-
-
-def test_dots_that_take_no_part_do_not_matter(mounted, rays):
+@pytest.mark.parametrize('matched', [np.ones(40, np.bool_), np.arange(40) % 2 == 0])
+def test_exact_dots_give_back_pose_height_and_tilt_and_unmatched_ones_do_not_matter(mounted, rays, matched):
     targets = targets_of(rays, STATE)
-    matched = np.arange(len(rays)) % 2 == 0
     targets[~matched] = 99.0
     state, _ = fitted(mounted, targets, matched=matched)
     np.testing.assert_allclose(state, STATE, atol=1e-7)
@@ -150,25 +132,17 @@ def refined(indexed_floor, view, start, sigma=8e-5):
 
 
 @pytest.mark.parametrize('seed', range(5))
-def test_a_near_start_leads_to_the_truth(floor, indexed_floor, seed):
+def test_a_near_start_leads_to_the_truth_and_the_right_dots(floor, indexed_floor, seed):
     rng = np.random.default_rng(seed)
     pose, tilt, scale = pose_over(rng), rng.uniform(-0.01, 0.01, 2), rng.uniform(-0.02, 0.02)
     view = see(floor, pose, rng, tilt=tilt, scale=scale, spurious=5)
     found = refined(indexed_floor, view, [pose.x + 1e-4, pose.y - 1e-4, pose.yaw + 0.001, scale, *tilt * 0.7])
     assert pose.distance_to(SE2(*found.state[:3])) < 1e-4
     np.testing.assert_allclose(found.state[3:], [scale, *tilt], atol=0.01)
-
-
-def test_dots_are_matched_with_those_that_they_are(floor, indexed_floor):
-    rng = np.random.default_rng(9)
-    pose = pose_over(rng)
-    view = see(floor, pose, rng, spurious=6)
-    found = refined(indexed_floor, view, [pose.x, pose.y, pose.yaw, 0.0, 0.0, 0.0])
     real = (view.sources >= 0) & (found.matches >= 0)
     assert np.mean(real[view.sources >= 0]) > 0.97
-    np.testing.assert_allclose(
-        indexed_floor.grid.points[found.matches[real]], floor.points[view.sources[real]], atol=1e-6
-    )
+    expected = floor.points[view.sources[real]]
+    np.testing.assert_allclose(indexed_floor.grid.points[found.matches[real]], expected, atol=1e-6)
     assert np.sum(found.matches[view.sources < 0] >= 0) <= 1
 
 

@@ -25,19 +25,15 @@ def test_a_disc_stays_one_blob(diameter):
 
 @pytest.mark.parametrize('diameter', [6.0, 9.0, 20.0])
 def test_three_touching_discs_become_three_parts_with_their_boxes(diameter):
-    centres = np.array(
-        [[80.0, 60.0], [80.0 + diameter, 60.0], [80.0 + diameter / 2, 60.0 + 0.866 * diameter]]
-    )
+    centres = np.array([80.0, 60.0]) + diameter * np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.866]])
     labels, boxes, parts = split(disc_coverage(centres, diameter))
     assert len(boxes) == 3
     assert parts.all()
     found = {labels[round(v), round(u)] for u, v in centres}
     assert found == {1, 2, 3}
     for label, box in enumerate(boxes, start=1):
-        rows, columns = np.nonzero(labels == label)
-        np.testing.assert_array_equal(
-            box, [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1, rows.size]
-        )
+        v, u = np.nonzero(labels == label)
+        np.testing.assert_array_equal(box, [u.min(), v.min(), u.max() + 1, v.max() + 1, v.size])
 
 
 def test_a_hair_on_a_dot_is_discarded():

@@ -1,7 +1,5 @@
 """Tracking of a robot that drives, is kidnapped, or has too few dots in view; and the prediction of its pose."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -53,17 +51,11 @@ def test_after_images_without_dots_it_is_found_again(floor, tracker):
     rng = np.random.default_rng(2)
     for k, pose in enumerate(drive(9)):
         blind = 3 <= k < 6
-        dots = dots_at(np.empty((0, 2))) if blind else see(floor, pose, rng).dots
-        result = tracker.track_dots(0.05 * k, dots, CAMERA)
-        assert result.reason is NoFixReason.NO_DOTS if blind else is_right(result, pose)
-
-
-def test_an_area_around_the_robot_leads_to_a_pose(floor, tracker):
-    rng = np.random.default_rng(3)
-    tracker.set_area(START @ SE2(0.02, -0.01, 0.1), NARROW)
-    result = tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
-    assert is_right(result, START)
-    assert result.used_prior
+        if blind:
+            result = tracker.track(0.05 * k, np.full((235, 235), 128, dtype=np.uint8), CAMERA)
+            assert result.reason is NoFixReason.NO_DOTS
+        else:
+            assert is_right(tracker.track_dots(0.05 * k, see(floor, pose, rng).dots, CAMERA), pose)
 
 
 def test_an_area_elsewhere_holds_until_it_is_lifted(floor, tracker):
@@ -76,59 +68,46 @@ def test_an_area_elsewhere_holds_until_it_is_lifted(floor, tracker):
     assert is_right(tracker.track_dots(1.0, see(floor, START, rng).dots, CAMERA), START)
 
 
-def test_once_found_in_its_area_the_robot_may_leave_it(floor, tracker):
+def test_an_area_around_the_robot_leads_to_a_pose_and_then_it_may_leave_it(floor, tracker):
     rng = np.random.default_rng(5)
-    tracker.set_area(START, NARROW)
-    tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
+    tracker.set_area(START @ SE2(0.02, -0.01, 0.1), NARROW)
+    result = tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
+    assert is_right(result, START)
+    assert result.used_prior
     away = SE2(0.7, 0.4, 2.0)
     assert is_right(tracker.track_dots(0.05, see(floor, away, rng).dots, CAMERA), away)
 
 
-def test_relocalize_forgets_the_pose(floor, tracker):
-    rng = np.random.default_rng(6)
-    tracker.track_dots(0.0, see(floor, START, rng).dots, CAMERA)
-    tracker.relocalize()
-    result = tracker.track_dots(0.05, see(floor, START, rng).dots, CAMERA)
-    assert is_right(result, START)
-    assert not result.used_prior
-
-
 def sparse_views(floor, rng, number):
     """Views of a driving robot with only the four dots nearest to the centre of the image."""
-    poses = [START @ SE2(0.012 * k, 0.0, 0.0) for k in range(number)]
-    views = []
-    for pose in poses:
-        dots = see(floor, pose, rng).dots
-        nearest = np.argsort(np.linalg.norm(dots.pixels - 117.0, axis=1))[:4]
-        views.append((pose, dots_at(dots.pixels[nearest])))
-    return views
+    for k in range(number):
+        pose = START @ SE2(0.012 * k, 0.0, 0.0)
+        pixels = see(floor, pose, rng).dots.pixels
+        yield pose, dots_at(pixels[np.argsort(np.linalg.norm(pixels - 117.0, axis=1))[:4]])
 
 
 def test_sparse_views_merged_by_odometry_find_what_none_finds_alone(floor, localizer):
     rng = np.random.default_rng(7)
     tracker = FloorTracker(localizer, TrackerSettings(odometry_error=0.005, joined_views=8))
-    views = sparse_views(floor, rng, 8)
-    results = []
-    for k, (pose, dots) in enumerate(views):
+    found = []
+    for k, (pose, dots) in enumerate(sparse_views(floor, rng, 8)):
         assert isinstance(localizer.locate_dots(dots, CAMERA), NoFix)
         tracker.add_odometry(0.1 * k, START.inverse() @ pose)
-        results.append(tracker.track_dots(0.1 * k, dots, CAMERA))
-    assert isinstance(results[0], NoFix)
-    found = [(result, pose) for result, (pose, _) in zip(results, views) if isinstance(result, Fix)]
-    assert found
-    assert all(is_right(result, pose, position=0.003, heading=0.03) for result, pose in found)
-    assert all(len(result.matched) == len(result.dots) == 4 for result, _ in found)
+        result = tracker.track_dots(0.1 * k, dots, CAMERA)
+        found.append(isinstance(result, Fix))
+        if found[-1]:
+            assert is_right(result, pose, position=0.003, heading=0.03)
+            assert len(result.matched) == len(result.dots) == 4
+    assert any(found)
+    assert not found[0]
 
 
-def test_without_odometry_sparse_views_are_not_joined(floor, tracker):
-    for k, (_, dots) in enumerate(sparse_views(floor, np.random.default_rng(7), 4)):
-        assert isinstance(tracker.track_dots(0.1 * k, dots, CAMERA), NoFix)
-
-
-def test_relocalize_drops_views_that_wait_to_be_merged(floor, tracker):
+@pytest.mark.parametrize('is_relocalized', [True, False])
+def test_without_odometry_or_after_relocalize_sparse_views_are_not_joined(floor, tracker, is_relocalized):
     for k, (pose, dots) in enumerate(sparse_views(floor, np.random.default_rng(7), 4)):
-        tracker.relocalize()
-        tracker.add_odometry(0.1 * k, START.inverse() @ pose)
+        if is_relocalized:
+            tracker.relocalize()
+            tracker.add_odometry(0.1 * k, START.inverse() @ pose)
         assert isinstance(tracker.track_dots(0.1 * k, dots, CAMERA), NoFix)
 
 
@@ -150,17 +129,15 @@ def test_a_first_pose_that_is_not_sure_enough_waits(floor, localizer):
     assert never_sure.track_dots(0.0, dots, CAMERA).reason is NoFixReason.UNCERTAIN
 
 
-def test_an_image_stamped_before_the_last_is_located_without_prior(floor, tracker):
+@pytest.mark.parametrize('is_dropped', [True, False])
+def test_relocalize_and_an_image_stamped_before_the_last_drop_the_prior(floor, tracker, is_dropped):
     rng = np.random.default_rng(10)
     tracker.track_dots(1.0, see(floor, START, rng).dots, CAMERA)
-    result = tracker.track_dots(0.5, see(floor, START, rng).dots, CAMERA)
+    if is_dropped:
+        tracker.relocalize()
+    result = tracker.track_dots(1.05 if is_dropped else 0.5, see(floor, START, rng).dots, CAMERA)
     assert is_right(result, START)
     assert not result.used_prior
-
-
-def test_image_without_dots_has_a_reason(tracker):
-    result = tracker.track(0.0, np.full((235, 235), 128, dtype=np.uint8), CAMERA)
-    assert result.reason in {NoFixReason.NO_DOTS, NoFixReason.TOO_FEW_DOTS}
 
 
 SETTINGS = TrackerSettings()
@@ -234,35 +211,24 @@ def test_odometry_leads_on_from_the_last_pose(predictor):
     assert not prior.is_strict
 
 
-def test_without_odometry_a_steady_drive_goes_on():
-    predictor = PosePredictor(SETTINGS)
-    predictor.add_pose(1.0, ODOM_START)
-    predictor.add_pose(1.05, ODOM_START @ SE2(0.02, 0.0, 0.0))
-    prior = predictor.predict(1.1)
-    assert_same(prior.T_map_base, ODOM_START @ SE2(0.04, 0.0, 0.0))
-
-
-def test_without_odometry_the_prior_covers_any_drive_within_the_acceleration():
+def test_without_odometry_a_steady_drive_goes_on_and_the_prior_covers_any_within_the_acceleration():
     predictor = PosePredictor(SETTINGS)
     speed, dt = 0.4, 0.05
     for k in range(2):
-        predictor.add_pose(k * dt, SE2(speed * k * dt, 0.0, 0.0))
+        predictor.add_pose(k * dt, ODOM_START @ SE2(speed * k * dt, 0.0, 0.0))
     prior = predictor.predict(2 * dt)
+    assert_same(prior.T_map_base, ODOM_START @ SE2(speed * 2 * dt, 0.0, 0.0))
     for acceleration in (-SETTINGS.acceleration_max, SETTINGS.acceleration_max):
-        x = speed * 2 * dt + 0.5 * acceleration * dt * dt
-        assert abs(prior.T_map_base.x - x) <= prior.radius
+        assert abs(0.5 * acceleration * dt * dt) <= prior.radius
     assert 0.5 * SETTINGS.turn_acceleration_max * dt * dt <= prior.yaw_tolerance
 
 
-def test_the_search_radius_grows_until_nothing_is_predicted():
+def test_the_search_radius_grows_until_nothing_is_predicted_and_the_heading_up_to_half_a_turn():
     predictor = PosePredictor(SETTINGS)
     predictor.add_pose(0.0, ODOM_START)
     radii = [predictor.predict(stamp).radius for stamp in (0.0, 0.05, 0.1, 0.2)]
     assert radii == sorted(radii)
     assert predictor.predict(5.0) is None
-
-
-def test_heading_is_never_more_open_than_half_a_turn():
     predictor = PosePredictor(TrackerSettings(prior_radius_max=10.0))
     predictor.add_pose(0.0, ODOM_START)
     assert predictor.predict(1.0).yaw_tolerance == math.pi

@@ -8,7 +8,6 @@ from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import (
-    Place,
     PlaceKind,
     ViewSettings,
     inspect_place,
@@ -25,23 +24,16 @@ def map_of(*points: np.ndarray) -> DotMap:
     return DotMap(joined, np.full(len(joined), np.nan))
 
 
-def inspected(dot_map: DotMap) -> list[Place]:
+def inspected(dot_map: DotMap):
     floor = index_map(dot_map)
     return list(inspect_places(floor, list_places(floor.grid, VIEW), VIEW, SETTINGS))
 
 
-def kinds(dot_map: DotMap) -> Counter[PlaceKind]:
-    return Counter(place.kind for place in inspected(dot_map))
-
-
-def test_every_place_of_a_random_floor_is_unique():
-    assert set(kinds(random_map(1))) == {PlaceKind.UNIQUE}
-
-
-def test_every_place_of_a_periodic_floor_is_ambiguous():
+def test_every_place_of_a_random_floor_is_unique_and_of_a_periodic_floor_ambiguous():
+    assert {place.kind for place in inspected(random_map(1))} == {PlaceKind.UNIQUE}
     tile = random_map(2, (0.15, 0.15)).points
     tiles = [tile + 0.15 * np.array([i, j]) for i in range(3) for j in range(3)]
-    assert set(kinds(map_of(*tiles))) == {PlaceKind.AMBIGUOUS}
+    assert {place.kind for place in inspected(map_of(*tiles))} == {PlaceKind.AMBIGUOUS}
 
 
 @pytest.mark.parametrize('turn', [0.0, 0.5, np.pi])
@@ -79,9 +71,8 @@ def test_a_corner_that_was_swept_bare_has_too_few_dots():
     dot_map = random_map(6)
     rng = np.random.default_rng(6)
     kept = (dot_map.points > (0.18, 0.15)).any(axis=1) | (rng.random(len(dot_map)) < 0.05)
-    thin = [
-        place for place in inspected(map_of(dot_map.points[kept])) if place.kind is PlaceKind.TOO_FEW_DOTS
-    ]
+    places = inspected(map_of(dot_map.points[kept]))
+    thin = [place for place in places if place.kind is PlaceKind.TOO_FEW_DOTS]
     assert thin
     assert all(place.x < 0.18 and place.y < 0.15 for place in thin)
     assert all(place.expected_chance_alignments > SETTINGS.chance_alignments_max for place in thin)
@@ -95,12 +86,10 @@ def test_places_cover_the_floor_and_nothing_else():
     assert all(np.hypot(*(floor.grid.points - place).T).min() < 0.064 for place in places)
     few = list_places(floor.grid, ViewSettings(places_max=50))
     assert len(few) < len(places)
-
-
-def test_a_map_that_is_mostly_gaps_has_places_too():
+    # A map that is mostly gaps has places, too.
     rng = np.random.default_rng(0)
     points = np.vstack([rng.uniform(0.0, 0.2, (200, 2)), rng.uniform(3.0, 3.2, (200, 2))])
-    floor = index_map(DotMap(points, np.full(400, np.nan)))
+    floor = index_map(map_of(points))
     places = list_places(floor.grid, ViewSettings(places_max=1))
     assert len(places) == 1
     assert np.min(np.linalg.norm(points - places[0], axis=1)) < 1e-6

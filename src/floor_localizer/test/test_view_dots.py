@@ -19,9 +19,7 @@ def test_dots_in_a_crowd_and_far_from_all_others_have_theirs_too():
     points = np.vstack([rng.normal(0.0, 1e-3, (60, 2)), rng.uniform(50.0, 100.0, (3, 2))])
     _, expected = cKDTree(points).query(points, k=9)
     np.testing.assert_array_equal(sort_neighbours(points, 8), expected[:, 1:])
-
-
-def test_dots_on_a_line_and_in_one_place_have_neighbours():
+    # Dots on a line and in one place, too.
     line = np.column_stack([np.arange(8.0), np.zeros(8)])
     np.testing.assert_array_equal(sort_neighbours(line, 3)[0], [1, 2, 3])
     assert sorted(sort_neighbours(np.zeros((5, 2)), 4)[2]) == [0, 1, 3, 4]

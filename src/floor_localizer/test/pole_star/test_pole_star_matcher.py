@@ -22,23 +22,17 @@ DOTS = np.random.default_rng(6).uniform(0.0, 1.0, (round(DENSITY), 2))
 ADDRESSES = build_address_matrix(DOTS, BLOCK)
 
 
-def test_the_floors_own_dots_match():
-    assert match_rate(ADDRESSES, DOTS) == 1.0
-
-
-def test_every_occupied_block_holds_a_dot():
+def test_every_occupied_block_holds_a_dot_and_the_floors_own_dots_match():
     own_blocks = {tuple(block) for block in np.floor((DOTS - ADDRESSES.origin) / BLOCK).astype(int)}
     assert ADDRESSES.occupied.sum() == len(own_blocks)
+    assert match_rate(ADDRESSES, DOTS) == 1.0
+    assert match_rate(ADDRESSES, np.vstack([DOTS[:3], [[-5.0, 0.5], [0.5, 5.0]]])) == pytest.approx(0.6)
+    assert match_rate(ADDRESSES, np.empty((0, 2))) == 0.0
 
 
 def test_dots_anywhere_match_as_often_as_blocks_are_occupied():
     points = np.random.default_rng(7).uniform(0.01, 0.99, (40000, 2))
     assert match_rate(ADDRESSES, points) == pytest.approx(1.0 - math.exp(-DENSITY * BLOCK**2), abs=0.004)
-
-
-def test_the_rate_is_a_fraction_of_all_dots():
-    points = np.vstack([DOTS[:3], [[-5.0, 0.5], [0.5, 5.0]]])
-    assert match_rate(ADDRESSES, points) == pytest.approx(0.6)
 
 
 def test_dots_off_a_floor_without_gaps_do_not_match():
@@ -48,22 +42,12 @@ def test_dots_off_a_floor_without_gaps_do_not_match():
     assert match_rate(full, outside) == 0.0
 
 
-def test_no_dots_do_not_match():
-    assert match_rate(ADDRESSES, np.empty((0, 2))) == 0.0
-
-
 NOISE = 0.000383  # 1 px of the paper's camera [m]
 FLOOR = np.random.default_rng(9).uniform(0.0, 0.9, (4361, 2))
 MATCHER = PoleStarMatcher(FLOOR, PoleStarSettings())
 
 
-def view_of(
-    T_map_view: SE2,
-    rng: np.random.Generator,
-    missing: float = 0.0,
-    spurious: float = 0.0,
-    floor: NDArray[np.float64] = FLOOR,
-) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def view_of(T_map_view, rng, missing=0.0, spurious=0.0, floor=FLOOR) -> tuple[NDArray, NDArray]:
     """Return image dots and the indices of their floor dots (-1: spurious)."""
     points = T_map_view.inverse().transform(floor)
     inside = np.flatnonzero(np.abs(points).max(axis=1) <= 0.045)
@@ -97,12 +81,6 @@ def test_the_pose_follows_the_map():
     assert there.T_map_view.distance_to(T_room_map @ here.T_map_view) < 0.0005
 
 
-def test_poses_come_in_order_of_their_match_rate():
-    image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(11), 0.25, 0.5)
-    rates = [pose.match_rate for pose in MATCHER.congruent_poses(image)]
-    assert rates == sorted(rates, reverse=True)
-
-
 @pytest.mark.parametrize('seed', range(12, 16))
 def test_another_floor_has_no_pose(seed):
     rng = np.random.default_rng(seed)
@@ -112,19 +90,18 @@ def test_another_floor_has_no_pose(seed):
     assert found.reason
 
 
-def test_a_mirrored_image_has_no_pose():
-    image, _ = view_of(SE2(0.45, 0.45, 0.3), np.random.default_rng(13))
-    assert isinstance(MATCHER.match(image * (1.0, -1.0)), NoPose)
-
-
-@pytest.mark.parametrize('image', [np.empty((0, 2)), np.zeros((3, 2)), np.zeros((9, 2))])
-def test_too_few_different_dots_have_no_pose(image):
+@pytest.mark.parametrize('image', [
+    view_of(SE2(0.45, 0.45, 0.3), np.random.default_rng(13))[0] * (1.0, -1.0),
+    np.empty((0, 2)), np.zeros((3, 2)), np.zeros((9, 2)),
+])  # fmt: skip
+def test_a_mirrored_image_and_too_few_different_dots_have_no_pose(image):
     assert isinstance(MATCHER.match(image), NoPose)
 
 
-def test_the_match_rate_has_a_lower_bound():
-    image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(14), 0.25, 0.5)
-    strict = PoleStarMatcher(FLOOR, PoleStarSettings(match_rate_min=0.9))
-    found = strict.match(image)
+def test_poses_come_in_order_of_their_match_rate_which_has_a_lower_bound():
+    image, _ = view_of(SE2(0.4, 0.5, -1.0), np.random.default_rng(11), 0.25, 0.5)
+    rates = [pose.match_rate for pose in MATCHER.congruent_poses(image)]
+    assert rates == sorted(rates, reverse=True)
+    found = PoleStarMatcher(FLOOR, PoleStarSettings(match_rate_min=0.9)).match(image)
     assert isinstance(found, NoPose)
     assert '0.900' in found.reason

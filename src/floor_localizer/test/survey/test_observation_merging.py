@@ -20,9 +20,8 @@ def test_observations_of_one_dot_are_merged_and_others_are_not():
 
 def test_two_dots_of_one_image_stay_two():
     near = np.array([[0.0, 0.0], [0.0005, 0.0]])
-    labels = merge_observations(
-        np.vstack([near, near + 0.00005, near - 0.00005]), np.repeat([0, 1, 2], 2), 0.0006
-    )
+    points = np.vstack([near, near + 0.00005, near - 0.00005])
+    labels = merge_observations(points, np.repeat([0, 1, 2], 2), 0.0006)
     np.testing.assert_array_equal(labels[::2], labels[0])
     np.testing.assert_array_equal(labels[1::2], labels[1])
     assert labels[0] != labels[1]

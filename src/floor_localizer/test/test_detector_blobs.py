@@ -1,3 +1,5 @@
+"""Which blobs are dots, and how uncertain their centres are."""
+
 import numpy as np
 import pytest
 
@@ -30,18 +32,10 @@ def kept(blobs, **settings):
     return are_dots(blobs, blob_elongations(blobs), 25.0, DotDetectorSettings(**settings))
 
 
-@pytest.mark.parametrize(
-    ('what', 'value'),
-    [
-        ('areas', 3.0),
-        ('areas', 900.0),
-        ('covariances', (40.0, 0.0, 1.0)),
-        ('contrasts', 0.0),
-        ('steps', 0.7),
-        ('clipped', 0.3),
-        ('edge_asymmetries', 2.5),
-    ],
-)
+@pytest.mark.parametrize(('what', 'value'), [
+    ('areas', 3.0), ('areas', 900.0), ('covariances', (40.0, 0.0, 1.0)), ('contrasts', 0.0),
+    ('steps', 0.7), ('clipped', 0.3), ('edge_asymmetries', 2.5),
+])  # fmt: skip
 def test_a_blob_that_is_not_like_a_dot_is_rejected(what, value):
     blobs = round_blobs()
     getattr(blobs, what)[4] = value
@@ -86,14 +80,10 @@ def sigmas(blobs, elongations=None, split=None):
     return centroid_sigmas(blobs, elongations, np.zeros(count, bool) if split is None else split)
 
 
-def test_a_clean_round_dot_has_little_more_than_its_noise():
+def test_a_clean_round_dot_has_little_more_than_its_noise_and_with_much_noise_only_noise_counts():
     blobs = round_blobs()
     assert (sigmas(blobs) > blobs.noises).all()
     assert (sigmas(blobs) < 1.5 * blobs.noises).all()
-
-
-def test_with_much_noise_only_noise_counts():
-    blobs = round_blobs()
     blobs.noises[:] = 0.3
     np.testing.assert_allclose(sigmas(blobs), 0.3 * 1.04, rtol=0.01)
 
@@ -109,16 +99,13 @@ def test_parts_edge_asymmetries_luminance_steps_and_soft_edges_raise_the_sigma()
         assert sigmas(blobs)[2] > 1.3 * plain
 
 
-def test_a_long_blob_larger_than_the_others_may_be_two():
+def test_a_long_blob_larger_than_the_others_may_be_two_unless_sizes_differ_widely():
     blobs = round_blobs(20)
     blobs.areas[:] *= np.linspace(0.8, 1.2, 20)
     blobs.areas[3] = 1.8 * np.pi * 9.0
     elongations = np.where(np.arange(20) == 3, 1.5, 1.1)
     assert sigmas(blobs, elongations)[3] > 1.0
     assert sigmas(blobs)[3] < 0.1
-
-
-def test_where_sizes_differ_widely_no_large_dot_is_suspect():
     blobs = round_blobs(40)
     blobs.areas[:] = np.linspace(20.0, 200.0, 40)
     assert sigmas(blobs, np.full(40, 1.5)).max() < 0.1

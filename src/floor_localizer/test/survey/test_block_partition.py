@@ -1,16 +1,19 @@
 """A survey in many blocks against one block and against dense linear algebra."""
 
-import errno
-import os
 from dataclasses import replace
-from typing import IO
 
 import numpy as np
 import pytest
-from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, small_floor, survey
+from floor_views import random_floor
+from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, survey
 
 from floor_localizer.core.independent_tasks import InProcessRunner
-from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
+from floor_localizer.core.survey.adjustment.block_partition import (
+    BlockPartitioner,
+    Tile,
+    split_into_tiles,
+    store_boxes,
+)
 from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
 from floor_localizer.core.survey.adjustment.dot_estimation import fix_dots, store_existing_dots
 from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
@@ -21,9 +24,8 @@ from floor_localizer.core.survey.adjustment.observations import (
     project_observations,
     project_rays_to_map,
 )
-from floor_localizer.core.survey.array_store import ArrayStore, MemoryArrayStore
+from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.survey_image import SurveyImage
-from floor_localizer.files import array_file
 from floor_localizer.files.array_file import DiskArrayStore
 from floor_localizer.survey_files.survey_images import pack_images
 from shirube_core.geometry import SE2
@@ -34,7 +36,7 @@ MERGE_DISTANCE = 0.0008
 
 @pytest.fixture(scope='module')
 def drive() -> Drive:
-    return drive_over(small_floor(), lane_poses((0.45, 0.33)), sway=0.1)
+    return drive_over(random_floor(1, (0.45, 0.33)), lane_poses((0.45, 0.33)), sway=0.1)
 
 
 @pytest.fixture(scope='module')
@@ -42,53 +44,32 @@ def states(drive: Drive) -> np.ndarray:
     return survey(drive).states
 
 
-def partition(
-    drive: Drive,
-    states: np.ndarray,
-    most: int,
-    merge_distance: float = MERGE_DISTANCE,
-    store: ArrayStore | None = None,
-) -> ObservationBlocks:
-    store = store or MemoryArrayStore()
-    partitioner = BlockPartitioner(
-        drive.images,
-        np.arange(len(drive.images)),
-        POSITION,
-        SETTINGS.dot_sigma,
-        store,
-        InProcessRunner(),
-        most,
-    )
+def partition(drive, states, most, merge_distance=MERGE_DISTANCE, store=None) -> ObservationBlocks:
+    images, sigma, store = np.arange(len(drive.images)), SETTINGS.dot_sigma, store or MemoryArrayStore()
+    partitioner = BlockPartitioner(drive.images, images, POSITION, sigma, store, InProcessRunner(), most)
     return partitioner.partition(states, merge_distance)
 
 
 def observations_by_dot(blocks: ObservationBlocks) -> set[frozenset[tuple[float, ...]]]:
     """Return each dot as the set of its observations."""
-    return {
-        frozenset(
-            (k, *d)
-            for k, d in zip(block.observations.image[rows].tolist(), block.observations.directions[rows].tolist())
-        )
-        for block in blocks
-        for rows in (np.flatnonzero(block.observations.dot == dot) for dot in range(len(block.fixed_dots)))
-    }  # fmt: skip
+    dots = {}
+    for number, block in enumerate(blocks):
+        seen = block.observations
+        for dot, *observation in zip(seen.dot.tolist(), seen.image.tolist(), seen.directions.tolist()):
+            dots.setdefault((number, dot), set()).add((observation[0], *observation[1]))
+    return set(map(frozenset, dots.values()))
 
 
 @pytest.mark.parametrize('merge_distance', [MERGE_DISTANCE, 0.0035])
 def test_dots_are_those_of_all_observations_at_once(drive, states, merge_distance):
     # With the larger merge distance, clusters span several tiles before they are split.
     observations = collect_observations(drive.images, np.arange(len(states)), SETTINGS.dot_sigma)
-    dot = merge_observations(
-        project_observations(observations, states, POSITION).points, observations.image, merge_distance
-    )
-    rows = [[] for _ in range(dot.max() + 1)]
-    for k, (image, direction) in enumerate(
-        zip(observations.image.tolist(), observations.directions.tolist())
-    ):
-        rows[dot[k]].append((image, *direction))
+    points = project_observations(observations, states, POSITION).points
+    dot = merge_observations(points, observations.image, merge_distance)
+    whole = ObservationBlock(replace(observations, dot=dot), np.empty((dot.max() + 1, 2)))
     blocks = partition(drive, states, 9, merge_distance)
     assert len(blocks) >= 8
-    assert observations_by_dot(blocks) == {frozenset(row) for row in rows}
+    assert observations_by_dot(blocks) == observations_by_dot([whole])
 
 
 def test_many_blocks_are_adjusted_as_one(drive, states, tmp_path):
@@ -105,30 +86,24 @@ def test_a_step_is_that_of_dense_equations_with_all_dots(drive, states):
     few = Drive(drive.floor, drive.images[:14], drive.truth[:14])
     blocks, start = partition(few, states[:14], 4), states[:14]
     for number, block in enumerate(blocks):
-        wide = block.observations.sigmas * 20.0
-        observations = type(block.observations)(
-            block.observations.image, block.observations.dot, block.observations.directions, wide, wide
-        )
+        observations = replace(block.observations, sigmas=20.0 * block.observations.sigmas)
         blocks.put(number, ObservationBlock(observations, block.fixed_dots))
     rows, values, count = [], [], 6 * 14 + 2 * sum(len(block.fixed_dots) for block in blocks)
     dots_before = 6 * 14
     for block in blocks:
         observations = block.observations
         points = project_rays_to_map(observations.directions, POSITION, start[observations.image])
-        means = np.array(
-            [points[observations.dot == dot].mean(axis=0) for dot in range(len(block.fixed_dots))]
-        )
+        dots = range(len(block.fixed_dots))
+        means = np.array([points[observations.dot == dot].mean(axis=0) for dot in dots])
         for k, image in enumerate(observations.image.tolist()):
             jacobian = np.zeros((2, count))
             for unknown in range(6):
-                ahead, behind = start[[image]].copy(), start[[image]].copy()
-                ahead[0, unknown] += 1e-5
-                behind[0, unknown] -= 1e-5
-                moved = [
-                    project_rays_to_map(observations.directions[[k]], POSITION, each)[0]
-                    for each in (ahead, behind)
-                ]
-                jacobian[:, 6 * image + unknown] = (moved[0] - moved[1]) / 2e-5
+                step = 1e-5 * (np.arange(6) == unknown)
+                ahead, behind = (
+                    project_rays_to_map(observations.directions[[k]], POSITION, start[[image]] + each)[0]
+                    for each in (step, -step)
+                )
+                jacobian[:, 6 * image + unknown] = (ahead - behind) / 2e-5
             residual = points[k] - means[observations.dot[k]]
             jacobian[:, 6 * image + 3] -= residual
             jacobian[:, dots_before + 2 * observations.dot[k] + np.arange(2)] = -np.eye(2)
@@ -150,14 +125,8 @@ def test_a_dot_of_the_existing_map_is_matched_once(drive, states):
     many, one = partition(drive, states, 9), partition(drive, states, 10_000)
     old = some_dots(states, one) + 0.0001
     for blocks in (many, one):
-        fix_dots(
-            blocks,
-            states,
-            POSITION,
-            store_existing_dots(old, blocks.store),
-            MERGE_DISTANCE,
-            InProcessRunner(),
-        )
+        existing = store_existing_dots(old, blocks.store)
+        fix_dots(blocks, states, POSITION, existing, MERGE_DISTANCE, InProcessRunner())
     kept = [np.concatenate([block.fixed_dots[block.is_fixed] for block in blocks]) for blocks in (many, one)]
     assert len(kept[0]) == len(np.unique(kept[0], axis=0)) > 0.9 * len(old)
     assert {tuple(dot) for dot in kept[0]} == {tuple(dot) for dot in kept[1]}
@@ -180,10 +149,8 @@ def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
 
 def test_a_cluster_over_many_tiles_is_one_dot():
     points = np.column_stack([0.0005 * np.arange(60), np.zeros(60)])
-    partitioner = BlockPartitioner(
-        views_of_a_dot_each(points), np.arange(60), POSITION, 0.0, MemoryArrayStore(), InProcessRunner(), 2
-    )
-    blocks = partitioner.partition(np.zeros((60, 6)), MERGE_DISTANCE)
+    row = Drive(None, views_of_a_dot_each(points), [])
+    blocks = partition(row, np.zeros((60, 6)), 2)
     assert len(blocks) == 32
     assert [len(block.observations.image) for block in blocks if len(block.fixed_dots)] == [60]
 
@@ -192,13 +159,9 @@ def test_of_dots_in_several_blocks_the_nearest_is_fixed():
     points = np.array([[0.0, 0.0003], [0.0, -0.0001], [0.0, 0.0002]])
     blocks = ObservationBlocks(MemoryArrayStore(), 3)
     for number in range(3):
-        observations = collect_observations(
-            views_of_a_dot_each(points)[number : number + 1], np.array([number]), 0.0
-        )
-        block = ObservationBlock(
-            replace(observations, dot=np.zeros(1, dtype=np.int64)), np.full((1, 2), np.nan)
-        )
-        blocks.put(number, block)
+        view = views_of_a_dot_each(points)[number : number + 1]
+        observations = replace(collect_observations(view, np.array([number]), 0.0), dot=np.zeros(1, np.int64))
+        blocks.put(number, ObservationBlock(observations, np.full((1, 2), np.nan)))
     old = store_existing_dots(np.zeros((1, 2)), blocks.store)
     fix_dots(blocks, np.zeros((3, 6)), POSITION, old, MERGE_DISTANCE, InProcessRunner())
     assert [bool(block.is_fixed[0]) for block in blocks] == [False, True, False]
@@ -213,18 +176,15 @@ def test_packed_images_are_the_same_images(drive, tmp_path):
     assert len(packed) == len(list(packed)) == len(drive.images)
 
 
-def test_a_full_disk_leaves_no_half_block(tmp_path, monkeypatch):
-    store, saved = DiskArrayStore(tmp_path / 'shelf'), array_file.write_array
-    store.put('block', 3, np.arange(4), np.eye(2))
-
-    def full(file: IO[bytes], array: np.ndarray) -> None:
-        if array.ndim == 2:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        saved(file, array)
-
-    monkeypatch.setattr(array_file, 'write_array', full)
-    with pytest.raises(OSError, match='No space left'):
-        store.put('block', 3, np.arange(5), np.eye(3))
-    first, second = store.get('block', 3)
-    np.testing.assert_array_equal(first, np.arange(4))
-    np.testing.assert_array_equal(second, np.eye(2))
+@pytest.mark.parametrize('count', [1, 31, 32, 33, 500])
+def test_exactly_the_images_whose_boxes_overlap_a_tile_are_found(count):
+    rng = np.random.default_rng(count)
+    centres = np.cumsum(rng.normal(0.0, 0.1, (count, 2)), axis=0)  # along a drive
+    sizes = rng.uniform(0.0, 0.1, (count, 2))
+    lower, upper = centres - sizes, centres + sizes
+    found = store_boxes(np.stack([lower, upper], axis=1), MemoryArrayStore())
+    for tile in split_into_tiles(centres, 7):
+        for each in (tile, tile.expanded(-0.05)):
+            meets = np.all((lower < each.upper) & (upper >= each.lower), axis=1)
+            assert found.overlapping_images(each).tolist() == np.flatnonzero(meets).tolist()
+    assert len(found.overlapping_images(Tile(np.full(2, np.inf), np.full(2, -np.inf)))) == 0
