@@ -1,12 +1,13 @@
 """Makes each mutation of docs/papers/*.yaml in turn and runs its tests, which must fail.
 
-`python tests/run_mutations.py [PACKAGE] [--row TEXT]`. Sources are changed in place and restored; start with a clean
-work tree. Compiling the changed kernels takes most of the time.
+`python tests/run_mutations.py [PACKAGE] [--row TEXT]`. Sources are changed in place and restored, also when the run is
+interrupted or ended; start with a clean work tree. Compiling the changed kernels takes most of the time.
 """
 
 from __future__ import annotations
 
 import argparse
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -38,6 +39,7 @@ def main() -> int:
     parser.add_argument('package', nargs='?', default='*', help='one package (default: all)')
     parser.add_argument('--row', default='', help='only rows whose name contains this')
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     survivors = 0
     for file in sorted((ROOT / 'docs' / 'papers').glob(f'{options.package}.yaml')):
         for row in yaml.safe_load(file.read_text())['rows']:
