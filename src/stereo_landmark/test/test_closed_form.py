@@ -5,8 +5,8 @@ import pytest
 from place_scenes import RIG, panel, random_state, state_of, teach, view
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.place.closed_form import Displacement, closed_form, closed_form_covariance
 from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.place.point_registration import Displacement, closed_form, closed_form_covariance
 from stereo_landmark.core.stereo import SpatialPoints
 
 

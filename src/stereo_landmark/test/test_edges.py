@@ -5,7 +5,7 @@ import pytest
 from seen_shapes import ellipse_photo, polygon_photo
 
 from stereo_landmark.core.edges.edges import check_grey_image, extract_edges, gaussian_gradient
-from stereo_landmark.core.edges.segments import extract_chains, link_points
+from stereo_landmark.core.edges.linking import extract_chains, link_points
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 

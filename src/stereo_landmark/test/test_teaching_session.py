@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from taught_wall import HERE, METERS, RIG, T_MAP_PLACE, taught_place
 from teaching_wall import images_of, meters_of, new_session, session_with_meters
 
-from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkFix
 from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages

@@ -16,8 +16,9 @@ from shirube_bags.trajectory import planar_trajectory
 from shirube_bags.trajectory_files import save_tum
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix, TargetDetection
+from stereo_landmark.core.landmark_localizer import LandmarkFix
 from stereo_landmark.core.pair.pair_stream import LocatedPair
+from stereo_landmark.core.procedure.target_search import TargetDetection
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,12 @@ import numpy as np
 
 from shirube_core.geometry import SE2, gravity_aligned_camera, wrap_angle
 from stereo_landmark.core.arrays import Floats
-from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
-from stereo_landmark.core.place.consensus import consistent_points, find_consensus_set
+from stereo_landmark.core.place.point_registration import (
+    closed_form,
+    closed_form_covariance,
+    consistent_points,
+    find_consensus_set,
+)
 from stereo_landmark.core.place.reprojection import ReprojectionFit, fit_reprojection, reproject
 from stereo_landmark.core.settings import CLOSED_FORM, PlaceSettings
 from stereo_landmark.core.stereo import (
@@ -44,6 +48,16 @@ class PlaceFix:
     covariance: Floats
     names: tuple[str, ...]
     residuals: Floats
+
+    @property
+    def position_sigma(self) -> float:
+        """Standard deviation of the position in its worst direction [m]."""
+        return math.sqrt(float(np.linalg.eigvalsh(self.covariance[:2, :2])[-1]))
+
+    @property
+    def yaw_sigma(self) -> float:
+        """Standard deviation of the yaw [rad]."""
+        return math.sqrt(float(self.covariance[3, 3]))
 
 
 class NoPlaceFixReason(Enum):
@@ -204,9 +218,8 @@ class PlaceLocator:
         return np.array(columns).T / (2.0 * _TILT_STEP)
 
     def _check_uncertainty(self, fix: PlaceFix) -> PlaceFix | NoPlaceFix:
-        sigma = math.sqrt(float(np.linalg.eigvalsh(fix.covariance[:2, :2])[-1]))
-        if sigma > self._settings.position_sigma_max:
-            return NoPlaceFix(NoPlaceFixReason.UNCERTAIN, f'standard deviation {sigma:.3f} m')
+        if fix.position_sigma > self._settings.position_sigma_max:
+            return NoPlaceFix(NoPlaceFixReason.UNCERTAIN, f'standard deviation {fix.position_sigma:.3f} m')
         return fix
 
 

@@ -21,7 +21,6 @@ from stereo_landmark.core.primitives.primitive import (
     primitive_kind,
     primitive_size,
 )
-from stereo_landmark.core.procedure.prediction import wall_normal
 from stereo_landmark.core.procedure.stereo_view import (
     DetectedPrimitives,
     NamedPair,
@@ -30,7 +29,12 @@ from stereo_landmark.core.procedure.stereo_view import (
     refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.procedure.taught_place import (
+    TaughtPlace,
+    TaughtPrimitive,
+    TaughtTarget,
+    wall_normal,
+)
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import (
     SpatialPoints,

@@ -8,10 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereo_landmark.core.arrays import GreyImage
-from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.segments import Segments, trace_segments
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.edges.edges import Segments, extract_edges, trace_segments
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
