@@ -1,7 +1,6 @@
 """Poses in the plane and in space, rotations and camera models, without ROS."""
 
-from shirube_core.geometry.camera_mount import CameraMount, gravity_aligned_camera
-from shirube_core.geometry.pinhole_camera import PinholeCamera
+from shirube_core.geometry.camera import CameraMount, PinholeCamera, gravity_aligned_camera
 from shirube_core.geometry.se2 import (
     SE2,
     quaternion_from_yaw,
