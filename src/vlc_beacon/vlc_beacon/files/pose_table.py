@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from shirube_bags.stamps import text_from_stamp
-from shirube_core.files import atomic_write
+from shirube_core.files import write_csv
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 
@@ -45,13 +43,8 @@ COLUMNS = ('image', 'stamp', *_POSE, 'lamps', 'beacons', 'used', 'anomalies', 'r
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
     """Write one line per image, in metres and radians, atomically; raises `OSError`."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator='\n')
-    table.writerow(COLUMNS)
-    for image in images:
-        table.writerow([image.name, text_from_stamp(image.stamp_ns), *_fields(image)])
-    with atomic_write(path) as file:
-        file.write(text.getvalue().encode())
+    rows = ([image.name, text_from_stamp(image.stamp_ns), *_fields(image)] for image in images)
+    write_csv(path, COLUMNS, rows)
 
 
 def _fields(image: LocatedImage) -> list[str]:
