@@ -206,7 +206,7 @@ def validate_places(folder: Path, places: Iterable[TaughtPlace], settings: Landm
 
     Args:
         folder: folder of the place files.
-        places: places loaded from this folder.
+        places: places loaded from this folder, with their images.
         settings: settings of the search and the pose fit.
 
     Raises:
@@ -214,7 +214,8 @@ def validate_places(folder: Path, places: Iterable[TaughtPlace], settings: Landm
     """
     lines = []
     for place in places:
-        images = load_images(place_path(folder, place.name))
+        # Loading again reports why the images of a place are missing.
+        images = place.images or load_images(place_path(folder, place.name))
         result = LandmarkLocalizer([place], settings).locate(images.left, images.right, images.tilt)
         if isinstance(result, NoLandmarkFix):
             lines.append(
