@@ -69,10 +69,6 @@ class Edges:
     gradients: Floats
     index: NDArray[np.int32]
 
-    def __len__(self) -> int:
-        """Return the number of edge points."""
-        return len(self.points)
-
 
 def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
     """Detect edges (paper 3.3b: filter, binarise, thin) down to the lower hysteresis threshold.
@@ -85,14 +81,16 @@ def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
         StereoLandmarkError: the image has the wrong type or shape, or is too small.
     """
     check_grey_image(image)
+    # Filter.
     gx, gy = gaussian_gradient(image, settings.filter_sigma)
     magnitude = cv2.magnitude(gx, gy)
+    # Binarise and thin in one step: maxima of the gradient magnitude above the threshold are one pixel wide.
     is_maximum = _suppress_non_maxima(
         gx, gy, magnitude, np.float32(settings.continuation * settings.threshold)
     )
     index = np.full(image.shape, -1, np.int32)
     points, gradients, neighbour_ratios = _collect_points(gx, gy, magnitude, is_maximum, index)
-    # numpy vectorizes the logarithm, numba kernels do not.
+    # Subpixel positions (not in the paper); numpy vectorizes the logarithm, numba kernels do not.
     _refine_subpixel(points, gradients, np.log(neighbour_ratios))
     return Edges(points, gradients, index)
 
@@ -131,11 +129,14 @@ def trace_segments(edges: Edges, settings: EdgeSettings) -> Segments:
         edges: edges of the image.
         settings: edge detection settings that were taught for the place.
     """
+    # Line following (3.4).
     successors = link_points(edges.points, edges.gradients, edges.index)
+    # Noise removal (3.3b).
     magnitudes = np.sqrt(np.einsum('ij,ij->i', edges.gradients, edges.gradients))
     count_min = max(2, round(settings.length_min))
     order, starts, closed = extract_chains(successors, magnitudes, settings.threshold, count_min)
     points = edges.points.take(order, axis=0)
+    # Sampled points on each segment that its polyline needs (3.4).
     vertex_indices, vertex_starts = polyline_vertices(points, starts, settings.bend_tolerance)
     index = index_points(points, edges.index.shape)
     return Segments(
