@@ -43,7 +43,7 @@ def test_index_and_points_agree():
 
 
 def test_an_even_image_has_no_edges():
-    assert len(extract_edges(np.full((40, 50), 90, np.uint8), EdgeSettings())) == 0
+    assert len(extract_edges(np.full((40, 50), 90, np.uint8), EdgeSettings()).points) == 0
 
 
 def test_colour_is_refused():

@@ -200,12 +200,6 @@ class Displacement:
     dz: float
     theta_z: float
 
-    def apply(self, taught: Floats) -> Floats:
-        """Transform taught points into the current frame, both of shape (n, 3) [m] (the paper's equation)."""
-        cos, sin = np.cos(self.theta_z), np.sin(self.theta_z)
-        turn = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-        return np.asarray(taught @ turn.T + [self.dx, self.dy, self.dz])
-
     @property
     def pose(self) -> SE2:
         """``T_place_base``: pose of the robot in the taught frame."""
