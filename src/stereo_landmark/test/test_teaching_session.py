@@ -15,10 +15,10 @@ from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits, teacher
+from stereo_landmark.core.teaching.edits import state_from_place
 from stereo_landmark.core.teaching.hints import NOT_DETECTED
 from stereo_landmark.core.teaching.primitive_selection import Region
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
-from stereo_landmark.core.teaching.teaching_state import state_from_place
 from stereo_landmark.page.pair_source import StereoPairs, taught_pair
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.snapshot import snapshot
