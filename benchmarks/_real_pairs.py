@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_core.geometry import CameraMount, PinholeCamera, wrap_angle
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, stereo_rig
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
 from stereo_landmark.core.stereo import StereoRig
 
 # The body is an IMU with x up, y right and z ahead; the base has x ahead, y left and z up.

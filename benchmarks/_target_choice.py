@@ -12,8 +12,8 @@ import numpy as np
 from _real_pairs import Moment
 from numpy.typing import NDArray
 
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.commands.teach import undetected_targets
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene, stereo_points
@@ -21,7 +21,7 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.geometry_hints import check_geometry, undetected_targets
+from stereo_landmark.core.teaching.hints import check_geometry
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 

@@ -27,8 +27,7 @@ from _stereo_peers import FeaturePipeline, TaughtFeatures, product_rig
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind, primitive_size
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace

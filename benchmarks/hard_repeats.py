@@ -23,8 +23,7 @@ from scene_simulator.corridor.stereo_camera import StereoCamera
 from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 
 HIDDEN_FRACTION = 0.3
 """Part of the target's primitives that is covered."""

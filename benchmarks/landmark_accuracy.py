@@ -20,8 +20,7 @@ from _tag_peer import TagPeer, is_available
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
 from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind

@@ -23,8 +23,7 @@ from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 

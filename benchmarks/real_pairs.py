@@ -15,8 +15,7 @@ from _target_choice import TargetChooser
 from numpy.typing import NDArray
 
 from shirube_core.geometry import wrap_angle
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import CLOSED_FORM, LandmarkSettings, PlaceSettings
 

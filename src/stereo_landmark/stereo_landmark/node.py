@@ -27,10 +27,9 @@ from shirube_ros.parameters import declare_parameters, reject_misspelled_paramet
 from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped, tilt_from_imu
 from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
 from shirube_ros.stamps import StampValidator
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream, Side
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side
+from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -207,7 +206,7 @@ def validate_places(folder: Path, places: Iterable[TaughtPlace], settings: Landm
 
     Args:
         folder: folder of the place files.
-        places: places loaded from this folder.
+        places: places loaded from this folder, with their images.
         settings: settings of the search and the pose fit.
 
     Raises:
@@ -215,7 +214,8 @@ def validate_places(folder: Path, places: Iterable[TaughtPlace], settings: Landm
     """
     lines = []
     for place in places:
-        images = load_images(place_path(folder, place.name))
+        # Loading again reports why the images of a place are missing.
+        images = place.images or load_images(place_path(folder, place.name))
         result = LandmarkLocalizer([place], settings).locate(images.left, images.right, images.tilt)
         if isinstance(result, NoLandmarkFix):
             lines.append(

@@ -16,9 +16,10 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from shirube_core.geometry import quaternion_from_yaw
 from shirube_ros.diagnostics import Level, Status
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection
+from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.pair_stream import LocatedPair
 from stereo_landmark.core.place.place_locator import PlaceLocator
+from stereo_landmark.core.procedure.target_search import TargetDetection
 from stereo_landmark.core.stereo import is_measurable
 
 

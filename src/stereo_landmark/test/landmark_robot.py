@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 from taught_wall import CALIBRATIONS, TAUGHT, seen
 
 from shirube_ros.camera.image import image_from_array
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.pair.camera_pair import CameraCalibration
 from stereo_landmark.node import StereoLandmarkNode
 
 MOUNT = {'camera_xyz': [0.2, 0.1, 0.6]}

@@ -6,17 +6,12 @@ import numpy as np
 from taught_wall import HERE, RIG, TAUGHT, taught_place
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import (
-    LandmarkFix,
-    NoDetectionReason,
-    NoLandmarkFix,
-    NoTargetDetection,
-    TargetDetection,
-)
+from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.pair_stream import LocatedPair
 from stereo_landmark.core.place.place_locator import PlaceFix
-from stereo_landmark.core.procedure.prediction import predict_pixels
+from stereo_landmark.core.procedure.coarse_pose import predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.target_search import NoDetectionReason, NoTargetDetection, TargetDetection
 from stereo_landmark.core.stereo import StereoPoints
 
 IMAGE = np.full((240, 376), 100, np.uint8)

@@ -12,8 +12,7 @@ from scene_simulator.imaging.antialiased_shapes import (
     photograph,
     polygon_intervals,
 )
-from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.segments import trace_segments
+from stereo_landmark.core.edges.edges import extract_edges, trace_segments
 from stereo_landmark.core.primitives.line_segments import fit_line_segments
 from stereo_landmark.core.settings import EdgeSettings, PrimitiveSettings
 

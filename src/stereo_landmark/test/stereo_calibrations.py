@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from shirube_core.geometry import PinholeCamera
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.pair.camera_pair import CameraCalibration
 
 
 def rectified_calibration(camera, x=0.0):

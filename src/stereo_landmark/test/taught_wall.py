@@ -11,7 +11,7 @@ from place_scenes import MOUNT
 from stereo_calibrations import rectified_calibration, write_calibration
 
 from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, stereo_rig
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoImages

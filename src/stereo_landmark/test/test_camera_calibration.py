@@ -10,7 +10,7 @@ from taught_wall import HERE, RIG, seen
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from shirube_ros.errors import CalibrationError, CameraInfoError
-from stereo_landmark.core.pair.camera_calibration import (
+from stereo_landmark.core.pair.camera_pair import (
     CameraCalibration,
     PairFault,
     Rectifier,

@@ -3,7 +3,7 @@ import pytest
 from place_scenes import RIG, panel, random_state, teach, view
 
 from stereo_landmark.core.place.reprojection import fit_reprojection
-from stereo_landmark.core.procedure.coarse_pose_fit import DETECTED_SIGMA, fit_coarse_pose
+from stereo_landmark.core.procedure.coarse_pose import DETECTED_SIGMA, fit_coarse_pose
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import StereoPoints

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.consensus import consistent_points, find_consensus_set
 from stereo_landmark.core.place.place_locator import NoPlaceFix, NoPlaceFixReason, PlaceLocator
+from stereo_landmark.core.place.point_registration import consistent_points, find_consensus_set
 
 NOISE = 0.1
 NEXT_ROW = np.array([0.0, 0.0, 0.03])

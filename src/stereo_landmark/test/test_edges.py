@@ -5,7 +5,7 @@ import pytest
 from seen_shapes import ellipse_photo, polygon_photo
 
 from stereo_landmark.core.edges.edges import check_grey_image, extract_edges, gaussian_gradient
-from stereo_landmark.core.edges.segments import extract_chains, link_points
+from stereo_landmark.core.edges.linking import extract_chains, link_points
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -16,7 +16,7 @@ def test_edges_of_a_disc_are_on_its_outline_once_around():
     assert np.abs(radii - 25.0).max() < 0.15
     assert radii.mean() == pytest.approx(25.0, abs=0.05)
     # One per row of a steep edge, one per column of a flat edge: 4 r / sqrt(2) times 2.
-    assert len(edges) == pytest.approx(8 * 25.0 / math.sqrt(2.0), abs=4)
+    assert len(edges.points) == pytest.approx(8 * 25.0 / math.sqrt(2.0), abs=4)
 
 
 @pytest.mark.parametrize('angle', [0.0, 0.2, 0.785, 1.3])
@@ -38,12 +38,12 @@ def test_points_of_a_straight_edge_are_exact_and_the_gradient_points_to_the_brig
 def test_index_and_points_agree():
     edges = extract_edges(ellipse_photo((50, 45), (25.0, 15.0), 0.4), EdgeSettings())
     columns, rows = np.rint(edges.points).astype(int).T
-    np.testing.assert_array_equal(edges.index[rows, columns], np.arange(len(edges)))
-    assert (edges.index >= 0).sum() == len(edges)
+    np.testing.assert_array_equal(edges.index[rows, columns], np.arange(len(edges.points)))
+    assert (edges.index >= 0).sum() == len(edges.points)
 
 
 def test_an_even_image_has_no_edges():
-    assert len(extract_edges(np.full((40, 50), 90, np.uint8), EdgeSettings())) == 0
+    assert len(extract_edges(np.full((40, 50), 90, np.uint8), EdgeSettings()).points) == 0
 
 
 def test_colour_is_refused():

@@ -9,9 +9,8 @@ from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
-from stereo_landmark.core.teaching.edits import processing_values
+from stereo_landmark.core.teaching.edits import TeachingState, processing_values
 from stereo_landmark.core.teaching.primitive_selection import Region
-from stereo_landmark.core.teaching.teaching_state import TeachingState
 
 
 def ellipse(u):

@@ -8,18 +8,17 @@ from drawn_wall import Disc, Plate, Wall, look, view_of
 from place_scenes import RIG, panel, teach, view
 from taught_wall import RIG as SMALL_RIG
 
+from stereo_landmark.commands.teach import undetected_targets
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.settings import PlaceSettings
-from stereo_landmark.core.teaching.geometry_hints import (
+from stereo_landmark.core.teaching.hints import (
     check_geometry,
     count_distinct_points,
     find_skewed_shapes,
     horizontal_extent,
-    pose_sigmas,
-    undetected_targets,
 )
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
@@ -67,7 +66,7 @@ def test_the_width_does_not_change_with_the_direction_of_the_wall():
 def test_the_worst_direction_counts():
     points = panel()
     fix = PlaceLocator(RIG).locate(view(points, np.zeros(6), 0.1, np.random.default_rng(1)), teach(points))
-    position, yaw = pose_sigmas(fix)
+    position, yaw = fix.position_sigma, fix.yaw_sigma
     assert position >= np.sqrt(np.diag(fix.covariance)[:2].max())
     assert yaw == np.sqrt(fix.covariance[3, 3])
 

@@ -6,8 +6,7 @@ from drawn_wall import Disc, Plate, Wall, look, view_of
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core import landmark_localizer
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.settings import LandmarkSettings, SearchSettings

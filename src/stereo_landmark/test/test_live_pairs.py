@@ -23,7 +23,7 @@ from taught_wall import CALIBRATIONS, HERE, RAW, RIG, TAUGHT, raw_image, seen
 
 from shirube_ros.camera.image import image_from_array
 from stereo_landmark.commands.teach import make_parser
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.pair.camera_pair import CameraCalibration
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.page.live_pairs import CameraSubscriber, LivePairs, live_pairs
 

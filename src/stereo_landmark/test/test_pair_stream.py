@@ -12,8 +12,8 @@ from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 from shirube_core.geometry import CameraMount
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair import pair_stream
-from stereo_landmark.core.pair.camera_calibration import PairFault
-from stereo_landmark.core.pair.pair_stream import PairStream, Side, StampSynchronizer, check_cameras
+from stereo_landmark.core.pair.camera_pair import PairFault, Side, StampSynchronizer
+from stereo_landmark.core.pair.pair_stream import PairStream, check_cameras
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo import calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

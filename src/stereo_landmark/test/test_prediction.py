@@ -7,19 +7,12 @@ import pytest
 from drawn_wall import Disc, Plate, Wall, view_of
 from place_scenes import CAMERA, RIG, panel
 
-from stereo_landmark.core.landmark_fix import TargetDetection
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
-from stereo_landmark.core.procedure.prediction import (
-    centre_correction,
-    ellipse_centre_offset,
-    image_distances,
-    poses_from_match,
-    predict_pixels,
-    wall_normal,
-)
+from stereo_landmark.core.procedure.coarse_pose import image_distances, poses_from_match, predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.procedure.target_search import TargetDetection, TargetSearch
+from stereo_landmark.core.procedure.taught_place import centre_correction, ellipse_centre_offset, wall_normal
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 

@@ -9,12 +9,14 @@ from stereo_landmark.core.primitives.primitive import Tolerances, difference
 from stereo_landmark.core.primitives.quadrilateral import (
     Quadrilateral,
     QuadrilateralTolerance,
-    best_corner_rotation,
-    compare_corners,
     detect_quadrilaterals,
     match_corner_order,
-    order_corner_pairs,
     refine_quadrilateral,
+)
+from stereo_landmark.core.primitives.quadrilateral_kernels import (
+    best_corner_rotation,
+    compare_corners,
+    order_corner_pairs,
 )
 
 CORNERS = np.array([[22.3, 18.6], [78.1, 24.9], [70.4, 69.7], [28.8, 62.2]])

@@ -6,9 +6,8 @@ from scipy.spatial.transform import Rotation
 from stereo_calibrations import RealPairs
 
 from shirube_core.geometry import CameraMount, wrap_angle
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.pair.camera_calibration import Rectifier, stereo_rig
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
+from stereo_landmark.core.pair.camera_pair import Rectifier, stereo_rig
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

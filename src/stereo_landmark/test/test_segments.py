@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from seen_shapes import ellipse_photo, polygon_photo, segments_of, turned_rectangle
 
-from stereo_landmark.core.edges.segments import polyline_vertices
+from stereo_landmark.core.edges.linking import polyline_vertices
 
 
 def test_a_disc_is_one_closed_segment_with_the_bright_side_to_the_right():

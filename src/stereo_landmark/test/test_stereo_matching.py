@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, match_pairs
+from stereo_landmark.core.procedure.stereo_matching import candidate_pairs
+from stereo_landmark.core.procedure.stereo_view import match_pairs
 
 ANY = (0.0, 300.0)
 

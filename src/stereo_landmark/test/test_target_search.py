@@ -5,11 +5,15 @@ import pytest
 from drawn_wall import Disc, Plate, Wall, view_of
 from place_scenes import RIG
 
-from stereo_landmark.core.landmark_fix import NoDetectionReason, NoTargetDetection, TargetDetection
 from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
-from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.procedure.target_search import (
+    NoDetectionReason,
+    NoTargetDetection,
+    TargetDetection,
+    TargetSearch,
+)
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 

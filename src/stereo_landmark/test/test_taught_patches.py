@@ -6,8 +6,7 @@ import pytest
 from drawn_wall import Plate, Wall, look
 from place_scenes import RIG
 
-from stereo_landmark.core.landmark_fix import LandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind, primitive_size

@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 from taught_wall import HERE, METERS, RIG, T_MAP_PLACE, taught_place
 from teaching_wall import images_of, meters_of, new_session, session_with_meters
 
-from stereo_landmark.core.landmark_fix import LandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkFix
 from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits, teacher
+from stereo_landmark.core.teaching.edits import state_from_place
 from stereo_landmark.core.teaching.hints import NOT_DETECTED
 from stereo_landmark.core.teaching.primitive_selection import Region
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
-from stereo_landmark.core.teaching.teaching_state import state_from_place
 from stereo_landmark.page.pair_source import StereoPairs, taught_pair
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.snapshot import snapshot

@@ -1,7 +1,5 @@
 """Results of images that were located without a running node, and their table as CSV."""
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +8,7 @@ import numpy as np
 
 from floor_localizer.core.fix import Fix, NoFix
 from shirube_bags.stamps import text_from_stamp
-from shirube_core.files import atomic_write
+from shirube_core.files import write_csv
 
 COLUMNS = (
     *('image', 'stamp', 'x', 'y', 'yaw', 'sigma_x', 'sigma_y', 'sigma_yaw'),
@@ -46,13 +44,8 @@ def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
     Raises:
         OSError: the file cannot be written.
     """
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator='\n')
-    table.writerow(COLUMNS)
-    for image in images:
-        table.writerow([image.name, text_from_stamp(image.stamp_ns), *_fields(image)])
-    with atomic_write(path) as file:
-        file.write(text.getvalue().encode())
+    rows = ([image.name, text_from_stamp(image.stamp_ns), *_fields(image)] for image in images)
+    write_csv(path, COLUMNS, rows)
 
 
 def _fields(image: LocatedImage) -> list[str]:

@@ -1,7 +1,5 @@
 """Report and tables of a survey."""
 
-import csv
-import io
 import math
 from pathlib import Path
 
@@ -10,7 +8,7 @@ import numpy as np
 from floor_localizer.core.arrays import Floats
 from floor_localizer.core.survey.floor_survey import SurveyResult
 from floor_localizer.survey_files.survey_run import SurveyRun
-from shirube_core.files import atomic_write, write_text
+from shirube_core.files import atomic_write, write_csv
 
 _BIN_WIDTH = 1e-8
 """Finer than the reported digits of a residual [m]."""
@@ -108,9 +106,6 @@ def save_image_poses(path: Path, run: SurveyRun) -> None:
     Raises:
         OSError: the file cannot be written.
     """
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator='\n')
-    table.writerow(('image', 'x', 'y', 'yaw', 'scale', 'roll', 'pitch'))
-    for index, state in zip(run.result.images.tolist(), run.result.states.tolist(), strict=True):
-        table.writerow([run.images.frames[index].name, *(f'{value:.7f}' for value in state)])
-    write_text(path, text.getvalue())
+    states = zip(run.result.images.tolist(), run.result.states.tolist(), strict=True)
+    rows = ([run.images.frames[index].name, *(f'{value:.7f}' for value in state)] for index, state in states)
+    write_csv(path, ('image', 'x', 'y', 'yaw', 'scale', 'roll', 'pitch'), rows)

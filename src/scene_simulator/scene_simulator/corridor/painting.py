@@ -14,6 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from scene_simulator.imaging.antialiased_shapes import clip_integral
+
 SPACING = 0.004
 """Distance of the finest samples [m]: the tile repeats after 4.1 m."""
 
@@ -165,15 +167,7 @@ def _mean_fraction_left(side: float, low: float, high: float) -> float:
     """Return the mean, over an edge segment, of the fraction of a sample right of the segment."""
     if high - low < 1e-9:
         return min(max(side - 0.5 * (low + high), 0.0), 1.0)
-    return (_clip_integral(side - low) - _clip_integral(side - high)) / (high - low)
-
-
-@njit(cache=True, error_model='numpy')
-def _clip_integral(t: float) -> float:
-    """Return the integral of clip(s, 0, 1) over s from 0 to t."""
-    if t <= 0.0:
-        return 0.0
-    return 0.5 * t * t if t < 1.0 else t - 0.5
+    return (clip_integral(side - low) - clip_integral(side - high)) / (high - low)
 
 
 @njit(cache=True, error_model='numpy')

@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scene_simulator.floor.marks import FloorMarks
+from scene_simulator.imaging.antialiased_shapes import clip_integral
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])
@@ -101,15 +102,7 @@ def _mean_width(a: float, b: float) -> float:
     """Return the mean of clip(t, 0, 1) for t between a and b."""
     if abs(a - b) < 1e-9:
         return min(max(0.5 * (a + b), 0.0), 1.0)
-    return (_clip_integral(a) - _clip_integral(b)) / (a - b)
-
-
-@njit(cache=True)
-def _clip_integral(t: float) -> float:
-    """Return the integral of clip(s, 0, 1) over s from 0 to t."""
-    if t <= 0.0:
-        return 0.0
-    return 0.5 * t * t if t < 1.0 else t - 0.5
+    return (clip_integral(a) - clip_integral(b)) / (a - b)
 
 
 class FloorView:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 # Cells a pixel side, in which the outline's coverage is exact along rows; rows a cell.
@@ -87,3 +88,11 @@ def photograph(light: NDArray[np.float64], noise: float = 0.0, seed: int = 0) ->
     """Return the image of grey levels, shape (h, w), rounded, with normal noise [grey levels] of a seed."""
     rng = np.random.default_rng(seed)
     return np.clip(np.rint(light + noise * rng.standard_normal(np.shape(light))), 0, 255).astype(np.uint8)
+
+
+@njit(cache=True, error_model='numpy')
+def clip_integral(t: float) -> float:
+    """Return the integral of clip(s, 0, 1) over s from 0 to t."""
+    if t <= 0.0:
+        return 0.0
+    return 0.5 * t * t if t < 1.0 else t - 0.5

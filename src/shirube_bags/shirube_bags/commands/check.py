@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import io
 import json
 import sys
 from collections.abc import Sequence
@@ -30,7 +29,7 @@ from shirube_bags.errors import ShirubeBagsError, TrajectoryError
 from shirube_bags.stamps import number_from_zero, stamp_from_text, text_from_stamp
 from shirube_bags.trajectory import Trajectory, planar_poses
 from shirube_bags.trajectory_files import load_bag_trajectory, load_header_stamps, load_tum, save_tum
-from shirube_core.files import write_text
+from shirube_core.files import write_csv, write_text
 
 # A pose has the stamp of its image; files of other tools round it to microseconds.
 STAMP_TOLERANCE_NS = 1_000_000
@@ -158,15 +157,12 @@ COLUMNS = (
 
 def save_error_table(path: Path | str, errors: TrajectoryErrors) -> None:
     """Write one line per compared pose, in seconds, metres and radians."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(COLUMNS)
     numbers = np.column_stack(
         [errors.position, errors.heading, planar_poses(errors.estimate), planar_poses(errors.reference)]
     )
-    for stamp_ns, row in zip(errors.estimate.stamps_ns, numbers, strict=True):
-        writer.writerow([text_from_stamp(stamp_ns), *(f'{number:.9g}' for number in row)])
-    write_text(path, text.getvalue())
+    poses = zip(errors.estimate.stamps_ns, numbers, strict=True)
+    rows = ([text_from_stamp(stamp_ns), *(f'{number:.9g}' for number in row)] for stamp_ns, row in poses)
+    write_csv(path, COLUMNS, rows)
 
 
 def load_intervals(path: Path | str) -> NDArray[np.int64]:

@@ -1,15 +1,16 @@
 """Poses in the plane and in space, rotations and camera models, without ROS."""
 
-from shirube_core.geometry.camera import CameraMount, PinholeCamera, gravity_aligned_camera
-from shirube_core.geometry.se2 import (
+from shirube_core.geometry.camera import CameraMount, PinholeCamera, TiltBuffer, gravity_aligned_camera
+from shirube_core.geometry.poses import (
     SE2,
+    SE3,
+    covariance_from_information,
+    matrix_from_rpy,
     quaternion_from_yaw,
     rotation_matrix,
     wrap_angle,
     yaw_from_quaternion,
 )
-from shirube_core.geometry.se3 import SE3, matrix_from_rpy
-from shirube_core.geometry.tilt_buffer import TiltBuffer
 
 __all__ = [
     'SE2',
@@ -17,6 +18,7 @@ __all__ = [
     'CameraMount',
     'PinholeCamera',
     'TiltBuffer',
+    'covariance_from_information',
     'gravity_aligned_camera',
     'matrix_from_rpy',
     'quaternion_from_yaw',

@@ -1,4 +1,4 @@
-"""A camera: intrinsics, its extrinsics on the robot, its projection to the floor, and its pose on a tilted robot.
+"""A camera: intrinsics, extrinsics on the robot, projection to the floor, and pose on a robot with a buffered tilt.
 
 The intrinsics are those of ``sensor_msgs/CameraInfo``: a pinhole with ``plumb_bob`` distortion.
 
@@ -9,6 +9,7 @@ Points and rays are in the camera's optical frame: x right, y down, z forward.
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from shirube_core.geometry.se3 import SE3, matrix_from_rpy
+from shirube_core.geometry.poses import SE3, matrix_from_rpy
 
 _UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
 # OpenCV 4 takes the termination criteria in undistortPointsIter, OpenCV 5 in undistortPoints.
@@ -167,3 +168,28 @@ def gravity_aligned_camera(mount: CameraMount, roll: float = 0.0, pitch: float =
     """
     T_level_base = SE3.from_rpy((0.0, 0.0, 0.0), (roll, pitch, 0.0))
     return T_level_base @ SE3(mount.rotation, np.array(mount.xyz))
+
+
+_READINGS_MAX = 2000
+"""Buffer length: 10 s of a fast IMU, since images arrive later than their IMU readings."""
+_TILT_AGE_MAX = 0.1
+"""Largest difference between the stamps of a tilt and an image [s]; a robot sways faster than this."""
+
+
+class TiltBuffer:
+    """Recent roll and pitch of the base."""
+
+    def __init__(self) -> None:
+        """Start without readings."""
+        self._readings: deque[tuple[float, tuple[float, float]]] = deque(maxlen=_READINGS_MAX)
+
+    def add(self, stamp: float, roll: float, pitch: float) -> None:
+        """Add fixed-axis roll and pitch of the base [rad] at a stamp [s]."""
+        self._readings.append((stamp, (roll, pitch)))
+
+    def tilt_at(self, stamp: float) -> tuple[float, float] | None:
+        """Return the roll and pitch [rad] nearest to a stamp [s], None without a reading within 0.1 s."""
+        if not self._readings:
+            return None
+        nearest, tilt = min(self._readings, key=lambda reading: abs(reading[0] - stamp))
+        return tilt if abs(nearest - stamp) <= _TILT_AGE_MAX else None

@@ -6,7 +6,7 @@ import math
 from bisect import bisect_left, bisect_right
 from enum import Enum
 
-from shirube_core.geometry.se2 import SE2
+from shirube_core.geometry import SE2
 from shirube_core.motion.cumulative_odometry import CumulativeOdometry
 
 _JUMP_XY, _JUMP_YAW = 0.02, 0.02  # a smaller step is never a jump [m, rad]

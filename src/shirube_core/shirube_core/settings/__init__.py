@@ -1,7 +1,11 @@
 """Typed settings: a frozen dataclass defines default, unit, range and description of each value once."""
 
-from shirube_core.settings.build import reject_former_option, renamed_message, settings_from_values
-from shirube_core.settings.check import check_settings
+from shirube_core.settings.build import (
+    check_settings,
+    reject_former_option,
+    renamed_message,
+    settings_from_values,
+)
 from shirube_core.settings.definition import (
     SettingDescription,
     SettingsError,

@@ -18,8 +18,8 @@ from shirube_ros.camera.files import list_images
 from shirube_ros.errors import CameraFileError
 from shirube_ros.offline.locate import OfflineLocalizer, add_common_options, locate_recording, run_command
 from shirube_ros.offline.recording import RecordedImage, RecordingTopics
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream, Side
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side
+from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings, PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import (

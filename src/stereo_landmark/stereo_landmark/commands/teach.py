@@ -12,13 +12,12 @@ import numpy as np
 from shirube_bags.errors import ShirubeBagsError
 from shirube_core.settings import SettingsError
 from shirube_ros.errors import CameraFileError
-from stereo_landmark.core.landmark_fix import NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
 from stereo_landmark.core.procedure.stereo_view import DetectedScene, StereoView, detect_scene
+from stereo_landmark.core.procedure.target_search import NoTargetDetection
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import SpatialPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.geometry_hints import undetected_targets
 from stereo_landmark.core.teaching.hints import report_target
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection, select_primitives
 from stereo_landmark.core.teaching.teacher import Teacher
@@ -107,6 +106,19 @@ def _print_points(points: SpatialPoints) -> None:
         x, y, z = position
         sigma = 1e3 * float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
         print(f'{name:<40} x {x:7.3f} m, y {y:7.3f} m, z {z:7.3f} m, +- {sigma:.1f} mm')
+
+
+def undetected_targets(answer: LandmarkFix | NoLandmarkFix) -> list[str]:
+    """Return a line for each target that is not detected in the images used for teaching, by their result."""
+    undetected = [
+        f'target {detection.target}: {detection.reason.value} even in the taught images ({detection.detail}); '
+        'add primitives that distinguish it from similar objects'
+        for detection in answer.detections
+        if isinstance(detection, NoTargetDetection)
+    ]
+    if isinstance(answer, NoLandmarkFix) and not undetected:
+        undetected.append(f'{answer.reason} even in the taught images ({answer.detail}); select other points')
+    return undetected
 
 
 def _selection_warnings(selections: Sequence[TargetSelection], teacher: Teacher) -> Iterator[str]:

@@ -3,20 +3,92 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from stereo_landmark.core.arrays import GreyImage
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection, describe_failure
+from shirube_core.geometry import SE2, matrix_from_rpy
+from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
-from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
+from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
-from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.procedure.target_search import (
+    NoDetectionReason,
+    NoTargetDetection,
+    TargetDetection,
+    TargetResult,
+    TargetSearch,
+)
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo import StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+_STAGES = (NoDetectionReason.NO_CANDIDATE, NoDetectionReason.NOT_SIGNIFICANT, NoDetectionReason.AMBIGUOUS)
+"""Stages of the target search in the order in which they can fail."""
+
+
+@dataclass(frozen=True)
+class LandmarkFix:
+    """Pose of the robot at a taught place.
+
+    Attributes:
+        place: recognized place.
+        displacement: displacement from the taught pose.
+        detections: detection results of the targets.
+        matched_patches: names of the primitives measured by patch alignment; the others are measured by their outlines.
+    """
+
+    place: TaughtPlace
+    displacement: PlaceFix
+    detections: tuple[TargetResult, ...]
+    matched_patches: tuple[str, ...] = ()
+
+    @property
+    def T_map_base(self) -> SE2 | None:  # noqa: N802
+        """Pose of the robot in the map, None if the place has no map pose."""
+        T_map_place = self.place.T_map_place
+        return None if T_map_place is None else T_map_place @ self.displacement.T_place_base
+
+    @property
+    def map_covariance(self) -> Floats:
+        """Covariance of x, y [m] and yaw [rad] in the map, shape (3, 3); in the place's frame if it has no map pose."""
+        T_map_place = self.place.T_map_place
+        turn = matrix_from_rpy((0.0, 0.0, 0.0 if T_map_place is None else T_map_place.yaw))
+        planar = self.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
+        return np.asarray(turn @ planar @ turn.T)
+
+    @property
+    def log_likelihood_ratio(self) -> float:
+        """Log-likelihood ratio against chance, summed over all targets."""
+        return sum(each.log_likelihood_ratio for each in self.detections if isinstance(each, TargetDetection))
+
+
+@dataclass(frozen=True)
+class NoLandmarkFix:
+    """No pose, and why.
+
+    Attributes:
+        reason: message, the same for the same kind of failure.
+        detail: numbers and names for the diagnostics.
+        detections: detection results at the place that came nearest to a fix.
+    """
+
+    reason: str
+    detail: str
+    detections: tuple[TargetResult, ...] = ()
+
+    @property
+    def progress(self) -> tuple[int, float]:
+        """Progress for comparison: stage of the best target, and log-likelihood ratio of the detected ones."""
+        found = [each for each in self.detections if isinstance(each, TargetDetection)]
+        stages = [
+            _STAGES.index(each.reason) if isinstance(each, NoTargetDetection) else len(_STAGES)
+            for each in self.detections
+        ]
+        return max(stages, default=0), sum(each.log_likelihood_ratio for each in found)
+
 
 _ViewKey = tuple[ImageProcessing, frozenset[PrimitiveKind], StereoRig]
 
@@ -101,7 +173,7 @@ class LandmarkLocalizer:
         result = locator.locate(measured.seen.subset(is_selected), measured.taught, view.tilt)
         if isinstance(result, PlaceFix):
             return LandmarkFix(place, result, detections, measured.matched_patches)
-        return describe_failure(place, detections, result)
+        return _describe_failure(place, detections, result)
 
     def _select_best(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
         """Return the fix with the highest log-likelihood ratio, unless it is ambiguous."""
@@ -123,3 +195,15 @@ def _check_sizes(place: TaughtPlace, images: tuple[GreyImage, GreyImage]) -> Non
                 f'the {name} image is {size}, place {place.name} was taught with '
                 f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
             )
+
+
+def _describe_failure(
+    place: TaughtPlace, detections: tuple[TargetResult, ...], fault: NoPlaceFix
+) -> NoLandmarkFix:
+    """Return why a place gave no pose: the points of its targets were rejected, or no target was detected."""
+    missing = [each for each in detections if isinstance(each, NoTargetDetection)]
+    if len(missing) < len(detections):
+        return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', detections)
+    reason = missing[0].reason.value
+    detail = '; '.join(f'{each.target}: {each.reason.value} ({each.detail})' for each in missing)
+    return NoLandmarkFix(reason, f'place {place.name}: {detail}', detections)

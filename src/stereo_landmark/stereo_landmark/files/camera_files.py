@@ -26,8 +26,7 @@ from shirube_ros.offline.recording import (
     choose_images,
     choose_imu,
 )
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration
-from stereo_landmark.core.pair.pair_stream import Side, StampSynchronizer
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side, StampSynchronizer
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml
 

@@ -14,10 +14,11 @@ import numpy as np
 from shirube_bags.stamps import text_from_stamp
 from shirube_bags.trajectory import planar_trajectory
 from shirube_bags.trajectory_files import save_tum
-from shirube_core.files import write_text
+from shirube_core.files import write_csv
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix, TargetDetection
+from stereo_landmark.core.landmark_localizer import LandmarkFix
 from stereo_landmark.core.pair.pair_stream import LocatedPair
+from stereo_landmark.core.procedure.target_search import TargetDetection
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def save_displacements(folder: Path, frames: Sequence[LocatedFrame]) -> list[Pat
     for path, poses in files.items():
         flat = [(pose.x, pose.y, pose.yaw) for pose in poses.values()]
         save_tum(path, planar_trajectory(list(poses), flat))
-    write_text(table, _table(frames))
+    write_csv(table, COLUMNS, map(_row, frames))
     for stale in existing - files.keys():
         stale.unlink(missing_ok=True)
     return [table, *files]
@@ -99,14 +100,9 @@ def _existing_trajectories(table: Path) -> set[Path]:
     return files | {table.parent / MAP_FILE} if any(row['map_x'] for row in rows) else files
 
 
-def _table(frames: Sequence[LocatedFrame]) -> str:
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator='\n')
-    table.writerow(COLUMNS)
-    for frame in frames:
-        found = [''] * len(_RESULT_COLUMNS) if frame.fix is None else _result_fields(frame.fix)
-        table.writerow([frame.name, text_from_stamp(frame.stamp_ns), *found, *frame.failure])
-    return text.getvalue()
+def _row(frame: LocatedFrame) -> list[str]:
+    found = [''] * len(_RESULT_COLUMNS) if frame.fix is None else _result_fields(frame.fix)
+    return [frame.name, text_from_stamp(frame.stamp_ns), *found, *frame.failure]
 
 
 def _result_fields(fix: LandmarkFix) -> list[str]:

@@ -123,15 +123,17 @@ def load_places(folder: Path) -> list[TaughtPlace]:
     paths = sorted(folder.glob('*.yaml'))
     if not paths:
         raise LandmarkFileError(f'{folder}: contains no taught place (*.yaml); teach one')
-    return [replace(load_place(path), images=_load_images_if_present(path)) for path in paths]
+    return [_load_with_images(path) for path in paths]
 
 
-def _load_images_if_present(path: Path) -> StereoImages | None:
-    """Return the images of a place, None if they are missing: outlines suffice for localization."""
+def _load_with_images(path: Path) -> TaughtPlace:
+    """Return a place with its images, without them if they are missing: outlines suffice for localization."""
+    entries = _read(path)
+    place = _place_from(path, entries)
     try:
-        return load_images(path)
+        return replace(place, images=read_images(path, entries['images']))
     except LandmarkFileError:
-        return None
+        return place
 
 
 def _read(path: Path) -> dict[str, Any]:

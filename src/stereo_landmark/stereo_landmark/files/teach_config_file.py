@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
 from shirube_core.settings import SettingsError, settings_from_values
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, pair_fault, stereo_rig
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -25,8 +25,7 @@ from shirube_ros.camera.input import ImageInput
 from shirube_ros.pose_conversion import tilt_from_imu
 from shirube_ros.quality_of_service import odometry_profile
 from shirube_ros.stamps import StampValidator
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, stereo_rig
-from stereo_landmark.core.pair.pair_stream import Side, StampSynchronizer
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side, StampSynchronizer, stereo_rig
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import calibration_from_camera_info, to_grey

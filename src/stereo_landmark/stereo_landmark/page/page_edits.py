@@ -9,8 +9,8 @@ from shirube_core.geometry import SE2
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
+from stereo_landmark.core.teaching.edits import TeachingState
 from stereo_landmark.core.teaching.primitive_selection import Region
-from stereo_landmark.core.teaching.teaching_state import TeachingState
 
 Request = Mapping[str, Any]
 

@@ -13,7 +13,7 @@ from tqdm import tqdm
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import CameraMount
 from shirube_ros.camera.files import list_images
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, pair_fault, stereo_rig
 from stereo_landmark.core.stereo import StereoImages, StereoRig, calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import (

@@ -13,10 +13,10 @@ from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
+from stereo_landmark.core.teaching.edits import TeachingState
 from stereo_landmark.core.teaching.hints import Severity
 from stereo_landmark.core.teaching.procedure_check import check_trials
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
-from stereo_landmark.core.teaching.teaching_state import TeachingState
 from stereo_landmark.page import page_edits as read
 from stereo_landmark.page.page_edits import EDITS, Request
 from stereo_landmark.page.pair_source import StereoPairs

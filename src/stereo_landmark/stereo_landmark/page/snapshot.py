@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.settings import describe_settings
-from stereo_landmark.core.edges.segments import Segments
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix, TargetDetection
+from stereo_landmark.core.edges.edges import Segments
+from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
 from stereo_landmark.core.primitives.primitive import (
     ImageProcessing,
@@ -19,8 +19,8 @@ from stereo_landmark.core.primitives.primitive import (
     PrimitiveKind,
     primitive_kind,
 )
+from stereo_landmark.core.procedure.target_search import TargetDetection
 from stereo_landmark.core.teaching.edits import processing_values
-from stereo_landmark.core.teaching.geometry_hints import pose_sigmas
 from stereo_landmark.core.teaching.hints import Hint, TargetReport
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teaching_session import SelectablePrimitive, TeachingSession
@@ -184,8 +184,7 @@ def _expected(fix: PlaceFix | NoPlaceFix) -> dict[str, Any]:
 
 
 def _sigmas(fix: PlaceFix) -> dict[str, float]:
-    position, yaw = pose_sigmas(fix)
-    return {'position_sigma': position, 'yaw_sigma': yaw}
+    return {'position_sigma': fix.position_sigma, 'yaw_sigma': fix.yaw_sigma}
 
 
 def _lines(primitive: Primitive) -> list[list[list[float]]]:

@@ -14,8 +14,7 @@ from pathlib import Path
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import check_settings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.edits import rename_place
-from stereo_landmark.core.teaching.teaching_state import TeachingState, state_from_place
+from stereo_landmark.core.teaching.edits import TeachingState, rename_place, state_from_place
 from stereo_landmark.files.place_file import load_place
 from stereo_landmark.node_settings import NodeSettings
 from stereo_landmark.page.access import is_loopback, new_token, reachable_host

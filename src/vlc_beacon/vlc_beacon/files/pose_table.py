@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from shirube_bags.stamps import text_from_stamp
-from shirube_core.files import atomic_write
+from shirube_core.files import write_csv
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 
@@ -45,31 +43,20 @@ COLUMNS = ('image', 'stamp', *_POSE, 'lamps', 'beacons', 'used', 'anomalies', 'r
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
     """Write one line per image, in metres and radians, atomically; raises `OSError`."""
-    rows = [[image.name, text_from_stamp(image.stamp_ns), *_fields(image)] for image in images]
-    _save_table(path, COLUMNS, rows)
+    rows = ([image.name, text_from_stamp(image.stamp_ns), *_fields(image)] for image in images)
+    write_csv(path, COLUMNS, rows)
 
 
 def save_messages(path: Path, images: Sequence[LocatedImage]) -> int:
     """Write one line per message of a lamp, atomically; return their number; raises `OSError`."""
     rows = [
-        [
-            text_from_stamp(image.stamp_ns),
-            '' if message.sender is None else str(message.sender),
-            message.to_json(),
-        ]
+        [text_from_stamp(image.stamp_ns), '' if m.sender is None else str(m.sender), m.to_json()]
         for image in images
         if isinstance(image.result, ReceiverOutput)
-        for message in image.result.messages
+        for m in image.result.messages
     ]
-    _save_table(path, ('stamp', 'beacon', 'data'), rows)
+    write_csv(path, ('stamp', 'beacon', 'data'), rows)
     return len(rows)
-
-
-def _save_table(path: Path, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    text = io.StringIO()
-    csv.writer(text, lineterminator='\n').writerows([columns, *rows])
-    with atomic_write(path) as file:
-        file.write(text.getvalue().encode())
 
 
 def _fields(image: LocatedImage) -> list[str]:

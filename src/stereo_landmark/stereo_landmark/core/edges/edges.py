@@ -1,4 +1,4 @@
-"""Subpixel edge detection: non-maximum suppression of the gradient magnitude (paper 3.3b)."""
+"""Subpixel edges of an image, by non-maximum suppression of the gradient magnitude, and their segments (paper 3.3b)."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.arrays import Floats, GreyImage, Masks
+from stereo_landmark.core.edges.linking import extract_chains, index_points, link_points, polyline_vertices
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -68,10 +69,6 @@ class Edges:
     gradients: Floats
     index: NDArray[np.int32]
 
-    def __len__(self) -> int:
-        """Return the number of edge points."""
-        return len(self.points)
-
 
 def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
     """Detect edges (paper 3.3b: filter, binarise, thin) down to the lower hysteresis threshold.
@@ -84,16 +81,68 @@ def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
         StereoLandmarkError: the image has the wrong type or shape, or is too small.
     """
     check_grey_image(image)
+    # Filter.
     gx, gy = gaussian_gradient(image, settings.filter_sigma)
     magnitude = cv2.magnitude(gx, gy)
+    # Binarise and thin in one step: maxima of the gradient magnitude above the threshold are one pixel wide.
     is_maximum = _suppress_non_maxima(
         gx, gy, magnitude, np.float32(settings.continuation * settings.threshold)
     )
     index = np.full(image.shape, -1, np.int32)
     points, gradients, neighbour_ratios = _collect_points(gx, gy, magnitude, is_maximum, index)
-    # numpy vectorizes the logarithm, numba kernels do not.
+    # Subpixel positions (not in the paper); numpy vectorizes the logarithm, numba kernels do not.
     _refine_subpixel(points, gradients, np.log(neighbour_ratios))
     return Edges(points, gradients, index)
+
+
+@dataclass(frozen=True)
+class Segments:
+    """The segments of an image, concatenated; the bright side is on the right of each.
+
+    Attributes:
+        points: subpixel edge points of all segments, shape (n, 2) [px].
+        gradients: image gradients, which point to the bright side, shape (n, 2) [grey levels / px].
+        starts: start of each segment in ``points``, shape (m + 1,).
+        closed: whether the segment returns to its first point, shape (m,).
+        vertex_indices: indices of the polyline vertices in ``points``, ends included, shape (k,).
+        vertex_starts: start of each segment in ``vertex_indices``, shape (m + 1,).
+        index: index in ``points`` of the edge in each pixel, -1 where there is none, shape (h, w).
+    """
+
+    points: Floats
+    gradients: Floats
+    starts: NDArray[np.int32]
+    closed: Masks
+    vertex_indices: NDArray[np.int32]
+    vertex_starts: NDArray[np.int32]
+    index: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        """Return the number of segments."""
+        return len(self.closed)
+
+
+def trace_segments(edges: Edges, settings: EdgeSettings) -> Segments:
+    """Link edges to segments and remove weak and short ones (paper 3.3b, 3.4).
+
+    Args:
+        edges: edges of the image.
+        settings: edge detection settings that were taught for the place.
+    """
+    # Line following (3.4).
+    successors = link_points(edges.points, edges.gradients, edges.index)
+    # Noise removal (3.3b).
+    magnitudes = np.sqrt(np.einsum('ij,ij->i', edges.gradients, edges.gradients))
+    count_min = max(2, round(settings.length_min))
+    order, starts, closed = extract_chains(successors, magnitudes, settings.threshold, count_min)
+    points = edges.points.take(order, axis=0)
+    # Sampled points on each segment that its polyline needs (3.4).
+    vertex_indices, vertex_starts = polyline_vertices(points, starts, settings.bend_tolerance)
+    index = index_points(points, edges.index.shape)
+    return Segments(
+        *(points, edges.gradients.take(order, axis=0), starts, closed, vertex_indices, vertex_starts),
+        index=index,
+    )
 
 
 @njit(cache=True, error_model='numpy')

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
-from typing import Generic, TypeVar
 
 import numpy as np
 
 from shirube_core.geometry import CameraMount, TiltBuffer
 from stereo_landmark.core.arrays import GreyImage
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.pair.camera_calibration import CameraCalibration, Rectifier, pair_fault, stereo_rig
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
+from stereo_landmark.core.pair.camera_pair import (
+    CameraCalibration,
+    Rectifier,
+    Side,
+    StampSynchronizer,
+    pair_fault,
+    stereo_rig,
+)
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo import StereoRig, calibration_hash
@@ -137,13 +140,6 @@ def _format_vector(numbers: tuple[float, ...]) -> str:
     return '[' + ', '.join(f'{number:.6g}' for number in numbers) + ']'
 
 
-class Side(IntEnum):
-    """Camera of the stereo pair."""
-
-    LEFT = 0
-    RIGHT = 1
-
-
 @dataclass(frozen=True)
 class _QueuedImage:
     """An image in the queue of the synchronizer."""
@@ -234,57 +230,3 @@ class PairStream:
             self._localizer = PairLocalizer(self._places, rig, self._settings, raw)
             self._calibrations = left, right
         return self._localizer
-
-
-Item = TypeVar('Item')
-
-
-class StampSynchronizer(Generic[Item]):
-    """Pairs the items of two inputs by stamp; the stamps of each input must rise.
-
-    Args:
-        tolerance_ns: largest stamp difference of a pair [ns]; 0 for equal stamps. It must be less than half the frame
-            interval.
-        queue_size: largest number of unpaired items per input.
-    """
-
-    def __init__(self, tolerance_ns: int, queue_size: int) -> None:
-        self._tolerance_ns = tolerance_ns
-        self._queues: tuple[deque[tuple[int, Item]], ...] = (deque(), deque())
-        self._queue_size = queue_size
-
-    def add(self, side: int, stamp_ns: int, item: Item) -> tuple[Item, Item] | None:
-        """Add an item and return the pair that it completes, None if it completes none.
-
-        Args:
-            side: 0 for left, 1 for right.
-            stamp_ns: stamp of the item [ns].
-            item: the item, such as an image.
-
-        Raises:
-            StereoLandmarkError: the queue is full, so the stamps of the inputs do not match.
-        """
-        own_queue, other_queue = self._queues[side], self._queues[1 - side]
-        nearest = min(other_queue, key=lambda other: abs(other[0] - stamp_ns), default=None)
-        if nearest is None or abs(nearest[0] - stamp_ns) > self._tolerance_ns:
-            own_queue.append((stamp_ns, item))
-            self._limit_queue(side)
-            return None
-        while other_queue and other_queue[0][0] <= nearest[0]:
-            other_queue.popleft()
-        own_queue.clear()
-        return (item, nearest[1]) if side == 0 else (nearest[1], item)
-
-    def _limit_queue(self, side: int) -> None:
-        own_queue, other_queue = self._queues[side], self._queues[1 - side]
-        if len(own_queue) <= self._queue_size:
-            return
-        own_queue.popleft()
-        names = ('left', 'right')
-        if not other_queue:
-            raise StereoLandmarkError(
-                f'{names[side]} images are received, but no {names[1 - side]} images; check that camera'
-            )
-        raise StereoLandmarkError(
-            'left and right images have no stamps in common; trigger both cameras together, or set approximate_sync'
-        )

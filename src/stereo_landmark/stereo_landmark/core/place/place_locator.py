@@ -10,8 +10,12 @@ import numpy as np
 
 from shirube_core.geometry import SE2, gravity_aligned_camera, wrap_angle
 from stereo_landmark.core.arrays import Floats
-from stereo_landmark.core.place.closed_form import closed_form, closed_form_covariance
-from stereo_landmark.core.place.consensus import consistent_points, find_consensus_set
+from stereo_landmark.core.place.point_registration import (
+    closed_form,
+    closed_form_covariance,
+    consistent_points,
+    find_consensus_set,
+)
 from stereo_landmark.core.place.reprojection import ReprojectionFit, fit_reprojection, reproject
 from stereo_landmark.core.settings import CLOSED_FORM, PlaceSettings
 from stereo_landmark.core.stereo import (
@@ -44,6 +48,16 @@ class PlaceFix:
     covariance: Floats
     names: tuple[str, ...]
     residuals: Floats
+
+    @property
+    def position_sigma(self) -> float:
+        """Standard deviation of the position in its worst direction [m]."""
+        return math.sqrt(float(np.linalg.eigvalsh(self.covariance[:2, :2])[-1]))
+
+    @property
+    def yaw_sigma(self) -> float:
+        """Standard deviation of the yaw [rad]."""
+        return math.sqrt(float(self.covariance[3, 3]))
 
 
 class NoPlaceFixReason(Enum):
@@ -107,6 +121,7 @@ class PlaceLocator:
             taught: points of the place in its frame; points that are only in one of both sets are ignored.
             tilt: known roll and pitch of the base [rad].
         """
+        # Corresponding points that both cameras measure (3.3d).
         known = np.array([name in taught.names for name in observed.names], dtype=np.bool_)
         observed = observed.subset(known & is_measurable(observed, self._rig))
         if len(observed) < self._settings.points_min:
@@ -115,6 +130,7 @@ class PlaceLocator:
                 f'{len(observed)} taught points are visible in both cameras, at least {needed} are needed'
             )
             return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
+        # Rectified images show a point in the same row; other points are mismatched.
         in_same_row = is_in_same_row(observed, self._settings.pixel_sigma)
         if in_same_row.sum() < self._settings.points_min:
             dv = float(np.median(observed.pixels[:, 3] - observed.pixels[:, 1]))
@@ -124,10 +140,13 @@ class PlaceLocator:
             )
             return NoPlaceFix(NoPlaceFixReason.ROW_MISMATCH, detail)
         observed = observed.subset(in_same_row)
+        # 3D coordinates at the current pose (3.4).
         found = self.spatial_points(observed, tilt)
+        # Points at inconsistent distances are excluded (3.4, end).
         inliers = self._select_inliers(observed, found, taught.select(observed.names))
         if isinstance(inliers, NoPlaceFix):
             return inliers
+        # The displacement from the remaining points (3.1).
         names = inliers.names
         return self._fit_displacement(inliers, found.select(names), taught.select(names), tilt)
 
@@ -155,11 +174,13 @@ class PlaceLocator:
     def _fit_displacement(
         self, observed: StereoPoints, found: SpatialPoints, taught: SpatialPoints, tilt: tuple[float, float]
     ) -> PlaceFix | NoPlaceFix:
+        # The closed form (3.1) is the initial value of the reprojection fit (not in the paper).
         initial = closed_form(found.positions, taught.positions)
         if initial is None:
             return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, 'the points are on one vertical line')
         state = np.array([*initial.state, *tilt])
         fit = fit_reprojection(observed, taught, self._rig, state, self._settings)
+        # The worst outlier is excluded until all points fit.
         while fit is not None and fit.mahalanobis_distances.max() > self._settings.gate_sigmas:
             if len(observed) <= self._settings.points_min:
                 return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, _describe_outlier(observed, fit))
@@ -204,9 +225,8 @@ class PlaceLocator:
         return np.array(columns).T / (2.0 * _TILT_STEP)
 
     def _check_uncertainty(self, fix: PlaceFix) -> PlaceFix | NoPlaceFix:
-        sigma = math.sqrt(float(np.linalg.eigvalsh(fix.covariance[:2, :2])[-1]))
-        if sigma > self._settings.position_sigma_max:
-            return NoPlaceFix(NoPlaceFixReason.UNCERTAIN, f'standard deviation {sigma:.3f} m')
+        if fix.position_sigma > self._settings.position_sigma_max:
+            return NoPlaceFix(NoPlaceFixReason.UNCERTAIN, f'standard deviation {fix.position_sigma:.3f} m')
         return fix
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from shirube_core.geometry import matrix_from_rpy, wrap_angle
+from shirube_core.geometry import covariance_from_information, matrix_from_rpy, wrap_angle
 from stereo_landmark.core.arrays import Floats, Masks
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, StereoRig
@@ -129,7 +129,7 @@ def fit_reprojection(
         weighted = jacobian * weights[:, None, None]
         information = np.einsum('nij,nik->jk', weighted, jacobian) + prior
         gradient = np.einsum('nij,ni->j', weighted, residuals) + prior @ (start - state)
-        inverse = _invert(information[np.ix_(free, free)])
+        inverse = covariance_from_information(information[np.ix_(free, free)], DETERMINANT_MIN)
         if inverse is None:
             return None
         step = np.zeros(STATE_SIZE)
@@ -157,15 +157,3 @@ def _whiten(
     residuals = (sqrt_information @ (observed.pixels - view.pixels)[:, :, None])[:, :, 0]
     mahalanobis_distances = np.where(view.in_front, np.linalg.norm(residuals, axis=1), np.inf)
     return residuals, sqrt_information @ view.state_jacobian, mahalanobis_distances
-
-
-def _invert(information: Floats) -> Floats | None:
-    """Return the inverse of a symmetric matrix, None where it is singular."""
-    diagonal = np.diag(information)
-    if not np.isfinite(information).all() or not (diagonal > 0.0).all():
-        return None
-    scale = 1.0 / np.sqrt(diagonal)
-    scaled = information * scale * scale[:, None]
-    if np.linalg.det(scaled) < DETERMINANT_MIN:
-        return None
-    return np.asarray(np.linalg.inv(scaled) * scale * scale[:, None])

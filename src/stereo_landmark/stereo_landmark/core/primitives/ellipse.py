@@ -11,7 +11,7 @@ from numba import njit
 
 from shirube_core.settings import setting
 from stereo_landmark.core.arrays import Floats, GreyImage
-from stereo_landmark.core.edges.segments import Segments
+from stereo_landmark.core.edges.edges import Segments
 from stereo_landmark.core.least_squares import robust_step
 from stereo_landmark.core.primitives.edge_profiles import BandPixels, fit_edge_profiles
 from stereo_landmark.core.primitives.edge_response import (

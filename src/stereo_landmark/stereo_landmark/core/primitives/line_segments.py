@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.arrays import Floats, Ints
-from stereo_landmark.core.edges.segments import Segments
+from stereo_landmark.core.edges.edges import Segments
 from stereo_landmark.core.settings import PrimitiveSettings
 
 

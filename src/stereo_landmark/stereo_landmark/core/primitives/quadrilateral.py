@@ -6,22 +6,23 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 
 from shirube_core.settings import setting
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints
-from stereo_landmark.core.primitives.corner_links import (
+from stereo_landmark.core.primitives.corner import (
     intersect_lines,
     intersection_covariance,
     joint_corner_covariance,
-    link_corners,
-    nearest_links,
 )
+from stereo_landmark.core.primitives.corner_links import CornerLinks, link_corners, nearest_links
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
-from stereo_landmark.core.primitives.quadrilateral_search import (
-    corner_graph,
+from stereo_landmark.core.primitives.quadrilateral_kernels import (
+    CornerGraph,
+    best_corner_rotation,
+    compare_corners,
     find_cycles,
+    positions_along,
     suppress_duplicates,
 )
 from stereo_landmark.core.primitives.shape import ImagePoint, LazyShapes
@@ -135,7 +136,7 @@ def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> L
     )
     if len(links.gaps) > _LINKS_MAX:
         links = nearest_links(links, _LINKS_PER_END)
-    graph = corner_graph(links, lines.ends, lines.support, settings.side_seen_min, settings.outline_seen_min)
+    graph = _corner_graph(links, lines.ends, lines.support, settings.side_seen_min, settings.outline_seen_min)
     cycles, corners, seen = find_cycles(graph)
     corners, cycles = _start_at_upper_left(corners, cycles)
     kept = suppress_duplicates(corners.reshape(-1, 8), np.argsort(-seen, kind='stable'), _DUPLICATE_DISTANCE)
@@ -195,90 +196,35 @@ def _covariance(lines: LineSegments, cycle: Ints, corners: Floats) -> Floats:
     return covariance.reshape(8, 8)
 
 
-@njit(cache=True, error_model='numpy')
-def compare_corners(found: Floats, taught: Floats, size_tolerance: float, shape_tolerance: float) -> Floats:
-    """Return the differences of detected quadrilaterals from taught ones, shape (k, n); 1 is at the tolerance.
+def _corner_graph(
+    links: CornerLinks, ends: Floats, support: Floats, side_seen_min: float, outline_seen_min: float
+) -> CornerGraph:
+    """Return the graph of the right turns between line segments.
 
     Args:
-        found: vectors from the centre to the four corners [px] and polarity, shape (n, 9).
-        taught: parameters of the taught quadrilaterals, shape (k, 9).
-        size_tolerance: tolerance of the logarithm of the size.
-        shape_tolerance: tolerance of a corner after scaling both to the same size, as a fraction of the size.
+        links: pairs of end points.
+        ends: end points of the line segments, shape (n, 2, 2) [px].
+        support: length of the edges that support each segment, shape (n,) [px].
+        side_seen_min: smallest visible fraction of each side.
+        outline_seen_min: smallest visible fraction of the whole outline.
     """
-    differences = np.full((len(taught), len(found)), np.inf)
-    sizes = np.empty(len(found))
-    for i in range(len(found)):
-        sizes[i] = corner_norm(found[i])
-    for k in range(len(taught)):
-        size = corner_norm(taught[k])
-        for i in range(len(found)):
-            if found[i, 8] != taught[k, 8]:
-                continue
-            scale = sizes[i] / size
-            by_size = abs(np.log(scale)) / size_tolerance
-            # Beyond the size tolerance the corner order does not matter.
-            if by_size > 1.0:
-                differences[k, i] = by_size
-                continue
-            rotation = best_corner_rotation(found[i], taught[k])
-            shift = _largest_corner_distance(found[i], taught[k], rotation, scale)
-            differences[k, i] = max(by_size, shift / (0.5 * size * shape_tolerance))
-    return differences
-
-
-@njit(cache=True, error_model='numpy')
-def best_corner_rotation(found: Floats, taught: Floats) -> int:
-    """Return which corner of a detected quadrilateral matches the first corner of a taught one.
-
-    Args:
-        found: parameters of the detected quadrilateral, starting with its corner vectors [px], shape (9,).
-        taught: parameters of the taught quadrilateral, shape (9,).
-    """
-    best, most = 0, -np.inf
-    for rotation in range(4):
-        # The norms are fixed, so the distance is smallest where the dot product is largest.
-        product = 0.0
-        for c in range(8):
-            product += found[(c + 2 * rotation) % 8] * taught[c]
-        if product > most:
-            best, most = rotation, product
-    return best
-
-
-@njit(cache=True, error_model='numpy')
-def order_corner_pairs(left: Floats, right: Floats, taught: Floats) -> Floats:
-    """Return the corner vectors in both images in the order of a taught quadrilateral, shape (n, 4, 4) [px].
-
-    Args:
-        left: parameters of quadrilaterals in the left image, shape (n, 9).
-        right: parameters of the matching quadrilaterals in the right image, shape (n, 9).
-        taught: parameters of the taught quadrilateral, shape (9,).
-    """
-    vectors = np.empty((len(left), 4, 4))
-    for i in range(len(left)):
-        rotation = best_corner_rotation(left[i], taught)
-        other = (rotation + best_corner_rotation(right[i], left[i])) % 4
-        for c in range(4):
-            for axis in range(2):
-                vectors[i, c, axis] = left[i, (2 * (c + rotation) + axis) % 8]
-                vectors[i, c, 2 + axis] = right[i, (2 * (c + other) + axis) % 8]
-    return vectors
-
-
-@njit(cache=True, error_model='numpy')
-def corner_norm(vectors: Floats) -> float:
-    """Return the Frobenius norm of the corner vectors of a quadrilateral, shape (9,) [px]."""
-    total = 0.0
-    for c in range(8):
-        total += vectors[c] ** 2
-    return np.sqrt(total)
-
-
-@njit(cache=True, error_model='numpy')
-def _largest_corner_distance(found: Floats, taught: Floats, rotation: int, scale: float) -> float:
-    largest = 0.0
-    for c in range(4):
-        f = (2 * c + 2 * rotation) % 8
-        dx, dy = found[f] / scale - taught[2 * c], found[f + 1] / scale - taught[2 * c + 1]
-        largest = max(largest, np.sqrt(dx * dx + dy * dy))
-    return largest
+    nodes = 2 * links.lines + links.ends
+    is_right = links.turns > 0.0
+    # In the opposite direction a left turn is a right turn.
+    from_ends = np.where(is_right, nodes[:, 0], nodes[:, 1])
+    to_ends = np.where(is_right, nodes[:, 1], nodes[:, 0])
+    order = np.argsort(from_ends, kind='stable')
+    from_ends, to_ends, vertices = from_ends[order], to_ends[order], links.vertices[order]
+    incoming = np.argsort(to_ends, kind='stable')
+    numbers = np.arange(2 * len(support) + 1)
+    starts, incoming_starts = (
+        np.searchsorted(sorted_ends, numbers).astype(np.int64)
+        for sorted_ends in (from_ends, to_ends[incoming])
+    )
+    # The segment that is left was entered at its other end.
+    exit_positions = positions_along(ends, from_ends ^ 1, vertices)
+    entry_positions = positions_along(ends, to_ends, vertices)
+    return CornerGraph(
+        *(starts, from_ends, to_ends, vertices, exit_positions, entry_positions, incoming, incoming_starts),
+        *(support, side_seen_min, outline_seen_min),
+    )

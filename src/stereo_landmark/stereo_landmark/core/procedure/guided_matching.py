@@ -20,9 +20,8 @@ from stereo_landmark.core.primitives.primitive import (
     shape_differences,
     shape_vectors,
 )
-from stereo_landmark.core.primitives.quadrilateral import order_corner_pairs
-from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
-from stereo_landmark.core.procedure.prediction import predict_pixels
+from stereo_landmark.core.primitives.quadrilateral_kernels import order_corner_pairs
+from stereo_landmark.core.procedure.coarse_pose import fit_coarse_pose, predict_pixels
 from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, NamedPair, StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo import SpatialPoints, StereoRig

@@ -16,8 +16,8 @@ from numba import njit
 
 from stereo_landmark.core.arrays import Floats, Ints, Masks
 from stereo_landmark.core.primitives.primitive import Tolerances
+from stereo_landmark.core.procedure.coarse_pose import poses_from_match, predict_pixels
 from stereo_landmark.core.procedure.guided_matching import StereoCandidates, similar_primitives
-from stereo_landmark.core.procedure.prediction import poses_from_match, predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 from stereo_landmark.core.settings import SearchSettings

@@ -1,4 +1,4 @@
-"""Stereo matching of primitives, also where many look the same.
+"""Kernels of the stereo matching of primitives, also where many look the same.
 
 Similar primitives are disambiguated by their neighbours: on surfaces, the disparities of neighbours differ by less than
 a fraction of their distance (the disparity gradient limit of Pollard, Mayhew & Frisby 1985). Each candidate pair gets
@@ -6,8 +6,6 @@ support from all neighbours with a pair within that limit; pairs with the most s
 """
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
@@ -28,39 +26,6 @@ SUPPORTERS_MAX = 1000
 """Maximum number of supporting neighbours; more are subsampled evenly, since tiled walls have thousands."""
 SUPPORT_RATIO_MIN = 1.03
 """Minimum ratio of the support to that of the runner-up; below it a pair is ambiguous."""
-
-
-def match_pairs(
-    centres: Sequence[Floats],
-    pairs: Sequence[Ints],
-    disparities: Sequence[Floats],
-    weights: Sequence[float],
-    kind_index: int,
-) -> Ints:
-    """Return the matched pairs of one kind, shape (k, 2). Primitives of all kinds support each other.
-
-    Args:
-        centres: centres in the left image for each kind, shape (n, 2) [px].
-        pairs: candidate pairs for each kind, shape (m, 2), see `candidate_pairs`.
-        disparities: disparities of the pairs for each kind, shape (m,) [px].
-        weights: support weight of a primitive of each kind.
-        kind_index: index of the kind to match.
-    """
-    begin, end = np.cumsum([0, *(len(numbers) for numbers in pairs)])[kind_index : kind_index + 2]
-    requested = np.zeros(sum(len(numbers) for numbers in pairs), dtype=np.bool_)
-    requested[begin:end] = is_contested(pairs[kind_index], disparities[kind_index])
-    first = np.cumsum([0, *(len(each) for each in centres)])
-    support = neighbour_support(
-        np.concatenate([each[numbers[:, 0]] for each, numbers in zip(centres, pairs, strict=True)]),
-        np.concatenate(disparities),
-        np.concatenate([numbers[:, 0] + offset for numbers, offset in zip(pairs, first, strict=False)]),
-        np.repeat(weights, [len(numbers) for numbers in pairs]),
-        requested,
-    )
-    return np.asarray(
-        pairs[kind_index][mutual_best(pairs[kind_index], disparities[kind_index], support[begin:end])],
-        dtype=np.int64,
-    )
 
 
 @njit(cache=True, error_model='numpy')

@@ -11,8 +11,7 @@ from scipy.spatial import cKDTree
 
 from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints
-from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.segments import Segments, trace_segments
+from stereo_landmark.core.edges.edges import Segments, extract_edges, trace_segments
 from stereo_landmark.core.primitives.corner import detect_corners
 from stereo_landmark.core.primitives.ellipse import detect_ellipses
 from stereo_landmark.core.primitives.line_segments import fit_line_segments
@@ -29,7 +28,12 @@ from stereo_landmark.core.primitives.primitive import (
 )
 from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
 from stereo_landmark.core.primitives.shape import LazyShapes
-from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, match_pairs
+from stereo_landmark.core.procedure.stereo_matching import (
+    candidate_pairs,
+    is_contested,
+    mutual_best,
+    neighbour_support,
+)
 from stereo_landmark.core.stereo import MEASUREMENT_SIZE, StereoPoints, StereoRig
 
 
@@ -192,6 +196,39 @@ class StereoView:
         here, there = self.detected_pair(kind)
         left, right = here.centres[indices[:, 0], 0], there.centres[indices[:, 1], 0]
         return np.asarray((left - self.rig.left.cx) - (right - self.rig.right.cx))
+
+
+def match_pairs(
+    centres: Sequence[Floats],
+    pairs: Sequence[Ints],
+    disparities: Sequence[Floats],
+    weights: Sequence[float],
+    kind_index: int,
+) -> Ints:
+    """Return the matched pairs of one kind, shape (k, 2). Primitives of all kinds support each other.
+
+    Args:
+        centres: centres in the left image for each kind, shape (n, 2) [px].
+        pairs: candidate pairs for each kind, shape (m, 2), see `candidate_pairs`.
+        disparities: disparities of the pairs for each kind, shape (m,) [px].
+        weights: support weight of a primitive of each kind.
+        kind_index: index of the kind to match.
+    """
+    begin, end = np.cumsum([0, *(len(numbers) for numbers in pairs)])[kind_index : kind_index + 2]
+    requested = np.zeros(sum(len(numbers) for numbers in pairs), dtype=np.bool_)
+    requested[begin:end] = is_contested(pairs[kind_index], disparities[kind_index])
+    first = np.cumsum([0, *(len(each) for each in centres)])
+    support = neighbour_support(
+        np.concatenate([each[numbers[:, 0]] for each, numbers in zip(centres, pairs, strict=True)]),
+        np.concatenate(disparities),
+        np.concatenate([numbers[:, 0] + offset for numbers, offset in zip(pairs, first, strict=False)]),
+        np.repeat(weights, [len(numbers) for numbers in pairs]),
+        requested,
+    )
+    return np.asarray(
+        pairs[kind_index][mutual_best(pairs[kind_index], disparities[kind_index], support[begin:end])],
+        dtype=np.int64,
+    )
 
 
 NamedPair = tuple[str, Primitive, Primitive]

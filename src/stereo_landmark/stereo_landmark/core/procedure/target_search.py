@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import Enum
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from stereo_landmark.core.arrays import Floats, Ints
-from stereo_landmark.core.landmark_fix import NoDetectionReason, NoTargetDetection, TargetDetection
 from stereo_landmark.core.primitives.primitive import point_names
-from stereo_landmark.core.procedure.coarse_pose_fit import fit_coarse_pose
+from stereo_landmark.core.procedure.coarse_pose import fit_coarse_pose, image_distances
 from stereo_landmark.core.procedure.guided_matching import (
     GuidedMatcher,
     StereoCandidates,
     find_stereo_candidates,
 )
 from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, PoseScorer, generate_hypotheses
-from stereo_landmark.core.procedure.prediction import centre_correction, image_distances
 from stereo_landmark.core.procedure.stereo_view import (
     NamedPair,
     StereoView,
@@ -27,9 +26,55 @@ from stereo_landmark.core.procedure.stereo_view import (
     refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
+from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget, centre_correction
 from stereo_landmark.core.settings import SearchSettings
 from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
+
+
+@dataclass(frozen=True)
+class TargetDetection:
+    """A detected target.
+
+    Attributes:
+        target: name of the target.
+        state: coarse x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+        points: points refined in the grey images, named ``target/primitive/point``.
+        found: names of the detected primitives.
+        log_likelihood_ratio: log-likelihood ratio against chance.
+    """
+
+    target: str
+    state: Floats
+    points: StereoPoints
+    found: tuple[str, ...]
+    log_likelihood_ratio: float
+
+
+class NoDetectionReason(Enum):
+    """Why a target is not detected."""
+
+    NO_CANDIDATE = 'no similar shapes in view'
+    NOT_SIGNIFICANT = 'the match could be due to chance'
+    AMBIGUOUS = 'ambiguous: several poses match'
+
+
+@dataclass(frozen=True)
+class NoTargetDetection:
+    """A target that was not detected, and why.
+
+    Attributes:
+        target: name of the target.
+        reason: kind of failure.
+        detail: numbers for the diagnostics.
+    """
+
+    target: str
+    reason: NoDetectionReason
+    detail: str
+
+
+TargetResult = TargetDetection | NoTargetDetection
+
 
 DISTINCT_POSE_DISTANCE = 15.0
 """Minimum image distance of a primitive between distinct poses [px]."""

@@ -8,10 +8,9 @@ from enum import Enum
 
 import numpy as np
 
-from stereo_landmark.core.landmark_fix import NoDetectionReason, TargetDetection
 from stereo_landmark.core.primitives.primitive import Primitive, bounding_box
 from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, DetectedScene, StereoView
-from stereo_landmark.core.procedure.target_search import TargetSearch
+from stereo_landmark.core.procedure.target_search import NoDetectionReason, TargetDetection, TargetSearch
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
 from stereo_landmark.core.settings import SearchSettings
 from stereo_landmark.core.teaching.hints import Hint, Severity

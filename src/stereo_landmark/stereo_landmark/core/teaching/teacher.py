@@ -21,7 +21,6 @@ from stereo_landmark.core.primitives.primitive import (
     primitive_kind,
     primitive_size,
 )
-from stereo_landmark.core.procedure.prediction import wall_normal
 from stereo_landmark.core.procedure.stereo_view import (
     DetectedPrimitives,
     NamedPair,
@@ -30,7 +29,12 @@ from stereo_landmark.core.procedure.stereo_view import (
     refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.procedure.taught_place import (
+    TaughtPlace,
+    TaughtPrimitive,
+    TaughtTarget,
+    wall_normal,
+)
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import (
     SpatialPoints,
@@ -147,6 +151,7 @@ class Teacher:
         """
         if not selections:
             raise StereoLandmarkError(f'place {name} has no target; select primitives for one')
+        # Targets: primitives in their order of detection (4b), measured in both images.
         pairs: list[NamedPair] = []
         targets: list[TaughtTarget] = []
         for selection in selections:
@@ -157,8 +162,11 @@ class Teacher:
             pairs += named_pairs
             targets.append(self._target(selection, named_pairs))
         _check_names([target.name for target in targets])
+        # Corresponding points with their 3D coordinates (4c).
         coordinates = self.coordinates(stereo_points(pairs))
+        # Other primitives around the targets, which disambiguate similar targets (not in the paper).
         context_landmarks = self._find_context_landmarks([left for _, left, _ in pairs])
+        # Walls of the circles, for the projection of their centres (not in the paper).
         around = np.vstack([coordinates.positions, *(each.position[None] for each in context_landmarks)])
         return TaughtPlace(
             name,

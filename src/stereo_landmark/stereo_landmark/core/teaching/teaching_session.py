@@ -8,10 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stereo_landmark.core.arrays import GreyImage
-from stereo_landmark.core.edges.edges import extract_edges
-from stereo_landmark.core.edges.segments import Segments, trace_segments
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.edges.edges import Segments, extract_edges, trace_segments
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
@@ -19,11 +17,11 @@ from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
+from stereo_landmark.core.teaching.edits import TeachingState
 from stereo_landmark.core.teaching.hints import NOT_DETECTED, TargetReport, report_target
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.procedure_check import TrialRun, check_procedure
 from stereo_landmark.core.teaching.teacher import Teacher
-from stereo_landmark.core.teaching.teaching_state import TeachingState
 
 CACHED_PAIRS_MAX = 4
 """Number of cached pairs, so that undo and redo are fast."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.geometry import SE2, SE3, wrap_angle
+from shirube_core.geometry import SE2, SE3, covariance_from_information, wrap_angle
 from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.pose_fix import PLANAR, ExpectedPose
@@ -109,7 +109,7 @@ class PoseLeastSquares:
                 information[[4, 5], [4, 5]] += self._settings.tilt_sigma**-2
                 gradient[4:] -= state[4:] * self._settings.tilt_sigma**-2
             inner = information[np.ix_(self._free, self._free)]
-            inverse = _invert(inner)
+            inverse = covariance_from_information(inner, DETERMINANT_MIN)
             if inverse is None:
                 return None
             step = np.zeros(len(state))
@@ -144,15 +144,3 @@ def _inverse_square_roots(covariances: NDArray[np.float64]) -> NDArray[np.float6
     roots[:, 0, 0], roots[:, 1, 1] = 1.0 / a, 1.0 / c
     roots[:, 1, 0] = -b / (a * c)
     return roots
-
-
-def _invert(information: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return the inverse of a symmetric matrix, None if it is singular."""
-    diagonal = np.diag(information)
-    if not np.isfinite(information).all() or not (diagonal > 0.0).all():
-        return None
-    scale = 1.0 / np.sqrt(diagonal)
-    scaled = information * scale * scale[:, None]
-    if np.linalg.det(scaled) < DETERMINANT_MIN:
-        return None
-    return np.asarray(np.linalg.inv(scaled) * scale * scale[:, None])

@@ -1,16 +1,12 @@
-"""Segments: linked edge points with polylines and the other attributes that the paper lists (3.4)."""
+"""Kernels that link edge points to chains and approximate these by polylines (paper 3.3b, 3.4)."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.arrays import Floats, Masks
-from stereo_landmark.core.edges.edges import Edges
-from stereo_landmark.core.settings import EdgeSettings
 
 # Largest distance between linked edge points [px], and weight of the squared deviation across the edge.
 _LINK_DISTANCE_MAX = 2
@@ -171,53 +167,6 @@ def index_points(points: Floats, shape: tuple[int, int]) -> NDArray[np.int32]:
     for i in range(len(points)):
         index[int(np.rint(points[i, 1])), int(np.rint(points[i, 0]))] = i
     return index
-
-
-@dataclass(frozen=True)
-class Segments:
-    """The segments of an image, concatenated; the bright side is on the right of each.
-
-    Attributes:
-        points: subpixel edge points of all segments, shape (n, 2) [px].
-        gradients: image gradients, which point to the bright side, shape (n, 2) [grey levels / px].
-        starts: start of each segment in ``points``, shape (m + 1,).
-        closed: whether the segment returns to its first point, shape (m,).
-        vertex_indices: indices of the polyline vertices in ``points``, ends included, shape (k,).
-        vertex_starts: start of each segment in ``vertex_indices``, shape (m + 1,).
-        index: index in ``points`` of the edge in each pixel, -1 where there is none, shape (h, w).
-    """
-
-    points: Floats
-    gradients: Floats
-    starts: NDArray[np.int32]
-    closed: Masks
-    vertex_indices: NDArray[np.int32]
-    vertex_starts: NDArray[np.int32]
-    index: NDArray[np.int32]
-
-    def __len__(self) -> int:
-        """Return the number of segments."""
-        return len(self.closed)
-
-
-def trace_segments(edges: Edges, settings: EdgeSettings) -> Segments:
-    """Link edges to segments and remove weak and short ones (paper 3.3b, 3.4).
-
-    Args:
-        edges: edges of the image.
-        settings: edge detection settings that were taught for the place.
-    """
-    successors = link_points(edges.points, edges.gradients, edges.index)
-    magnitudes = np.sqrt(np.einsum('ij,ij->i', edges.gradients, edges.gradients))
-    count_min = max(2, round(settings.length_min))
-    order, starts, closed = extract_chains(successors, magnitudes, settings.threshold, count_min)
-    points = edges.points.take(order, axis=0)
-    vertex_indices, vertex_starts = polyline_vertices(points, starts, settings.bend_tolerance)
-    index = index_points(points, edges.index.shape)
-    return Segments(
-        *(points, edges.gradients.take(order, axis=0), starts, closed, vertex_indices, vertex_starts),
-        index=index,
-    )
 
 
 @njit(cache=True, error_model='numpy')

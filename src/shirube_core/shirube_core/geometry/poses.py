@@ -1,7 +1,7 @@
-"""Poses of a robot on a floor: x, y and yaw, their composition and inverse.
+"""Poses in the plane, SE(2), and in space, SE(3): composition, inverse, rotations, and the covariance of a fitted pose.
 
 ``T_a_b`` is the pose of frame ``b`` in frame ``a``: it transforms coordinates in ``b`` to coordinates in ``a``.
-So ``T_map_base @ T_base_camera`` is ``T_map_camera``.
+So ``T_map_base @ T_base_camera`` is ``T_map_camera``. Rotations in space are fixed-axis roll, pitch and yaw (REP-103).
 """
 
 from __future__ import annotations
@@ -102,3 +102,68 @@ class SE2:
     def yaw_to(self, other: SE2) -> float:
         """Return the yaw from this pose to the other [rad], in [-pi, pi]."""
         return wrap_angle(other.yaw - self.yaw)
+
+
+@dataclass(frozen=True, eq=False)
+class SE3:
+    """A pose in SE(3): the pose of one frame in another, ``T_a_b``.
+
+    Attributes:
+        rotation: ``R_a_b``, shape (3, 3).
+        position: origin of the child frame in the parent frame, shape (3,) [m].
+    """
+
+    rotation: NDArray[np.float64]
+    position: NDArray[np.float64]
+
+    @classmethod
+    def from_rpy(cls, xyz: ArrayLike, rpy: ArrayLike) -> SE3:
+        """Return the pose at a position [m] with fixed-axis roll, pitch and yaw [rad]."""
+        return cls(matrix_from_rpy(rpy), np.asarray(xyz, dtype=np.float64))
+
+    def __matmul__(self, other: SE3) -> SE3:
+        """Compose: ``T_a_b @ T_b_c`` is ``T_a_c``."""
+        return SE3(self.rotation @ other.rotation, self.rotation @ other.position + self.position)
+
+    def inverse(self) -> SE3:
+        """Return ``T_b_a`` of ``T_a_b``."""
+        return SE3(self.rotation.T, -self.rotation.T @ self.position)
+
+    def transform(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Transform points, shape (n, 3), from the child frame to the parent frame."""
+        moved: NDArray[np.float64] = np.asarray(points, dtype=np.float64) @ self.rotation.T + self.position
+        return moved
+
+
+def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
+    """Return the rotation matrix of fixed-axis roll, pitch and yaw.
+
+    Args:
+        rpy: array-like, shape (3,), rotations about the parent's x, then y, then z axis [rad].
+
+    Returns:
+        array, shape (3, 3), ``R_parent_child``.
+    """
+    from scipy.spatial.transform import Rotation  # noqa: PLC0415 takes 0.2 s, and not every node rotates
+
+    matrix: NDArray[np.float64] = Rotation.from_euler('xyz', np.asarray(rpy, dtype=np.float64)).as_matrix()
+    return matrix
+
+
+def covariance_from_information(
+    information: NDArray[np.float64], determinant_min: float
+) -> NDArray[np.float64] | None:
+    """Return the covariance of a fitted pose, the inverse of its information matrix; None if that is singular.
+
+    Args:
+        information: information matrix of a least-squares fit, symmetric, shape (n, n); units may differ.
+        determinant_min: smallest determinant of the matrix scaled to a unit diagonal.
+    """
+    diagonal = np.diag(information)
+    if not np.isfinite(information).all() or not (diagonal > 0.0).all():
+        return None
+    scale = 1.0 / np.sqrt(diagonal)
+    scaled = information * scale * scale[:, None]
+    if np.linalg.det(scaled) < determinant_min:
+        return None
+    return np.asarray(np.linalg.inv(scaled) * scale * scale[:, None])
