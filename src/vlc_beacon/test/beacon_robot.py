@@ -1,8 +1,7 @@
 """The node under test with simulated topics, and a receiver that records its inputs."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -109,12 +108,14 @@ class Robot:
         self.send('image_raw', image_from_array(PIXELS, header(stamp, 'ceiling_optical_frame')))
 
     def report(self) -> DiagnosticStatus:
-        before = len(self.reports)
-        assert self._graph.spin_until(lambda: len(self.reports) > before)
+        self.wait_for(self.reports, len(self.reports) + 1)
         return self.reports[-1]
 
+    def wait_until(self, is_over: Callable[[], bool]) -> None:
+        assert self._graph.spin_until(is_over)
+
     def wait_for(self, messages: list[Any], number: int = 1) -> None:
-        assert self._graph.spin_until(lambda: len(messages) >= number)
+        self.wait_until(lambda: len(messages) >= number)
 
 
 def header(stamp: float, frame: str) -> Header:
