@@ -34,3 +34,9 @@ def pixels_of(beacons, pose, height=0.0, tilt=(0.0, 0.0), motions=None, camera=C
 def random_pose(rng):
     """Return a pose from which all lamps are in view."""
     return SE2(*rng.uniform([0.5, 0.5, -3.1], [1.3, 1.3, 3.1]))
+
+
+def normalised_square(pose, covariance, truth):
+    """Return the squared error of a pose over its covariance of x, y and perhaps yaw, divided by their number."""
+    error = np.array([pose.x - truth.x, pose.y - truth.y, truth.yaw_to(pose)])[: len(covariance)]
+    return error @ np.linalg.solve(covariance, error) / len(covariance)
