@@ -2,6 +2,7 @@
 
 import os
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -39,3 +40,27 @@ def built(sketch: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def eeprom(tmp_path: Path) -> Path:
     """What a simulated lamp keeps; blank at first."""
     return tmp_path / 'eeprom.bin'
+
+
+@pytest.fixture
+def power_up(firmware: Path, eeprom: Path) -> Iterator[Callable[[], object]]:
+    """Powers a simulated lamp up; the one before, which has the same EEPROM, is off then."""
+    from simulated_lamp import SimulatedLamp  # noqa: PLC0415
+
+    lamps: list[SimulatedLamp] = []
+
+    def start() -> SimulatedLamp:
+        for lamp in lamps:
+            lamp.end()
+        lamps.append(SimulatedLamp(firmware, eeprom))
+        return lamps[-1]
+
+    yield start
+    for lamp in lamps:
+        lamp.end()
+
+
+@pytest.fixture
+def lamp(power_up: Callable[[], object]) -> object:
+    """A new simulated lamp."""
+    return power_up()

@@ -57,7 +57,7 @@ class SimulatedChip:
         return answer.strip()
 
     def end(self) -> None:
-        """Power off."""
+        """Power off, if it is on."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         assert self._process.wait(10) == 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +11,23 @@ from simulated_chip import SimulatedChip
 
 from shirube_core.waveform import Waveform
 from vlc_beacon.commands.lamp_port import upload_requests
+from vlc_beacon.core.transmitter.lamp_frame import frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame
 
 TICK_RATE = 16_000_000
+
+
+def tone_bytes(tone: float, plays: int = 0) -> bytes:
+    """Return the frame of a tone [Hz]."""
+    return frame_to_bytes(replace(constant_tone_frame(tone), plays=plays))
+
+
+TONE = tone_bytes(2000.0)
+
+
+def status_of(frame: bytes, state: str = 'playing kept', pending: int = 0) -> str:
+    """Return what a lamp says of itself that has a frame."""
+    return f'{state} {len(frame)} {frame[-2:].hex()} {pending}'
 
 
 class SimulatedLamp(SimulatedChip):

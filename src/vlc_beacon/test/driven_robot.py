@@ -1,7 +1,5 @@
 """Simulated differential-drive robot with delayed velocities and noisy poses."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

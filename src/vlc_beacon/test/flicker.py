@@ -1,7 +1,5 @@
 """Visible flicker of a waveform, for tests."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from shirube_core.waveform import Waveform

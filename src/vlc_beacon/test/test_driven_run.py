@@ -1,7 +1,5 @@
 """The paper's run (3.3) in closed loop: commands move the robot, and images follow from its pose."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Manchester segments on a large lamp, from images to packets."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lamps identified by a constant tone, and small lamps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from lamp_scenes import BEACONS, CAMERA, MOUNT, id_packets, speaking_room
+from lamp_scenes import BEACONS, CAMERA, MOUNT, id_packets, speaking_room, write_messages
 
 from scene_simulator import messages
 from scene_simulator.imaging.exposure import Shutter
@@ -40,20 +40,17 @@ CALIBRATION = {
 }
 
 
-def write_frame(bag: BagWriter, stamp: int, pixels: np.ndarray, pose: SE2) -> None:
-    """Write a grey image, and the messages of its time."""
-    info = messages.camera_info(CAMERA, 'ceiling_optical_frame', stamp)
+def content_of(stamp: int, pixels: np.ndarray, pose: SE2) -> dict[str, object]:
+    """Return the messages of a grey image and of its time."""
+    info, kind = messages.camera_info(CAMERA, 'ceiling_optical_frame', stamp), 'sensor_msgs/msg/Image'
     height, width = pixels.shape
-    for topic, kind, message in (
-        ('/camera_info', 'CameraInfo', info),
-        ('/imu', 'Imu', messages.imu(TiltReading(0.0, 0.0, 0.0), 'base_link', stamp)),
-    ):
-        bag.write(topic, f'sensor_msgs/msg/{kind}', message, stamp)
-    bag.write('/odom', 'nav_msgs/msg/Odometry', messages.odometry(pose, (0.0, 0.0), stamp), stamp)
-    fields = {'encoding': 'mono8', 'is_bigendian': 0, 'step': width, 'data': pixels.ravel()}
-    kind = 'sensor_msgs/msg/Image'
-    image = jazzy_types().types[kind](header=info.header, height=height, width=width, **fields)
-    bag.write('/image_raw', kind, image, stamp)
+    size = {'height': height, 'width': width, 'step': width, 'encoding': 'mono8', 'is_bigendian': 0}
+    return {
+        '/camera_info': info,
+        '/imu': messages.imu(TiltReading(0.0, 0.0, 0.0), 'base_link', stamp),
+        '/odom': messages.odometry(pose, (0.0, 0.0), stamp),
+        '/image_raw': jazzy_types().types[kind](header=info.header, **size, data=pixels.ravel()),
+    }
 
 
 @pytest.fixture(scope='module')
@@ -72,7 +69,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
             pixels = frame.photo.image
             cv2.imwrite(str(folder / 'images' / f'{number:03d}.png'), pixels)
             stamp = START_NS + round(frame.stamp * 1e9)
-            write_frame(bag, stamp, pixels[:-40] if number == DAMAGED else pixels, pose)
+            write_messages(bag, stamp, content_of(stamp, pixels[:-40] if number == DAMAGED else pixels, pose))
             truth.append((frame.pose.x, frame.pose.y))
     np.savetxt(folder / 'truth.txt', truth)
     return folder

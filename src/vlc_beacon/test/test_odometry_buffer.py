@@ -1,7 +1,5 @@
 """Odometry at the stamps of images."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
