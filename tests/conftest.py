@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -47,17 +48,13 @@ def power_up(firmware: Path, eeprom: Path) -> Iterator[Callable[[], object]]:
     """Powers a simulated lamp up; the one before, which has the same EEPROM, is off then."""
     from simulated_lamp import SimulatedLamp  # noqa: PLC0415
 
-    lamps: list[SimulatedLamp] = []
+    with ExitStack() as lamps:
 
-    def start() -> SimulatedLamp:
-        for lamp in lamps:
-            lamp.end()
-        lamps.append(SimulatedLamp(firmware, eeprom))
-        return lamps[-1]
+        def start() -> SimulatedLamp:
+            lamps.close()
+            return lamps.enter_context(SimulatedLamp(firmware, eeprom))
 
-    yield start
-    for lamp in lamps:
-        lamp.end()
+        yield start
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Self
 
 FIRMWARE = Path(__file__).resolve().parents[1] / 'firmware'
 TOOLS = ('make', 'avr-gcc', 'gcc')
@@ -38,6 +39,12 @@ class SimulatedChip:
     def __init__(self, build: Path, *arguments: Path) -> None:
         command = [build / 'simulator', *arguments]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
 
     def send(self, data: bytes) -> None:
         """Send bytes that are not waited for."""

@@ -86,30 +86,20 @@ def test_damaged_frames_are_refused(lamp: SimulatedLamp) -> None:
             assert lamp.load((frame ^ damage).tobytes())[-1].startswith('ERR')
 
 
-@pytest.mark.parametrize(
-    'conversation',
-    [
-        [
-            (f'b {LENGTH_MAX + 1}', 'ERR length'),
-            (f'b {0x10000 + len(TONE)}', 'ERR length'),
-            ('b 0', 'ERR length'),
-        ],
-        [('b 4', 'OK'), ('d 0 0102030405', 'ERR length')],
-        [('x', 'ERR command'), ('d' * 200, 'ERR line'), ('v', f'led_beacon 1 {LENGTH_MAX}')],
-        [('b 8', 'OK'), ('d 1 00', 'ERR offset'), (f'd {0x10000} 00', 'ERR offset'), ('d 0', 'ERR offset')],
-        [
-            ('b 8', 'OK'),
-            ('d 0 0g', 'ERR hex'),
-            ('d 0 012', 'ERR hex'),
-            ('d 0 0102', 'OK'),
-            ('d 0 0102', 'OK'),
-        ],
-        [('b 8', 'OK'), ('d 0 0102', 'OK'), ('k', 'ERR length'), ('k', 'ERR begin'), ('d 0 00', 'ERR begin')],
-    ],
-)
+LONG, FAR = f'b {LENGTH_MAX + 1}', f'b {0x10000 + len(TONE)}'
+CONVERSATIONS = [
+    [(LONG, 'ERR length'), (FAR, 'ERR length'), ('b 0', 'ERR length')],
+    [('b 4', 'OK'), ('d 0 0102030405', 'ERR length')],
+    [('x', 'ERR command'), ('d' * 200, 'ERR line'), ('v', f'led_beacon 1 {LENGTH_MAX}')],
+    [('b 8', 'OK'), ('d 1 00', 'ERR offset'), (f'd {0x10000} 00', 'ERR offset'), ('d 0', 'ERR offset')],
+    [('b 8', 'OK'), ('d 0 0g', 'ERR hex'), ('d 0 012', 'ERR hex'), ('d 0 0102', 'OK'), ('d 0 0102', 'OK')],
+    [('b 8', 'OK'), ('d 0 0102', 'OK'), ('k', 'ERR length'), ('k', 'ERR begin'), ('d 0 00', 'ERR begin')],
+]
+
+
+@pytest.mark.parametrize('conversation', CONVERSATIONS)
 def test_bad_lines_are_refused(lamp: SimulatedLamp, conversation: list[tuple[str, str]]) -> None:
-    for request, answer in conversation:
-        assert lamp.ask(request) == answer
+    assert [lamp.ask(request) for request, _ in conversation] == [answer for _, answer in conversation]
 
 
 def test_lamp_and_host_refuse_the_same_frames(power_up: Callable[[], SimulatedLamp]) -> None:

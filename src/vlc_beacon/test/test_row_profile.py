@@ -37,13 +37,9 @@ def test_rows_outside_a_lamp_are_not_dark_bands(radius):
         assert v + 0.8 * radius <= first + len(brightness) - 1 <= v + radius + 2.0
 
 
-def test_a_dark_lamp_has_no_rows():
-    _, brightness = row_profile(photograph(room()), np.array([200.0, 150.0]), 8.0, 4.0)
-    assert len(brightness) == 0
-
-
-def test_a_place_outside_has_no_rows():
-    _, brightness = row_profile(photograph(room()), np.array([200.0, 900.0]), 8.0, 4.0)
+@pytest.mark.parametrize('v', [150.0, 900.0])
+def test_a_dark_lamp_and_a_place_outside_have_no_rows(v):
+    _, brightness = row_profile(photograph(room()), np.array([200.0, v]), 8.0, 4.0)
     assert len(brightness) == 0
 
 
