@@ -98,7 +98,10 @@ def light_of_vcd(text: str) -> Light:
     """Return what the simulator's value change dump recorded."""
     signals = _signals_of_vcd(text)
     ticks = np.unique(np.concatenate([signals['half_a'][0], signals['half_b'][0]]))
-    half_a, half_b = (_levels_at(ticks, *signals[name]) for name in ('half_a', 'half_b'))
+    half_a, half_b = (
+        levels[np.searchsorted(changes, ticks, side='right') - 1]
+        for changes, levels in (signals['half_a'], signals['half_b'])
+    )
     states = half_a | half_b << 1
     changed = np.append(True, states[1:] != states[:-1])
     busy, running = signals['preparing']
@@ -125,9 +128,3 @@ def _signals_of_vcd(text: str) -> dict[str, tuple[NDArray[np.int64], NDArray[np.
         else:
             changes[name_of_alias[line[1:]]][now] = int(line[0] == '1')
     return {name: (np.array(list(c)), np.array(list(c.values()))) for name, c in changes.items()}
-
-
-def _levels_at(
-    ticks: NDArray[np.int64], changes: NDArray[np.int64], levels: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    return levels[np.searchsorted(changes, ticks, side='right') - 1]

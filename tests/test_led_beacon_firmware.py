@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from lamp_frame_reading import waveform_from_frame
-from light_channel import COMMAND, SEGMENTS, packets_in, waveform_of
+from light_channel import COMMAND, HUNDRED, SEGMENTS, packets_in, waveform_of
 from simulated_lamp import TICK_RATE, Light, SimulatedLamp
 
 from shirube_core.waveform import Waveform
@@ -32,7 +32,6 @@ pytestmark = pytest.mark.newest_set_only
 
 ID = IdPacket(4711)
 TEXT = DataPacket('曲がる'.encode(), is_text=True)
-HUNDRED = DataPacket(np.random.default_rng(0).bytes(100))
 
 
 def bytes_of(*packets: Packet) -> list[bytes]:

@@ -8,8 +8,10 @@ from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.rs_fsk import RsFskDecoder, rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import UfsookDecoder, ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.packet.data_packet import DataPacket
 
 COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
+HUNDRED = DataPacket(np.random.default_rng(0).bytes(100))
 SEGMENTS = SegmentFormat(1)
 
 

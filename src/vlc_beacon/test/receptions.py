@@ -19,12 +19,9 @@ KEY = CommandKey(bytes(range(32)))
 COMMAND = Command(1, Operation.SLOW, 0.125, 7)
 PACKET = KEY.sign(COMMAND)
 ACCEPTED = CommandDecision(PACKET, 1, Accepted(COMMAND))
-REFUSED = CommandDecision(
-    PACKET, 1, Rejected(RejectionReason.BAD_MAC, 'command of beacon 1 has a wrong authentication code')
-)
-TOO_FAR = CommandDecision(
-    PACKET, 1, Rejected(RejectionReason.WRONG_LOCATION, 'command of beacon 1 3.0 m from its place')
-)
+BAD_MAC = Rejected(RejectionReason.BAD_MAC, 'command of beacon 1 has a wrong authentication code')
+WRONG_LOCATION = Rejected(RejectionReason.WRONG_LOCATION, 'command of beacon 1 3.0 m from its place')
+REFUSED, TOO_FAR = (CommandDecision(PACKET, 1, outcome) for outcome in (BAD_MAC, WRONG_LOCATION))
 
 
 class Memory:

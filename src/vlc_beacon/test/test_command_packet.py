@@ -89,9 +89,7 @@ def test_values_out_of_range_are_rejected(changed: dict[str, float], message: st
         (Operation.TURN, 7.0, 'turn cannot have the value 7'),
     ],
 )
-def test_what_the_paper_asks_for_is_plausible_and_nonsense_is_named(
-    operation: int, value: float, flaw: str | None
-) -> None:
+def test_what_the_paper_asks_for_is_plausible_and_nonsense_is_named(operation, value, flaw) -> None:
     assert find_implausibility(Command(1, operation, value, 1)) == flaw
 
 

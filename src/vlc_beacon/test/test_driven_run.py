@@ -47,10 +47,8 @@ class Robot:
         self.pose, self.velocity, self.stamp = pose, Velocity(), 0.0
 
     def pose_at(self, stamp: float) -> SE2:
-        since = stamp - self.stamp
-        turn = 0.98 * self.velocity.turn_rate * since
-        way = 0.98 * self.velocity.forward * since
-        return self.pose @ SE2(way * math.cos(0.5 * turn), way * math.sin(0.5 * turn), turn)
+        since = 0.98 * (stamp - self.stamp)
+        return self.pose @ SE2.exp(self.velocity.forward * since, 0.0, self.velocity.turn_rate * since)
 
     def execute(self, velocity: Velocity | None, stamp: float) -> None:
         self.pose, self.stamp, self.velocity = self.pose_at(stamp), stamp, velocity or Velocity()

@@ -3,7 +3,7 @@ from functools import partial
 import light_channel
 import numpy as np
 import pytest
-from light_channel import COMMAND
+from light_channel import COMMAND, HUNDRED
 
 from vlc_beacon.core.lamp_image.row_profile import LampRows
 from vlc_beacon.core.light_code.manchester import (
@@ -14,9 +14,7 @@ from vlc_beacon.core.light_code.manchester import (
     segments_waveform,
 )
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder, demodulate_rows
-from vlc_beacon.core.packet.data_packet import DataPacket
 
-HUNDRED = DataPacket(np.random.default_rng(0).bytes(100))
 received = partial(light_channel.received, 'manchester')
 
 

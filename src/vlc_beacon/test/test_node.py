@@ -23,9 +23,7 @@ from shirube_ros.pose_conversion import planar_pose
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.node import main
 
-BEACONS = (
-    'beacons: [{id: 1, xyz: [0.0, 0.0, 2.5], radius: 0.03}, {id: 2, xyz: [1.0, 0.0, 2.5], radius: 0.03}]'
-)
+BEACONS = 'beacons: [{id: 1, xyz: [0, 0, 2.5], radius: 0.03}, {id: 2, xyz: [1, 0, 2.5], radius: 0.03}]'
 Start = Callable[..., Robot]
 
 
@@ -169,7 +167,7 @@ def test_a_jump_back_in_time_of_any_topic_starts_a_new_receiver(start: Start) ->
 
 @pytest.mark.parametrize('operation', [Operation.TURN, Operation.STOP])
 def test_after_a_jump_back_the_line_begins_where_the_robot_is_and_a_stop_holds(
-    start: Start, operation: Operation
+    start: Start, operation
 ) -> None:
     robot = start(drive=True)
     robot.send_image(100.0)
@@ -184,9 +182,7 @@ def test_after_a_jump_back_the_line_begins_where_the_robot_is_and_a_stop_holds(
     assert (max(v.forward for v in velocities) > 0.0) == (operation is Operation.TURN)
 
 
-def test_a_lost_pose_is_logged_after_the_throttle_interval(
-    start: Start, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_lost_pose_is_logged_after_the_throttle_interval(start: Start, monkeypatch) -> None:
     robot = start()
     lines, may_speak = [], [True, False, True, True]
 
