@@ -26,9 +26,9 @@ def bearings_of(rng, seconds=30.0, noise=2e-4, sway=0.0, bias=0.0, length=3.0, l
     positions = np.column_stack([lamp[0] + along, lamp[1] - 0.3 + 0.2 * np.sin(2.0 * along), 0.0 * along])
     yaws = 0.4 * np.cos(2.0 * along)
     tilts = sway * slow_noise(rng, len(stamps)) + bias * rng.normal(size=2)
-    rotations, rays = [], []
+    rotations = [matrix_from_rpy((0.0, 0.0, yaw + 0.5 * math.pi)) for yaw in yaws]
+    rays = []
     for tilt, position, yaw in zip(tilts, positions, yaws, strict=True):
-        rotations.append(matrix_from_rpy((0.0, 0.0, yaw + 0.5 * math.pi)))
         true = matrix_from_rpy((0.0, 0.0, yaw)) @ matrix_from_rpy((*tilt, 0.5 * math.pi))
         point = true.T @ (lamp - position)
         rays.append(point[:2] / point[2] + noise * rng.normal(size=2))

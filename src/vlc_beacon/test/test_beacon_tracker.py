@@ -91,16 +91,14 @@ def test_dead_reckoning_is_published_up_to_the_gap_distance_and_one_lamp_restore
 
 
 def test_one_noisy_image_does_not_throw_the_pose_about():
-    rng = np.random.default_rng(7)
-    tracker = BeaconTracker(BEACONS, MOUNT)
+    rng, tracker = np.random.default_rng(7), BeaconTracker(BEACONS, MOUNT)
     for k, (pose, odometry) in enumerate(drive(120)):
         fix = track(tracker, odometry, pose, BEACONS, rng, noise=2.0 if k > 60 and k % 2 else 0.1)
         assert k < 60 or fix.T_map_base.distance_to(pose) < 0.008
 
 
 def test_two_lamps_seen_one_after_the_other_are_a_start():
-    rng = np.random.default_rng(4)
-    tracker, answers = BeaconTracker(BEACONS, MOUNT), []
+    rng, tracker, answers = np.random.default_rng(4), BeaconTracker(BEACONS, MOUNT), []
     for k, (pose, odometry) in enumerate(drive(80)):
         answers.append(track(tracker, odometry, pose, [BEACONS[0 if k < 40 else 3]], rng))
         if isinstance(answers[-1], BeaconFix):
@@ -110,8 +108,7 @@ def test_two_lamps_seen_one_after_the_other_are_a_start():
 
 
 def test_a_robot_that_was_carried_away_is_found_again():
-    rng = np.random.default_rng(5)
-    tracker = BeaconTracker(BEACONS, MOUNT)
+    rng, tracker = np.random.default_rng(5), BeaconTracker(BEACONS, MOUNT)
     for pose in (SE2(0.5, 0.6, 0.1), SE2(1.2, 1.1, 2.0)):
         for _ in range(5):
             fix = track(tracker, ORIGIN, pose, BEACONS, rng)
@@ -119,9 +116,7 @@ def test_a_robot_that_was_carried_away_is_found_again():
 
 
 def test_a_pose_without_lamps_is_given_up_in_the_end():
-    rng = np.random.default_rng(6)
-    tracker = BeaconTracker(BEACONS, MOUNT)
-    answers = []
+    rng, tracker, answers = np.random.default_rng(6), BeaconTracker(BEACONS, MOUNT), []
     for k, (pose, odometry) in enumerate(drive(1500)):
         answers.append(track(tracker, odometry, pose, BEACONS if k == 0 else [], rng))
     assert isinstance(answers[60], BeaconFix)

@@ -39,19 +39,6 @@ def test_durations_and_rows_are_those_that_are_promised() -> None:
     assert 295 <= manchester_profile(SegmentFormat(1), 18.9e-6, 6e-5).rows_min <= 305
 
 
-@pytest.mark.parametrize('segment_bytes', [1, 2])
-def test_manchester_needs_the_rows_that_are_stated(segment_bytes: int) -> None:
-    segments = SegmentFormat(segment_bytes)
-    rows_min = manchester_profile(segments, 18.9e-6, 6e-5).rows_min
-    period = waveform_of('manchester', PACKETS[1:2], segments=segments).period
-    enough, too_few = (
-        len(received('manchester', PACKETS[1:2], 12.0, 0, segments=segments, rows=rows))
-        for rows in (rows_min, rows_min * 9 // 10)
-    )
-    assert enough >= 0.9 * 12.0 / period - 1
-    assert too_few == 0
-
-
 @pytest.mark.parametrize('row_time', [9e-6, 18.9e-6])
 def test_rs_fsk_does_with_the_rows_that_are_stated(row_time: float) -> None:
     rows_min = rs_fsk_profile(30.0, row_time).rows_min

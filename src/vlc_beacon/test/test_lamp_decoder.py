@@ -118,12 +118,13 @@ def read(diameter: float, seconds: float) -> tuple[LampObservation, list[Command
     return found, commands
 
 
-@pytest.mark.newest_set_only
-def test_a_large_lamp_is_decoded_in_segments() -> None:
+def test_a_large_lamp_is_decoded_in_segments_but_none_of_fewer_rows_than_the_profile_asks_for() -> None:
     lamp, commands = read(340.0, 4.0)
     assert lamp.beacon == 5
     assert set(commands) == {COMMAND}
     assert lamp.sample.centre == pytest.approx((238.3, 281.6), abs=1.0)
+    lamp, commands = read(manchester_profile(SegmentFormat(), ROW_TIME, EXPOSURE).rows_min - 20.0, 2.0)
+    assert (lamp.beacon, commands) == (None, [])
 
 
 def test_larger_segments_need_the_same_setting() -> None:
@@ -140,9 +141,3 @@ def test_larger_segments_need_the_same_setting() -> None:
             packets += decoder.add_frames(rows_from_frame(stamp, 0, seen, ROW_TIME, EXPOSURE))
         commands[size] = {received.packet for received in packets}
     assert commands == {1: set(), 4: {COMMAND}}
-
-
-def test_a_lamp_of_fewer_rows_than_the_profile_asks_for_is_not_read() -> None:
-    rows_min = manchester_profile(SegmentFormat(), ROW_TIME, EXPOSURE).rows_min
-    lamp, commands = read(rows_min - 20.0, 2.0)
-    assert (lamp.beacon, commands) == (None, [])

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from lamp_scenes import BEACONS, CAMERA, PLACES, speaking_room
 from light_channel import waveform_of
 
 from scene_simulator.imaging.exposure import Shutter
-from shirube_core.waveform import Waveform
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform
 from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.packet.id_packet import IdPacket
@@ -22,7 +20,7 @@ from vlc_beacon.core.settings import ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 TONES = (3000.0, 4000.0, 5000.0, 6000.0)
-SETTINGS = ReceiverSettings(shutter='rolling', exposure_time=6e-5)
+SETTINGS = ReceiverSettings(shutter='rolling', row_time=18.9e-6, exposure_time=6e-5)
 
 
 def test_lamps_are_identified_by_their_tones_and_a_constant_one_is_not() -> None:
@@ -72,13 +70,9 @@ def film(diameter: float, seconds: float, *, rolling: bool) -> Iterator[tuple[fl
             centre = (50 + 60 * i + 8 * math.sin(stamp + i), 80 + 20 * math.sin(0.7 * stamp + 2 * i))
             time = stamp + 0.123 * i
             halves = {'halves': waveform.exposure_means(time, 5e-4), 'angle': 0.3 * i + 0.2 * stamp}
-            light = {'rows': partial(_rows, waveform, time)} if rolling else halves
-            draw_lamp(picture, centre, 0.5 * diameter, 200.0, **light)
+            rows = {'rows': lambda v, w=waveform, t=time: w.exposure_means(t + v * 18.9e-6, 6e-5)[:, 0]}
+            draw_lamp(picture, centre, 0.5 * diameter, 200.0, **(rows if rolling else halves))
         yield float(stamp), photograph(picture, 1.0, rng)
-
-
-def _rows(waveform: Waveform, time: float, rows: np.ndarray) -> np.ndarray:
-    return waveform.exposure_means(time + rows * SETTINGS.row_time, SETTINGS.exposure_time)[:, 0]
 
 
 @pytest.mark.parametrize(('rolling', 'diameter', 'seconds'), [(False, 6.0, 3.5), (True, 14.0, 5.5)])

@@ -80,15 +80,20 @@ Run = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def run(film: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Runs the command; returns its exit code, output and errors."""
+    given = (
+        '--beacons',
+        film / 'beacons.yaml',
+        '--out',
+        tmp_path / 'out',
+        '--camera-xyz',
+        *MOUNT.xyz,
+        *LIGHT,
+    )
+
     def locate(*arguments: object) -> tuple[int, str, str]:
-        xyz = [str(number) for number in MOUNT.xyz]
-        given = ['--out', str(tmp_path / 'out'), '--camera-xyz', *xyz, *LIGHT, *map(str, arguments)]
-        if '--beacons' not in given:
-            given += ['--beacons', str(film / 'beacons.yaml')]
         capsys.readouterr()
-        code = main(given)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
+        return main([str(argument) for argument in (*given, *arguments)]), *capsys.readouterr()
 
     return locate
 

@@ -29,22 +29,21 @@ def test_packets_are_read_from_three_hundred_rows(ppm: float, snr: float) -> Non
     assert len(hundred) >= 2
 
 
-def test_more_rows_decode_larger_segments_faster() -> None:
-    got = received([HUNDRED], 10.0, 1, 50.0, SegmentFormat(8), rows=1060)
+@pytest.mark.parametrize(
+    ('seconds', 'ppm', 'segments', 'channel', 'least'),
+    [(10.0, 50.0, SegmentFormat(8), {'rows': 1060}, 9), (40.0, 100.0, SegmentFormat(1), {'lost': 0.03}, 6)],
+    ids=['more rows decode larger segments faster', 'lost frames are corrected'],
+)
+def test_a_hundred_bytes_are_read(seconds, ppm, segments, channel, least) -> None:
+    got = received([HUNDRED], seconds, 1, ppm, segments, **channel)
     assert set(got) == {HUNDRED}
-    assert len(got) >= 9
+    assert len(got) >= least
 
 
 def test_noise_alone_gives_no_packets() -> None:
     rng = np.random.default_rng(0)
     noise = LampRows(np.arange(900) / 30.0, np.zeros(900, int), rng.random((900, 304)), 18.9e-6, 6e-5)
     assert ManchesterDecoder(SegmentFormat(1)).add_frames(noise) == []
-
-
-def test_lost_frames_are_corrected() -> None:
-    got = received([HUNDRED], 40.0, 1, 100.0, lost=0.03)
-    assert set(got) == {HUNDRED}
-    assert len(got) >= 6
 
 
 ROW_TIME, EXPOSURE = 18.9e-6, 6e-5
@@ -84,7 +83,8 @@ def test_too_few_rows_and_even_rows_are_not_clear() -> None:
     segment_format, segment = SegmentFormat(1), Segment(7, b'\xa5')
     rows = int(0.9 * segment_format.rows_min(ROW_TIME, EXPOSURE))
     assert not demodulate_rows(views(segment, segment_format, rows), segment_format)[1].any()
-    even = LampRows(np.zeros(2), np.zeros(2, int), np.ones((2, 310)), ROW_TIME, EXPOSURE)
+    even, none = (
+        LampRows(np.zeros(n), np.zeros(n, int), np.ones((n, 310)), ROW_TIME, EXPOSURE) for n in (2, 0)
+    )
     assert not demodulate_rows(even, segment_format)[1].any()
-    none = LampRows(np.zeros(0), np.zeros(0, int), np.ones((0, 310)), ROW_TIME, EXPOSURE)
     assert demodulate_rows(none, segment_format)[0].shape == (0, 19)

@@ -41,20 +41,21 @@ def watch(lamp, light, begin, seconds, diameter=16.0):
     return seen
 
 
-@pytest.mark.parametrize('frequency', [100.0, 120.0, 100.2])
-def test_a_lamp_on_the_mains_is_left_alone_in_the_end(frequency):
+@pytest.mark.parametrize(
+    ('frequency', 'diameter', 'reason'),
+    [
+        *((hertz, 16.0, SkipReason.NO_CODE) for hertz in (100.0, 120.0, 100.2)),
+        (100.0, 5.0, SkipReason.TOO_SMALL),
+    ],
+)
+def test_a_lamp_on_the_mains_or_too_small_is_left_alone_in_the_end(frequency, diameter, reason):
     decoder = CountingDecoder(EXPOSURE)
     lamp = TrackedLamp(decoder, {1}, 6.0, LISTEN)
-    assert watch(lamp, mains(frequency), 0.0, LISTEN - 1.0).skip_reason is None
-    seen = watch(lamp, mains(frequency), LISTEN - 1.0, BACKOFF_TIME)
-    assert seen.skip_reason is SkipReason.NO_CODE
+    assert watch(lamp, mains(frequency), 0.0, LISTEN - 1.0, diameter).skip_reason is None
+    seen = watch(lamp, mains(frequency), LISTEN - 1.0, BACKOFF_TIME, diameter)
+    assert seen.skip_reason is reason
     assert decoder.reads == pytest.approx(LISTEN * RATE, abs=2)
     assert (seen.beacon, seen.unknown_id) == (None, None)
-
-
-def test_a_lamp_that_cannot_be_read_may_be_too_small():
-    lamp = TrackedLamp(CountingDecoder(EXPOSURE), {1}, 6.0, LISTEN)
-    assert watch(lamp, mains(100.0), 0.0, LISTEN + 1.0, 5.0).skip_reason is SkipReason.TOO_SMALL
 
 
 def test_a_lamp_that_was_switched_on_is_found_in_the_end():
