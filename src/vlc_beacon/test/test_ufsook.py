@@ -121,3 +121,12 @@ def test_constant_light_gives_no_packets(level: float) -> None:
     stamps = np.arange(1200) / 60.0
     assert UfsookDecoder().add_frames(stamps, level + rng.normal(0.0, 0.05, (1200, 2)), 5e-4) == []
     assert UfsookDecoder().add_frames(stamps, rng.random((1200, 2)), 5e-4) == []
+
+
+@pytest.mark.parametrize('snr', [15.0, 5.0])
+def test_what_was_played_once_is_read_once(snr: float) -> None:
+    # Two equal packets in a row are what an ID is believed for.
+    packets = [IdPacket(beacon) for beacon in range(40)]
+    for seed in range(6):
+        ids = [packet.beacon for packet in received(packets, 34.0, seed, 100.0, snr=snr)]
+        assert len(set(ids)) == len(ids)
