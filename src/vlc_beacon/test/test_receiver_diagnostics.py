@@ -26,13 +26,16 @@ class Report(ReceiverDiagnostics):
         return self.status()
 
 
-def test_missing_images_are_reported() -> None:
+def test_missing_images_and_no_fix_are_reported() -> None:
     report = Report()
     assert (report.status().level, report.status().message[:12]) == (Level.WARN, 'no image yet')
     status = report.after(with_fix())
     assert (status.level, status.message) == (Level.OK, 'fix')
     report.now = 3.0
     assert report.status().message.startswith('images have stopped')
+    status = report.after(without_fix())
+    assert status.message == 'no fix: no known lamp in view'
+    assert status.values['detail'] == 'nothing there'
 
 
 def test_moved_and_strange_lamps_are_named() -> None:
@@ -56,23 +59,14 @@ def test_messages_are_reported_until_they_change() -> None:
         assert status.values['lamp 2 message'] == shown
 
 
-def test_no_fix_has_its_reason_and_detail() -> None:
-    status = Report().after(without_fix())
-    assert status.message == 'no fix: no known lamp in view'
-    assert status.values['detail'] == 'nothing there'
-
-
 def test_commands_are_counted_and_suspicious_ones_raise_an_alarm_for_a_minute() -> None:
+    assert 'counter file is missing' in Report(KEY).after(with_fix()).message
     report = Report()
     status = report.after(with_fix([ACCEPTED, REFUSED]))
     assert status.values['commands accepted'] == '1'
     assert 'wrong authentication code' in status.message
     report.now = 61.0
     assert report.after(with_fix()).message == 'fix'
-
-
-def test_lost_counters_are_reported_permanently() -> None:
-    assert 'counter file is missing' in Report(KEY).after(with_fix()).message
 
 
 def test_only_unidentified_senders_raise_no_alarm() -> None:
