@@ -2,6 +2,8 @@
 
 import os
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -39,3 +41,23 @@ def built(sketch: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def eeprom(tmp_path: Path) -> Path:
     """What a simulated lamp keeps; blank at first."""
     return tmp_path / 'eeprom.bin'
+
+
+@pytest.fixture
+def power_up(firmware: Path, eeprom: Path) -> Iterator[Callable[[], object]]:
+    """Powers a simulated lamp up; the one before, which has the same EEPROM, is off then."""
+    from simulated_lamp import SimulatedLamp  # noqa: PLC0415
+
+    with ExitStack() as lamps:
+
+        def start() -> SimulatedLamp:
+            lamps.close()
+            return lamps.enter_context(SimulatedLamp(firmware, eeprom))
+
+        yield start
+
+
+@pytest.fixture
+def lamp(power_up: Callable[[], object]) -> object:
+    """A new simulated lamp."""
+    return power_up()

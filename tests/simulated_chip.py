@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from typing import Self
 
 FIRMWARE = Path(__file__).resolve().parents[1] / 'firmware'
 TOOLS = ('make', 'avr-gcc', 'gcc')
@@ -39,6 +40,12 @@ class SimulatedChip:
         command = [build / 'simulator', *arguments]
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
+
     def send(self, data: bytes) -> None:
         """Send bytes that are not waited for."""
         self._command(f's {data.hex()}')
@@ -57,7 +64,7 @@ class SimulatedChip:
         return answer.strip()
 
     def end(self) -> None:
-        """Power off."""
+        """Power off, if it is on."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         assert self._process.wait(10) == 0

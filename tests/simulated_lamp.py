@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +11,23 @@ from simulated_chip import SimulatedChip
 
 from shirube_core.waveform import Waveform
 from vlc_beacon.commands.lamp_port import upload_requests
+from vlc_beacon.core.transmitter.lamp_frame import frame_to_bytes
+from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame
 
 TICK_RATE = 16_000_000
+
+
+def tone_bytes(tone: float, plays: int = 0) -> bytes:
+    """Return the frame of a tone [Hz]."""
+    return frame_to_bytes(replace(constant_tone_frame(tone), plays=plays))
+
+
+TONE = tone_bytes(2000.0)
+
+
+def status_of(frame: bytes, state: str = 'playing kept', pending: int = 0) -> str:
+    """Return what a lamp says of itself that has a frame."""
+    return f'{state} {len(frame)} {frame[-2:].hex()} {pending}'
 
 
 class SimulatedLamp(SimulatedChip):
@@ -83,7 +98,10 @@ def light_of_vcd(text: str) -> Light:
     """Return what the simulator's value change dump recorded."""
     signals = _signals_of_vcd(text)
     ticks = np.unique(np.concatenate([signals['half_a'][0], signals['half_b'][0]]))
-    half_a, half_b = (_levels_at(ticks, *signals[name]) for name in ('half_a', 'half_b'))
+    half_a, half_b = (
+        levels[np.searchsorted(changes, ticks, side='right') - 1]
+        for changes, levels in (signals['half_a'], signals['half_b'])
+    )
     states = half_a | half_b << 1
     changed = np.append(True, states[1:] != states[:-1])
     busy, running = signals['preparing']
@@ -110,9 +128,3 @@ def _signals_of_vcd(text: str) -> dict[str, tuple[NDArray[np.int64], NDArray[np.
         else:
             changes[name_of_alias[line[1:]]][now] = int(line[0] == '1')
     return {name: (np.array(list(c)), np.array(list(c.values()))) for name, c in changes.items()}
-
-
-def _levels_at(
-    ticks: NDArray[np.int64], changes: NDArray[np.int64], levels: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    return levels[np.searchsorted(changes, ticks, side='right') - 1]

@@ -52,6 +52,12 @@ class SimulatedMotorController(SimulatedChip):
         left, right = self.ask('e').split()
         return int(left), int(right)
 
+    def counts_at_rest(self) -> tuple[int, int]:
+        """Stop the motors and return the counts of the encoders."""
+        self.ask('o 0 0')
+        self.run(1.0)
+        return self.counts()
+
     def set_motors(self, left: float, right: float, lag: float) -> None:
         """Change the speeds at full PWM [ticks/s] and the lag [s]."""
         self._command(f't {left} {right} {lag * 1000}')

@@ -7,12 +7,19 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Protocol
 
-from simulated_chip import SimulatedChip
+
+class Chip(Protocol):
+    """A controller that is sent bytes, and gives those that it sends in a time [s]."""
+
+    def send(self, data: bytes) -> None: ...
+
+    def run(self, seconds: float) -> bytes: ...
 
 
 @contextmanager
-def terminal_of(chip: SimulatedChip) -> Iterator[Path]:
+def terminal_of(chip: Chip) -> Iterator[Path]:
     """Connect a controller to a pseudo-terminal; time passes there as fast as the machine can."""
     master, slave = pty.openpty()
     over = threading.Event()

@@ -1,23 +1,22 @@
 """Serial commands that the LED beacon firmware rejects while it continues to transmit."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from lamp_frame_reading import frame_from_bytes
-from simulated_lamp import SimulatedLamp
+from simulated_lamp import TONE, SimulatedLamp, status_of
 
 from vlc_beacon.core.packet.crc import crc16
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.transmitter.lamp_frame import LENGTH_MAX, frame_to_bytes
-from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, ufsook_frame
+from vlc_beacon.core.transmitter.lamp_program import ufsook_frame
 from vlc_beacon.core.vlc_beacon_error import LampFrameError
 
 pytestmark = pytest.mark.newest_set_only
 
 ID = IdPacket(4711).to_bytes()
-TONE = frame_to_bytes(constant_tone_frame(2000.0))
 
 
 def with_crc(body: bytes) -> bytes:
@@ -65,7 +64,7 @@ def lamp(firmware: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[S
     lamp.run(0.01)
     yield lamp
     lamp.run(0.01)
-    assert lamp.ask('s') == f'playing kept {len(TONE)} {TONE[-2:].hex()} 0'
+    assert lamp.ask('s') == status_of(TONE)
     assert lamp.power_off().tones() == [2000]
 
 
@@ -87,36 +86,26 @@ def test_damaged_frames_are_refused(lamp: SimulatedLamp) -> None:
             assert lamp.load((frame ^ damage).tobytes())[-1].startswith('ERR')
 
 
-def test_frame_too_long_is_refused(lamp: SimulatedLamp) -> None:
-    assert lamp.ask(f'b {LENGTH_MAX + 1}') == 'ERR length'
-    assert lamp.ask(f'b {0x10000 + len(TONE)}') == 'ERR length'
-    assert lamp.ask('b 0') == 'ERR length'
-    assert lamp.ask('b 4') == 'OK'
-    assert lamp.ask('d 0 0102030405') == 'ERR length'
+LONG, FAR = f'b {LENGTH_MAX + 1}', f'b {0x10000 + len(TONE)}'
+CONVERSATIONS = [
+    [(LONG, 'ERR length'), (FAR, 'ERR length'), ('b 0', 'ERR length')],
+    [('b 4', 'OK'), ('d 0 0102030405', 'ERR length')],
+    [('x', 'ERR command'), ('d' * 200, 'ERR line'), ('v', f'led_beacon 1 {LENGTH_MAX}')],
+    [('b 8', 'OK'), ('d 1 00', 'ERR offset'), (f'd {0x10000} 00', 'ERR offset'), ('d 0', 'ERR offset')],
+    [('b 8', 'OK'), ('d 0 0g', 'ERR hex'), ('d 0 012', 'ERR hex'), ('d 0 0102', 'OK'), ('d 0 0102', 'OK')],
+    [('b 8', 'OK'), ('d 0 0102', 'OK'), ('k', 'ERR length'), ('k', 'ERR begin'), ('d 0 00', 'ERR begin')],
+]
 
 
-def test_bad_lines_are_refused(lamp: SimulatedLamp) -> None:
-    assert lamp.ask('x') == 'ERR command'
-    assert lamp.ask('d' * 200) == 'ERR line'
-    assert lamp.ask('v') == f'led_beacon 1 {LENGTH_MAX}'
-    assert lamp.ask('b 8') == 'OK'
-    assert lamp.ask('d 1 00') == 'ERR offset'
-    assert lamp.ask(f'd {0x10000} 00') == 'ERR offset'
-    assert lamp.ask('d 0') == 'ERR offset'
-    assert lamp.ask('d 0 0g') == 'ERR hex'
-    assert lamp.ask('d 0 012') == 'ERR hex'
-    assert lamp.ask('d 0 0102') == 'OK'
-    assert lamp.ask('d 0 0102') == 'OK'
-    assert lamp.ask('k') == 'ERR length'
-    assert lamp.ask('k') == 'ERR begin'
-    assert lamp.ask('d 0 00') == 'ERR begin'
+@pytest.mark.parametrize('conversation', CONVERSATIONS)
+def test_bad_lines_are_refused(lamp: SimulatedLamp, conversation: list[tuple[str, str]]) -> None:
+    assert [lamp.ask(request) for request, _ in conversation] == [answer for _, answer in conversation]
 
 
-def test_lamp_and_host_refuse_the_same_frames(firmware: Path, eeprom: Path) -> None:
+def test_lamp_and_host_refuse_the_same_frames(power_up: Callable[[], SimulatedLamp]) -> None:
     rng = np.random.default_rng(6)
     body = frame_to_bytes(ufsook_frame([ID]))[:-2]
-    lamp = SimulatedLamp(firmware, eeprom)
-    answers = []
+    lamp, answers = power_up(), []
     for _ in range(150):
         changed = bytearray(body)
         changed[rng.integers(44)] = rng.choice([0, 1, 2, 3, 4, 64, 255])
@@ -130,5 +119,4 @@ def test_lamp_and_host_refuse_the_same_frames(firmware: Path, eeprom: Path) -> N
         lamp.ask('h')
         answers.append(lamp.load(frame, keep=False)[-1].split()[0])
         assert answers[-1] == expected, frame.hex()
-    lamp.power_off()
     assert min(answers.count('OK'), answers.count('ERR')) > 30

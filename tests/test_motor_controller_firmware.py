@@ -21,9 +21,8 @@ TICKS_PER_FRAME_MAX = 1000
 
 @pytest.fixture
 def controller(motor_firmware: Path) -> Iterator[SimulatedMotorController]:
-    controller = SimulatedMotorController(motor_firmware)
-    yield controller
-    controller.end()
+    with SimulatedMotorController(motor_firmware) as controller:
+        yield controller
 
 
 def speed_of(controller: SimulatedMotorController, order: str, frames: int = 15) -> tuple[float, float]:
@@ -41,26 +40,18 @@ def speed_of(controller: SimulatedMotorController, order: str, frames: int = 15)
     [
         (b'b\r', rb'57600\r\n'),
         (b'e\r', rb'0 0\r\n'),
-        (b'r\r', rb'OK\r\n'),
-        (b'm 10 -10\r', rb'OK\r\n'),
-        (b'm -1000 1000\r', rb'OK\r\n'),
-        (b'm 0 -0\r', rb'OK\r\n'),
-        (b'o 255 -255\r', rb'OK\r\n'),
-        (b'u 20:12:0:50\r', rb'OK\r\n'),
+        *((request, rb'OK\r\n') for request in (b'r\r', b'm 10 -10\r', b'm -1000 1000\r', b'm 0 -0\r')),
+        *((request, rb'OK\r\n') for request in (b'o 255 -255\r', b'c 4 1\r', b'w 4 1\r', b'u 20:12:0:50\r')),
         (b'u 10000:10000:10000:10000\r', rb'OK\r\n'),
         (b'a 0\r', rb'\d{1,4}\r\n'),
         (b'd 4\r', rb'[01]\r\n'),
-        (b'c 4 1\r', rb'OK\r\n'),
-        (b'w 4 1\r', rb'OK\r\n'),
         (b'\r', rb'Invalid Command\r\n'),
         (b'b\r\nb\r\n', rb'57600\r\n57600\r\n'),
         (b'b\rb\re\r', rb'57600\r\n57600\r\n0 0\r\n'),
         (b'\rb\r', rb'Invalid Command\r\n57600\r\n'),
     ],
 )
-def test_answers_are_those_of_ros_arduino_bridge(
-    controller: SimulatedMotorController, request_: bytes, answer: bytes
-) -> None:
+def test_answers_are_those_of_ros_arduino_bridge(controller, request_: bytes, answer: bytes) -> None:
     controller.send(request_)
     assert re.fullmatch(answer, controller.run(0.02))
 
@@ -88,9 +79,7 @@ def test_counts_are_the_encoders_ticks(controller: SimulatedMotorController) -> 
         after = controller.truth().ticks
         for count, one, other in zip(counts, before, after):
             assert min(one, other) <= count <= max(one, other)
-    controller.ask('m 0 0')
-    controller.run(1.0)
-    counts = controller.counts()
+    counts = controller.counts_at_rest()
     assert counts == controller.truth().ticks
     assert min(np.abs(counts)) > 100
 
@@ -101,18 +90,14 @@ def test_no_tick_is_lost_at_the_highest_speed(controller: SimulatedMotorControll
     assert controller.ask('o 255 -255') == 'OK'
     for _ in range(60):
         controller.counts()
-    controller.ask('o 0 0')
-    controller.run(0.3)
-    left, right = controller.truth().ticks
+    left, right = controller.counts_at_rest()
     assert left > 2000
     assert right < -2000
-    assert controller.counts() == (left, right)
+    assert controller.truth().ticks == (left, right)
 
 
 @pytest.mark.parametrize('order', ['m 40 0', 'o 0 -100'])
-def test_motors_stop_two_seconds_after_the_last_order(
-    controller: SimulatedMotorController, order: str
-) -> None:
+def test_motors_stop_two_seconds_after_the_last_order(controller, order: str) -> None:
     controller.drive('o 10 10', 0.7)
     controller.ask('m 0 0')
     controller.send(order.encode() + b'\r')
@@ -139,24 +124,20 @@ def test_reset_of_the_encoders_ends_a_held_speed_but_no_pwm(controller: Simulate
     before = controller.truth().ticks
     assert controller.ask('r') == 'OK'
     assert controller.truth().pwm == (90, 80)
-    controller.ask('o 0 0')
-    controller.run(1.0)
+    counts = controller.counts_at_rest()
     after = controller.truth().ticks
-    assert np.subtract(controller.counts(), np.subtract(after, before)) == pytest.approx(0, abs=6)
+    assert np.subtract(counts, np.subtract(after, before)) == pytest.approx(0, abs=6)
 
 
 @pytest.mark.parametrize(
     ('full_speed', 'lag', 'targets'),
     [(3000.0, 0.1, (40, -7)), (1500.0, 0.05, (-20, 30)), (6000.0, 0.2, (3, 100))],
 )
-def test_speed_is_held_whatever_the_motor(
-    controller: SimulatedMotorController, full_speed: float, lag: float, targets: tuple[int, int]
-) -> None:
+def test_speed_is_held_whatever_the_motor(controller, full_speed: float, lag: float, targets) -> None:
     controller.set_motors(full_speed, 0.8 * full_speed, lag)
     order = f'm {targets[0]} {targets[1]}'
     controller.drive(order, 3.0)
-    held = speed_of(controller, order, 30)
-    assert held == pytest.approx(targets, rel=0.01, abs=0.1)
+    assert speed_of(controller, order, 30) == pytest.approx(targets, rel=0.01, abs=0.1)
 
 
 def test_wheel_that_was_blocked_does_not_run_away(controller: SimulatedMotorController) -> None:
@@ -184,9 +165,7 @@ def test_gains_are_taken(controller: SimulatedMotorController) -> None:
 
 
 @pytest.mark.parametrize('wrap', [2**31 - 1, 2**15 - 1])
-def test_counts_wrap_round_and_the_speed_does_not_notice(
-    controller: SimulatedMotorController, wrap: int
-) -> None:
+def test_counts_wrap_round_and_the_speed_does_not_notice(controller, wrap: int) -> None:
     start = wrap - 600
     controller.run(0.01)
     controller.set_counts(start)
@@ -198,11 +177,10 @@ def test_counts_wrap_round_and_the_speed_does_not_notice(
         pwm.append(controller.truth().pwm)
     # Not a jump to one end of its range.
     assert np.ptp(pwm, axis=0).max() < 20
-    controller.ask('m 0 0')
-    controller.run(1.0)
+    counts = controller.counts_at_rest()
     counted = start + np.array(controller.truth().ticks)
     assert counted.min() > wrap
-    assert controller.counts() == tuple((counted + 2**31) % 2**32 - 2**31)
+    assert counts == tuple((counted + 2**31) % 2**32 - 2**31)
 
 
 def test_hung_controller_stops_its_motors(controller: SimulatedMotorController) -> None:
@@ -231,9 +209,7 @@ def test_free_pins_are_the_hosts(controller: SimulatedMotorController) -> None:
             assert controller.ask(f'w {pin} {level}') == 'OK'
             assert controller.ask(f'd {pin}') == level
     assert controller.truth().pwm == (50, -50)
-    controller.ask('o 0 0')
-    controller.run(1.0)
-    assert controller.counts() == controller.truth().ticks
+    assert controller.counts_at_rest() == controller.truth().ticks
 
 
 def test_host_uses_a_serial_port(controller: SimulatedMotorController) -> None:

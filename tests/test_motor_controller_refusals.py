@@ -39,9 +39,8 @@ REFUSED = {
 
 @pytest.fixture(scope='module')
 def powered(motor_firmware: Path) -> Iterator[SimulatedMotorController]:
-    controller = SimulatedMotorController(motor_firmware)
-    yield controller
-    controller.end()
+    with SimulatedMotorController(motor_firmware) as controller:
+        yield controller
 
 
 @pytest.fixture
@@ -86,15 +85,12 @@ def test_line_after_a_refused_one_is_obeyed(driving: SimulatedMotorController) -
         assert driving.ask(ORDER) == 'OK'
 
 
-def test_carriage_return_in_front_cures_a_lost_one(driving: SimulatedMotorController) -> None:
+def test_carriage_return_in_front_cures_a_lost_one_and_line_feeds_are_forgiven(driving) -> None:
     driving.send(b'm 1')
     driving.run(0.1)
-    driving.send(b'\ro 20 30\r')
+    driving.send(b'\ro 40 50\r')
     assert driving.run(0.01) == INVALID + b'OK\r\n'
-    assert driving.truth().pwm == (20, 30)
-
-
-def test_line_feeds_in_front_are_forgiven(driving: SimulatedMotorController) -> None:
+    assert driving.truth().pwm == (40, 50)
     driving.send(b'\no 20 30\r\n\n\ne\r\nb\r\n')
     ok, counts, baud = driving.run(0.02).split(b'\r\n')[:3]
     assert ok == b'OK'

@@ -1,8 +1,7 @@
 """The node under test with simulated topics, and a receiver that records its inputs."""
 
-from __future__ import annotations
-
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from receptions import POSE, with_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
 
-from shirube_core.geometry import SE2, PinholeCamera
+from shirube_core.geometry import SE2
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.pose_conversion import odometry_message
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
@@ -27,6 +26,8 @@ PIXELS = np.random.default_rng(4).integers(0, 256, (100, 160), dtype=np.uint8)
 INFO = CameraInfo(width=160, height=100, k=[100.0, 0.0, 80.0, 0.0, 100.0, 50.0, 0.0, 0.0, 1.0])
 LEANING = Quaternion(x=math.sin(0.05), w=math.cos(0.05))
 NOWHERE = Quaternion(x=math.nan)
+IMAGES = (('image_raw', Image), ('camera_info', CameraInfo))
+TOPICS = (*IMAGES, ('odom', Odometry), ('imu', Imu), ('attitude', QuaternionStamped))
 
 
 class FakeReceiver:
@@ -36,14 +37,14 @@ class FakeReceiver:
         self.calls: list[tuple[Any, ...]] = []
         self.answer: ReceiverOutput | Exception = with_fix()
 
-    def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
-        self.calls.append(('odometry', stamp, T_odom_base))
+    def add_odometry(self, *given: Any) -> None:
+        self.calls.append(('odometry', *given))
 
-    def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
-        self.calls.append(('tilt', stamp, roll, pitch))
+    def add_tilt(self, *given: Any) -> None:
+        self.calls.append(('tilt', *given))
 
-    def receive(self, stamp: float, image: np.ndarray, camera: PinholeCamera) -> ReceiverOutput:
-        self.calls.append(('receive', stamp, image, camera))
+    def receive(self, *given: Any) -> ReceiverOutput:
+        self.calls.append(('receive', *given))
         if isinstance(self.answer, Exception):
             raise self.answer
         return self.answer
@@ -57,22 +58,14 @@ class Robot:
         self.receivers: list[FakeReceiver] = []
         self.node = graph.add(self._make_node, beacons_file=str(beacons_file), **parameters)
         self.robot = graph.add(lambda **options: Node('robot', **options))
-        self._publishers = {
-            topic: self.robot.create_publisher(kind, topic, 10)
-            for topic, kind in {
-                'image_raw': Image,
-                'camera_info': CameraInfo,
-                'odom': Odometry,
-                'imu': Imu,
-                'attitude': QuaternionStamped,
-            }.items()
-        }
+        self._publishers = {topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in TOPICS}
         self.poses = self.listen(PoseStamped, 'pose')
         self.reports: list[DiagnosticStatus] = []
-        self.robot.create_subscription(
-            DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
-        )
+        self.robot.create_subscription(DiagnosticArray, '/diagnostics', self._add_reports, 10)
         assert graph.spin_until(self._is_connected)
+
+    def _add_reports(self, array: DiagnosticArray) -> None:
+        self.reports += array.status
 
     def _make_node(self, **options: Any) -> VlcBeaconNode:
         def create_receiver(*_: object) -> FakeReceiver:
@@ -82,10 +75,9 @@ class Robot:
         return VlcBeaconNode(create_receiver, **options)  # type: ignore[arg-type]
 
     def _is_connected(self) -> bool:
-        received = all(publisher.get_subscription_count() == 1 for publisher in self._publishers.values())
-        return received and all(
-            self.robot.count_publishers(topic) == 1 for topic in ('/vlc_beacon/pose', '/diagnostics')
-        )
+        counts = [publisher.get_subscription_count() for publisher in self._publishers.values()]
+        counts += [self.robot.count_publishers(topic) for topic in ('/vlc_beacon/pose', '/diagnostics')]
+        return set(counts) == {1}
 
     @property
     def receiver(self) -> FakeReceiver:
@@ -109,12 +101,14 @@ class Robot:
         self.send('image_raw', image_from_array(PIXELS, header(stamp, 'ceiling_optical_frame')))
 
     def report(self) -> DiagnosticStatus:
-        before = len(self.reports)
-        assert self._graph.spin_until(lambda: len(self.reports) > before)
+        self.wait_for(self.reports, len(self.reports) + 1)
         return self.reports[-1]
 
+    def wait_until(self, is_over: Callable[[], bool]) -> None:
+        assert self._graph.spin_until(is_over)
+
     def wait_for(self, messages: list[Any], number: int = 1) -> None:
-        assert self._graph.spin_until(lambda: len(messages) >= number)
+        self.wait_until(lambda: len(messages) >= number)
 
 
 def header(stamp: float, frame: str) -> Header:

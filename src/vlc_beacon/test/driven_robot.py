@@ -1,8 +1,5 @@
 """Simulated differential-drive robot with delayed velocities and noisy poses."""
 
-from __future__ import annotations
-
-import math
 from collections import deque
 
 import numpy as np
@@ -34,10 +31,8 @@ class DrivenRobot:
         """Move on for a while, with or without poses."""
         for _ in range(round(seconds / STEP)):
             if sees:
-                dx, dy, turn = self._rng.normal(0.0, self._noise, 3)
-                self.executor.update_pose(
-                    self.stamp, SE2(self.pose.x + dx, self.pose.y + dy, self.pose.yaw + turn)
-                )
+                pose = np.array([self.pose.x, self.pose.y, self.pose.yaw])
+                self.executor.update_pose(self.stamp, SE2(*self._rng.normal(pose, self._noise)))
             velocity = self.executor.velocity(self.stamp)
             self.velocities.append(velocity)
             self._coming.append(velocity or Velocity())
@@ -45,12 +40,8 @@ class DrivenRobot:
 
     def _move(self, velocity: Velocity) -> None:
         # The wheels turn 3 % less than they are told.
-        ahead, turn = 0.97 * velocity.forward * STEP, 0.97 * velocity.turn_rate * STEP
-        middle = self.pose.yaw + 0.5 * turn
-        self.pose = SE2(
-            self.pose.x + ahead * math.cos(middle),
-            self.pose.y + ahead * math.sin(middle),
-            self.pose.yaw + turn,
-        )
+        arc = SE2.exp(0.97 * velocity.forward * STEP, 0.0, 0.97 * velocity.turn_rate * STEP)
+        moved = self.pose @ arc
+        self.pose = SE2(moved.x, moved.y, self.pose.yaw + arc.yaw)
         self.track.append(self.pose)
         self.stamp += STEP

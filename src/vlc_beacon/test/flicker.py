@@ -1,7 +1,5 @@
 """Visible flicker of a waveform, for tests."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from shirube_core.waveform import Waveform
@@ -10,12 +8,8 @@ from shirube_core.waveform import Waveform
 def worst_flicker(waveform: Waveform, *, whole: bool = False, highest: float = 90.0) -> float:
     """Return the strongest line up to a frequency [Hz] over what IEEE 1789-2015 calls low risk.
 
-    That is a modulation of 2.5 % for each 100 Hz, which 90 Hz and slower lines must not exceed.
-
-    Args:
-        waveform: of a lamp.
-        whole: look at all its parts together rather than at the worst of them.
-        highest: frequency [Hz].
+    That is a modulation of 2.5 % for each 100 Hz, which 90 Hz and slower lines must not exceed; ``whole`` looks at all
+    parts of the lamp together rather than at the worst of them.
     """
     frequencies = np.arange(1, int(highest * waveform.period) + 1) / waveform.period
     edges = np.append(waveform.times, waveform.period)

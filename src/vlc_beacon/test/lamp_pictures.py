@@ -4,6 +4,7 @@ import math
 
 import cv2
 import numpy as np
+from scipy.special import expit
 
 FINE = 8
 
@@ -50,3 +51,16 @@ def photograph(picture, noise=1.0, rng=None):
     if rng is not None:
         picture = picture + noise * rng.normal(size=picture.shape)
     return np.clip(np.rint(picture), 0, 255).astype(np.uint8)
+
+
+# What the notes of one real lamp say: [1/px], [px], [px], [m].
+ALPHA, BETA, FOCAL, LAMP_RADIUS = 2.4, 2.5, 636.4, 0.0325
+
+
+def blooming_image(shape, centre, depth, gamma, rng=None):
+    """Return an image of eq. (4) corrected, written out here once more, and the lamp's radius in it."""
+    p = LAMP_RADIUS * FOCAL / depth
+    v, u = np.mgrid[: shape[0], : shape[1]]
+    distance = np.hypot(u - centre[0], v - centre[1])
+    outside = (220.0 - gamma) * (1.0 - expit(ALPHA * (distance - p - BETA))) + gamma
+    return photograph(np.where(distance <= p, 220.0, outside), 1.5, rng), p

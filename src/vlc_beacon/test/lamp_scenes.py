@@ -53,3 +53,9 @@ def receptions(receiver, drive, seconds):
             if reading.time >= frame.stamp:
                 break
         yield frame, receiver.receive(frame.stamp, frame.photo.image, CAMERA)
+
+
+def write_messages(bag, stamp_ns, messages):
+    """Write messages by their topics at a time."""
+    for topic, message in messages.items():
+        bag.write(topic, message.__msgtype__, message, stamp_ns)

@@ -12,30 +12,32 @@ from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix,
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision
 from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 POSE = SE2(1.25, -0.5, 0.75)
+KEY = CommandKey(bytes(range(32)))
 COMMAND = Command(1, Operation.SLOW, 0.125, 7)
-PACKET = CommandKey(bytes(range(32))).sign(COMMAND)
+PACKET = KEY.sign(COMMAND)
 ACCEPTED = CommandDecision(PACKET, 1, Accepted(COMMAND))
-REFUSED = CommandDecision(
-    PACKET, 1, Rejected(RejectionReason.BAD_MAC, 'command of beacon 1 has a wrong authentication code')
-)
-TOO_FAR = CommandDecision(
-    PACKET, 1, Rejected(RejectionReason.WRONG_LOCATION, 'command of beacon 1 3.0 m from its place')
-)
+BAD_MAC = Rejected(RejectionReason.BAD_MAC, 'command of beacon 1 has a wrong authentication code')
+WRONG_LOCATION = Rejected(RejectionReason.WRONG_LOCATION, 'command of beacon 1 3.0 m from its place')
+REFUSED, TOO_FAR = (CommandDecision(PACKET, 1, outcome) for outcome in (BAD_MAC, WRONG_LOCATION))
 
 
 class Memory:
-    """Counters that outlive an authorizer."""
+    """Counters that outlive an authorizer; raises its error if there is one."""
 
-    def __init__(self):
-        self.counters = Counters()
+    def __init__(self, error=''):
+        self.counters, self.writes, self.error = Counters(), 0, error
 
     def read(self):
+        if self.error:
+            raise VlcBeaconError(self.error)
         return self.counters
 
     def write(self, counters):
-        self.counters = counters
+        self.read()
+        self.counters, self.writes = counters, self.writes + 1
 
 
 def a_lamp(key, beacon=None, unknown_id=None):

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,9 +26,9 @@ def bearings_of(rng, seconds=30.0, noise=2e-4, sway=0.0, bias=0.0, length=3.0, l
     positions = np.column_stack([lamp[0] + along, lamp[1] - 0.3 + 0.2 * np.sin(2.0 * along), 0.0 * along])
     yaws = 0.4 * np.cos(2.0 * along)
     tilts = sway * slow_noise(rng, len(stamps)) + bias * rng.normal(size=2)
-    rotations, rays = [], []
+    rotations = [matrix_from_rpy((0.0, 0.0, yaw + 0.5 * math.pi)) for yaw in yaws]
+    rays = []
     for tilt, position, yaw in zip(tilts, positions, yaws, strict=True):
-        rotations.append(matrix_from_rpy((0.0, 0.0, yaw + 0.5 * math.pi)))
         true = matrix_from_rpy((0.0, 0.0, yaw)) @ matrix_from_rpy((*tilt, 0.5 * math.pi))
         point = true.T @ (lamp - position)
         rays.append(point[:2] / point[2] + noise * rng.normal(size=2))
@@ -58,18 +59,14 @@ def test_bearings_of_another_lamp_do_no_harm():
     bearings = bearings_of(rng)
     strange = rng.random(len(bearings)) < 0.1
     rays = bearings.rays + np.where(strange[:, None], 0.5, 0.0)
-    mixed = LampBearings(bearings.stamps, bearings.positions, bearings.rotations, rays, bearings.sigmas)
-    lamp = survey_lamp(mixed, 0.0)
+    lamp = survey_lamp(replace(bearings, rays=rays), 0.0)
     assert isinstance(lamp, SurveyedLamp)
     assert lamp.xyz == pytest.approx(LAMP, abs=0.001)
     assert lamp.observations == np.count_nonzero(~strange)
 
 
 def test_undetermined_lamps_are_not_surveyed():
-    rng = np.random.default_rng(4)
-    short = survey_lamp(bearings_of(rng, seconds=2.0), 0.0)
-    still = survey_lamp(bearings_of(rng, length=0.01), 0.0)
-    assert isinstance(short, NotSurveyed)
-    assert 'drive on longer' in short.reason
-    assert isinstance(still, NotSurveyed)
-    assert 'drive past' in still.reason
+    for drive, advice in (({'seconds': 2.0}, 'drive on longer'), ({'length': 0.01}, 'drive past')):
+        lamp = survey_lamp(bearings_of(np.random.default_rng(4), **drive), 0.0)
+        assert isinstance(lamp, NotSurveyed)
+        assert advice in lamp.reason

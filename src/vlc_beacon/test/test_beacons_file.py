@@ -56,10 +56,7 @@ beacons:
         ('beacons: [{id: 1, xyz: [1, 2, 3], radius: 0}]', 'radius is 0 m'),
         ('beacons: [{id: 1, xyz: [1, 2, 3], radius: 0.03, frequency: 2}]', 'frequency is 2 Hz'),
         ('beacons: [{id: 1, xyz: [1, 2, 3], raduis: 0.03}]', 'did you mean radius'),
-        (
-            'beacons: [{id: 1, xyz: [1, 2, 3], radius: 0.03, colour: 3}]',
-            'there are id, xyz, radius, frequency',
-        ),
+        ('beacons: [{id: 1, xyz: [1, 2, 3], radius: 0.03, colour: 3}]', 'are id, xyz, radius, frequency'),
         (f'beacons: [{GOOD}, {GOOD}]', 'id 7 is used 2 times'),
         (f'beacons: [{GOOD}, {GOOD.replace("7", "8")}]', 'beacons 7 and 8 have the same xyz'),
     ],
@@ -72,16 +69,11 @@ def test_errors_are_one_line(tmp_path, text, words):
     assert 'beacons.yaml' in str(caught.value)
 
 
-def test_a_missing_file_is_reported(tmp_path):
-    with pytest.raises(BeaconsFileError, match='cannot be read'):
-        load_beacons(tmp_path / 'nothing.yaml')
-
-
-def test_bytes_are_no_beacons(tmp_path):
-    path = tmp_path / 'beacons.yaml'
-    path.write_bytes(b'\xff\xfe\x00')
-    with pytest.raises(BeaconsFileError, match='is no YAML'):
-        load_beacons(path)
+def test_a_missing_file_and_bytes_are_no_beacons(tmp_path):
+    (tmp_path / 'beacons.yaml').write_bytes(b'\xff\xfe\x00')
+    for name, words in (('nothing.yaml', 'cannot be read'), ('beacons.yaml', 'is no YAML')):
+        with pytest.raises(BeaconsFileError, match=words):
+            load_beacons(tmp_path / name)
 
 
 def test_what_is_saved_is_loaded(tmp_path: Path) -> None:

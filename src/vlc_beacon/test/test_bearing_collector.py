@@ -1,5 +1,4 @@
 import math
-from functools import partial
 
 import numpy as np
 import pytest
@@ -13,23 +12,20 @@ from vlc_beacon.core.survey.beacon_survey import survey_lamp
 from vlc_beacon.core.survey.bearing_collector import BearingCollector, image_rotation
 
 CAMERA = PinholeCamera(640, 480, 300.0, 300.0, 319.5, 239.5)
+UP = matrix_from_rpy((0.0, 0.0, 0.5 * math.pi))
 
 
 @pytest.mark.parametrize('turn', [-0.5, 0.1, 1.2])
 def test_a_lamp_goes_round_the_middle_by_the_turn_of_the_image(turn: float) -> None:
     """Whichever way the camera is mounted, as long as it looks up."""
-    angles = []
-    for yaw in (0.4, 0.4 + turn):
-        rotation = matrix_from_rpy((0.0, 0.0, yaw)) @ matrix_from_rpy((0.0, 0.0, 0.5 * math.pi))
-        (pixel,) = CAMERA.pixels_from_points([rotation.T @ np.array([0.7, -0.3, 2.5])])
-        angles.append((math.atan2(pixel[1] - CAMERA.cy, pixel[0] - CAMERA.cx), rotation))
-    seen = math.remainder(angles[1][0] - angles[0][0], math.tau)
-    assert image_rotation(angles[0][1], angles[1][1]) == pytest.approx(seen)
+    rotations = [matrix_from_rpy((0.0, 0.0, yaw)) @ UP for yaw in (0.4, 0.4 + turn)]
+    points = [rotation.T @ np.array([0.7, -0.3, 2.5]) for rotation in rotations]
+    before, after = (math.atan2(v - CAMERA.cy, u - CAMERA.cx) for u, v in CAMERA.pixels_from_points(points))
+    assert image_rotation(*rotations) == pytest.approx(math.remainder(after - before, math.tau))
 
 
 ROLLING = ReceiverSettings(shutter='rolling', row_time=3e-5, exposure_time=6e-5)
 LAMP, BEACON = np.array([1.0, 0.3, 2.5]), 77
-UP = matrix_from_rpy((0.0, 0.0, 0.5 * math.pi))
 
 
 def camera_at(time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -48,8 +44,8 @@ def test_rows_are_seen_from_where_the_camera_was_then() -> None:
         for _ in range(3):
             position, rotation = camera_at(stamp + centre[1] * ROLLING.row_time)
             (centre,) = CAMERA.pixels_from_points([rotation.T @ (LAMP - position)])
-        rows = partial(lambda rows, stamp: light.exposure_means(stamp + rows * 3e-5, 6e-5)[:, 0], stamp=stamp)
-        picture = draw_lamp(room(CAMERA.height, CAMERA.width), centre, 12.0, 180.0, rows=rows)
+        rows = light.exposure_means(stamp + np.arange(CAMERA.height) * 3e-5, 6e-5)[:, 0]
+        picture = draw_lamp(room(CAMERA.height, CAMERA.width), centre, 12.0, 180.0, rows=rows.__getitem__)
         watch.add(stamp, photograph(picture, 1.0, rng), *camera_at(stamp))
     (beacon, bearings), *others = watch.bearings().items()
     assert (beacon, others) == (BEACON, [])

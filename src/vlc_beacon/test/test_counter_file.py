@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 
+from vlc_beacon.commands import renew_counters
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.counter_file import CounterFile
@@ -38,21 +39,10 @@ def test_a_lost_file_is_not_an_empty_one(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     'content',
     [
-        '',
-        '{',
-        '[]',
-        'null',
-        json.dumps({**GOOD, 'format': 2}),
-        json.dumps({**GOOD, 'floor': -1}),
-        json.dumps({**GOOD, 'floor': True}),
-        json.dumps({**GOOD, 'floor': 1.5}),
-        json.dumps({**GOOD, 'zone_rules': None}),
-        json.dumps({**GOOD, 'zone_rules': {'a': 1}}),
-        json.dumps({**GOOD, 'zone_rules': {'16384': 1}}),
-        json.dumps({**GOOD, 'one_shots': {'1': 1 << 32}}),
-        json.dumps({**GOOD, 'one_shots': {'1': '1'}}),
-        '[' * 100_000,
-        '\x00' * 50,
+        *('', '{', '[]', 'null', '[' * 100_000, '\x00' * 50, json.dumps({**GOOD, 'format': 2})),
+        *(json.dumps({**GOOD, 'floor': floor}) for floor in (-1, True, 1.5)),
+        *(json.dumps({**GOOD, 'zone_rules': rules}) for rules in (None, {'a': 1}, {'16384': 1})),
+        *(json.dumps({**GOOD, 'one_shots': {'1': counter}}) for counter in (1 << 32, '1')),
     ],
     ids=lambda content: content[:40],
 )
@@ -69,7 +59,11 @@ def test_what_cannot_be_read_or_written_is_named(tmp_path: Path) -> None:
         CounterFile(tmp_path / 'file' / 'c.json').write(COUNTERS)
 
 
-@pytest.mark.parametrize('floor', [-1, 1 << 32])
-def test_a_floor_out_of_range_is_rejected(tmp_path: Path, floor: int) -> None:
-    with pytest.raises(VlcBeaconError, match=f'floor of the counters is {floor}, it must be from 0'):
-        CounterFile(tmp_path / 'c.json').reset(floor)
+def test_counters_begin_at_the_floor_which_may_not_be_out_of_range(tmp_path: Path, capsys) -> None:
+    path = tmp_path / 'counters'
+    assert renew_counters.main([str(path), '--floor', '40']) == 0
+    for floor in (-1, 1 << 32):
+        assert renew_counters.main([str(path), '--floor', str(floor)]) == 1
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f'floor of the counters is {floor}, it must be from 0' in line
+    assert CounterFile(path).read() == Counters(40)

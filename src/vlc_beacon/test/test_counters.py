@@ -1,20 +1,19 @@
+from functools import partial
+
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.packet.command_packet import Command
 
 
-def rule(counter: int, beacon: int = 1) -> Command:
-    return Command(beacon, 1, 0.0, counter)
+def rule(counter: int, beacon: int = 1, *, is_one_shot: bool = False) -> Command:
+    return Command(beacon, 1, 0.0, counter, is_one_shot)
 
 
-def one_shot(counter: int, beacon: int = 1) -> Command:
-    return Command(beacon, 1, 0.0, counter, is_one_shot=True)
+one_shot = partial(rule, is_one_shot=True)
 
 
 def test_beacons_and_kinds_are_counted_apart() -> None:
     counters = Counters().advance(rule(5)).advance(one_shot(9, 2))
-    assert counters.is_new(one_shot(1))
-    assert counters.is_new(rule(1, 2))
-    assert counters.is_new(rule(1, 3))
+    assert all(counters.is_new(new) for new in (one_shot(1), rule(1, 2), rule(1, 3)))
     assert not counters.is_new(one_shot(9, 2))
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from vlc_beacon.commands import make_key
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.packet.command_packet import Command
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
@@ -26,16 +27,17 @@ def error_of(path: Path) -> str:
     return str(caught.value)
 
 
-def test_a_new_key_is_secret_and_never_the_same(tmp_path: Path) -> None:
+def test_a_new_key_is_secret_and_never_the_same(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     paths = [tmp_path / 'a', tmp_path / 'b']
     for path in paths:
-        make_key_file(path)
+        assert make_key.main([str(path)]) == 0
         assert stat.S_IMODE(path.stat().st_mode) == 0o600
+        assert path.read_text().strip() not in capsys.readouterr().out
     first, second = (read_key(path) for path in paths)
     assert not second.is_authentic(first.sign(COMMAND))
+    assert make_key.main([str(paths[0])]) == 1
+    assert 'a cannot be created: File exists' in capsys.readouterr().err
     assert read_key(paths[0]).is_authentic(first.sign(COMMAND))
-    with pytest.raises(VlcBeaconError, match=r'key file .*/a cannot be created: File exists'):
-        make_key_file(paths[0])
 
 
 def test_the_key_is_what_the_digits_say(tmp_path: Path) -> None:
@@ -43,27 +45,29 @@ def test_the_key_is_what_the_digits_say(tmp_path: Path) -> None:
     assert CommandKey(bytes(range(16))).is_authentic(read_key(path).sign(COMMAND))
 
 
-@pytest.mark.parametrize('mode', [0o640, 0o604, 0o620, 0o602, 0o644, 0o610])
-def test_a_key_accessible_to_others_is_rejected(tmp_path: Path, mode: int) -> None:
-    path = written(tmp_path / 'key', '00' * 32, mode)
-    assert error_of(path) == f'key file {path} is accessible to other users; run: chmod 600 {path}'
+OPEN = 'is accessible to other users; run: chmod 600 {}'
+NO_KEY = 'has no valid key: it must hold 32 to 64 hexadecimal digits and nothing else'
+MALFORMED = ('', '00' * 15, '00' * 33, 'secret' * 8, '0' * 33, 'ß' * 32, '00' * 9000)
 
 
-@pytest.mark.parametrize('text', ['', '00' * 15, '00' * 33, 'secret' * 8, '0' * 33, 'ß' * 32, '00' * 9000])
-def test_a_malformed_key_is_rejected(tmp_path: Path, text: str) -> None:
-    path = written(tmp_path / 'key', text)
-    expected = f'key file {path} has no valid key: it must hold 32 to 64 hexadecimal digits and nothing else'
-    assert error_of(path) == expected
+@pytest.mark.parametrize(
+    ('text', 'mode', 'complaint'),
+    [
+        *(('00' * 32, mode, OPEN) for mode in (0o640, 0o604, 0o620, 0o602, 0o644, 0o610)),
+        *((text, 0o600, NO_KEY) for text in MALFORMED),
+    ],
+)
+def test_an_open_or_malformed_key_is_rejected(tmp_path, text, mode, complaint) -> None:
+    path = written(tmp_path / 'key', text, mode)
+    assert error_of(path) == f'key file {path} ' + complaint.format(path)
 
 
 def test_a_key_that_is_not_a_file_is_rejected(tmp_path: Path) -> None:
-    assert (
-        error_of(tmp_path / 'none')
-        == f'key file {tmp_path / "none"} cannot be read: No such file or directory'
-    )
-    assert error_of(tmp_path) == f'key file {tmp_path} is not a regular file'
-    os.mkfifo(tmp_path / 'pipe', 0o600)
-    assert error_of(tmp_path / 'pipe') == f'key file {tmp_path / "pipe"} is not a regular file'
+    none, pipe = tmp_path / 'none', tmp_path / 'pipe'
+    os.mkfifo(pipe, 0o600)
+    assert error_of(none) == f'key file {none} cannot be read: No such file or directory'
+    for path in (tmp_path, pipe):
+        assert error_of(path) == f'key file {path} is not a regular file'
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason='only root can give files away and reads whatever it likes')

@@ -1,28 +1,30 @@
 """Manchester segments on a large lamp, from images to packets."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from lamp_pictures import draw_lamp, photograph, room
-from light_channel import seen_by_global_shutter
+from light_channel import seen_by_global_shutter, waveform_of
 
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.lamp_image.row_profile import rows_from_frame
 from vlc_beacon.core.light_code.code_profile import manchester_profile
-from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_packet, segments_waveform
+from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
-from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import UfsookDecoder, ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
+from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.receiver.lamp_decoder import GainControl, GlobalShutterDecoder, LampView, band_rows
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 from vlc_beacon.core.settings import LampSettings, ReceiverSettings
+
+HEIGHT, WIDTH = 560, 480
+ROW_TIME, EXPOSURE, RATE = 18.9e-6, 6e-5, 30.003
+COMMAND = CommandPacket(Command(5, Operation.SLOW, 0.125, 7), b'abcd')
 
 
 def test_grey_values_of_any_unit_are_read_as_well() -> None:
@@ -54,25 +56,19 @@ def test_frames_without_the_lamp_are_ignored() -> None:
         assert with_gaps.normalize(grey) == pytest.approx(without.normalize(grey), nan_ok=True)
 
 
-GLOBAL_EXPOSURE = 5e-4
-NOTHING = np.zeros((16, 16), np.uint8)
-
-
 @pytest.mark.parametrize('order', [1, -1])
 def test_it_does_not_matter_which_half_is_taken_for_the_first(order: int) -> None:
     """Each packet is told once in a round, whichever way the panel hangs."""
     light, rng = ufsook_waveform([IdPacket(300).to_bytes()], 1.00003), np.random.default_rng(1)
-    decoder, packets = GlobalShutterDecoder(GLOBAL_EXPOSURE), []
+    decoder, packets = GlobalShutterDecoder(5e-4), []
     for stamp in np.arange(0.0, 12.0, 1.0 / 60.0).tolist():
-        half_brightness = light.exposure_means(stamp, GLOBAL_EXPOSURE)[::order] + 0.02 * rng.normal(size=2)
+        half_brightness = light.exposure_means(stamp, 5e-4)[::order] + 0.02 * rng.normal(size=2)
         sample = LampSample(1, np.zeros(2), np.full(2, 0.1), 8.0, half_brightness, None, 0)
-        packets += [got.packet for got in decoder.read(LampView(stamp, NOTHING, sample, 0.0))]
+        view = LampView(stamp, np.zeros((16, 16), np.uint8), sample, 0.0)
+        packets += [got.packet for got in decoder.read(view)]
     assert set(packets) == {IdPacket(300)}
     rounds = 12.0 / light.period
     assert 0.6 * rounds <= len(packets) <= rounds + 2
-
-
-PACKET = np.random.default_rng(1).bytes(40)
 
 
 def longest_dark(waveform) -> float:
@@ -90,24 +86,16 @@ def longest_dark(waveform) -> float:
 def test_no_dark_stripe_of_the_codes_is_longer_than_expected(row_time: float, is_large: bool) -> None:
     diameter = 1000.0 if is_large else 120.0
     settings = ReceiverSettings('rolling', row_time, 6e-5, lamps=LampSettings(diameter_max=diameter))
-    segments = segments_waveform(segments_from_packet(PACKET, 1), SegmentFormat())
-    dark = longest_dark(segments if is_large else rs_fsk_waveform([PACKET], 30.0))
+    packet = DataPacket(np.random.default_rng(1).bytes(40))
+    dark = longest_dark(waveform_of('manchester' if is_large else 'rs_fsk', [packet]))
     rows = band_rows(settings, ())
     assert dark / row_time <= rows <= dark / row_time + 3.0
 
 
 def test_slow_tones_and_the_setting_determine_the_band_height() -> None:
-    settings = ReceiverSettings('rolling', 1e-5)
-    assert band_rows(settings, [1000.0, 4000.0]) == pytest.approx(51.0)
-    told = ReceiverSettings('rolling', 1e-5, lamps=LampSettings(stripe_rows=7.0))
-    assert band_rows(told, [1000.0, 4000.0]) == 7.0
-
-
-HEIGHT, WIDTH = 560, 480
-ROW_TIME, EXPOSURE, RATE = 18.9e-6, 6e-5, 30.003
-BEACON = Beacon(5, (0.0, 0.0, 2.5), 0.5)
-COMMAND = CommandPacket(Command(5, Operation.SLOW, 0.125, 7), b'abcd')
-SLOTS = SegmentFormat()
+    for lamps, rows in ((LampSettings(), 51.0), (LampSettings(stripe_rows=7.0), 7.0)):
+        settings = ReceiverSettings('rolling', 1e-5, lamps=lamps)
+        assert band_rows(settings, [1000.0, 4000.0]) == pytest.approx(rows)
 
 
 def settings(diameter_max: float) -> ReceiverSettings:
@@ -116,15 +104,13 @@ def settings(diameter_max: float) -> ReceiverSettings:
 
 
 def read(diameter: float, seconds: float) -> tuple[LampObservation, list[CommandPacket]]:
-    """Return a lamp that plays its ID and a command in slots, after a while, and the commands that were heard."""
-    packets = [IdPacket(BEACON.id).to_bytes()] * 2 + [COMMAND.to_bytes()]
-    segments = [
-        segment for packet in packets for segment in segments_from_packet(packet, SLOTS.segment_bytes)
-    ]
-    light, rng = segments_waveform(segments, SLOTS, 1.00005), np.random.default_rng(1)
-    centre = (238.3, 281.6)
-    lamp = draw_lamp(room(HEIGHT, WIDTH, 0.0), centre, 0.5 * diameter, 190.0)
-    receiver, commands = LightReceiver([BEACON], settings(450.0)), []
+    """Return a lamp that plays its ID and a command in segments, after a while, and the commands that were heard."""
+    light, rng = (
+        waveform_of('manchester', [IdPacket(5), IdPacket(5), COMMAND], 50.0),
+        np.random.default_rng(1),
+    )
+    lamp = draw_lamp(room(HEIGHT, WIDTH, 0.0), (238.3, 281.6), 0.5 * diameter, 190.0)
+    receiver, commands = LightReceiver([Beacon(5, (0.0, 0.0, 2.5), 0.5)], settings(450.0)), []
     for stamp in np.arange(0.0, seconds, 1.0 / RATE).tolist():
         shares = light.exposure_means(stamp + np.arange(HEIGHT) * ROW_TIME, EXPOSURE)
         (found,) = receiver.receive(stamp, photograph(4.0 + shares * lamp, 1.5, rng))
@@ -132,33 +118,26 @@ def read(diameter: float, seconds: float) -> tuple[LampObservation, list[Command
     return found, commands
 
 
-@pytest.mark.newest_set_only
-def test_a_large_lamp_is_decoded_in_segments() -> None:
+def test_a_large_lamp_is_decoded_in_segments_but_none_of_fewer_rows_than_the_profile_asks_for() -> None:
     lamp, commands = read(340.0, 4.0)
-    assert lamp.beacon == BEACON.id
+    assert lamp.beacon == 5
     assert set(commands) == {COMMAND}
     assert lamp.sample.centre == pytest.approx((238.3, 281.6), abs=1.0)
+    lamp, commands = read(manchester_profile(SegmentFormat(), ROW_TIME, EXPOSURE).rows_min - 20.0, 2.0)
+    assert (lamp.beacon, commands) == (None, [])
 
 
 def test_larger_segments_need_the_same_setting() -> None:
     segments = SegmentFormat(4)
-    waveform = segments_waveform(
-        segments_from_packet(COMMAND.to_bytes(), segments.segment_bytes), segments, 1.00005
+    light, rows = (
+        waveform_of('manchester', [COMMAND], 50.0, segments),
+        segments.rows_min(ROW_TIME, EXPOSURE) + 20,
     )
     commands = {}
     for size in (1, 4):
-        told = replace(settings(450.0), segment_bytes=size)
-        decoder = ManchesterDecoder(told.segment_format)
-        rows = segments.rows_min(ROW_TIME, EXPOSURE) + 20
-        packets = []
+        decoder, packets = ManchesterDecoder(replace(settings(450.0), segment_bytes=size).segment_format), []
         for stamp in np.arange(0.0, 2.0, 1.0 / RATE).tolist():
-            seen = waveform.exposure_means(stamp + np.arange(rows) * ROW_TIME, EXPOSURE)[:, 0]
+            seen = light.exposure_means(stamp + np.arange(rows) * ROW_TIME, EXPOSURE)[:, 0]
             packets += decoder.add_frames(rows_from_frame(stamp, 0, seen, ROW_TIME, EXPOSURE))
         commands[size] = {received.packet for received in packets}
     assert commands == {1: set(), 4: {COMMAND}}
-
-
-def test_a_lamp_of_fewer_rows_than_the_profile_asks_for_is_not_read() -> None:
-    rows_min = manchester_profile(SLOTS, ROW_TIME, EXPOSURE).rows_min
-    lamp, commands = read(rows_min - 20.0, 2.0)
-    assert (lamp.beacon, commands) == (None, [])

@@ -25,21 +25,25 @@ from vlc_beacon.core.vlc_beacon_error import LampFrameError
 FRAME = ufsook_frame([b'abc'])
 
 
-def test_invalid_steps_of_a_frame_are_rejected() -> None:
-    with pytest.raises(LampFrameError, match='a step lasts 160 ticks, the firmware supports 1000 to 65000'):
-        constant_tone_frame(50_000.0)
-    with pytest.raises(LampFrameError, match='a step lasts 80000 ticks'):
-        constant_tone_frame(100.0)
-    with pytest.raises(LampFrameError, match='a symbol has 0 steps'):
-        PulseTrain(0, 0, 2000 * STEP_FRACTION)
-
-
-def test_invalid_packets_of_a_frame_are_rejected() -> None:
-    for shape in ((0, 1), (256, 1), (1, 0), (1, 65536)):
-        with pytest.raises(LampFrameError, match=f'{shape[0]} bursts of {shape[1]} symbols'):
-            Section(np.zeros(shape, np.int64))
-    with pytest.raises(LampFrameError, match='repeated 256 times'):
-        Section(np.zeros((1, 1), np.int64), 256)
+@pytest.mark.parametrize(
+    ('make', 'message'),
+    [
+        (
+            lambda: constant_tone_frame(50_000.0),
+            'a step lasts 160 ticks, the firmware supports 1000 to 65000',
+        ),
+        (lambda: constant_tone_frame(100.0), 'a step lasts 80000 ticks'),
+        (lambda: PulseTrain(0, 0, 2000 * STEP_FRACTION), 'a symbol has 0 steps'),
+        (lambda: Section(np.zeros((0, 1), np.int64)), '0 bursts of 1 symbols'),
+        (lambda: Section(np.zeros((256, 1), np.int64)), '256 bursts of 1 symbols'),
+        (lambda: Section(np.zeros((1, 0), np.int64)), '1 bursts of 0 symbols'),
+        (lambda: Section(np.zeros((1, 65536), np.int64)), '1 bursts of 65536 symbols'),
+        (lambda: Section(np.zeros((1, 1), np.int64), 256), 'repeated 256 times'),
+    ],
+)
+def test_invalid_steps_and_packets_of_a_frame_are_rejected(make, message) -> None:
+    with pytest.raises(LampFrameError, match=message):
+        make()
 
 
 @pytest.mark.parametrize(
@@ -75,13 +79,9 @@ def test_bytes_are_as_documented() -> None:
     assert frame_to_bytes(constant_tone_frame(4000.0)) == body + crc16(body).to_bytes(2)
 
 
-def test_a_hundred_bytes_fit_in_every_code() -> None:
-    for segment_bytes in (1, 2, 3):
-        assert len(frame_to_bytes(manchester_frame([HUNDRED], SegmentFormat(segment_bytes)))) <= LENGTH_MAX
-    assert len(frame_to_bytes(rs_fsk_frame([HUNDRED] * 3, 30.0))) <= LENGTH_MAX
-    assert len(frame_to_bytes(ufsook_frame([HUNDRED] * 4))) <= LENGTH_MAX
-
-
-def test_a_too_long_frame_is_rejected() -> None:
+def test_a_hundred_bytes_fit_in_every_code_and_a_too_long_frame_is_rejected() -> None:
+    frames = [manchester_frame([HUNDRED], SegmentFormat(size)) for size in (1, 2, 3)]
+    frames += [rs_fsk_frame([HUNDRED] * 3, 30.0), ufsook_frame([HUNDRED] * 4)]
+    assert all(len(frame_to_bytes(frame)) <= LENGTH_MAX for frame in frames)
     with pytest.raises(LampFrameError, match='the frame has 597 bytes, the limit is 508; send fewer packets'):
         frame_to_bytes(ufsook_frame([HUNDRED] * 5))

@@ -61,6 +61,8 @@ def test_upload_holds_every_byte_once_and_in_order() -> None:
     frame = bytes(range(70))
     first, *chunks, last = upload_requests(frame, keep=True)
     assert (first, last) == ('b 70', 'k')
+    # Lines fit into the lamp's buffer.
+    assert max(map(len, upload_requests(bytes(508), keep=True))) <= 80
     assert upload_requests(frame, keep=False)[-1] == 't'
     received = b''
     for chunk in chunks:
@@ -69,7 +71,3 @@ def test_upload_holds_every_byte_once_and_in_order() -> None:
         assert int(offset) == len(received)
         received += bytes.fromhex(content)
     assert received == frame
-
-
-def test_lines_fit_into_the_lamps_buffer() -> None:
-    assert max(map(len, upload_requests(bytes(508), keep=True))) <= 80

@@ -1,7 +1,5 @@
 """A short image sequence under four lamps processed by ``locate``, as images and as a bag."""
 
-from __future__ import annotations
-
 import csv
 import subprocess
 import sys
@@ -13,14 +11,18 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from film_bag import camera_info, image, imu, odometry, write_bag
-from lamp_scenes import BEACONS, CAMERA, MOUNT, id_packets, speaking_room
+from lamp_scenes import BEACONS, CAMERA, MOUNT, id_packets, speaking_room, write_messages
 
+from scene_simulator import messages
 from scene_simulator.imaging.exposure import Shutter
-from scene_simulator.robot.body import Suspension
+from scene_simulator.robot.body import Suspension, TiltReading
+from shirube_bags.bag_reader import jazzy_types
+from shirube_bags.bag_writer import BagWriter
 from shirube_bags.trajectory_files import load_tum
+from shirube_core.geometry import SE2
 from vlc_beacon.commands.locate import main
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+from vlc_beacon.files.beacons_file import save_beacons
 
 START_NS = 1_700_000_000_123_456_789
 RATE, SECONDS = 30.0, 2.2
@@ -29,40 +31,46 @@ LIGHT = ('--shutter', 'rolling', '--exposure-time', '6e-5', '--row-time', '18.9e
 DAMAGED = 3
 
 
+CALIBRATION = {
+    'image_width': CAMERA.width,
+    'image_height': CAMERA.height,
+    'camera_matrix': {'rows': 3, 'cols': 3, 'data': CAMERA.matrix.ravel().tolist()},
+    'distortion_model': 'plumb_bob',
+    'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': [0.0] * 5},
+}
+
+
+def content_of(stamp: int, pixels: np.ndarray, pose: SE2) -> dict[str, object]:
+    """Return the messages of a grey image and of its time."""
+    info, kind = messages.camera_info(CAMERA, 'ceiling_optical_frame', stamp), 'sensor_msgs/msg/Image'
+    height, width = pixels.shape
+    size = {'height': height, 'width': width, 'step': width, 'encoding': 'mono8', 'is_bigendian': 0}
+    return {
+        '/camera_info': info,
+        '/imu': messages.imu(TiltReading(0.0, 0.0, 0.0), 'base_link', stamp),
+        '/odom': messages.odometry(pose, (0.0, 0.0), stamp),
+        '/image_raw': jazzy_types().types[kind](header=info.header, **size, data=pixels.ravel()),
+    }
+
+
 @pytest.fixture(scope='module')
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with beacons, a calibration, images, a bag of the same images and the truth."""
     folder = tmp_path_factory.mktemp('film')
     drive = speaking_room([rs_fsk_waveform([packet], RATE) for packet in id_packets()], SHUTTER, RATE)
     drive = replace(drive, suspension=Suspension(0.0, 0.0))
-    lamps = [{'id': b.id, 'xyz': list(b.xyz), 'radius': b.radius} for b in BEACONS]
-    (folder / 'beacons.yaml').write_text(yaml.safe_dump({'beacons': lamps}))
-    (folder / 'camera.yaml').write_text(
-        yaml.safe_dump(
-            {
-                'image_width': CAMERA.width,
-                'image_height': CAMERA.height,
-                'camera_matrix': {'rows': 3, 'cols': 3, 'data': CAMERA.matrix.ravel().tolist()},
-                'distortion_model': 'plumb_bob',
-                'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': [0.0] * 5},
-            }
-        )
-    )
+    save_beacons(folder / 'beacons.yaml', BEACONS)
+    (folder / 'camera.yaml').write_text(yaml.safe_dump(CALIBRATION))
     (folder / 'images').mkdir()
-    entries, truth = [], []
+    truth = []
     wheels = {round(reading.time * 1e9): reading.pose for reading in drive.odometry(SECONDS, 1.0 / RATE)}
-    for number, (frame, pose) in enumerate(zip(drive.frames(SECONDS), wheels.values(), strict=True)):
-        stamp = START_NS + round(frame.stamp * 1e9)
-        pixels = frame.photo.image
-        cv2.imwrite(str(folder / 'images' / f'{number:03d}.png'), pixels)
-        entries += [
-            ('/camera_info', stamp, camera_info(CAMERA, stamp)),
-            ('/odom', stamp, odometry(pose, stamp)),
-            ('/imu', stamp, imu(0.0, 0.0, stamp)),
-            ('/image_raw', stamp, image(pixels[:-40] if number == DAMAGED else pixels, stamp)),
-        ]
-        truth.append((frame.pose.x, frame.pose.y))
-    write_bag(folder / 'bag', entries)
+    with BagWriter(folder / 'bag') as bag:
+        for number, (frame, pose) in enumerate(zip(drive.frames(SECONDS), wheels.values(), strict=True)):
+            pixels = frame.photo.image
+            cv2.imwrite(str(folder / 'images' / f'{number:03d}.png'), pixels)
+            stamp = START_NS + round(frame.stamp * 1e9)
+            write_messages(bag, stamp, content_of(stamp, pixels[:-40] if number == DAMAGED else pixels, pose))
+            truth.append((frame.pose.x, frame.pose.y))
     np.savetxt(folder / 'truth.txt', truth)
     return folder
 
@@ -72,15 +80,20 @@ Run = Callable[..., tuple[int, str, str]]
 
 @pytest.fixture
 def run(film: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    """Runs the command; returns its exit code, output and errors."""
+    given = (
+        '--beacons',
+        film / 'beacons.yaml',
+        '--out',
+        tmp_path / 'out',
+        '--camera-xyz',
+        *MOUNT.xyz,
+        *LIGHT,
+    )
+
     def locate(*arguments: object) -> tuple[int, str, str]:
-        xyz = [str(number) for number in MOUNT.xyz]
-        given = ['--out', str(tmp_path / 'out'), '--camera-xyz', *xyz, *LIGHT, *map(str, arguments)]
-        if '--beacons' not in given:
-            given += ['--beacons', str(film / 'beacons.yaml')]
         capsys.readouterr()
-        code = main(given)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
+        return main([str(argument) for argument in (*given, *arguments)]), *capsys.readouterr()
 
     return locate
 
@@ -93,16 +106,8 @@ def errors(path: Path, film: Path, start_ns: int) -> np.ndarray:
 
 
 def test_a_rendered_folder_agrees_with_the_truth(film: Path, run: Run, tmp_path: Path) -> None:
-    code, _, _ = run(
-        '--images',
-        film / 'images',
-        '--calibration',
-        film / 'camera.yaml',
-        '--rate',
-        RATE,
-        '--camera-height-known',
-    )
-    assert code == 0
+    given = ('--images', film / 'images', '--calibration', film / 'camera.yaml', '--camera-height-known')
+    assert run(*given, '--rate', RATE)[0] == 0
     assert errors(tmp_path / 'out' / 'poses.tum', film, 0).max() < 0.005
     with (tmp_path / 'out' / 'poses.csv').open() as file:
         rows = list(csv.DictReader(file))
@@ -112,18 +117,14 @@ def test_a_rendered_folder_agrees_with_the_truth(film: Path, run: Run, tmp_path:
     assert 0.0 < float(rows[-1]['sigma_x']) < 0.02
 
 
-def test_a_bag_agrees_with_the_truth_and_a_bad_image_in_it_is_no_end(
-    film: Path, run: Run, tmp_path: Path
-) -> None:
+def test_a_bag_agrees_with_the_truth_and_a_bad_image_is_no_end(film: Path, run: Run, tmp_path: Path) -> None:
     code, out, _ = run('--bag', film / 'bag')
     assert code == 0
     assert '1 without a pose: /image_raw' in out
     assert errors(tmp_path / 'out' / 'poses.tum', film, START_NS).max() < 0.005
 
 
-def test_another_beacons_file_gives_no_pose_and_leaves_no_old_file(
-    film: Path, run: Run, tmp_path: Path
-) -> None:
+def test_other_beacons_give_no_pose_and_leave_no_old_file(film: Path, run: Run, tmp_path: Path) -> None:
     other = tmp_path / 'other.yaml'
     other.write_text('beacons: [{id: 77, xyz: [0.0, 0.0, 2.5], radius: 0.03}]')
     (tmp_path / 'out').mkdir()

@@ -80,19 +80,20 @@ def test_nothing_blinks_visibly(content: bytes, segment_format: SegmentFormat) -
     assert np.diff(np.append(waveform.times, waveform.period)).max() <= 4.0 * segment_format.chip_time + 1e-12
 
 
-@pytest.mark.parametrize('segment_bytes', [0, 9])
-def test_segments_that_would_flicker_visibly_are_rejected(segment_bytes: int) -> None:
-    with pytest.raises(
-        VlcBeaconError, match=f'segment_bytes is {segment_bytes}, it must be from 1 to 8, or the lamp'
-    ):
-        SegmentFormat(segment_bytes)
+CHIP_TIME = r'chip_time is .* s, it must be from 0.000125 to 0.000166667 s'
+
+
+@pytest.mark.parametrize(
+    ('values', 'complaint'),
+    [
+        *(((size,), f'segment_bytes is {size}, it must be from 1 to 8, or the lamp') for size in (0, 9)),
+        *(((1, chip_time), CHIP_TIME) for chip_time in (float('nan'), 0.0, 1.0 / 2000.0)),
+    ],
+)
+def test_segments_that_would_flicker_visibly_are_rejected(values, complaint: str) -> None:
+    with pytest.raises(VlcBeaconError, match=complaint):
+        SegmentFormat(*values)
     assert SegmentFormat(8).chips * SegmentFormat(8).chip_time < 0.02
-
-
-@pytest.mark.parametrize('chip_time', [float('nan'), 0.0, 1.0 / 2000.0])
-def test_chip_times_out_of_range_are_rejected(chip_time: float) -> None:
-    with pytest.raises(VlcBeaconError, match=r'chip_time is .* s, it must be from 0.000125 to 0.000166667 s'):
-        SegmentFormat(1, chip_time)
 
 
 def contents(segments: list[Segment]) -> dict[int, bytes]:
@@ -106,11 +107,10 @@ def random_packet(length: int) -> DataPacket:
 @pytest.mark.parametrize('segment_bytes', [1, 2, 4, 8, 32])
 @pytest.mark.parametrize('length', [0, 1, 17, 50, 100])
 def test_packets_come_back(length: int, segment_bytes: int) -> None:
-    packet = random_packet(length)
-    assert packet_from_segments(contents(segments_from_packet(packet.to_bytes(), segment_bytes))) == packet
-    assert packet_from_segments(
-        contents(segments_from_packet(IdPacket(7).to_bytes(), segment_bytes))
-    ) == IdPacket(7)
+    for packet in (random_packet(length), IdPacket(7)):
+        assert (
+            packet_from_segments(contents(segments_from_packet(packet.to_bytes(), segment_bytes))) == packet
+        )
 
 
 def test_it_is_a_reed_solomon_code() -> None:
@@ -158,14 +158,10 @@ def test_corrupted_segments_are_corrected_or_rejected() -> None:
         assert got == packet if 2 * seed <= parity_size(len(segments)) else got is None
 
 
-def test_without_the_first_segment_nothing_is_decoded() -> None:
+def test_random_segments_and_those_without_the_first_are_no_packet() -> None:
     segments = contents(segments_from_packet(IdPacket(7).to_bytes(), 1))
     del segments[0]
-    assert packet_from_segments(segments) is None
-    assert packet_from_segments({}) is None
-
-
-def test_random_segments_are_no_packet() -> None:
+    assert packet_from_segments(segments) is packet_from_segments({}) is None
     rng = np.random.default_rng(1)
     for _ in range(500):
         count = int(rng.integers(1, 40))

@@ -1,6 +1,9 @@
+from functools import partial
+
+import light_channel
 import numpy as np
 import pytest
-from light_channel import seen_by_rolling_shutter
+from light_channel import COMMAND, HUNDRED
 
 from vlc_beacon.core.lamp_image.row_profile import LampRows
 from vlc_beacon.core.light_code.manchester import (
@@ -8,36 +11,11 @@ from vlc_beacon.core.light_code.manchester import (
     Segment,
     SegmentFormat,
     segment_from_bits,
-    segments_from_packet,
     segments_waveform,
 )
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder, demodulate_rows
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_packet import IdPacket
-from vlc_beacon.core.packet.packet_reader import Packet
 
-COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
-HUNDRED = DataPacket(np.random.default_rng(0).bytes(100))
-
-
-def received(
-    packets: list[Packet],
-    seconds: float,
-    seed: int,
-    ppm: float = 0.0,
-    segment_format: SegmentFormat = SegmentFormat(1),  # noqa: B008
-    rows: int = 304,
-    **channel: float,
-) -> list[Packet]:
-    segments = [
-        segment
-        for packet in packets
-        for segment in segments_from_packet(packet.to_bytes(), segment_format.segment_bytes)
-    ]
-    waveform = segments_waveform(segments, segment_format, 1.0 + ppm * 1e-6)
-    seen = seen_by_rolling_shutter(waveform, seconds, np.random.default_rng(seed), rows=rows, **channel)
-    return [got.packet for got in ManchesterDecoder(segment_format).add_frames(seen)]
+received = partial(light_channel.received, 'manchester')
 
 
 @pytest.mark.parametrize('ppm', [-100.0, 0.0, 100.0])
@@ -51,44 +29,21 @@ def test_packets_are_read_from_three_hundred_rows(ppm: float, snr: float) -> Non
     assert len(hundred) >= 2
 
 
-def test_more_rows_decode_larger_segments_faster() -> None:
-    got = received([HUNDRED], 10.0, 1, 50.0, SegmentFormat(8), rows=1060)
+@pytest.mark.parametrize(
+    ('seconds', 'ppm', 'segments', 'channel', 'least'),
+    [(10.0, 50.0, SegmentFormat(8), {'rows': 1060}, 9), (40.0, 100.0, SegmentFormat(1), {'lost': 0.03}, 6)],
+    ids=['more rows decode larger segments faster', 'lost frames are corrected'],
+)
+def test_a_hundred_bytes_are_read(seconds, ppm, segments, channel, least) -> None:
+    got = received([HUNDRED], seconds, 1, ppm, segments, **channel)
     assert set(got) == {HUNDRED}
-    assert len(got) >= 9
+    assert len(got) >= least
 
 
-def test_lost_frames_are_corrected() -> None:
-    got = received([HUNDRED], 40.0, 1, 100.0, lost=0.03)
-    assert set(got) == {HUNDRED}
-    assert len(got) >= 6
-
-
-def test_nothing_wrong_is_read_in_noise_or_when_frames_are_mostly_lost() -> None:
-    for seed in range(4):
-        assert set(received([COMMAND], 20.0, seed, snr=1.5)) <= {COMMAND}
-        assert set(received([COMMAND, IdPacket(3)], 30.0, seed, lost=0.5)) <= {COMMAND, IdPacket(3)}
+def test_noise_alone_gives_no_packets() -> None:
     rng = np.random.default_rng(0)
     noise = LampRows(np.arange(900) / 30.0, np.zeros(900, int), rng.random((900, 304)), 18.9e-6, 6e-5)
     assert ManchesterDecoder(SegmentFormat(1)).add_frames(noise) == []
-
-
-def test_packets_may_take_turns_and_change() -> None:
-    got = received([IdPacket(3), COMMAND], 30.0, 1, 100.0)
-    assert set(got) == {IdPacket(3), COMMAND}
-    assert min(got.count(IdPacket(3)), got.count(COMMAND)) >= 20
-
-
-def test_frames_give_the_same_one_by_one_and_together() -> None:
-    segment_format = SegmentFormat(1)
-    waveform = segments_waveform(segments_from_packet(COMMAND.to_bytes(), 1), segment_format)
-    seen = seen_by_rolling_shutter(waveform, 10.0, np.random.default_rng(3), rows=304, lost=0.05)
-    decoder, single = ManchesterDecoder(segment_format), []
-    for i in range(len(seen.stamps)):
-        single += decoder.add_frames(
-            LampRows(seen.stamps[[i]], seen.first_rows[[i]], seen.brightness[[i]], 18.9e-6, 6e-5)
-        )
-    assert len(single) >= 8
-    assert ManchesterDecoder(segment_format).add_frames(seen) == single
 
 
 ROW_TIME, EXPOSURE = 18.9e-6, 6e-5
@@ -128,7 +83,8 @@ def test_too_few_rows_and_even_rows_are_not_clear() -> None:
     segment_format, segment = SegmentFormat(1), Segment(7, b'\xa5')
     rows = int(0.9 * segment_format.rows_min(ROW_TIME, EXPOSURE))
     assert not demodulate_rows(views(segment, segment_format, rows), segment_format)[1].any()
-    even = LampRows(np.zeros(2), np.zeros(2, int), np.ones((2, 310)), ROW_TIME, EXPOSURE)
+    even, none = (
+        LampRows(np.zeros(n), np.zeros(n, int), np.ones((n, 310)), ROW_TIME, EXPOSURE) for n in (2, 0)
+    )
     assert not demodulate_rows(even, segment_format)[1].any()
-    none = LampRows(np.zeros(0), np.zeros(0, int), np.ones((0, 310)), ROW_TIME, EXPOSURE)
     assert demodulate_rows(none, segment_format)[0].shape == (0, 19)

@@ -14,24 +14,18 @@ PACKETS = (
 )
 
 
-def test_packet_kinds_are_distinguished() -> None:
-    for packet in PACKETS:
-        assert read_packet(packet.to_bytes()) == packet
-
-
-def test_the_length_is_known_from_the_beginning() -> None:
+def test_packet_kinds_are_distinguished_and_their_length_is_known_from_the_beginning() -> None:
     for packet in PACKETS:
         content = packet.to_bytes()
+        assert read_packet(content) == packet
         assert packet_length(content[:3] + bytes(200)) == len(content)
     assert packet_length(b'') is None
     assert packet_length(bytes(20)) is None
 
 
 def test_darkness_and_full_light_are_no_packets() -> None:
-    for length in range(1, 110):
-        assert read_packet(bytes(length)) is None
-        assert read_packet(b'\xff' * length) is None
-    assert read_packet(b'') is None
+    for length in range(110):
+        assert read_packet(bytes(length)) is read_packet(b'\xff' * length) is None
 
 
 def test_random_bytes_never_raise() -> None:

@@ -1,7 +1,5 @@
 """Odometry consistency check of poses."""
 
-from __future__ import annotations
-
 import pytest
 
 from shirube_core.geometry import SE2
@@ -16,85 +14,82 @@ from vlc_beacon.core.receiver.pose_consistency import (
 T_MAP_ODOM = SE2(3.0, -1.0, 0.7)
 
 
+HERE, MOVED = T_MAP_ODOM, T_MAP_ODOM @ SE2(1.0, 0.0, 0.0)
+
+
 def driven(way: float) -> SE2:
     return SE2(way, 0.1 * way, 0.2 * way)
 
 
+def verdicts(*poses: tuple[float, SE2, SE2 | None]) -> list[bool]:
+    """Return which poses are accepted, one after the other."""
+    check = PoseConsistencyCheck()
+    return [check.is_consistent(*pose) for pose in poses]
+
+
 def test_poses_consistent_with_odometry_are_accepted() -> None:
-    place = PoseConsistencyCheck()
-    for step in range(20):
-        assert place.is_consistent(0.1 * step, T_MAP_ODOM @ driven(0.2 * step), driven(0.2 * step))
+    ways = [0.2 * step for step in range(20)]
+    assert all(verdicts(*((0.5 * way, T_MAP_ODOM @ driven(way), driven(way)) for way in ways)))
+    # Odometry may drift by a few percent.
+    ways = [0.05 * step for step in range(600)]
+    assert all(verdicts(*((2.0 * way, SE2(way, 0.0, 0.0), SE2(1.02 * way, 0.0, 0.0)) for way in ways)))
 
 
-def test_a_jump_is_rejected_until_the_waiting_time_is_over() -> None:
-    place, moved = PoseConsistencyCheck(), SE2(1.0, 0.0, 0.0)
-    assert place.is_consistent(0.0, T_MAP_ODOM, driven(0.0))
-    for stamp in (0.1, 1.0, ACCEPT_AFTER - 1.0):
-        assert not place.is_consistent(stamp, T_MAP_ODOM @ moved, driven(0.0))
-    assert place.is_consistent(ACCEPT_AFTER + 0.2, T_MAP_ODOM @ moved, driven(0.0))
-    assert place.is_consistent(ACCEPT_AFTER + 0.3, T_MAP_ODOM @ moved, driven(0.0))
+FAST, SEVEN, TWELVE = SE2(3.0 * SPEED_MAX, 0.0, 2.0), driven(7.0), driven(12.0)
+FROM_7_TO_12 = SEVEN.inverse() @ TWELVE
+END, STOOD = ACCEPT_AFTER, driven(0.0)
+DROVE = T_MAP_ODOM @ driven(3.8)
+AHEAD = DROVE @ SE2(1.0, 0.0, 0.0)
+LATER = [(END + 1.1, AHEAD, None), (2.0 * END + 1.2, AHEAD, None)]
+ON_THE_WAY = [(0.1 * step, T_MAP_ODOM @ driven(0.2 * step), None) for step in range(20)]
 
 
-def test_the_old_pose_is_accepted_at_once_and_restarts_the_waiting_time() -> None:
-    place, moved = PoseConsistencyCheck(), SE2(1.0, 0.0, 0.0)
-    assert place.is_consistent(0.0, T_MAP_ODOM, driven(0.0))
-    assert not place.is_consistent(1.0, T_MAP_ODOM @ moved, driven(0.0))
-    assert place.is_consistent(2.0, T_MAP_ODOM, driven(0.0))
-    assert not place.is_consistent(ACCEPT_AFTER + 1.5, T_MAP_ODOM @ moved, driven(0.0))
+def poses(pose: SE2, odometry: SE2 | None, *stamps: float) -> list[tuple[float, SE2, SE2 | None]]:
+    return [(stamp, pose, odometry) for stamp in stamps]
 
 
-def test_without_odometry_a_robot_may_drive_but_not_jump() -> None:
-    place, moved = PoseConsistencyCheck(), SE2(1.0, 0.0, 0.0)
-    for step in range(20):
-        assert place.is_consistent(0.1 * step, T_MAP_ODOM @ driven(0.2 * step), None)
-    here = T_MAP_ODOM @ driven(3.8)
-    # However long copied lamps shine, the way that a robot could have driven meanwhile does not grow.
-    for stamp in (2.0, 5.0, ACCEPT_AFTER):
-        assert not place.is_consistent(stamp, here @ moved, None)
-    assert place.is_consistent(ACCEPT_AFTER + 1.0, here, None)
-    assert not place.is_consistent(ACCEPT_AFTER + 1.1, here @ moved, None)
-    assert place.is_consistent(2.0 * ACCEPT_AFTER + 1.2, here @ moved, None)
-
-
-def test_without_odometry_a_robot_may_be_elsewhere_after_a_gap_in_view() -> None:
-    place = PoseConsistencyCheck()
-    assert place.is_consistent(0.0, T_MAP_ODOM, None)
-    assert place.is_consistent(3.0, T_MAP_ODOM @ SE2(3.0 * SPEED_MAX, 0.0, 2.0), None)
-    assert not place.is_consistent(4.0, T_MAP_ODOM @ SE2(20.0, 0.0, 2.0), None)
-
-
-def test_odometry_that_comes_late_is_taken_up() -> None:
-    place = PoseConsistencyCheck()
-    assert place.is_consistent(0.0, T_MAP_ODOM, None)
-    assert place.is_consistent(0.1, T_MAP_ODOM, driven(7.0))
-    assert place.is_consistent(9.0, T_MAP_ODOM @ driven(7.0).inverse() @ driven(12.0), driven(12.0))
-    assert not place.is_consistent(9.1, T_MAP_ODOM, driven(12.0))
+@pytest.mark.parametrize(
+    ('steps', 'accepted'),
+    [
+        # A jump is rejected until the waiting time is over.
+        (
+            [*poses(HERE, STOOD, 0.0), *poses(MOVED, STOOD, 0.1, 1.0, END - 1.0, END + 0.2, END + 0.3)],
+            '+---++',
+        ),
+        # The old pose is accepted at once and restarts the waiting time.
+        ([(0.0, HERE, STOOD), (1.0, MOVED, STOOD), (2.0, HERE, STOOD), (END + 1.5, MOVED, STOOD)], '+-+-'),
+        # Without odometry a robot may drive but not jump. However long copied lamps shine, the way that it could
+        # have driven meanwhile does not grow.
+        (
+            [*ON_THE_WAY, *poses(AHEAD, None, 2.0, 5.0, END), (END + 1.0, DROVE, None), *LATER],
+            '+' * 20 + '---+-+',
+        ),
+        # After a gap in view it may be elsewhere.
+        ([(0.0, HERE, None), (3.0, HERE @ FAST, None), (4.0, HERE @ SE2(20.0, 0.0, 2.0), None)], '++-'),
+        # Odometry that comes late is taken up.
+        (
+            [(0.0, HERE, None), (0.1, HERE, SEVEN), (9.0, HERE @ FROM_7_TO_12, TWELVE), (9.1, HERE, TWELVE)],
+            '+++-',
+        ),
+    ],
+)
+def test_jumps_are_rejected_for_the_waiting_time(steps, accepted: str) -> None:
+    assert ''.join('-+'[verdict] for verdict in verdicts(*steps)) == accepted
 
 
 @pytest.mark.parametrize('has_odometry', [True, False])
 def test_a_slowly_drifting_pose_is_rejected(has_odometry: bool) -> None:
-    place, farthest = PoseConsistencyCheck(), 0.0
-    for image in range(600):
-        stamp, way = image / 60.0, 0.29 * image
-        odometry = driven(0.0) if has_odometry else None
-        if place.is_consistent(stamp, T_MAP_ODOM @ SE2(way, 0.0, 0.0), odometry):
-            farthest = way
+    odometry, ways = STOOD if has_odometry else None, [0.29 * image for image in range(600)]
+    accepted = verdicts(
+        *((i / 60.0, T_MAP_ODOM @ SE2(way, 0.0, 0.0), odometry) for i, way in enumerate(ways))
+    )
     # Without odometry it is a robot that drives, but no faster than robots do.
-    assert farthest < (JUMP_MAX if has_odometry else JUMP_MAX + 10.0 * SPEED_MAX)
+    assert max(w for w, yes in zip(ways, accepted) if yes) < JUMP_MAX + (
+        0.0 if has_odometry else 10.0 * SPEED_MAX
+    )
 
 
 def test_a_slow_drift_is_not_faster_than_the_waiting_time() -> None:
-    place, farthest = PoseConsistencyCheck(), 0.0
-    for second in range(120):
-        way = 0.1 * second
-        if place.is_consistent(float(second), T_MAP_ODOM @ SE2(way, 0.0, 0.0), driven(0.0)):
-            farthest = max(farthest, way)
-        if second < ACCEPT_AFTER:
-            assert farthest < JUMP_MAX * (1.0 + second / ANCHOR_TIME)
-
-
-def test_odometry_that_drifts_by_a_few_percent_is_followed() -> None:
-    place = PoseConsistencyCheck()
-    for step in range(600):
-        odometry = SE2(1.02 * 0.05 * step, 0.0, 0.0)
-        assert place.is_consistent(0.1 * step, SE2(0.05 * step, 0.0, 0.0), odometry)
+    seconds = range(int(ACCEPT_AFTER))
+    accepted = verdicts(*((float(s), T_MAP_ODOM @ SE2(0.1 * s, 0.0, 0.0), STOOD) for s in seconds))
+    assert all(0.1 * s < JUMP_MAX * (1.0 + s / ANCHOR_TIME) for s, yes in zip(seconds, accepted) if yes)

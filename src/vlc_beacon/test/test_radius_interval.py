@@ -70,11 +70,12 @@ def test_a_distorting_lens_gives_the_same_pose():
     assert max(errors) < 0.002
 
 
-def test_disjoint_intervals_are_no_fix():
-    seen = discs(SE2(0.9, 0.9, 0.2))
+def test_disjoint_intervals_and_no_lamps_are_no_fix():
+    seen, empty = discs(SE2(0.9, 0.9, 0.2)), LampDiscs([], np.empty((0, 2)), np.empty(0))
     seen.radii[1] *= 1.3
-    answer = radius_interval(seen, CAMERA, LEVEL, 0.2)
-    assert answer.reason is NoFixReason.INCONSISTENT
+    assert radius_interval(seen, CAMERA, LEVEL, 0.2).reason is NoFixReason.INCONSISTENT
+    for method in (radius_interval, radius_interval_printed):
+        assert method(empty, CAMERA, LEVEL, 0.0).reason is NoFixReason.NO_LAMP
 
 
 def test_the_printed_equations_are_far_off():
@@ -89,12 +90,6 @@ def test_the_printed_equations_are_far_off():
     fix = radius_interval_printed(lone, CAMERA, LEVEL, 0.0)
     printed = np.array([fix.T_map_base.x, fix.T_map_base.y]) + LEVEL.position[:2]
     assert printed - BEACONS[3].xyz[:2] == pytest.approx(0.5 * way, abs=0.01)
-
-
-def test_no_lamps_are_no_fix():
-    empty = LampDiscs([], np.empty((0, 2)), np.empty(0))
-    for method in (radius_interval, radius_interval_printed):
-        assert method(empty, CAMERA, LEVEL, 0.0).reason is NoFixReason.NO_LAMP
 
 
 def test_the_fix_is_the_middle_of_the_intersection_and_its_covariance_that_of_the_interval():

@@ -27,19 +27,12 @@ def test_symbols_that_are_no_whole_bytes_are_nothing() -> None:
     assert three.decode_symbols(symbols) is None
 
 
-def test_twice_is_nothing() -> None:
+def test_whitening_twice_is_nothing_and_goes_on_as_the_shift_register_does() -> None:
     for length in (0, 1, 17, SEQUENCE_BYTES, SEQUENCE_BYTES + 9):
         data = np.random.default_rng(length).bytes(length)
         assert whiten(whiten(data)) == data
-
-
-def test_it_goes_on_as_the_shift_register_does() -> None:
-    """Each bit is the sum of those 14 and 15 places before it."""
+    # Each bit is the sum of those 14 and 15 places before it.
     bits = np.unpackbits(np.frombuffer(whiten(bytes(SEQUENCE_BYTES)), np.uint8))
     assert (bits[15:] == bits[1:-14] ^ bits[:-15]).all()
-    assert bits.any()
-
-
-def test_even_content_gets_as_many_ones_as_zeros() -> None:
-    ones = np.unpackbits(np.frombuffer(whiten(bytes(SEQUENCE_BYTES)), np.uint8)).mean()
-    assert abs(ones - 0.5) < 3.0 / (8 * SEQUENCE_BYTES) ** 0.5
+    # Even content gets as many ones as zeros.
+    assert abs(bits.mean() - 0.5) < 3.0 / (8 * SEQUENCE_BYTES) ** 0.5

@@ -18,9 +18,12 @@ def receiver() -> SymbolReceiver:
     return SymbolReceiver(CODE, symbols=5, bins=1, candidates=20)
 
 
+STAMPS = np.arange(600) * 0.033
+TABLES = told_symbols([IdPacket(7)], 0.02, STAMPS)
+
+
 def test_packets_are_known_a_little_after_their_end() -> None:
-    stamps = np.arange(600) * 0.033
-    got = receiver().add(stamps, told_symbols([IdPacket(7)], 0.02, stamps))
+    got = receiver().add(STAMPS, TABLES)
     assert {packet.packet for packet in got} == {IdPacket(7)}
     # A packet is known once the marker after it is over, in the next frame or the one after.
     ends = np.array([packet.stamp for packet in got]) - 0.02 - CODE.duration
@@ -30,18 +33,13 @@ def test_packets_are_known_a_little_after_their_end() -> None:
 
 
 def test_the_receiver_is_reset_after_a_gap() -> None:
-    stamps = np.arange(300) * 0.033
-    listener = receiver()
-    first = listener.add(stamps, told_symbols([IdPacket(7)], 0.02, stamps))
-    later = stamps + 100.0
-    second = listener.add(later, told_symbols([IdPacket(8)], 100.07, later))
+    listener, later = receiver(), STAMPS + 100.0
+    later_tables = told_symbols([IdPacket(8)], 100.07, later)
+    first, second = listener.add(STAMPS, TABLES), listener.add(later, later_tables)
     assert {packet.packet for packet in first} == {IdPacket(7)}
     assert {packet.packet for packet in second} == {IdPacket(8)}
-    together = np.append(stamps, later)
-    tables = np.concatenate(
-        [told_symbols([IdPacket(7)], 0.02, stamps), told_symbols([IdPacket(8)], 100.07, later)]
-    )
-    assert receiver().add(together, tables) == first + second
+    together = np.append(STAMPS, later), np.concatenate([TABLES, later_tables])
+    assert receiver().add(*together) == first + second
 
 
 def test_a_changed_timing_is_found() -> None:
@@ -72,23 +70,19 @@ def test_a_clock_that_drifts_is_followed() -> None:
 
 
 def test_time_that_does_not_rise_is_left_out() -> None:
-    stamps = np.arange(600) * 0.033
-    tables = told_symbols([IdPacket(7)], 0.02, stamps)
-    expected = receiver().add(stamps, tables)
     order = np.sort(np.append(np.arange(600), [50, 50, 300]))
-    back = stamps[order].copy()
+    back = STAMPS[order]
     back[52] = -5.0
-    assert receiver().add(back, tables[order]) == expected
-    assert receiver().add(np.zeros(0), tables[:0]) == []
+    assert receiver().add(back, TABLES[order]) == receiver().add(STAMPS, TABLES)
+    assert receiver().add(np.zeros(0), TABLES[:0]) == []
 
 
 def test_the_checksum_resolves_ambiguous_symbols() -> None:
-    stamps = np.arange(600) * 0.033
-    tables = told_symbols([IdPacket(7)], 0.02, stamps)
-    index = np.floor((stamps - 0.02) / CODE.duration).astype(int) % 13
+    tables = TABLES.copy()
+    index = np.floor((STAMPS - 0.02) / CODE.duration).astype(int) % 13
     symbols = CODE.encode_symbols(IdPacket(7).to_bytes())
     tables[index == 4, 0, (symbols[4] + 1) % 4] = 0.0
-    assert {packet.packet for packet in receiver().add(stamps, tables)} == {IdPacket(7)}
+    assert {packet.packet for packet in receiver().add(STAMPS, tables)} == {IdPacket(7)}
     # Two such symbols of an ID are too many for its checksum.
     tables[index == 7, 0, (symbols[7] + 1) % 4] = 0.0
-    assert receiver().add(stamps, tables) == []
+    assert receiver().add(STAMPS, tables) == []

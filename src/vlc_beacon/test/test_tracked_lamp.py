@@ -9,24 +9,18 @@ from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.lamp_decoder import GlobalShutterDecoder, LampView
-from vlc_beacon.core.receiver.tracked_lamp import (
-    BACKOFF_TIME,
-    IdConfirmation,
-    SkipReason,
-    TrackedLamp,
-)
+from vlc_beacon.core.receiver.tracked_lamp import BACKOFF_TIME, IdConfirmation, SkipReason, TrackedLamp
 
 RATE, EXPOSURE, LISTEN = 60.004, 5e-4, 15.0
 NOTHING = np.zeros((16, 16), np.uint8)
 
 
-class CountingDecoder:
-    def __init__(self):
-        self.decoder, self.reads = GlobalShutterDecoder(EXPOSURE), 0
+class CountingDecoder(GlobalShutterDecoder):
+    reads = 0
 
     def read(self, view):
         self.reads += 1
-        return self.decoder.read(view)
+        return super().read(view)
 
 
 def mains(frequency):
@@ -34,51 +28,50 @@ def mains(frequency):
     return lambda stamp: np.full(2, math.sin(math.pi * frequency * stamp) ** 2)
 
 
-def speaking(*packets):
-    waveform = ufsook_waveform([packet.to_bytes() for packet in packets])
+def speaking(packet):
+    waveform = ufsook_waveform([packet.to_bytes()])
     return lambda stamp: waveform.exposure_means(stamp, EXPOSURE)
 
 
 def watch(lamp, light, begin, seconds, diameter=16.0):
-    """Let a lamp be seen for a while; return its last observation and all messages."""
-    messages = []
+    """Let a lamp be seen for a while and return its last observation."""
     for stamp in np.arange(begin, begin + seconds, 1.0 / RATE):
         sample = LampSample(1, np.zeros(2), np.full(2, 0.1), 0.5 * diameter, light(stamp), None, 0)
         seen = lamp.update(LampView(float(stamp), NOTHING, sample, 0.0))
-        messages += [] if seen.message is None else [seen.message]
-    return seen, messages
+    return seen
 
 
-@pytest.mark.parametrize('frequency', [100.0, 120.0, 100.2])
-def test_a_lamp_on_the_mains_is_left_alone_in_the_end(frequency):
-    decoder = CountingDecoder()
+@pytest.mark.parametrize(
+    ('frequency', 'diameter', 'reason'),
+    [
+        *((hertz, 16.0, SkipReason.NO_CODE) for hertz in (100.0, 120.0, 100.2)),
+        (100.0, 5.0, SkipReason.TOO_SMALL),
+    ],
+)
+def test_a_lamp_on_the_mains_or_too_small_is_left_alone_in_the_end(frequency, diameter, reason):
+    decoder = CountingDecoder(EXPOSURE)
     lamp = TrackedLamp(decoder, {1}, 6.0, LISTEN)
-    assert watch(lamp, mains(frequency), 0.0, LISTEN - 1.0)[0].skip_reason is None
-    seen, _ = watch(lamp, mains(frequency), LISTEN - 1.0, BACKOFF_TIME)
-    assert seen.skip_reason is SkipReason.NO_CODE
+    assert watch(lamp, mains(frequency), 0.0, LISTEN - 1.0, diameter).skip_reason is None
+    seen = watch(lamp, mains(frequency), LISTEN - 1.0, BACKOFF_TIME, diameter)
+    assert seen.skip_reason is reason
     assert decoder.reads == pytest.approx(LISTEN * RATE, abs=2)
     assert (seen.beacon, seen.unknown_id) == (None, None)
 
 
-def test_a_lamp_that_cannot_be_read_may_be_too_small():
-    lamp = TrackedLamp(CountingDecoder(), {1}, 6.0, LISTEN)
-    assert watch(lamp, mains(100.0), 0.0, LISTEN + 1.0, 5.0)[0].skip_reason is SkipReason.TOO_SMALL
-
-
 def test_a_lamp_that_was_switched_on_is_found_in_the_end():
     lamp = TrackedLamp(GlobalShutterDecoder(EXPOSURE), {7}, 6.0, LISTEN)
-    seen, _ = watch(lamp, mains(100.0), 0.0, LISTEN + BACKOFF_TIME - 1.0)
+    seen = watch(lamp, mains(100.0), 0.0, LISTEN + BACKOFF_TIME - 1.0)
     assert seen.skip_reason is SkipReason.NO_CODE
-    seen, _ = watch(lamp, speaking(IdPacket(7)), LISTEN + BACKOFF_TIME, 8.0)
+    seen = watch(lamp, speaking(IdPacket(7)), LISTEN + BACKOFF_TIME, 8.0)
     assert (seen.beacon, seen.skip_reason) == (7, None)
 
 
 def test_a_named_lamp_is_listened_to_for_ever():
-    decoder = CountingDecoder()
+    decoder = CountingDecoder(EXPOSURE)
     lamp = TrackedLamp(decoder, {7}, 6.0, LISTEN)
     watch(lamp, speaking(IdPacket(7)), 0.0, 5.0)
     reads = decoder.reads
-    seen, _ = watch(lamp, mains(100.0), 5.0, 2.0 * LISTEN)
+    seen = watch(lamp, mains(100.0), 5.0, 2.0 * LISTEN)
     assert (seen.beacon, seen.skip_reason) == (7, None)
     assert decoder.reads - reads == pytest.approx(2.0 * LISTEN * RATE, abs=2)
 

@@ -1,7 +1,9 @@
+from functools import partial
+
+import light_channel
 import numpy as np
 import pytest
 from flicker import worst_flicker
-from light_channel import seen_by_global_shutter
 
 from vlc_beacon.core.lamp_image.lamp_tracker import COAST_TIME
 from vlc_beacon.core.light_code.ufsook import (
@@ -15,10 +17,7 @@ from vlc_beacon.core.light_code.ufsook import (
     ufsook_waveform,
     waveform_from_symbols,
 )
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
-from vlc_beacon.core.packet.packet_reader import Packet
 
 
 def cycles_a_second(symbol: int) -> float:
@@ -54,11 +53,9 @@ def test_the_second_half_runs_a_quarter_of_a_cycle_ahead() -> None:
 
 
 def test_the_mean_light_is_half_of_full_light() -> None:
-    for symbol in (SPACE, MARK):
-        waveform = waveform_from_symbols(np.array([symbol]))
+    for symbols in ([SPACE], [MARK], [PREAMBLE_FIRST, PREAMBLE_SECOND]):
+        waveform = waveform_from_symbols(np.array(symbols))
         assert waveform.exposure_means(0.0, waveform.period) == pytest.approx([0.5, 0.5])
-    both = waveform_from_symbols(np.array([PREAMBLE_FIRST, PREAMBLE_SECOND]))
-    assert both.exposure_means(0.0, both.period) == pytest.approx([0.5, 0.5])
 
 
 @pytest.mark.parametrize('content', [b'@\x05\xaa', bytes(12), b'\xff' * 12, b'\x55' * 12, b'\x0f\x00' * 6])
@@ -86,16 +83,7 @@ def test_no_id_leaves_a_lamp_dark_for_longer_than_it_is_remembered() -> None:
         assert np.diff(changes).max() * UFSOOK.duration + 1.0 / FRAME_RATE < COAST_TIME
 
 
-COMMAND = CommandPacket(Command(3, 5, -1.570796, 77), b'abcd')
-
-
-def received(
-    packets: list[Packet], seconds: float, seed: int, ppm: float = 0.0, **channel: float
-) -> list[Packet]:
-    waveform = ufsook_waveform([packet.to_bytes() for packet in packets], 1.0 + ppm * 1e-6)
-    exposure = channel.get('exposure', 5e-4)
-    frames = seen_by_global_shutter(waveform, seconds, np.random.default_rng(seed), **channel)
-    return [got.packet for got in UfsookDecoder().add_frames(*frames, exposure)]
+received = partial(light_channel.received, 'ufsook')
 
 
 @pytest.mark.parametrize('ppm', [-100.0, 0.0, 100.0])
@@ -111,37 +99,6 @@ def test_ids_are_read_at_any_offset_of_the_clocks(ppm: float, exposure: float) -
     assert right >= 0.95 * sent
 
 
-def test_lost_frames_and_noise_make_no_wrong_packets() -> None:
-    for seed in range(6):
-        got = received([IdPacket(9)], 26.0, seed, 100.0, lost=0.05)
-        assert set(got) == {IdPacket(9)}
-        assert len(got) >= 10
-        assert set(received([IdPacket(9)], 26.0, seed, 100.0, snr=3.0)) <= {IdPacket(9)}
-
-
-def test_text_is_read() -> None:
-    message = DataPacket('曲がる'.encode(), is_text=True)
-    assert set(received([message], 20.0, 2, -50.0)) == {message}
-
-
-def test_packets_may_take_turns() -> None:
-    got = received([IdPacket(3), IdPacket(3), COMMAND], 40.0, 3, 100.0)
-    assert set(got) == {IdPacket(3), COMMAND}
-    assert got.count(IdPacket(3)) >= 8
-    assert got.count(COMMAND) >= 4
-
-
-def test_frames_give_the_same_one_by_one_and_together() -> None:
-    waveform = ufsook_waveform([IdPacket(5).to_bytes()], 1.0001)
-    stamps, seen = seen_by_global_shutter(waveform, 30.0, np.random.default_rng(4), lost=0.02)
-    together = UfsookDecoder().add_frames(stamps, seen, 5e-4)
-    decoder = UfsookDecoder()
-    assert len(together) > 20
-    assert [
-        got for t, y in zip(stamps, seen) for got in decoder.add_frames(np.array([t]), y[None], 5e-4)
-    ] == together
-
-
 def test_an_exposure_of_any_length_is_understood() -> None:
     for exposure in (2e-5, 1e-4, 2e-3):
         assert received([IdPacket(5)], 15.0, 5, 100.0, exposure=exposure).count(IdPacket(5)) >= 8
@@ -149,7 +106,7 @@ def test_an_exposure_of_any_length_is_understood() -> None:
 
 def test_invalid_frames_are_skipped() -> None:
     waveform = ufsook_waveform([IdPacket(5).to_bytes()])
-    stamps, seen = seen_by_global_shutter(waveform, 10.0, np.random.default_rng(6))
+    stamps, seen = light_channel.seen_by_global_shutter(waveform, 10.0, np.random.default_rng(6))
     whole = UfsookDecoder().add_frames(stamps, seen, 5e-4)
     more = np.insert(seen, [100, 300], np.nan, axis=0)
     late = np.insert(stamps, [100, 300], stamps[[99, 299]] + 0.001)
@@ -171,6 +128,5 @@ def test_what_was_played_once_is_read_once(snr: float) -> None:
     # Two equal packets in a row are what an ID is believed for.
     packets = [IdPacket(beacon) for beacon in range(40)]
     for seed in range(6):
-        got = received(packets, 34.0, seed, 100.0, snr=snr)
-        ids = [packet.beacon for packet in got]
+        ids = [packet.beacon for packet in received(packets, 34.0, seed, 100.0, snr=snr)]
         assert len(set(ids)) == len(ids)

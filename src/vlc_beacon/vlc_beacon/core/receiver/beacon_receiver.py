@@ -81,7 +81,7 @@ class BeaconReceiver:
         self._command_processor = CommandProcessor(authorizer)
         self._odometry, self._tilt = LampOdometry(), TiltBuffer()
         self._pose_check = PoseConsistencyCheck()
-        self._last_odometry: SE2 | None = None
+        self._last_image: tuple[float, SE2 | None] | None = None
 
     def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
         """Add an odometry pose at a time [s]."""
@@ -106,8 +106,10 @@ class BeaconReceiver:
         # Motion and tilt of the robot at the exposure; the tilt is the attitude of eq. (1).
         T_odom_base, velocity = self._odometry.pose_at(stamp), self._odometry.velocity_at(stamp)
         tilt = self._tilt.tilt_at(stamp) or (0.0, 0.0)
+        motion = self._motion_since_last_image(stamp, T_odom_base)
         # Section 2.1: find the light sources, follow them and demodulate IDs, data and commands.
-        lamps = self._light.receive(stamp, grey, self._image_rotation(T_odom_base))
+        # The image turns opposite to the robot.
+        lamps = self._light.receive(stamp, grey, 0.0 if motion is None else -motion.yaw)
         # Section 2.2: the pose from the places of the identified lamps in the image.
         result = self._localizer.locate(lamps, camera, T_odom_base, velocity, tilt)
         # Spoofed lamps cannot displace the odometry: only consistent poses locate commands.
@@ -119,10 +121,19 @@ class BeaconReceiver:
         decisions = self._command_processor.process(stamp, lamps)
         return ReceiverOutput(tuple(lamps), result, tuple(decisions))
 
-    def _image_rotation(self, odometry: SE2 | None) -> float:
-        """Return the image rotation since the last image [rad], opposite to the robot's rotation."""
-        before, self._last_odometry = self._last_odometry, odometry
-        return -before.yaw_to(odometry) if before is not None and odometry is not None else 0.0
+    def _motion_since_last_image(self, stamp: float, T_odom_base: SE2 | None) -> SE2 | None:
+        """Return the motion of the base since the last image; None without odometry and when it jumped.
+
+        After a jump, poses before and after it have no common odometry frame.
+        """
+        last, self._last_image = self._last_image, (stamp, T_odom_base)
+        if last is None or last[1] is None or T_odom_base is None:
+            return None
+        if self._odometry.has_jumped(last[0], stamp):
+            self._localizer.reset()
+            self._pose_check.drop_odometry()
+            return None
+        return last[1].inverse() @ T_odom_base
 
 
 class LampLocalizer:
@@ -137,6 +148,10 @@ class LampLocalizer:
         self._mount = mount
         known_height = 0.0 if settings.camera_height_known else None
         self._tracker = BeaconTracker(beacons, mount, known_height, settings.pose, settings.odometry)
+
+    def reset(self) -> None:
+        """Reset the tracked pose."""
+        self._tracker.reset()
 
     def locate(
         self,
@@ -165,7 +180,7 @@ class LampLocalizer:
         rays = self._tracker.locator.rays(camera, ids, centres, sigmas, motions)
         # Method centroid: least squares on the lamp centres, tracked with odometry.
         if T_odom_base is None:
-            self._tracker.reset()
+            self.reset()
             result = self._tracker.locator.locate(rays, tilt)
         else:
             self._tracker.add_odometry(T_odom_base)

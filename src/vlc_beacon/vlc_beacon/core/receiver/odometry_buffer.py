@@ -28,3 +28,7 @@ class LampOdometry:
     def velocity_at(self, stamp: float) -> NDArray[np.float64]:
         """Return the velocity of the base along its x and y [m/s] and its yaw rate [rad/s]; zeros if unknown."""
         return np.array(self._buffer.twist_at(round(1e9 * stamp)))
+
+    def has_jumped(self, start: float, end: float) -> bool:
+        """Return whether the odometry jumped between two times [s]."""
+        return self._buffer.motion(round(1e9 * start), round(1e9 * end)) is NoPoseReason.JUMPED

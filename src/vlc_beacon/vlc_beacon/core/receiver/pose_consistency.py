@@ -48,6 +48,10 @@ class PoseConsistencyCheck:
             self._anchor = now
         return True
 
+    def drop_odometry(self) -> None:
+        """Compare with the earlier poses by the maximum speed only, because the odometry jumped."""
+        self._anchor, self._last = _without_odometry(self._anchor), _without_odometry(self._last)
+
     def _is_compatible(self, before: _StampedPose | None, now: _StampedPose) -> bool:
         if before is None:
             return True
@@ -60,3 +64,7 @@ class PoseConsistencyCheck:
         return expected.distance_to(T_map_base) < JUMP_MAX + DRIFT_FRACTION * odom_before.distance_to(
             T_odom_base
         )
+
+
+def _without_odometry(pose: _StampedPose | None) -> _StampedPose | None:
+    return pose and (*pose[:2], None)
