@@ -25,11 +25,9 @@ def test_equal_ways_go_straight_and_opposite_ones_turn():
 @pytest.mark.parametrize('parts', [1, 7, 1000])
 def test_an_arc_is_the_same_in_one_step_as_in_many(parts):
     pose = moved([(0.2 / parts, 0.3 / parts)] * parts).T_odom_base
-    turn = 0.1 / B
-    radius = 0.25 / turn
-    assert (pose.x, pose.y, pose.yaw) == pytest.approx(
-        (radius * math.sin(turn), radius * (1.0 - math.cos(turn)), turn)
-    )
+    turn, radius = 0.1 / B, 0.25 * B / 0.1
+    end = (radius * math.sin(turn), radius * (1.0 - math.cos(turn)), turn)
+    assert (pose.x, pose.y, pose.yaw) == pytest.approx(end)
 
 
 def test_driving_back_comes_back():
