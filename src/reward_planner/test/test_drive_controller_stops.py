@@ -59,10 +59,11 @@ def test_the_lamps_slow_stop_and_turn_the_robot():
     assert drive.drives[-1].state is DriveState.TURNING
     drive.run(5.0, until=(DriveState.DRIVING,))
     assert abs(drive.pose.yaw - before) == pytest.approx(math.pi, abs=0.06)
-    drive.controller.apply_command(LightCommand('stop', 0.0))
-    assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
-    assert is_stopped(drive.drives[-1])
-    drive.controller.apply_command(LightCommand('resume', 0.0))
+    for operation in ('stop', 'slow'):  # a lamp that leaves no speed holds the robot
+        drive.controller.apply_command(LightCommand(operation, 0.0))
+        assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
+        assert is_stopped(drive.drives[-1])
+        drive.controller.apply_command(LightCommand('resume', 0.0))
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
@@ -109,13 +110,6 @@ def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
-def test_a_lamp_that_leaves_no_speed_holds_the_robot():
-    drive = hall_drive(8.0, 2.0)
-    drive.controller.apply_command(LightCommand('slow', 0.0))
-    assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
-    assert is_stopped(drive.drives[-1])
-
-
 def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
     drive = hall_drive(8.0, 3.0)
     begun = len(drive.drives)
@@ -127,16 +121,16 @@ def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
     assert max(spins) < 0.02
 
 
-@pytest.mark.parametrize('what', ['pose', 'frame'])
-def test_stamps_in_the_future_are_not_accepted_for_ever(what):
+@pytest.mark.parametrize(
+    ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)]
+)
+def test_stamps_in_the_future_are_not_accepted_for_ever(sense, state):
     drive = hall_drive(8.0, 2.0)
-    ahead = drive.robot.time + 30.0
-    if what == 'pose':
-        drive.controller.update_pose(ahead, drive.pose)
-        drive.senses_pose = False
+    setattr(drive, sense, False)
+    if sense == 'senses_pose':
+        drive.controller.update_pose(drive.robot.time + 30.0, drive.pose)
     else:
-        drive.controller.update_map(ahead, drive.frame)
-        drive.senses_map = False
+        drive.controller.update_map(drive.robot.time + 30.0, drive.frame)
     last = drive.run(3.0)
-    assert last.state is (DriveState.LOST if what == 'pose' else DriveState.MAP_STALE)
+    assert last.state is state
     assert is_stopped(last)
