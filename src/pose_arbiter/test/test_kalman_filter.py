@@ -34,8 +34,11 @@ BIAS_FRACTION = 0.4
 
 def random_covariance(seed):
     m = np.random.default_rng(seed).normal(size=(3, 3))
-    full = m @ m.T + 0.1 * np.eye(3)
-    return tuple(float(full[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+    return upper_triangle(m @ m.T + 0.1 * np.eye(3))
+
+
+def upper_triangle(matrix):
+    return tuple(float(matrix[i, j]) for i in range(3) for j in range(i, 3))
 
 
 @pytest.fixture
@@ -165,9 +168,8 @@ def test_a_larger_sigma_adds_an_independent_bias(buffer, ratio, decay):
     P[:3, 3:6] = P[3:6, :3] = 0.0
     P[3:6, 3:6] = rest * np.eye(3)
     known = known._replace(bias=np.array([[1.0, -2.0, 0.5], [0.0, 0.0, 0.0]]), P=P)
-    after = update(
-        known, (0.0, 0.0, 0.0), 0, scale_covariance(r, ratio**2), 1e-6
-    )  # a pose without information
+    # A pose without information.
+    after = update(known, (0.0, 0.0, 0.0), 0, scale_covariance(r, ratio**2), 1e-6)
     np.testing.assert_allclose(after.bias[0], decay * known.bias[0], rtol=1e-3)
     np.testing.assert_allclose(after.P[3:6, 3:6], (1.0 - decay**2) * np.eye(3), atol=1e-3)
 
@@ -178,7 +180,7 @@ def test_bias_sqrt_is_a_square_root_of_the_covariance(seed):
     L = bias_sqrt(r)
     np.testing.assert_allclose(L @ L.T, as_matrix(r), atol=1e-12)
     bias_gain = (-0.7, 1.5, 1.0)  # fully correlated with yaw
-    r = tuple(1e-4 * bias_gain[i] * bias_gain[j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
+    r = upper_triangle(1e-4 * np.outer(bias_gain, bias_gain))
     np.testing.assert_allclose(bias_sqrt(r)[:, 0], 1e-2 * np.array(bias_gain), atol=1e-12)
 
 
@@ -209,5 +211,4 @@ def test_they_agree_with_numpy(seed):
 def test_positive_definite_is_what_eigenvalues_say(seed):
     m = np.random.default_rng(seed).normal(size=(3, 3))
     full = m + m.T + 2.0 * np.eye(3)
-    six = tuple(float(full[i, j]) for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
-    assert is_positive_definite(six) == (np.linalg.eigvalsh(full)[0] > 0.0)
+    assert is_positive_definite(upper_triangle(full)) == (np.linalg.eigvalsh(full)[0] > 0.0)

@@ -29,17 +29,12 @@ NOW = SAID[-1][0]
 GOOD = true_pose(0.9)
 FINE = diagonal(1e-4, 1e-4)
 
+NOT_FINITE = [SE2(NAN, 0.0, 0.0), SE2(0.0, INF, 0.0), SE2(0.0, 0.0, -INF)]
+VARIANCES = [(-1.0, 1.0), (0.0, 0.0), (1e-30, 1e-30), (1e9, 1.0), (NAN, 1.0), (INF, 1.0)]
 BAD = [
-    (NOW, SE2(NAN, 0.0, 0.0), FINE, RejectReason.NOT_FINITE),
-    (NOW, SE2(0.0, INF, 0.0), FINE, RejectReason.NOT_FINITE),
-    (NOW, SE2(0.0, 0.0, -INF), FINE, RejectReason.NOT_FINITE),
+    *[(NOW, pose, FINE, RejectReason.NOT_FINITE) for pose in NOT_FINITE],
     (NOW, SE2(1e300, 0.0, 0.0), FINE, RejectReason.TOO_FAR),
-    (NOW, GOOD, diagonal(-1.0, 1.0), RejectReason.BAD_COVARIANCE),
-    (NOW, GOOD, diagonal(0.0, 0.0), RejectReason.BAD_COVARIANCE),
-    (NOW, GOOD, diagonal(1e-30, 1e-30), RejectReason.BAD_COVARIANCE),
-    (NOW, GOOD, diagonal(1e9, 1.0), RejectReason.BAD_COVARIANCE),
-    (NOW, GOOD, diagonal(NAN, 1.0), RejectReason.BAD_COVARIANCE),
-    (NOW, GOOD, diagonal(INF, 1.0), RejectReason.BAD_COVARIANCE),
+    *[(NOW, GOOD, diagonal(*pair), RejectReason.BAD_COVARIANCE) for pair in VARIANCES],
     (NOW, GOOD, (1.0, 2.0, 0.0, 1.0, 0.0, 1.0), RejectReason.BAD_COVARIANCE),
     (0, GOOD, FINE, RejectReason.NO_STAMP),
     (-5, GOOD, FINE, RejectReason.NO_STAMP),

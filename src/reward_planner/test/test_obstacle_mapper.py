@@ -80,6 +80,9 @@ def test_the_same_ground_again_takes_no_memory():
             mapper.add(4.0 * lap + 0.1 * k, points_at(pose), pose, CAMERA.fx)
         sizes.append((mapper.map.bytes, mapper.voxels.tiles.bytes, len(mapper.voxels.tiles)))
     assert sizes[0] == sizes[1] == sizes[2]
+    mapper.clear()
+    assert mapper.map.frame() is None
+    assert len(mapper.voxels.tiles) == 0
 
 
 BEFORE_THE_WALL = SE2(-1.9, 0.0, math.pi)
@@ -103,6 +106,9 @@ def test_time_alone_never_takes_an_obstacle_from_the_map(half_life):
     look(mapper, ROOM, BEFORE_THE_WALL, 0.1 * np.arange(5))
     away = SE2(BEFORE_THE_WALL.x, BEFORE_THE_WALL.y, 0.0)
     look(mapper, ROOM, away, half_life * np.array([0.5, 1.0, 1.6, 2.5, 7.0, 30.0, 200.0]))
+    assert cell(mapper, *WALL) == OCCUPIED
+    mapper.voxels.clear()  # nor that its voxels are given up
+    look(mapper, ROOM, away, half_life * 200.0 + 0.1 * np.arange(1, 6))
     assert cell(mapper, *WALL) == OCCUPIED
 
 
@@ -131,27 +137,11 @@ def test_what_stood_close_to_the_robot_and_went_away_is_taken_back():
     assert cell(mapper, 0.75, 0.0) == UNKNOWN  # from so near the camera does not see the floor there
 
 
-def test_an_obstacle_whose_voxels_were_given_up_stays():
-    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    look(mapper, ROOM, BEFORE_THE_WALL, 0.1 * np.arange(5))
-    mapper.voxels.clear()
-    look(mapper, ROOM, SE2(-1.9, 0.0, 0.0), 1.0 + 0.1 * np.arange(5))
-    assert cell(mapper, *WALL) == OCCUPIED
-
-
 def test_a_pose_that_is_not_finite_is_refused_and_maps_nothing():
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
     with pytest.raises(RewardPlannerError, match='not a rigid transform'):
         mapper.add(0.0, points_at(SE2(0.0, 0.0, 0.0)), SE2(math.nan, 0.0, 0.0), CAMERA.fx)
     assert mapper.map.frame() is None
-
-
-def test_a_cleared_mapper_knows_nothing():
-    mapper, pose = ObstacleMapper(MOUNT, SETTINGS, MappingSettings()), SE2(-2.0, 0.0, 0.0)
-    mapper.add(0.0, points_at(pose), pose, CAMERA.fx)
-    mapper.clear()
-    assert mapper.map.frame() is None
-    assert len(mapper.voxels.tiles) == 0
 
 
 WIDE_CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)

@@ -116,10 +116,13 @@ def test_the_depth_is_true_whichever_sign_the_baseline_has(matcher, calibrated_y
     assert wrong[known].mean() < 0.06
 
 
-def test_a_frame_without_texture_decides_nothing():
-    cameras = rig(BASELINE)
-    blank = np.full(picture().shape, 128, dtype=np.uint8)
+def test_a_frame_without_texture_decides_nothing_and_does_not_mirror_a_confirmed_rig():
+    cameras, blank = rig(BASELINE), np.full(picture().shape, 128, dtype=np.uint8)
     assert np.isnan(cameras.compute(blank, blank, blank).depth).mean() > 0.9
+    assert not cameras.is_mirrored
+    cameras = rig(-BASELINE)
+    cameras.compute(picture(), picture(x=BASELINE), picture(y=-BASELINE))
+    points_of(cameras, picture(), np.zeros_like(blank), picture(y=BASELINE))
     assert not cameras.is_mirrored
 
 
@@ -167,11 +170,3 @@ def test_after_an_inconsistent_frame_frames_are_rejected_until_a_consistent_one(
     assert points_of(cameras, *good) > 0.7 * blank.size
     cameras.compute(blank, blank, blank)
     assert points_of(cameras, *good) > 0.7 * blank.size
-
-
-def test_a_frame_without_texture_does_not_mirror_a_confirmed_rig():
-    cameras = rig(-BASELINE)
-    cameras.compute(picture(), picture(x=BASELINE), picture(y=-BASELINE))
-    covered = np.zeros_like(picture())
-    points_of(cameras, picture(), covered, picture(y=BASELINE))
-    assert not cameras.is_mirrored
