@@ -25,12 +25,10 @@ class Driver:
         return self.sent[-1]
 
 
-def test_nothing_is_driven_before_somebody_wants_it():
-    assert Driver().go(1.0) == (0, 0)
-
-
-def test_a_velocity_becomes_its_wheels_speeds():
-    left, right = Driver().go(3.0, Velocity(0.2, 0.5))
+def test_a_velocity_becomes_its_wheels_speeds_and_nothing_is_driven_before():
+    driver = Driver()
+    assert driver.go(1.0) == (0, 0)
+    left, right = driver.go(3.0, Velocity(0.2, 0.5))
     assert (left, right) == pytest.approx(BASE.to_wheel_ticks(Velocity(0.2, 0.5)), abs=1.0)
 
 

@@ -78,11 +78,6 @@ def test_a_controller_that_hangs_answers_later(bench):
     assert bench.port.read_until(b'\n') == b'57600\r\n'
 
 
-def test_orders_are_read():
-    assert parse_fault_request('silence 1.5\n') == FaultRequest('silence', 1.5)
-    assert [parse_fault_request(kind).amount for kind in FAULTS] == [1.0] * len(FAULTS)
-
-
 @pytest.mark.parametrize(
     ('line', 'words'),
     [
@@ -97,3 +92,5 @@ def test_a_bad_order_is_one_line(line, words):
     with pytest.raises(MotorBridgeError, match=words) as refusal:
         parse_fault_request(line)
     assert '\n' not in str(refusal.value)
+    assert parse_fault_request('silence 1.5\n') == FaultRequest('silence', 1.5)
+    assert [parse_fault_request(kind).amount for kind in FAULTS] == [1.0] * len(FAULTS)

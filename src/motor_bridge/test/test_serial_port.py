@@ -54,14 +54,10 @@ def test_a_port_that_may_not_be_opened_is_reported(monkeypatch, tmp_path):
     assert 'add the user to the group dialout or install the udev rule' in refusal(tmp_path / 'tty')
 
 
-def test_lines_are_cut_at_their_ends(wire):
+def test_lines_are_cut_at_their_ends_or_when_too_long_and_silence_ends(wire):
     port, master, _ = wire
     os.write(master, b'12 13\r\nOK\r\nrest')
     assert [port.read_line(64) for _ in range(3)] == [b'12 13\r\n', b'OK\r\n', b'rest']
-
-
-def test_a_line_without_end_is_cut_and_silence_ends(wire):
-    port, master, _ = wire
     os.write(master, b'x' * 100)
     assert port.read_line(64) == b'x' * 64
     port.discard_received()

@@ -81,11 +81,5 @@ def test_how_often_it_is_called_changes_nothing():
         driven(often, Velocity(0.4, 1.0), 8)
         driven(seldom, Velocity(0.4, 1.0), 1, 8 * STEP)
         assert math.isclose(often.velocity.forward, seldom.velocity.forward, rel_tol=1e-9)
-
-
-def test_halting_is_at_once():
-    limiter = VelocityLimiter(SETTINGS)
-    driven(limiter, Velocity(0.5, 0.0), 100)
-    limiter.halt()
-    assert limiter.velocity == Velocity()
-    assert limiter.step_toward(Velocity(), 0.1) == Velocity()
+    often.halt()
+    assert often.velocity == often.step_toward(Velocity(), 0.1) == Velocity()

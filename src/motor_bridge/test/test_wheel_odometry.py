@@ -45,12 +45,9 @@ def test_the_covariance_is_that_of_many_noisy_drives():
         ends.append((pose.x, pose.y, pose.yaw))
     said, seen = moved(ways, noise).covariance, np.cov(np.array(ends).T)
     np.testing.assert_allclose(np.sqrt(np.diag(said)), np.sqrt(np.diag(seen)), rtol=0.12)
-
-
-def test_the_covariance_stays_positive_definite_and_symmetric():
-    odometry = moved([(0.02, 0.021)] * 5000)
-    assert (np.linalg.eigvalsh(odometry.covariance) > 0.0).all()
-    np.testing.assert_array_equal(odometry.covariance, odometry.covariance.T)
+    covariance = moved([(0.02, 0.021)] * 5000).covariance
+    assert (np.linalg.eigvalsh(covariance) > 0.0).all()
+    np.testing.assert_array_equal(covariance, covariance.T)
 
 
 def test_a_motion_that_nobody_counted_moves_nothing_and_is_covered():

@@ -67,12 +67,9 @@ def test_a_bad_message_is_refused_and_changes_nothing(arbiter, source, stamp, po
     assert (numbers(arbiter.estimate_at(NOW)), arbiter.counts()) == (before, counts)
 
 
-def test_a_second_pose_of_a_source_with_the_same_stamp_is_refused(arbiter):
+def test_after_a_duplicate_and_a_stamp_in_the_future_the_source_is_still_accepted(arbiter):
     stamp = next(m[0] for m in SAID if m[1] == 0)
     assert arbiter.add_pose(0, stamp, GOOD, FINE, NOW) is RejectReason.DUPLICATE
-
-
-def test_after_a_stamp_in_the_future_the_source_is_still_accepted(arbiter):
     arbiter.add_pose(0, NOW + 1000 * SECOND, GOOD, FINE, NOW)
     used = arbiter.state_at(NOW).source_states[0].accepted_count
     assert arbiter.add_pose(0, NOW, true_pose((NOW - BEGIN) / SECOND), FINE, NOW) is None

@@ -29,7 +29,13 @@ def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, st
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
-def test_before_the_first_pose_and_frame_nothing_moves():
+def test_poses_that_jump_stop_the_robot_and_before_the_first_pose_and_frame_nothing_moves():
+    drive = hall_drive(9.0, 4.0)
+    drive.senses_pose = False
+    drive.controller.update_pose(drive.robot.time, None)
+    last = drive.run(3.0)
+    assert (last.state, last.detail) == (DriveState.LOST, 'no valid pose: the pose jumped')
+    assert is_stopped(last)
     drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.senses_pose = drive.senses_map = False
     drive.controller.set_goal(goal_at(9.0, 3.0))
@@ -37,15 +43,6 @@ def test_before_the_first_pose_and_frame_nothing_moves():
     drive.senses_pose = True
     assert 'no frame received' in drive.run(0.5).detail
     assert drive.way() == 0.0
-
-
-def test_poses_that_jump_stop_the_robot():
-    drive = hall_drive(9.0, 4.0)
-    drive.senses_pose = False
-    drive.controller.update_pose(drive.robot.time, None)
-    last = drive.run(3.0)
-    assert (last.state, last.detail) == (DriveState.LOST, 'no valid pose: the pose jumped')
-    assert is_stopped(last)
 
 
 def test_the_lamps_slow_stop_and_turn_the_robot():
