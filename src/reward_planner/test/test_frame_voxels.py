@@ -69,15 +69,10 @@ def test_hits_and_free_voxels_are_those_of_a_plain_implementation(place):
     assert dict(zip(cells_as_voxels(frame.cells, frame.window), frame.counts.tolist())) == dict(hits)
     assert set(cells_as_voxels(frame.traversed, frame.window)) == traversed
     assert len(traversed) > 300
-
-
-def test_the_expected_points_go_with_the_depth_of_the_centre():
-    points, view = seen(*PLACES[1])
-    frame = FrameVoxelizer(SETTINGS).count(points, view)
-    s, bottom = SETTINGS.resolution, SETTINGS.height_min
     for voxel, expected in zip(cells_as_voxels(frame.cells, frame.window), frame.expected):
-        depth = view.T_map_sensor[:3, 2] @ (centre_of(voxel, s, bottom) - view.origin)
-        assert expected == pytest.approx((CAMERA.fx * s / depth) ** 2)
+        centre = centre_of(voxel, SETTINGS.resolution, SETTINGS.height_min)
+        depth = view.T_map_sensor[:3, 2] @ (centre - view.origin)
+        assert expected == pytest.approx((CAMERA.fx * SETTINGS.resolution / depth) ** 2)
 
 
 @pytest.mark.parametrize('shift', [(1, 0), (-3, 5), (16, -32), (1007, 2047)])
