@@ -2,7 +2,6 @@
 
 import math
 import shutil
-from contextlib import ExitStack
 from pathlib import Path
 from threading import Lock
 
@@ -16,8 +15,6 @@ from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 
 CONFIG = Path(__file__).resolve().parents[3] / 'config' / 'motor_bridge.yaml'
-
-
 MANY_NODES = """\
 motor_bridge:
   ros__parameters:
@@ -51,11 +48,13 @@ def test_numbers_scale_the_wheels_and_nothing_else(params, capsys):
     assert 'wheel_radius' in capsys.readouterr().out
 
 
+NUMBERS = ['--straight', '1.0', '1.1', '--turn', '360', '360']
+
+
 def test_values_that_stood_nowhere_are_added_and_the_source_can_stay(tmp_path):
     source, out = tmp_path / 'a.yaml', tmp_path / 'b.yaml'
     source.write_text('motor_bridge:\n  ros__parameters:\n    port: /dev/x\n')
-    numbers = ['--straight', '1.0', '1.1', '--turn', '360', '360', '--out', str(out)]
-    assert calibrate.main(['--params', str(source), *numbers]) == 0
+    assert calibrate.main(['--params', str(source), *NUMBERS, '--out', str(out)]) == 0
     assert wheels(out) == pytest.approx((0.0363, 0.22), rel=1e-4)
     assert 'wheel_radius' not in source.read_text()
 
@@ -64,8 +63,7 @@ def test_other_nodes_in_the_file_keep_their_wheels(tmp_path):
     path, other = tmp_path / 'robot.yaml', 'other_driver:\n  ros__parameters:\n    wheel_radius: 9.0\n'
     for text in (f'{other}motor_bridge:\n  ros__parameters:\n    port: /dev/x\nnext_{other}', MANY_NODES):
         path.write_text(text)
-        numbers = ['--straight', '1.0', '1.1', '--turn', '360', '360']
-        assert calibrate.main(['--params', str(path), *numbers]) == 0
+        assert calibrate.main(['--params', str(path), *NUMBERS]) == 0
         assert wheels(path) == pytest.approx((0.0363, 0.22), rel=1e-4)
         assert path.read_text().count('wheel_radius: 9.0') == text.count('wheel_radius: 9.0')
         assert path.read_text().count('wheel_') == text.count('wheel_') + (2 if text != MANY_NODES else 0)
@@ -82,51 +80,39 @@ def test_a_pushed_robot_is_measured(params, monkeypatch):
         left, right = (way / 0.04 for way in next(ways))
         before = controller._body.wheel_angles
         controller._body.wheel_angles = before[0] + left, before[1] + right
-        measured = 0.04 * left if left > 0.0 else math.degrees(0.08 * right / 0.3)
-        return str(measured)
+        return str(0.04 * left if left > 0.0 else math.degrees(0.08 * right / 0.3))
 
-    with ExitStack() as stack:
-        terminal = stack.enter_context(PseudoTerminal(controller, Lock()))
-        monkeypatch.setattr('builtins.input', ask)
+    monkeypatch.setattr('builtins.input', ask)
+    with PseudoTerminal(controller, Lock()) as terminal:
         assert calibrate.main(['--params', str(params), '--port', terminal.path]) == 0
     assert wheels(params) == pytest.approx((0.04, 0.3), rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'words'),
-    [
-        (['--straight', '2', '2'], 'give at least one straight and one turn'),
-        (['--straight', '2', '90', '--turn', '360', '360'], 'which is implausible'),
-        (['--port', '/no/such/port'], '/no/such/port does not exist'),
-        (['--port', '/no/such/port', '--turn', '1', '1'], '--port measures new runs'),
-    ],
-)
-def test_bad_measures_are_one_line_and_change_nothing(params, capsys, arguments, words):
-    assert calibrate.main(['--params', str(params), *arguments]) == 1
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert words in told[0]
-    assert params.read_text() == CONFIG.read_text()
+RUNS = '--straight 1 1 --turn 9 9'
 
 
 @pytest.mark.parametrize(
-    ('content', 'words'),
+    ('content', 'arguments', 'words'),
     [
-        (None, 'robot.yaml: cannot be read'),
-        ('a: [', 'robot.yaml: is no YAML'),
-        ('other: {}', 'has no motor_bridge: ros__parameters:'),
-        ('motor_bridge: {ros__parameters: {wheel_radius: -1.0}}', 'setting wheel_radius is -1.0'),
-        ('motor_bridge: {ros__parameters: {wheel_radius: 0.03}}', 'one parameter per line'),
+        (CONFIG.read_text(), '--straight 2 2', 'give at least one straight and one turn'),
+        (CONFIG.read_text(), '--straight 2 90 --turn 360 360', 'which is implausible'),
+        (CONFIG.read_text(), '--port /no/such/port', '/no/such/port does not exist'),
+        (CONFIG.read_text(), '--port /no/such/port --turn 1 1', '--port measures new runs'),
+        (None, RUNS, 'robot.yaml: cannot be read'),
+        ('a: [', RUNS, 'robot.yaml: is no YAML'),
+        ('other: {}', RUNS, 'has no motor_bridge: ros__parameters:'),
+        ('motor_bridge: {ros__parameters: {wheel_radius: -1.0}}', RUNS, 'setting wheel_radius is -1.0'),
+        ('motor_bridge: {ros__parameters: {wheel_radius: 0.03}}', RUNS, 'one parameter per line'),
     ],
 )
-def test_bad_files_are_one_line(tmp_path, capsys, content, words):
+def test_bad_measures_and_files_are_one_line_and_change_nothing(tmp_path, capsys, content, arguments, words):
     path = tmp_path / 'robot.yaml'
     if content is not None:
         path.write_text(content)
-    assert calibrate.main(['--params', str(path), '--straight', '1', '1', '--turn', '9', '9']) == 1
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert words in told[0]
+    assert calibrate.main(['--params', str(path), *arguments.split()]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert words in line
+    assert content is None or path.read_text() == content
 
 
 def test_an_answer_that_is_no_number_and_an_early_end_are_reported(params, capsys, monkeypatch):

@@ -24,9 +24,8 @@ def turn(radians, radius=0.034, separation=0.21):
 def test_exact_runs_give_the_true_wheels():
     found = calibrate_wheels([straight(2.0), straight(-1.0)], [turn(30.0), turn(-12.0)], N)
     assert (found.radius, found.separation) == pytest.approx((0.034, 0.21))
-    assert (found.radius_spread, found.separation_spread, found.wheel_asymmetry) == pytest.approx(
-        (0, 0, 0), abs=1e-12
-    )
+    spreads = (found.radius_spread, found.separation_spread, found.wheel_asymmetry)
+    assert spreads == pytest.approx((0, 0, 0), abs=1e-12)
 
 
 def test_an_emulated_robot_is_measured():
@@ -36,21 +35,15 @@ def test_an_emulated_robot_is_measured():
     for command in (b'm 40 40\r', b'm -40 40\r'):
         before = np.array(robot.receive(b'e\r').split(), dtype=float)
         start, heading = robot.T_world_base, 0.0
-        for _ in range(80):
-            robot.receive(command)
-            yaw = robot.T_world_base
-            robot.advance(robot.time + 0.1)
-            heading += yaw.yaw_to(robot.T_world_base)
-        robot.receive(b'm 0 0\r')
-        last = robot.T_world_base
-        robot.advance(robot.time + 1.0)
-        heading += last.yaw_to(robot.T_world_base)
+        for request, seconds in [(command, 0.1)] * 80 + [(b'm 0 0\r', 1.0)]:
+            last = robot.T_world_base
+            robot.receive(request)
+            robot.advance(robot.time + seconds)
+            heading += last.yaw_to(robot.T_world_base)
         left, right = np.array(robot.receive(b'e\r').split(), dtype=float) - before
-        way = start.distance_to(robot.T_world_base)
-        runs.append(MeasuredRun(left, right, way if len(runs) == 0 else heading))
+        runs.append(MeasuredRun(left, right, heading if runs else start.distance_to(robot.T_world_base)))
     found = calibrate_wheels(runs[:1], runs[1:], N)
-    assert found.radius == pytest.approx(0.0351, rel=3e-3)
-    assert found.separation == pytest.approx(0.187, rel=3e-3)
+    assert (found.radius, found.separation) == pytest.approx((0.0351, 0.187), rel=3e-3)
 
 
 def test_spread_and_wheel_asymmetry_are_reported():

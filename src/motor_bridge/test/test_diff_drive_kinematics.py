@@ -1,16 +1,21 @@
+import math
+
 import pytest
 
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity, check_velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.core.wheel_odometry import velocity_from_distances
 
-BASE = DiffDriveKinematics(DriveSettings())
+SETTINGS = DriveSettings()
+BASE = DiffDriveKinematics(SETTINGS)
 
 
-@pytest.mark.parametrize('velocity', [Velocity(0.3, 0.0), Velocity(0.0, 1.2), Velocity(-0.2, -0.7)])
-def test_wheels_and_velocities_are_inverse(velocity):
-    back = BASE.to_velocity(*BASE.to_wheel_ticks(velocity))
-    assert (back.forward, back.turn_rate) == pytest.approx((velocity.forward, velocity.turn_rate))
+@pytest.mark.parametrize('pair', [(0.3, 0.0), (0.0, 1.2), (-0.2, -0.7)])
+def test_wheels_and_velocities_are_inverse(pair):
+    distances = [ticks * BASE.metres_per_tick for ticks in BASE.to_wheel_ticks(Velocity(*pair))]
+    back = velocity_from_distances(*distances, BASE.frame, BASE.separation)
+    assert (back.forward, back.turn_rate) == pytest.approx(pair)
 
 
 def test_counterclockwise_turns_are_driven_by_the_right_wheel():
@@ -20,25 +25,18 @@ def test_counterclockwise_turns_are_driven_by_the_right_wheel():
 
 
 def test_a_revolution_a_second_is_as_many_ticks_as_the_encoder_has():
-    settings = DriveSettings()
-    way = 2.0 * 3.141592653589793 * settings.wheel_radius
-    assert BASE.to_wheel_ticks(Velocity(way, 0.0))[0] * 1.0 / settings.pid_frame == pytest.approx(1440.0)
+    left, _ = BASE.to_wheel_ticks(Velocity(math.tau * SETTINGS.wheel_radius, 0.0))
+    assert left / SETTINGS.pid_frame == pytest.approx(1440.0)
 
 
-@pytest.mark.parametrize(
-    ('settings', 'words'),
-    [
-        (
-            DriveSettings(ticks_per_revolution=1_000_000),
-            'ticks per frame, the controller accepts 32767; check them',
-        ),
+def test_impossible_wheels_are_refused_in_one_line():
+    for settings, words in (
+        (DriveSettings(ticks_per_revolution=1_000_000), 'the controller accepts 32767; check them'),
         (DriveSettings(ticks_per_revolution=4, max_linear_velocity=0.05), 'below the resolution of 1'),
-    ],
-)
-def test_impossible_wheels_are_refused_in_one_line(settings, words):
-    with pytest.raises(MotorBridgeError, match=words) as refusal:
-        DiffDriveKinematics(settings)
-    assert '\n' not in str(refusal.value)
+    ):
+        with pytest.raises(MotorBridgeError, match=words) as refusal:
+            DiffDriveKinematics(settings)
+        assert '\n' not in str(refusal.value)
 
 
 @pytest.mark.parametrize('pair', [(float('nan'), 0.0), (0.0, float('inf')), (-float('inf'), 1.0)])

@@ -15,8 +15,11 @@ ORIGIN = SE2(0.0, 0.0, 0.0)
 TICK = math.tau / EXACT.ticks_per_revolution
 
 
-def a_controller(settings=EXACT, start=ORIGIN):
-    return EmulatedController(settings, np.random.default_rng(7), start)
+def a_controller(settings=EXACT, start=ORIGIN, speeds=None):
+    controller = EmulatedController(settings, np.random.default_rng(7), start)
+    if speeds:
+        controller.receive(b'm %d %d\r' % speeds)
+    return controller
 
 
 def counts(controller):
@@ -28,15 +31,9 @@ def counts(controller):
     [
         (b'b\r', b'57600\r\n'),
         (b'e\r', b'0 0\r\n'),
-        (b'r\r', b'OK\r\n'),
-        (b'm 10 -10\r', b'OK\r\n'),
-        (b'o 100 -100\r', b'OK\r\n'),
-        (b'u 20:12:0:50\r', b'OK\r\n'),
-        (b'\r', b'Invalid Command\r\n'),
-        (b'?\r', b'Invalid Command\r\n'),
-        (b'b\n', b''),
-        (b'b\n\r', b'Invalid Command\r\n'),
-        (b'e', b''),
+        *[(sent, b'OK\r\n') for sent in (b'r\r', b'm 10 -10\r', b'o 100 -100\r', b'u 20:12:0:50\r')],
+        *[(sent, b'Invalid Command\r\n') for sent in (b'\r', b'?\r', b'b\n\r')],
+        *[(sent, b'') for sent in (b'b\n', b'e')],
         (b'b\rb\r', b'57600\r\n57600\r\n'),
     ],
 )
@@ -45,36 +42,34 @@ def test_commands_are_answered(sent, replies):
 
 
 def test_a_speed_is_held_nine_percent_low_until_the_auto_stop():
-    controller = a_controller()
-    controller.receive(b'm 60 60\r')
+    controller = a_controller(speeds=(60, 60))
     controller.advance(1.0)
-    told = 60 * TICK / 0.033
-    assert controller.wheel_speeds == pytest.approx((0.91 * told, 0.91 * told), rel=0.015)
+    assert controller.wheel_speeds == pytest.approx((0.91 * 60 * TICK / 0.033,) * 2, rel=0.015)
     controller.advance(1.99)
     assert not controller.is_stopped
     controller.advance(2.8)
     assert controller.is_stopped
 
 
-def test_what_the_encoders_count_is_how_far_the_wheels_went():
-    controller = a_controller(start=SE2(1.0, 2.0, math.pi / 2))
-    controller.receive(b'm 50 50\r')
+@pytest.mark.parametrize('slip', [0.0, 0.1])
+def test_what_the_encoders_count_is_how_far_the_wheels_went_without_slip(slip):
+    settings = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0, slip=slip)
+    controller = a_controller(settings, SE2(1.0, 2.0, math.pi / 2), (50, 50))
     controller.advance(4.0)
     left, right = counts(controller)
     assert left == right > 1000
-    assert controller.T_world_base.y - 2.0 == pytest.approx(left * TICK * EXACT.wheel_radius, abs=1e-4)
-    assert controller.T_world_base.x == pytest.approx(1.0)
+    pose, distance = controller.T_world_base, (1.0 - slip) * left * TICK * EXACT.wheel_radius
+    assert (pose.x, pose.y) == pytest.approx((1.0, 2.0 + distance), abs=1e-4)
 
 
 def test_wheels_against_each_other_turn_on_the_spot():
-    controller = a_controller()
-    controller.receive(b'm -30 30\r')
+    controller = a_controller(speeds=(-30, 30))
     controller.advance(1.0)
     pose = controller.T_world_base
     left, right = counts(controller)
     turn = (right - left) * TICK * EXACT.wheel_radius / EXACT.wheel_separation
-    assert math.hypot(pose.x, pose.y) < 1e-3
     assert turn > 0.5
+    assert (pose.x, pose.y) == pytest.approx((0.0, 0.0), abs=7e-4)
     assert pose.yaw == pytest.approx(turn, abs=0.01)
 
 
@@ -91,15 +86,13 @@ def test_a_lost_end_of_a_command_lets_a_wheel_run_away_and_a_leading_one_cures_i
 
 
 def test_too_large_an_argument_is_full_reverse():
-    controller = a_controller()
-    controller.receive(b'm 32768 32768\r')
+    controller = a_controller(speeds=(32768, 32768))
     controller.advance(0.5)
     assert max(controller.wheel_speeds) < -20.0
 
 
 def test_a_reset_stops_the_motors_and_zeroes_the_counts():
-    controller = a_controller()
-    controller.receive(b'm 50 50\r')
+    controller = a_controller(speeds=(50, 50))
     controller.advance(1.0)
     controller.reset()
     assert controller.receive(b'e\r') == b''
@@ -109,9 +102,7 @@ def test_a_reset_stops_the_motors_and_zeroes_the_counts():
 
 
 def test_the_past_is_remembered_and_the_future_is_refused():
-    controller = a_controller()
-    controller.receive(b'm 50 20\r')
-    past = []
+    controller, past = a_controller(speeds=(50, 20)), []
     for step in range(1, 11):
         controller.advance(0.1 * step)
         past.append((controller.time, controller.T_world_base))
@@ -128,29 +119,18 @@ def test_the_past_is_remembered_and_the_future_is_refused():
 def test_how_often_time_is_let_pass_changes_little():
     poses = []
     for steps in (10, 400):
-        controller = a_controller()
-        controller.receive(b'm 50 30\r')
+        controller = a_controller(speeds=(50, 30))
         for step in range(1, steps + 1):
             controller.advance(2.0 * step / steps)
         poses.append(controller.T_world_base)
     assert poses[0].distance_to(poses[1]) < 2e-3
 
 
-def test_slip_is_motion_that_the_encoders_do_not_see():
-    controller = a_controller(EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0, slip=0.1))
-    controller.receive(b'm 50 50\r')
-    controller.advance(3.0)
-    assert controller.T_world_base.x == pytest.approx(
-        0.9 * counts(controller)[0] * TICK * EXACT.wheel_radius, rel=1e-3
-    )
-
-
 def test_counts_wrap_at_32_bits():
     controller = a_controller()
-    controller._body.wheel_angles = ((2**31 - 5) * TICK, 0.0)
-    assert counts(controller) == (2**31 - 5, 0)
-    controller._body.wheel_angles = ((2**31 + 5) * TICK, 0.0)
-    assert counts(controller) == (-(2**31) + 5, 0)
+    for ticks, count in ((2**31 - 5, 2**31 - 5), (2**31 + 5, -(2**31) + 5)):
+        controller._body.wheel_angles = (ticks * TICK, 0.0)
+        assert counts(controller) == (count, 0)
 
 
 def test_gains_are_taken_over():

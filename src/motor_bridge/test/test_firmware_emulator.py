@@ -17,12 +17,9 @@ EMULATOR = [sys.executable, '-m', 'motor_bridge.commands.firmware_emulator']
 
 @contextmanager
 def emulator(*options: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    pipe = subprocess.PIPE
     program = subprocess.Popen(
-        [*EMULATOR, *options],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
+        [*EMULATOR, *options], stdin=pipe, stdout=pipe, text=True, start_new_session=True
     )
     assert program.stdout is not None
     try:
@@ -66,16 +63,14 @@ def test_a_fault_is_ordered_by_a_line_and_a_wrong_line_ends_nothing(tmp_path: Pa
         assert program.poll() is None
 
 
-def test_a_file_is_not_replaced_by_a_link(tmp_path: Path, capsys) -> None:
+def test_a_link_that_cannot_be_made_is_one_line_and_replaces_no_file(tmp_path: Path, capsys) -> None:
     path = tmp_path / 'notes'
     path.write_text('mine')
-    assert main(['--link', str(path)]) == 1
-    assert 'exists and is not a symbolic link' in capsys.readouterr().err
+    for link, words in (
+        (path, 'exists and is not a symbolic link'),
+        (tmp_path / 'no folder' / 'tty', f'firmware_emulator: {tmp_path / "no folder"}'),
+    ):
+        assert main(['--link', str(link)]) == 1
+        (line,) = capsys.readouterr().err.splitlines()
+        assert words in line
     assert path.read_text() == 'mine'
-
-
-def test_a_link_that_cannot_be_made_is_one_line(tmp_path: Path, capsys) -> None:
-    assert main(['--link', str(tmp_path / 'no folder' / 'tty')]) == 1
-    told = capsys.readouterr().err
-    assert told.startswith(f'firmware_emulator: {tmp_path / "no folder"}')
-    assert told.count('\n') == 1

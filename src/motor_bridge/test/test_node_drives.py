@@ -19,6 +19,7 @@ def test_velocities_drive_and_odometry_follows(robot):
     driven = [message.twist.twist for message in robot.odometry[-30:]]
     assert np.median([twist.linear.x for twist in driven]) == pytest.approx(0.91 * 0.3, rel=0.15)
     assert np.median([twist.angular.z for twist in driven]) == pytest.approx(0.91 * 0.6, rel=0.3)
+    robot.until(robot.is_stopped, 0.5 + 0.3 / 0.5 + 1.0)  # without commands
     assert robot.error() < 2e-3
     last = robot.odometry[-1]
     assert (last.header.frame_id, last.child_frame_id) == ('odom', 'base_link')

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import os
 import pty
@@ -25,7 +24,7 @@ def wire():
     with SerialPort(os.ttyname(slave), 57600, 0.1) as port:
         yield port, master, slave
     for file in (master, slave):
-        with contextlib.suppress(OSError):
+        with suppress(OSError):
             os.close(file)
 
 
@@ -37,19 +36,14 @@ def refusal(path):
     return str(told.value)
 
 
-def test_a_missing_port_is_reported(tmp_path):
-    assert 'does not exist; connect the controller or set port' in refusal(tmp_path / 'ttyUSB7')
-
-
-def test_what_is_no_terminal_is_reported(tmp_path):
+def test_a_port_that_is_missing_no_terminal_or_taken_is_reported(tmp_path, wire):
     (tmp_path / 'file').touch()
-    assert 'is not a working serial port' in refusal(tmp_path / 'file')
-    assert 'is not a working serial port' in refusal(tmp_path)
-    assert 'is not a working serial port' in refusal('/dev/null')
-
-
-def test_a_taken_port_is_reported(wire):
-    assert 'is in use by another program; stop it' in refusal(wire[0]._path)
+    for path, words in (
+        (tmp_path / 'ttyUSB7', 'does not exist; connect the controller or set port'),
+        *[(path, 'is not a working serial port') for path in (tmp_path / 'file', tmp_path, '/dev/null')],
+        (wire[0]._path, 'is in use by another program; stop it'),
+    ):
+        assert words in refusal(path)
 
 
 def test_a_port_that_may_not_be_opened_is_reported(monkeypatch, tmp_path):
@@ -60,14 +54,10 @@ def test_a_port_that_may_not_be_opened_is_reported(monkeypatch, tmp_path):
     assert 'add the user to the group dialout or install the udev rule' in refusal(tmp_path / 'tty')
 
 
-def test_lines_are_cut_at_their_ends(wire):
+def test_lines_are_cut_at_their_ends_or_when_too_long_and_silence_ends(wire):
     port, master, _ = wire
     os.write(master, b'12 13\r\nOK\r\nrest')
     assert [port.read_line(64) for _ in range(3)] == [b'12 13\r\n', b'OK\r\n', b'rest']
-
-
-def test_a_line_without_end_is_cut_and_silence_ends(wire):
-    port, master, _ = wire
     os.write(master, b'x' * 100)
     assert port.read_line(64) == b'x' * 64
     port.discard_received()
@@ -109,12 +99,6 @@ def test_a_port_that_is_gone_is_one_line_whatever_is_done(wire):
             do()
 
 
-def flood(port):
-    for _ in range(100):
-        port.write(b'x' * 4096)
-
-
 def test_a_device_that_takes_no_bytes_does_not_hold_us(wire):
-    port, _, _ = wire
     with pytest.raises(PortError, match='accepts no bytes'):
-        flood(port)
+        list(map(wire[0].write, [b'x' * 4096] * 100))

@@ -39,11 +39,10 @@ class Robot:
             name: self.robot.create_publisher(kind, topic, 10) for name, (kind, topic) in kinds.items()
         }
         self.poses, self.odometry, self.reports = [], [], []
-        self.robot.create_subscription(PoseStamped, '/pose_arbiter/pose', self.poses.append, 100)
-        self.robot.create_subscription(Odometry, '/pose_arbiter/odometry', self.odometry.append, 100)
-        self.robot.create_subscription(
-            DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
-        )
+        listen = self.robot.create_subscription
+        listen(PoseStamped, '/pose_arbiter/pose', self.poses.append, 100)
+        listen(Odometry, '/pose_arbiter/odometry', self.odometry.append, 100)
+        listen(DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10)
         assert graph.spin_until(
             lambda: (
                 all(p.get_subscription_count() == 1 for p in self._publishers.values())

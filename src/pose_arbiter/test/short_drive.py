@@ -34,14 +34,8 @@ def shift_pose(pose, x=0.0, y=0.0, yaw=0.0):
 
 def messages(seconds, sources, begin=0.0, rate=20.0, odometry_rate=50.0):
     """Return (stamp, source, pose) in order; each source maps seconds to a pose, None where it is silent."""
-    said = [
-        (
-            BEGIN + round((begin + k / odometry_rate) * SECOND),
-            ODOMETRY,
-            odometry_pose(begin + k / odometry_rate),
-        )
-        for k in range(round(seconds * odometry_rate) + 1)
-    ]
+    times = [begin + k / odometry_rate for k in range(round(seconds * odometry_rate) + 1)]
+    said = [(BEGIN + round(at * SECOND), ODOMETRY, odometry_pose(at)) for at in times]
     for number, source in enumerate(sources):
         for k in range(round(seconds * rate)):
             at = begin + (k + 0.3 * number) / rate + 0.003
@@ -83,10 +77,5 @@ def errors(arbiter, seconds):
 
 def numbers(estimate):
     """All numbers of an estimate."""
-    return [
-        *estimate.odometry,
-        *estimate[1:4],
-        *estimate.bias.ravel(),
-        *estimate.bias_sigmas.ravel(),
-        *estimate.P.ravel(),
-    ]
+    arrays = (estimate.bias, estimate.bias_sigmas, estimate.P)
+    return [*estimate.odometry, *estimate[1:4], *(x for array in arrays for x in array.ravel())]

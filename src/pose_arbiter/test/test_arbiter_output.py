@@ -22,15 +22,10 @@ def test_a_day_has_so_many_ticks_whatever_the_calls():
     assert abs(count - 600 * 30) <= 2
 
 
-def test_what_is_due_for_long_is_left_out():
+def test_what_is_due_for_long_is_left_out_and_after_a_jump_back_it_goes_on():
     schedule = TickSchedule(50.0)
     schedule.due(1_000_000_000)
     assert len(schedule.due(100_000_000_000)) == 25
-
-
-def test_after_a_jump_back_it_goes_on():
-    schedule = TickSchedule(50.0)
-    schedule.due(100_000_000_000)
     assert len(schedule.due(1_000_000_000)) == 0
     schedule.reset()
     assert len(schedule.due(1_000_000_000)) == 1

@@ -86,9 +86,8 @@ def test_the_past_stays_what_it_was_seen_from():
         add_messages(arbiter, [message])
         add_messages(long_history, [message])
     assert len(arbiter._measurements) < 30
-    assert numbers(arbiter.estimate_at(NOW)) == pytest.approx(
-        numbers(long_history.estimate_at(NOW)), abs=1e-9
-    )
+    expected = numbers(long_history.estimate_at(NOW))
+    assert numbers(arbiter.estimate_at(NOW)) == pytest.approx(expected, abs=1e-9)
     assert arbiter.counts() == long_history.counts()
 
 

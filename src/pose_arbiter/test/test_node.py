@@ -34,7 +34,7 @@ def test_two_sources_and_odometry_become_one_pose_fifty_times_a_second(graph):
         assert message.twist.twist.linear.x == 0.5
 
 
-def test_the_diagnostics_list_used_and_rejected_sources_with_reasons(graph):
+def test_the_diagnostics_list_used_and_rejected_sources_and_odometry_carries_on_without_them(graph):
     robot = Robot(graph)
     robot.drive(1.0)
     assert robot.report().level == DiagnosticStatus.OK
@@ -45,11 +45,6 @@ def test_the_diagnostics_list_used_and_rejected_sources_with_reasons(graph):
     values = {value.key: value.value for value in report.values}
     assert int(values['a: used']) > 20
     assert values['b received'] == '25'
-
-
-def test_without_sources_the_node_continues_on_odometry_and_reports_it(graph):
-    robot = Robot(graph)
-    robot.drive(1.0)
     robot.drive(2.0, a=False, b=False)
     assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
     report = robot.report()
@@ -75,7 +70,7 @@ def test_a_lost_pose_is_logged_and_not_published(graph, capfd):
     assert 'LOST' in capfd.readouterr().err
 
 
-def test_a_person_can_say_where_the_robot_is(graph):
+def test_a_person_can_say_where_the_robot_is_and_reset_forgets_it(graph):
     robot = Robot(graph)
     robot.tick(0.1)
     robot.publish_odometry()
@@ -84,11 +79,6 @@ def test_a_person_can_say_where_the_robot_is(graph):
     robot.tick(0.1)
     assert graph.spin_until(lambda: bool(robot.poses))
     assert robot.poses[-1].pose.position.y == pytest.approx(3.0, abs=0.1)
-
-
-def test_reset_forgets_the_pose(graph):
-    robot = Robot(graph)
-    robot.drive(0.5)
     answer = robot.call_reset()
     assert (answer.success, answer.message) == (True, 'pose reset')
     count = len(robot.poses)

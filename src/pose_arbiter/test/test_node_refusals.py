@@ -37,23 +37,13 @@ def flat(message):
         (lambda r: [r.publish_a(), r.publish_a()], 'a', 'a: duplicate stamp'),
         (lambda r: r.send('b', flat(pose_stamped(r.pose, r.header()))), 'b', 'b holds a quaternion of zeros'),
         (lambda r: r.send('odom', Odometry(header=r.header('odom'))), 'odom', None),
-        (
-            lambda r: r.send('odom', Odometry(header=r.header('hall'))),
-            'odom',
-            "odometry has frame_id 'hall', expected 'odom'",
-        ),
-        (
-            lambda r: r.publish_odometry(SE2(math.inf, 0.0, 0.0)),
-            'odom',
-            'odom holds a pose that is not',
-        ),
-        (
-            lambda r: r.send('initialpose', pose_with_covariance_stamped(r.pose, NOISE, r.header('odom'))),
-            'initialpose',
-            "initialpose has frame_id 'odom', expected 'map'",
-        ),
+        (lambda r: r.send('odom', Odometry(header=r.header('hall'))), 'odom',
+         "odometry has frame_id 'hall', expected 'odom'"),
+        (lambda r: r.publish_odometry(SE2(math.inf, 0.0, 0.0)), 'odom', 'odom holds a pose that is not'),
+        (lambda r: r.send('initialpose', pose_with_covariance_stamped(r.pose, NOISE, r.header('odom'))),
+         'initialpose', "initialpose has frame_id 'odom', expected 'map'"),
     ],
-)
+)  # fmt: skip
 def test_a_bad_message_is_refused_with_one_line(graph, send, name, words):
     robot = Robot(graph)
     robot.drive(0.3)
@@ -106,25 +96,18 @@ def test_an_unknown_parameter_and_topics_without_a_publisher_are_logged_once(gra
         ({'sources': ['a', 'a']}, 'holds a twice; give each source a unique name'),
         ({'sources': ['a', 'b'], 'a.topic': '/p', 'b.topic': '/p'}, 'a and b have the same topic /p'),
         ({'sources': ['A b']}, "holds 'A b'; a name has lower-case letters"),
-        (
-            {'sources': ['class']},
-            "holds 'class'; a name has lower-case letters.* and is not a Python keyword",
-        ),
+        ({'sources': ['class']}, "holds 'class'; a name has lower-case .* and is not a Python keyword"),
         ({'sources': ['rate']}, 'holds rate, which is a parameter'),
         ({'sources': ['odom']}, 'holds odom, which is reserved in the diagnostics'),
         ({'sources': ['a'], 'a.topic': 'b c'}, "setting a.topic is 'b c', which is not a valid topic name"),
-        (
-            {'sources': ['a'], 'a.topic': '/pose_arbiter/pose'},
-            'setting a.topic is .* an output of this node',
-        ),
+        ({'sources': ['a'], 'a.topic': '/pose_arbiter/pose'}, 'a.topic is .* an output of this node'),
         ({'sources': 'a'}, 'must be a list of names'),
         ({'sources': [1.0]}, 'must be a list of names'),
         ({'sources': ['a'], 'a.sigma_xy': -1.0}, 'setting a.sigma_xy is -1.0 m, allowed is'),
         ({'sources': ['a'], 'a.offset': [1.0]}, 'setting a.offset is .* it must be 3 numbers'),
         ({'sources': ['a'], 'a.timout': 1.0}, 'parameter a.timout does not exist, did you mean a.timeout'),
         ({'gate_probability': 1.0}, 'setting gate_probability is 1.0'),
-        ({'odom_frame': 'map'}, 'give each frame its own name'),
-        ({'base_frame': 'map'}, 'give each frame its own name'),
+        *[({name: 'map'}, 'give each frame its own name') for name in ('odom_frame', 'base_frame')],
         ({'base_frame': 'odom'}, 'give each frame its own name'),
     ],
 )

@@ -58,30 +58,27 @@ def test_a_route_around_the_obstacle_is_answered():
     assert np.abs(places[:, 1] - 3.0).max() > 1.2
 
 
-def test_the_route_begins_where_the_robot_is():
+def test_the_route_begins_where_the_robot_is_now():
     planner = navigator()
     assert 'pose is unknown' in ask(planner, SE2(5.0, 3.0, 0.0))[1]
+    planner.add_pose(-3600.0, SE2(1.0, 5.0, 0.0))
+    assert 'too old' in ask(planner, SE2(5.0, 3.0, 0.0))[1]
     planner.add_pose(0.2, SE2(1.0, 5.0, 0.0))
     result, _ = ask(planner, SE2(5.0, 3.0, 0.0))
     assert result.path.poses[0].pose.position.y == pytest.approx(5.0, abs=0.1)
 
 
-def test_no_route_starts_at_an_outdated_pose():
-    planner = navigator()
-    planner.add_pose(-3600.0, SE2(1.0, 5.0, 0.0))
-    assert 'too old' in ask(planner, SE2(5.0, 3.0, 0.0))[1]
-
-
 def test_errors_are_reported_by_line_and_code():
     planner, start = navigator(), SE2(1.0, 3.0, 0.0)
-    result, problem = ask(planner, SE2(3.0, 3.0, 0.0), start)
-    assert (result.error_code, problem) == (206, NoRoute.GOAL_BLOCKED.value)
-    result, problem = ask(planner, SE2(5.0, 3.0, 0.0), start, frame='odom')
-    assert (result.error_code, problem) == (200, "start is in the frame 'odom'; give it in 'map'")
-    result, problem = ask(planner, SE2(9.0, 3.0, 0.0), start)
-    assert (result.error_code, problem) == (204, NoRoute.GOAL_OUTSIDE.value)
-    result, problem = ask(planner, start, SE2(9.0, 3.0, 0.0))
-    assert (result.error_code, problem) == (203, NoRoute.START_OUTSIDE.value)
+    outside = SE2(9.0, 3.0, 0.0)
+    for goal, begin, frame, code, words in (
+        (SE2(3.0, 3.0, 0.0), start, 'map', 206, NoRoute.GOAL_BLOCKED.value),
+        (SE2(5.0, 3.0, 0.0), start, 'odom', 200, "start is in the frame 'odom'; give it in 'map'"),
+        (outside, start, 'map', 204, NoRoute.GOAL_OUTSIDE.value),
+        (start, outside, 'map', 203, NoRoute.START_OUTSIDE.value),
+    ):
+        result, problem = ask(planner, goal, begin, frame)
+        assert (result.error_code, problem) == (code, words)
     planner.clear_map()
     with pytest.raises(DrivingError, match='give a nearer goal'):
         planner.route_between(start, SE2(1e7, 0.0, 0.0), 0.0)

@@ -21,26 +21,24 @@ def make_state() -> SearchState:
     return SearchState(blocked, g, rhs, WIDTH, WIDTH + 1)
 
 
-def test_a_full_open_list_keeps_only_what_still_counts() -> None:
-    state = make_state()
-    open_list = OpenList(np.empty(4, np.int64), np.empty(4, np.int32), 0)
-    for cell in (14, 15, 16, 17):
+def filled(state: SearchState, cells: range, size: int) -> OpenList:
+    open_list = OpenList(np.empty(size, np.int64), np.empty(size, np.int32), 0)
+    for cell in cells:
         state.rhs[cell] = cell * STRAIGHT
         open_list = insert_if_inconsistent(state, open_list, cell, 14, 0)
+    return open_list
+
+
+def test_a_full_open_list_keeps_only_what_still_counts_or_grows() -> None:
+    state = make_state()
+    open_list = filled(state, range(14, 18), 4)
     state.g[[14, 15, 16]] = state.rhs[[14, 15, 16]]
     state.rhs[20] = STRAIGHT
     open_list = insert_if_inconsistent(state, open_list, 20, 14, 0)
     assert sorted(open_list.cells[: open_list.size].tolist()) == [17, 20]
     assert open_list.keys[0] == key_of(state, 20, 14, 0)
     assert len(open_list.keys) == 4
-
-
-def test_an_open_list_that_is_full_of_what_counts_grows() -> None:
-    state = make_state()
-    open_list = OpenList(np.empty(2, np.int64), np.empty(2, np.int32), 0)
-    for cell in range(14, 22):
-        state.rhs[cell] = cell * STRAIGHT
-        open_list = insert_if_inconsistent(state, open_list, cell, 14, 0)
+    open_list = filled(make_state(), range(14, 22), 2)
     assert sorted(open_list.cells[: open_list.size].tolist()) == list(range(14, 22))
 
 

@@ -29,7 +29,13 @@ def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, st
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
-def test_before_the_first_pose_and_frame_nothing_moves():
+def test_poses_that_jump_stop_the_robot_and_before_the_first_pose_and_frame_nothing_moves():
+    drive = hall_drive(9.0, 4.0)
+    drive.senses_pose = False
+    drive.controller.update_pose(drive.robot.time, None)
+    last = drive.run(3.0)
+    assert (last.state, last.detail) == (DriveState.LOST, 'no valid pose: the pose jumped')
+    assert is_stopped(last)
     drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0))
     drive.senses_pose = drive.senses_map = False
     drive.controller.set_goal(goal_at(9.0, 3.0))
@@ -37,15 +43,6 @@ def test_before_the_first_pose_and_frame_nothing_moves():
     drive.senses_pose = True
     assert 'no frame received' in drive.run(0.5).detail
     assert drive.way() == 0.0
-
-
-def test_poses_that_jump_stop_the_robot():
-    drive = hall_drive(9.0, 4.0)
-    drive.senses_pose = False
-    drive.controller.update_pose(drive.robot.time, None)
-    last = drive.run(3.0)
-    assert (last.state, last.detail) == (DriveState.LOST, 'no valid pose: the pose jumped')
-    assert is_stopped(last)
 
 
 def test_the_lamps_slow_stop_and_turn_the_robot():
@@ -59,10 +56,11 @@ def test_the_lamps_slow_stop_and_turn_the_robot():
     assert drive.drives[-1].state is DriveState.TURNING
     drive.run(5.0, until=(DriveState.DRIVING,))
     assert abs(drive.pose.yaw - before) == pytest.approx(math.pi, abs=0.06)
-    drive.controller.apply_command(LightCommand('stop', 0.0))
-    assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
-    assert is_stopped(drive.drives[-1])
-    drive.controller.apply_command(LightCommand('resume', 0.0))
+    for operation in ('stop', 'slow'):  # a lamp that leaves no speed holds the robot
+        drive.controller.apply_command(LightCommand(operation, 0.0))
+        assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
+        assert is_stopped(drive.drives[-1])
+        drive.controller.apply_command(LightCommand('resume', 0.0))
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
@@ -109,13 +107,6 @@ def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
 
 
-def test_a_lamp_that_leaves_no_speed_holds_the_robot():
-    drive = hall_drive(8.0, 2.0)
-    drive.controller.apply_command(LightCommand('slow', 0.0))
-    assert drive.run(2.0).state is DriveState.STOPPED_BY_LAMP
-    assert is_stopped(drive.drives[-1])
-
-
 def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
     drive = hall_drive(8.0, 3.0)
     begun = len(drive.drives)
@@ -127,16 +118,16 @@ def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
     assert max(spins) < 0.02
 
 
-@pytest.mark.parametrize('what', ['pose', 'frame'])
-def test_stamps_in_the_future_are_not_accepted_for_ever(what):
+@pytest.mark.parametrize(
+    ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)]
+)
+def test_stamps_in_the_future_are_not_accepted_for_ever(sense, state):
     drive = hall_drive(8.0, 2.0)
-    ahead = drive.robot.time + 30.0
-    if what == 'pose':
-        drive.controller.update_pose(ahead, drive.pose)
-        drive.senses_pose = False
+    setattr(drive, sense, False)
+    if sense == 'senses_pose':
+        drive.controller.update_pose(drive.robot.time + 30.0, drive.pose)
     else:
-        drive.controller.update_map(ahead, drive.frame)
-        drive.senses_map = False
+        drive.controller.update_map(drive.robot.time + 30.0, drive.frame)
     last = drive.run(3.0)
-    assert last.state is (DriveState.LOST if what == 'pose' else DriveState.MAP_STALE)
+    assert last.state is state
     assert is_stopped(last)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -68,15 +69,10 @@ def test_hits_and_free_voxels_are_those_of_a_plain_implementation(place):
     assert dict(zip(cells_as_voxels(frame.cells, frame.window), frame.counts.tolist())) == dict(hits)
     assert set(cells_as_voxels(frame.traversed, frame.window)) == traversed
     assert len(traversed) > 300
-
-
-def test_the_expected_points_go_with_the_depth_of_the_centre():
-    points, view = seen(*PLACES[1])
-    frame = FrameVoxelizer(SETTINGS).count(points, view)
-    s, bottom = SETTINGS.resolution, SETTINGS.height_min
     for voxel, expected in zip(cells_as_voxels(frame.cells, frame.window), frame.expected):
-        depth = view.T_map_sensor[:3, 2] @ (centre_of(voxel, s, bottom) - view.origin)
-        assert expected == pytest.approx((CAMERA.fx * s / depth) ** 2)
+        centre = centre_of(voxel, SETTINGS.resolution, SETTINGS.height_min)
+        depth = view.T_map_sensor[:3, 2] @ (centre - view.origin)
+        assert expected == pytest.approx((CAMERA.fx * SETTINGS.resolution / depth) ** 2)
 
 
 @pytest.mark.parametrize('shift', [(1, 0), (-3, 5), (16, -32), (1007, 2047)])
@@ -85,10 +81,7 @@ def test_voxels_shift_with_the_sensor(shift):
     T = view.T_map_sensor.copy()
     T[:2, 3] += np.array(shift) * SETTINGS.resolution
     counter = FrameVoxelizer(SETTINGS)
-    here, there = (
-        counter.count_and_trace(points, view),
-        counter.count_and_trace(points, SensorView(T, CAMERA.fx)),
-    )
+    here, there = (counter.count_and_trace(points, v) for v in (view, SensorView(T, CAMERA.fx)))
     for cells_here, cells_there in ((here.cells, there.cells), (here.traversed, there.traversed)):
         moved = {(x + shift[0], y + shift[1], z) for x, y, z in cells_as_voxels(cells_here, here.window)}
         assert moved == set(cells_as_voxels(cells_there, there.window))
@@ -116,25 +109,13 @@ def test_bad_points_change_nothing():
     assert (good.point_counts.not_finite, bad.point_counts.not_finite) == (0, 3)
 
 
-def test_frames_leave_nothing_behind_in_the_work_space():
-    counter = FrameVoxelizer(SETTINGS)
-    first = counter.count_and_trace(*seen())
-    counter.count_and_trace(*seen(1.0, -0.8, 0.4, 1.5))
-    again = counter.count_and_trace(*seen())
-    assert (first.cells == again.cells).all()
-    assert (first.counts == again.counts).all()
-    assert (first.traversed == again.traversed).all()
-
-
 @pytest.mark.parametrize('height', [0.05, 1.2])
 def test_level_rays_outside_of_the_heights_free_nothing_and_leave_nothing_behind(height):
     T = np.eye(4)  # exactly level, as no camera of a rendered room is
     T[:3, :3] = [[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]
     T[:3, 3] = 0.3, 0.1, height
     level = np.array([[0.05 * k, 0.0, 2.0] for k in range(-9, 10)] + [[0.0, 0.0, 9.0]], dtype=np.float32)
-    slanted = np.array(
-        [[0.05 * k, np.copysign(0.4, height - 0.5), 2.0] for k in range(-9, 10)], dtype=np.float32
-    )
+    slanted = level[:-1] + np.array([0.0, np.copysign(0.4, height - 0.5), 0.0], dtype=np.float32)
     counter, view = FrameVoxelizer(SETTINGS), SensorView(T, CAMERA.fx)
     alone = counter.count_and_trace(slanted, view)
     both = counter.count_and_trace(np.concatenate([slanted, level]), view)
@@ -144,20 +125,21 @@ def test_level_rays_outside_of_the_heights_free_nothing_and_leave_nothing_behind
     assert len(counter.count_and_trace(level, view).traversed) == 0
 
 
-def test_a_frame_that_fails_leaves_nothing_behind(monkeypatch):
+@pytest.mark.parametrize('fails', [False, True])
+def test_a_frame_leaves_nothing_behind_in_the_work_space_even_if_it_fails(monkeypatch, fails):
     counter = FrameVoxelizer(SETTINGS)
     first = counter.count_and_trace(*seen())
 
     def fail(cells, *_):
         raise ZeroDivisionError
 
-    with monkeypatch.context() as patch:
-        patch.setattr(frame_voxels, 'mark_traversed_exits', fail)
-        with pytest.raises(ZeroDivisionError):
-            counter.count_and_trace(*seen())
+    with monkeypatch.context() as patch, pytest.raises(ZeroDivisionError) if fails else nullcontext():
+        if fails:
+            patch.setattr(frame_voxels, 'mark_traversed_exits', fail)
+        counter.count_and_trace(*seen() if fails else seen(1.0, -0.8, 0.4, 1.5))
     again = counter.count_and_trace(*seen())
-    assert (first.counts == again.counts).all()
-    assert (first.traversed == again.traversed).all()
+    for name in ('cells', 'counts', 'traversed'):
+        assert (getattr(first, name) == getattr(again, name)).all()
 
 
 def test_single_points_far_behind_free_nothing():

@@ -33,8 +33,6 @@ def test_parts_that_are_refreshed_equal_the_whole():
         np.testing.assert_array_equal(changed, before != costmap.blocked)
     fresh = InflatedCostmap(0.35, 0.8)
     fresh.cover(global_map, [(-3.0, -3.0), (12.0, 9.0)])
-    for place in ((-3.0, -3.0), (12.0, 9.0), (4.4, 2.2)):
-        assert costmap.clearance_at(place) == pytest.approx(fresh.clearance_at(place))
     xy = rng.uniform((-3.0, -3.0), (12.0, 9.0), (2000, 2))
     np.testing.assert_allclose(costmap.clearance_at(xy), fresh.clearance_at(xy), atol=1e-6)
 
@@ -52,31 +50,22 @@ def test_the_costmap_grows_only_when_it_must_and_leaves_room_around():
 
 
 def test_a_costmap_beyond_all_memory_is_rejected():
-    global_map = GlobalMap(0.1, 1_000_000)
-    costmap = InflatedCostmap(0.3, 0.6)
-    with pytest.raises(DrivingError, match='give a nearer goal or a larger resolution'):
-        costmap.cover(global_map, [(0.0, 0.0), (1e5, 1e5)])
-    with pytest.raises(DrivingError, match='cells_max is 1000000'):
-        costmap.cover(global_map, [(0.5, 0.5), (102.0, 102.0)])
+    global_map, costmap = GlobalMap(0.1, 1_000_000), InflatedCostmap(0.3, 0.6)
+    for goal, words in ((1e5, 'give a nearer goal or a larger resolution'), (102.0, 'cells_max is 1000000')):
+        with pytest.raises(DrivingError, match=words):
+            costmap.cover(global_map, [(0.5, 0.5), (goal, goal)])
     assert costmap.cover(global_map, [(0.5, 0.5), (95.0, 95.0)])
 
 
 def test_a_costmap_that_grows_keeps_what_it_covered():
-    global_map = GlobalMap(0.1, 1_000_000)
-    costmap = InflatedCostmap(0.3, 0.6)
+    global_map, costmap = GlobalMap(0.1, 1_000_000), InflatedCostmap(0.3, 0.6)
     costmap.cover(global_map, [(0.0, 0.0), (20.0, 3.0)])
     before = costmap.frame
     assert costmap.cover(global_map, [(0.0, 0.0), (3.0, 20.0)])
     corners = before.centre_of([(0, 0), (before.rows - 1, before.columns - 1)])
     assert costmap.frame.contains(costmap.frame.cell_of(corners)).all()
     assert not costmap.cover(global_map, [(20.0, 3.0), (3.0, 20.0)])
-
-
-def test_a_costmap_drops_what_it_covered_rather_than_be_too_large():
-    global_map = GlobalMap(0.1, 1_000_000)
-    costmap = InflatedCostmap(0.3, 0.6)
-    costmap.cover(global_map, [(0.0, 0.0)])
-    assert costmap.cover(global_map, [(5e4, 5e4)])
+    assert costmap.cover(global_map, [(5e4, 5e4)])  # too large with what it covered: drops that
     assert costmap.clearance_at((5e4, 5e4)) == pytest.approx(0.6)
     assert costmap.frame.rows * costmap.frame.columns <= global_map.cells_max
 

@@ -58,16 +58,12 @@ def test_a_diagonal_gives_what_its_rows_and_columns_lead_to(turns: tuple[int, in
     for begin in np.argwhere(~BLOCKED)[::11].tolist():
         row, column = begin
         expected = []
-        while not (
-            around(row + down, column) or around(row, column + right) or around(row + down, column + right)
-        ):
+        while not any(around(row + a, column + b) for a, b in ((down, 0), (0, right), (down, right))):
             row, column = row + down, column + right
             if (row, column) == GOAL:
                 expected.append(GOAL)
                 break
-            expected += [
-                place for place in (walk(row, column, 0, right), walk(row, column, down, 0)) if place
-            ]
+            expected += filter(None, (walk(row, column, 0, right), walk(row, column, down, 0)))
         count = jump_diagonally(GRID, *begin, turns, GOAL, found, 0)
         assert sorted(map(tuple, found[:count].tolist())) == sorted(expected)
 
@@ -88,7 +84,6 @@ def test_past_the_end_of_a_wall_the_way_turns_behind_it() -> None:
     behind = (7, 3)
     count = successors_of_start(grid, 5, 2, behind, FOUND)
     assert [5, 10] in FOUND[:count].tolist()
-    count = successors(grid, 5, 10, (5, 2), behind, FOUND)
-    assert [7, 10] in FOUND[:count].tolist()
-    count = successors(grid, 7, 10, (5, 10), behind, FOUND)
-    assert list(behind) in FOUND[:count].tolist()
+    for cell, parent, then in (((5, 10), (5, 2), [7, 10]), ((7, 10), (5, 10), list(behind))):
+        count = successors(grid, *cell, parent, behind, FOUND)
+        assert then in FOUND[:count].tolist()

@@ -45,27 +45,21 @@ def test_nonsense_is_refused_in_one_line(text, words):
     assert '\n' not in str(refusal.value)
 
 
-def test_slow_never_makes_faster_and_no_lamp_exceeds_the_limit():
+def test_slow_never_makes_faster_no_lamp_exceeds_the_limit_and_stop_holds_until_resume():
     state = LightCommandState(0.5)
-    for operation, value, speed in (
-        ('slow', 0.2, 0.2),
-        ('slow', 0.4, 0.2),
-        ('speed_up', 0.3, 0.3),
-        ('speed_up', 9.0, 0.5),
-        ('slow', 0.1, 0.1),
-        ('resume', 0.0, 0.5),
+    for operation, value, speed, is_stopped in (
+        ('slow', 0.2, 0.2, False),
+        ('slow', 0.4, 0.2, False),
+        ('speed_up', 0.3, 0.3, False),
+        ('speed_up', 9.0, 0.5, False),
+        ('slow', 0.1, 0.1, False),
+        ('resume', 0.0, 0.5, False),
+        ('stop', 0.0, 0.5, True),
+        ('speed_up', 0.3, 0.3, True),
+        ('resume', 0.0, 0.5, False),
     ):
         state.apply_command(LightCommand(operation, value))
-        assert state.speed_limit == speed
-
-
-def test_stop_holds_until_resume():
-    state = LightCommandState(0.5)
-    state.apply_command(LightCommand('stop', 0.0))
-    state.apply_command(LightCommand('speed_up', 0.3))
-    assert state.is_stopped
-    state.apply_command(LightCommand('resume', 0.0))
-    assert not state.is_stopped
+        assert (state.speed_limit, state.is_stopped) == (speed, is_stopped)
 
 
 @pytest.mark.parametrize('angle', [0.5 * math.pi, -1.5 * math.pi, math.tau])
@@ -78,16 +72,12 @@ def test_a_turn_counts_down_the_way_it_was_asked_for(angle):
         assert state.remaining_turn == pytest.approx(angle * (1.0 - 0.1 * k), abs=1e-9)
 
 
-def test_turns_add_up_to_a_whole_turn_at_most():
+def test_turns_add_up_to_a_whole_turn_at_most_and_a_jump_of_the_poses_cancels_them():
     state = LightCommandState(0.5)
+    state.update_heading(0.0)
     for _ in range(3):
         state.apply_command(LightCommand('turn', math.tau))
     assert state.remaining_turn == math.tau
-
-
-def test_after_a_jump_of_the_poses_the_heading_is_reset():
-    state = LightCommandState(0.5)
-    state.update_heading(0.0)
     state.cancel_turn()
     state.apply_command(LightCommand('turn', 1.0))
     state.update_heading(2.0)

@@ -93,28 +93,6 @@ def test_a_robot_with_a_depth_camera_gets_through_a_room_and_hits_nothing(name):
     assert drive.gap > 0.0
 
 
-def test_frames_without_poses_are_dropped_and_the_robot_does_not_move():
-    drive = RoomDrive(())
-    navigator = drive.navigator
-    navigator.controller.set_goal(SE2(5.0, 0.0, 0.0))
-    for k in range(10):
-        navigator.add_frame(0.1 * k, 0.1 * k, SensorFrame(drive.points(), CAMERA.fx))
-        assert navigator.process_frames(0.1 * k) == []
-    assert navigator.message_filter.dropped[DropReason.POSE_LATE] > 0
-    assert navigator.controller.step(1.0).state is DriveState.LOST
-
-
-def test_a_frame_of_nan_is_reported_and_changes_nothing():
-    drive = RoomDrive(())
-    navigator = drive.navigator
-    navigator.add_pose(1.0, drive.pose)
-    navigator.add_frame(1.0, 1.0, SensorFrame(np.full((9, 3), np.nan, dtype=np.float32), CAMERA.fx))
-    with pytest.raises(RewardPlannerError, match='no finite point'):
-        navigator.process_frames(1.0)
-    navigator.controller.set_goal(SE2(5.0, 0.0, 0.0))
-    assert navigator.controller.step(1.0).state is DriveState.MAP_STALE
-
-
 NEAR_POINTS = np.tile(np.array([[0.0, 0.0, 0.1]], dtype=np.float32), (CAMERA.width * CAMERA.height, 1))
 
 
@@ -124,12 +102,13 @@ def test_a_robot_whose_camera_is_covered_stops_and_hits_nothing(hidden):
     drive.navigator.controller.set_goal(SE2(5.0, -1.5, 0.0))
     for _ in range(12):
         drive.tick()
-    see = drive.points
+    see, before = drive.points, drive.navigator.mapper.map.occupancy()[1]
     count = int(hidden * len(NEAR_POINTS))
     drive.points = lambda: np.concatenate([NEAR_POINTS[:count], see()[count:]])
     for _ in range(60):
         with pytest.raises(RewardPlannerError, match='nothing covers the camera'):
             drive.tick()
+    np.testing.assert_array_equal(drive.navigator.mapper.map.occupancy()[1], before)
     assert drive.drive.state is DriveState.MAP_STALE
     stood = drive.pose
     with pytest.raises(RewardPlannerError):
@@ -145,29 +124,6 @@ def test_a_wall_close_ahead_does_not_blind_a_robot_that_sees_past_it():
     drive.navigator.add_pose(1.0, drive.pose)
     drive.navigator.add_frame(1.0, 1.0, SensorFrame(points, CAMERA.fx))
     assert len(drive.navigator.process_frames(1.0)) == 1
-
-
-def test_a_blind_frame_changes_nothing_in_the_map():
-    drive = RoomDrive(ROOMS['box'])
-    for _ in range(5):
-        drive.tick()
-    before = drive.navigator.mapper.map.occupancy()[1]
-    drive.points = lambda: NEAR_POINTS
-    for _ in range(5):
-        with pytest.raises(RewardPlannerError, match='nearer than range_min'):
-            drive.tick()
-    np.testing.assert_array_equal(drive.navigator.mapper.map.occupancy()[1], before)
-
-
-def test_poses_that_jump_are_rejected_and_the_robot_stops():
-    drive = RoomDrive(())
-    drive.navigator.controller.set_goal(SE2(5.0, 0.0, 0.0))
-    for _ in range(20):
-        drive.tick()
-    now = drive.robot.time
-    assert drive.navigator.add_pose(now, SE2(4.0, 2.0, 1.0)) is PoseStatus.JUMPED
-    assert drive.navigator.controller.step(now).state is DriveState.LOST
-    assert drive.navigator.add_pose(now + 0.1, drive.pose) is PoseStatus.ACCEPTED
 
 
 def test_when_time_jumps_back_goal_and_frames_are_forgotten():
@@ -204,21 +160,15 @@ def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     navigator.set_goal(SE2(40.0, 0.0, 0.0))
 
 
-@pytest.mark.parametrize(('rows', 'columns'), [(998, 998), (2000, 600), (40, 30_000)])
-def test_a_known_map_for_which_there_is_no_room_is_refused(rows, columns):
+@pytest.mark.parametrize(('rows', 'columns'), [(998, 998), (2000, 600), (40, 30_000), (830, 830)])
+def test_a_known_map_for_which_there_is_no_room_is_refused_and_on_the_largest_routes_are_found(rows, columns):
     settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
     known = OccupancyMap(GridFrame(0.0, 0.0, 0.1, columns, rows), np.zeros((rows, columns), dtype=np.int8))
-    with pytest.raises(
-        RewardPlannerError, match=f'{columns} x {rows} cells.*cells_max 1000000; raise'
-    ) as refusal:
-        Navigator(MOUNT, settings).set_static_map(known)
-    assert '\n' not in str(refusal.value)
-
-
-def test_on_the_largest_known_map_routes_are_found():
-    settings = NavigatorSettings(VoxelSettings(resolution=0.1), MappingSettings(cells_max=1_000_000))
     navigator = Navigator(MOUNT, settings)
-    navigator.set_static_map(
-        OccupancyMap(GridFrame(0.0, 0.0, 0.1, 830, 830), np.zeros((830, 830), dtype=np.int8))
-    )
-    assert len(navigator.route_between(SE2(0.0, 0.0, 0.0), SE2(82.9, 82.9, 0.0), 0.0)) > 800
+    if rows == 830:
+        navigator.set_static_map(known)
+        assert len(navigator.route_between(SE2(0.0, 0.0, 0.0), SE2(82.9, 82.9, 0.0), 0.0)) > 800
+        return
+    with pytest.raises(RewardPlannerError, match=f'{columns} x {rows} cells.*cells_max 1000000; raise') as e:
+        navigator.set_static_map(known)
+    assert '\n' not in str(e.value)

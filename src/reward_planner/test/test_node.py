@@ -56,15 +56,6 @@ def test_the_local_map_bears_the_time_of_its_frame(graph):
     assert maps[0].header.frame_id == 'map'
 
 
-def test_without_drive_a_plan_is_made_and_nothing_is_driven(graph):
-    robot = Robot(graph)
-    plans = robot.listen(Path, '/reward_planner/plan')
-    robot.drive_to(AHEAD, 0.5)
-    assert graph.spin_until(lambda: len(plans) > 0)
-    assert robot.velocities == []
-    assert robot.robot.count_publishers('/cmd_vel') == 0
-
-
 def test_lamps_are_obeyed(graph):
     robot = Robot(graph, drive=True)
     robot.drive_to(AHEAD, 1.5)
@@ -79,14 +70,8 @@ def test_depth_images_are_mapped(graph):
     robot = Robot(graph, source='depth')
     info = CameraInfo(width=80, height=60, k=[60.0, 0.0, 39.5, 0.0, 60.0, 29.5, 0.0, 0.0, 1.0])
     depth = ROOM.depth_image(CAMERA, forward_camera(0.0, 0.0, 0.3, 0.0)).astype(np.float32)
-    image = Image(
-        header=robot.header('camera_optical_frame'),
-        width=80,
-        height=60,
-        encoding='32FC1',
-        step=320,
-        data=depth.tobytes(),
-    )
+    image = Image(width=80, height=60, encoding='32FC1', step=320, data=depth.tobytes())
+    image.header = robot.header('camera_optical_frame')
     robot.send('depth/image', image)
     assert robot.refusals('depth/image') == [
         'depth/image was received without a valid depth/camera_info; publish the calibration'
@@ -138,6 +123,8 @@ def test_each_goal_gets_its_plan_and_a_latecomer_the_newest(graph):
     late = robot.listen(Path, '/reward_planner/plan', map_profile())
     assert graph.spin_until(lambda: len(late) > 0)
     assert late[-1].poses[-1].pose.position.y == pytest.approx(goals[-1].y)
+    assert robot.velocities == []  # without drive nothing is driven
+    assert robot.robot.count_publishers('/cmd_vel') == 0
 
 
 def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):

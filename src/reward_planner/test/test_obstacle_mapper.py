@@ -35,6 +35,12 @@ def points_at(pose, room=ROOM):
     return points_from_depth(room.depth_image(CAMERA, T), CAMERA)
 
 
+def solid_cells(room, frame, settings=SETTINGS):
+    """The cells of a frame that solids of the room fill at the robot's heights."""
+    corner, heights = (frame.origin_x, frame.origin_y), (settings.height_min, settings.height_max)
+    return room.solid_cells(corner, frame.resolution, frame.shape, heights)
+
+
 def circle(count=72):
     """Poses on a circle around the box: once round looking at it, once looking out."""
     for k in range(2 * count):
@@ -47,23 +53,12 @@ def test_a_drive_maps_the_room():
     for k, pose in enumerate(circle()):
         mapper.add(0.1 * k, points_at(pose), pose, CAMERA.fx)
     frame, cells = mapper.map.occupancy()
-    corner = (frame.origin_x, frame.origin_y)
-    solid = ROOM.solid_cells(
-        corner, frame.resolution, frame.shape, (SETTINGS.height_min, SETTINGS.height_max)
-    )
+    solid = solid_cells(ROOM, frame)
     assert solid[cells == OCCUPIED].all()
     inside = minimum_filter(solid, 5)  # rays go to the centres of voxels: they may cut edges of solids
     assert not (cells[inside] == FREE).any()
-    for x, y in (
-        (0.55, 0.0),
-        (1.05, 0.0),
-        (0.75, -0.55),
-        (0.75, 0.55),
-        (3.05, 0.35),
-        (0.75, 2.55),
-        (-1.55, 1.75),
-    ):
-        assert cells[tuple(frame.cell_of((x, y)))] == OCCUPIED
+    faces = [(0.55, 0.0), (1.05, 0.0), (0.75, -0.55), (0.75, 0.55), (3.05, 0.35), (0.75, 2.55), (-1.55, 1.75)]
+    assert (cells[tuple(frame.cell_of(faces).T)] == OCCUPIED).all()
     assert (cells == FREE).sum() * frame.resolution**2 > 15.0
 
 
@@ -85,6 +80,9 @@ def test_the_same_ground_again_takes_no_memory():
             mapper.add(4.0 * lap + 0.1 * k, points_at(pose), pose, CAMERA.fx)
         sizes.append((mapper.map.bytes, mapper.voxels.tiles.bytes, len(mapper.voxels.tiles)))
     assert sizes[0] == sizes[1] == sizes[2]
+    mapper.clear()
+    assert mapper.map.frame() is None
+    assert len(mapper.voxels.tiles) == 0
 
 
 BEFORE_THE_WALL = SE2(-1.9, 0.0, math.pi)
@@ -109,29 +107,25 @@ def test_time_alone_never_takes_an_obstacle_from_the_map(half_life):
     away = SE2(BEFORE_THE_WALL.x, BEFORE_THE_WALL.y, 0.0)
     look(mapper, ROOM, away, half_life * np.array([0.5, 1.0, 1.6, 2.5, 7.0, 30.0, 200.0]))
     assert cell(mapper, *WALL) == OCCUPIED
+    mapper.voxels.clear()  # nor that its voxels are given up
+    look(mapper, ROOM, away, half_life * 200.0 + 0.1 * np.arange(1, 6))
+    assert cell(mapper, *WALL) == OCCUPIED
 
 
 LOW_BOX = (2.2, -0.3, 0.0, 2.6, 0.3, 0.25)
 
 
-@pytest.mark.parametrize('frames', [1, 3, 30])
-def test_a_known_box_stays_when_it_is_seen_in_part_and_rays_pass_over_it(frames):
+@pytest.mark.parametrize(
+    ('x', 'boxes', 'frames', 'found'),
+    [(1.3, (), 30, FREE), *[(2.2, (LOW_BOX,), n, OCCUPIED) for n in (1, 3, 30)]],
+)
+def test_a_known_box_stays_when_rays_pass_over_it_and_is_found_free_when_it_is_gone(x, boxes, frames, found):
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    box = GridFrame(2.2, -0.3, 0.1, 4, 6)
+    box = GridFrame(x, -0.3, 0.1, 4, 6)
     known = np.full(box.shape, OCCUPIED, dtype=np.int8)
     mapper.map.write(LocalMap(box, known, known == OCCUPIED))
-    pose, room = SE2(0.0, 0.0, 0.0), BoxRoom(ROOM.size, (LOW_BOX,))
-    look(mapper, room, pose, 0.1 * np.arange(frames))
-    np.testing.assert_array_equal(mapper.map.occupancy_in(box), known)
-
-
-def test_a_known_box_that_is_gone_is_found_free():
-    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    box = GridFrame(1.3, -0.3, 0.1, 4, 6)
-    known = np.full(box.shape, OCCUPIED, dtype=np.int8)
-    mapper.map.write(LocalMap(box, known, known == OCCUPIED))
-    look(mapper, BoxRoom(ROOM.size, ()), SE2(0.0, 0.0, 0.0), 0.1 * np.arange(30))
-    np.testing.assert_array_equal(mapper.map.occupancy_in(box), FREE)
+    look(mapper, BoxRoom(ROOM.size, boxes), SE2(0.0, 0.0, 0.0), 0.1 * np.arange(frames))
+    np.testing.assert_array_equal(mapper.map.occupancy_in(box), found)
 
 
 def test_what_stood_close_to_the_robot_and_went_away_is_taken_back():
@@ -143,27 +137,11 @@ def test_what_stood_close_to_the_robot_and_went_away_is_taken_back():
     assert cell(mapper, 0.75, 0.0) == UNKNOWN  # from so near the camera does not see the floor there
 
 
-def test_an_obstacle_whose_voxels_were_given_up_stays():
-    mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
-    look(mapper, ROOM, BEFORE_THE_WALL, 0.1 * np.arange(5))
-    mapper.voxels.clear()
-    look(mapper, ROOM, SE2(-1.9, 0.0, 0.0), 1.0 + 0.1 * np.arange(5))
-    assert cell(mapper, *WALL) == OCCUPIED
-
-
 def test_a_pose_that_is_not_finite_is_refused_and_maps_nothing():
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())
     with pytest.raises(RewardPlannerError, match='not a rigid transform'):
         mapper.add(0.0, points_at(SE2(0.0, 0.0, 0.0)), SE2(math.nan, 0.0, 0.0), CAMERA.fx)
     assert mapper.map.frame() is None
-
-
-def test_a_cleared_mapper_knows_nothing():
-    mapper, pose = ObstacleMapper(MOUNT, SETTINGS, MappingSettings()), SE2(-2.0, 0.0, 0.0)
-    mapper.add(0.0, points_at(pose), pose, CAMERA.fx)
-    mapper.clear()
-    assert mapper.map.frame() is None
-    assert len(mapper.voxels.tiles) == 0
 
 
 WIDE_CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
@@ -180,12 +158,7 @@ def project(boxes, settings=SETTINGS, yaw=0.0, frames=5):
     for k in range(frames):
         seen = voxels.add(0.1 * k, points, view)
     local = project_voxels(voxels, view, GlobalMap(settings.resolution, 1_000_000), seen)
-    frame = local.frame
-    corner = (frame.origin_x, frame.origin_y)
-    solid = room.solid_cells(
-        corner, frame.resolution, frame.shape, (settings.height_min, settings.height_max)
-    )
-    return local, solid
+    return local, solid_cells(room, local.frame, settings)
 
 
 def occupancy_at(local, x, y):
@@ -195,8 +168,7 @@ def occupancy_at(local, x, y):
 
 @pytest.mark.parametrize('rule', ['count', 'range_normalised', 'log_odds'])
 def test_only_solid_cells_are_occupied(rule):
-    settings = VoxelSettings(rule=rule, resolution=0.1, range_max=3.0)
-    local, solid = project((BOX, OVERHANG), settings)
+    local, solid = project((BOX, OVERHANG), replace(SETTINGS, rule=rule))
     assert solid[local.occupancy == OCCUPIED].all()
     assert (local.occupancy == OCCUPIED).sum() >= 5
     np.testing.assert_array_equal(local.observed, local.occupancy != UNKNOWN)
@@ -207,26 +179,20 @@ def test_the_face_of_a_box_is_occupied_and_the_floor_before_it_free():
     for y in (0.35, 0.45, 0.55, 0.65):
         assert occupancy_at(local, 1.55, y) == OCCUPIED
         assert occupancy_at(local, 1.25, y) == FREE
+    # Rows go along y, columns along x.
+    centres = local.frame.centre_of(np.argwhere(local.occupancy == OCCUPIED))
+    assert centres[:, 0].min() == pytest.approx(1.55)
+    assert (centres[:, 1] > 0.2).all()
     # Rays go to the centres of voxels: they may cut the edge of a solid, never its inside.
     inside = minimum_filter(solid, 3)
     assert inside.sum() > 100
     assert not inside[local.occupancy == FREE].any()
 
 
-def test_rows_go_along_y_and_columns_along_x():
-    local, _ = project((BOX,))
-    rows, columns = np.nonzero(local.occupancy == OCCUPIED)
-    centres = local.frame.centre_of(np.column_stack([rows, columns]))
-    assert centres[:, 0].min() == pytest.approx(1.55)
-    assert (centres[:, 1] > 0.2).all()
-
-
-def test_an_overhang_counts_only_if_the_robot_could_hit_it():
-    tall, _ = project((OVERHANG,))
-    low_robot = VoxelSettings(resolution=0.1, range_max=3.0, height_max=0.8)
-    low, _ = project((OVERHANG,), low_robot)
-    assert occupancy_at(tall, 1.55, -0.5) == OCCUPIED
-    assert occupancy_at(low, 1.55, -0.5) == FREE
+@pytest.mark.parametrize(('height_max', 'found'), [(SETTINGS.height_max, OCCUPIED), (0.8, FREE)])
+def test_an_overhang_counts_only_if_the_robot_could_hit_it(height_max, found):
+    local, _ = project((OVERHANG,), replace(SETTINGS, height_max=height_max))
+    assert occupancy_at(local, 1.55, -0.5) == found
 
 
 def test_cells_behind_a_high_box_stay_unknown():
@@ -235,12 +201,11 @@ def test_cells_behind_a_high_box_stay_unknown():
     assert not local.observed[tuple(local.frame.cell_of((2.5, 0.0)))]
 
 
-def test_one_hit_is_no_obstacle_yet():
-    local, _ = project((BOX,), frames=1)
-    assert occupancy_at(local, 1.55, 0.5) == UNKNOWN
-    assert not local.observed[tuple(local.frame.cell_of((1.55, 0.5)))]
-    local, _ = project((BOX,), frames=2)
-    assert occupancy_at(local, 1.55, 0.5) == OCCUPIED
+@pytest.mark.parametrize(('frames', 'found'), [(1, UNKNOWN), (2, OCCUPIED)])
+def test_one_hit_is_no_obstacle_yet(frames, found):
+    local, _ = project((BOX,), frames=frames)
+    assert occupancy_at(local, 1.55, 0.5) == found
+    assert local.observed[tuple(local.frame.cell_of((1.55, 0.5)))] == (found == OCCUPIED)
 
 
 def test_the_map_turns_with_the_view():
@@ -260,7 +225,6 @@ def test_the_map_turns_with_the_view():
     ],
 )
 def test_at_the_limits_of_the_rule_there_are_still_obstacles_and_free_cells(rule):
-    settings = VoxelSettings(resolution=0.1, range_max=3.0, **rule)
-    local, _ = project((BOX,), settings, frames=20)
+    local, _ = project((BOX,), replace(SETTINGS, **rule), frames=20)
     assert occupancy_at(local, 1.55, 0.5) == OCCUPIED
     assert occupancy_at(local, 1.25, 0.5) == FREE

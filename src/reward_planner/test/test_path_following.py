@@ -115,9 +115,6 @@ def test_less_room_means_less_speed_but_never_none():
     assert (np.diff(speeds) >= 0.0).all()
     assert speeds[0] > 0.0
     assert speeds[-1] == SETTINGS.max_linear_velocity
-
-
-def test_no_robot_is_fast_close_to_obstacles():
     fast = replace(SETTINGS, max_linear_velocity=3.0)
     assert obstacle_speed_limit(-0.1, fast) == pytest.approx(0.1)
     assert obstacle_speed_limit(fast.slow_distance, fast) == 3.0

@@ -51,8 +51,5 @@ def test_reachable_is_what_a_search_reaches():
         assert is_reachable(blocked, start, goal) == is_there
         told[is_there] += 1
     assert min(told.values()) > 30
-
-
-def test_no_way_leads_between_two_corners_that_touch():
-    blocked = np.array([[False, True], [True, False]])
-    assert not is_reachable(blocked, (0, 0), (1, 1))
+    touching = np.array([[False, True], [True, False]])
+    assert not is_reachable(touching, (0, 0), (1, 1))

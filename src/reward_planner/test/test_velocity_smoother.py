@@ -18,9 +18,7 @@ def speeds(ramp, wanted, seconds=4.0):
 
 def test_speed_acceleration_and_jerk_stay_within_limits():
     ramp = VelocitySmoother(SETTINGS)
-    way = np.concatenate(
-        [speeds(ramp, Velocity(9.0)), speeds(ramp, Velocity(-0.2)), speeds(ramp, Velocity())]
-    )
+    way = np.concatenate([speeds(ramp, Velocity(wanted)) for wanted in (9.0, -0.2, 0.0)])
     accelerations = np.diff(way, prepend=0.0) / STEP
     assert way.max() == pytest.approx(SETTINGS.max_linear_velocity)
     assert np.abs(accelerations).max() <= SETTINGS.max_linear_acceleration + 1e-9

@@ -123,38 +123,26 @@ def test_nothing_is_lost_when_time_jumps_back():
     assert value_at(voxels, seen()[1], 1.55, 0.0, 0.5) == pytest.approx(2.0 * before)
     voxels.add(1.0, *seen())
     assert value_at(voxels, seen()[1], 1.55, 0.0, 0.5) == pytest.approx(3.0 * before)
-
-
-def test_what_is_no_longer_seen_fades_also_after_time_jumped_back():
     voxels = VoxelMap(VoxelSettings(resolution=0.1, range_max=3.0, half_life=10.0))
     voxels.add(1e6, *seen())
-    before = value_at(voxels, seen()[1], 1.55, 0.0, 0.5)
-    voxels.add(0.0, *seen(yaw=math.pi))
-    voxels.add(10.0, *seen(yaw=math.pi))
+    for stamp in (0.0, 10.0):  # what is no longer seen still fades
+        voxels.add(stamp, *seen(yaw=math.pi))
     assert value_at(voxels, seen()[1], 1.55, 0.0, 0.5) == pytest.approx(0.5 * before)
 
 
-def test_a_frame_without_points_changes_nothing():
+def test_a_frame_without_points_or_a_finite_stamp_changes_nothing_and_a_cleared_map_is_empty():
     voxels = VoxelMap(SETTINGS)
     points, view = seen()
     voxels.add(0.0, points, view)
     before = dense_values(voxels, view).copy()
     voxels.add(0.1, np.empty((0, 3)), view)
     voxels.add(0.2, np.full((50, 3), np.nan), view)
-    assert (dense_values(voxels, view) == before).all()
-
-
-def test_a_stamp_that_is_not_finite_is_refused():
     with pytest.raises(RewardPlannerError, match='stamp'):
-        VoxelMap(SETTINGS).add(math.nan, *seen())
-
-
-def test_a_cleared_map_is_empty():
-    voxels = VoxelMap(SETTINGS)
-    voxels.add(0.0, *seen())
+        voxels.add(math.nan, points, view)
+    assert (dense_values(voxels, view) == before).all()
     voxels.clear()
     assert len(voxels.tiles) == 0
-    assert not dense_values(voxels, seen()[1]).any()
+    assert not dense_values(voxels, view).any()
 
 
 WIDE_CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
@@ -174,35 +162,24 @@ def voxels_of_poles():
     return frame, depth, full
 
 
-def test_the_printed_value_loses_far_voxels_that_are_as_full_as_near_ones():
+def test_the_printed_value_loses_far_voxels_and_the_normalised_value_keeps_them():
     frame, depth, full = voxels_of_poles()
     kept = counts_over_maximum(frame.counts) >= POLE_SETTINGS.value_min
     near, far = full & (depth < 1.5), full & (depth > 2.5) & (depth < 4.0)
-    assert near.sum() > 5
-    assert far.sum() > 5
+    assert min(near.sum(), far.sum()) > 5
     assert kept[near].mean() > 0.9
     assert kept[far].mean() < 0.1
-
-
-def test_the_normalised_value_keeps_near_and_far_voxels():
-    frame, depth, full = voxels_of_poles()
     kept = counts_over_expected(frame.counts, frame.expected) >= POLE_SETTINGS.value_min
-    assert kept[full & (depth < 1.5)].all()
-    assert kept[full & (depth > 2.5)].all()
+    assert kept[full & ((depth < 1.5) | (depth > 2.5))].all()
 
 
-def test_values_are_between_0_and_1():
+def test_values_are_between_0_and_1_and_one_odd_voxel_does_not_rule_over_the_others():
     counts = np.array([1, 5, 80, 1000], dtype=np.int32)
-    for values in (
-        counts_over_maximum(counts),
-        counts_over_expected(counts, np.array([0.0, 10.0, 80.0, 9.0])),
-    ):
+    expected = np.array([0.0, 10.0, 80.0, 9.0])
+    for values in (counts_over_maximum(counts), counts_over_expected(counts, expected)):
         assert (values > 0.0).all()
         assert (values <= 1.0).all()
     assert len(counts_over_maximum(np.empty(0, dtype=np.int32))) == 0
-
-
-def test_one_odd_voxel_does_not_rule_over_the_others():
     counts = np.full(1000, 50, dtype=np.int32)
     counts[3] = 100_000
     assert counts_over_maximum(counts).min() == 1.0
