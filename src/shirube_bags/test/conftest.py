@@ -96,6 +96,13 @@ class Ros:
         self.nodes.append(node)
         return node
 
+    def spin_until(self, condition):
+        for _ in range(500):
+            if condition():
+                return
+            self.executor.spin_once(timeout_sec=0.02)
+        pytest.fail('nothing came')
+
     def close(self):
         self.executor.shutdown()
         for node in self.nodes:
@@ -110,11 +117,9 @@ def start_command(domain, tmp_path):
 
     def start(name, *arguments):
         command = [sys.executable, '-m', f'shirube_bags.commands.{name}', *map(str, arguments)]
-        process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
-        )
-        processes.append(process)
-        return process
+        pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
+        processes.append(subprocess.Popen(command, cwd=tmp_path, **pipes))
+        return processes[-1]
 
     yield start
     for process in processes:
@@ -146,9 +151,7 @@ class Listener:
     def __init__(self, ros, name, qos, work=0.0):
         node = ros.node(name, parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
         node.create_subscription(Image, 'image_raw', self.note, qos)
-        node.create_subscription(
-            Clock, '/clock', lambda tick: self.ticks.append(nanoseconds(tick.clock)), 100
-        )
+        node.create_subscription(Clock, '/clock', self.note_tick, 100)
         self.node, self.work, self.executor = node, work, ros.executor
         self.images, self.clock, self.ticks = [], [], []
 
@@ -156,6 +159,9 @@ class Listener:
         self.images.append(image)
         self.clock.append(self.node.get_clock().now().nanoseconds)
         time.sleep(self.work)
+
+    def note_tick(self, tick):
+        self.ticks.append(nanoseconds(tick.clock))
 
     def spin_while_running(self, process):
         while process.poll() is None:

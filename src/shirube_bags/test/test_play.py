@@ -60,9 +60,8 @@ def test_lock_step_waits_for_a_slow_node_in_another_process(listen, start_comman
 def test_large_images_arrive_without_a_loss(listen, start_command, tmp_path, messages):
     with BagWriter(tmp_path / 'bag') as bag:
         for index in range(1, 21):
-            bag.write(
-                '/image_raw', 'sensor_msgs/msg/Image', messages.image(index, side=1100), index * 33_000_000
-            )
+            image = messages.image(index, side=1100)
+            bag.write('/image_raw', 'sensor_msgs/msg/Image', image, index * 33_000_000)
     listener = listen('listener', qos_profile_sensor_data)
     process = start_command('play', tmp_path / 'bag')
     listener.spin_while_running(process)
