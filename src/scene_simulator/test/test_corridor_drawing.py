@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.corridor.drawing import ADVANCE, Drawing, circle, text_strokes
-from scene_simulator.corridor.shapes import Paint, facing_wall, rectangle_corners
+from scene_simulator.corridor.shapes import Paint, facing_wall
 from scene_simulator.floor.marks import polygon_areas
 
 LETTERS = '0123456789ABCDEFGHIKLMNOPRSTUVWXY'
@@ -22,10 +22,8 @@ def test_every_letter_is_in_its_box_and_two_pairs_are_twins() -> None:
         assert points[:, 1].max() == 1.0
         assert all(len(stroke) > 1 for stroke in strokes)
         assert all((np.abs(np.diff(stroke, axis=0)).max(axis=1) > 0.0).all() for stroke in strokes)
-    twins = [
-        pair for pair in itertools.combinations(LETTERS, 2) if str(drawn[pair[0]]) == str(drawn[pair[1]])
-    ]
-    assert twins == [('0', 'O'), ('5', 'S')]
+    pairs = itertools.combinations(LETTERS, 2)
+    assert [(a, b) for a, b in pairs if str(drawn[a]) == str(drawn[b])] == [('0', 'O'), ('5', 'S')]
 
 
 def test_letters_advance_and_a_blank_stays_blank() -> None:
@@ -43,11 +41,6 @@ def test_a_circle_has_the_area_of_the_circle_and_hardly_leaves_it(radius: float)
     ends = np.hypot(*outline.T)
     middles = np.hypot(*(0.5 * (outline + np.roll(outline, 1, axis=0))).T)
     assert np.abs(np.concatenate([ends, middles]) - radius).max() < 1.1e-5
-
-
-def test_corners_go_round_from_the_upper_left() -> None:
-    corners = rectangle_corners((1.0, 2.0), (3.0, 5.0))
-    np.testing.assert_array_equal(corners, [(1.0, 5.0), (3.0, 5.0), (3.0, 2.0), (1.0, 2.0)])
 
 
 def test_a_stroke_covers_its_line_and_half_its_width_around() -> None:

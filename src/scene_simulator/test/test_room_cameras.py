@@ -36,9 +36,8 @@ WALL = BoxRoom((-1.0, -5.0, -3.0, 2.62, 5.0, 4.0))
 
 
 def taken(y=0.0, z=0.6, noise=0.0, seed=0):
-    return render_picture(
-        WALL, SMALL_CAMERA, forward_camera(0.0, y, z, 0.0), noise, np.random.default_rng(seed)
-    )
+    camera = forward_camera(0.0, y, z, 0.0)
+    return render_picture(WALL, SMALL_CAMERA, camera, noise, np.random.default_rng(seed))
 
 
 def test_a_wall_moves_by_the_disparity_when_the_camera_moves():
