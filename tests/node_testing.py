@@ -1,11 +1,11 @@
-"""Nodes within the process of a test: an isolated ROS graph, main functions that fail to start, beginnings of bags."""
+"""Nodes within the process of a test: an isolated ROS graph, main functions that fail to start, bags for them."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
@@ -13,13 +13,19 @@ from typing import TypeVar
 
 import rclpy
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
+from shirube_bags.lockstep import RESPONSE_TIMEOUT, Lockstep
+from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.free_domain import free_domain
+from shirube_core.geometry import SE2
 from shirube_ros.node import node_executor
+from shirube_ros.pose_conversion import planar_pose
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -29,7 +35,7 @@ class IsolatedGraph:
 
     def __init__(self, context: Context) -> None:
         self.context = context
-        self._executor = node_executor(context)
+        self.executor = node_executor(context)
         self._nodes: list[Node] = []
 
     def add(self, create_node: Callable[..., AnyNode], **parameters: object) -> AnyNode:
@@ -42,7 +48,7 @@ class IsolatedGraph:
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         node = create_node(context=self.context, parameter_overrides=overrides)
         self._nodes.append(node)
-        self._executor.add_node(node)
+        self.executor.add_node(node)
         return node
 
     def spin_until(self, is_done: Callable[[], bool], timeout: float = 10.0) -> bool:
@@ -51,12 +57,12 @@ class IsolatedGraph:
         while not is_done():
             if monotonic() > end:
                 return False
-            self._executor.spin_once(timeout_sec=0.05)
+            self.executor.spin_once(timeout_sec=0.05)
         return True
 
     def close(self) -> None:
         """Destroy the nodes."""
-        self._executor.shutdown()
+        self.executor.shutdown()
         for node in self._nodes:
             node.destroy_node()
 
@@ -95,6 +101,37 @@ def run_in_process(main: Callable[[], int], *arguments: str) -> int:
         sys.argv = given
         for number, handler in handlers.items():
             signal.signal(number, handler)
+
+
+def replay_in_lockstep(
+    bag: BagReader,
+    node: Node,
+    executor: Executor,
+    topics: Sequence[str] = (),
+    timeout: float = RESPONSE_TIMEOUT,
+) -> int:
+    """Replay topics of an open bag, all if empty, in lockstep and return the number of messages.
+
+    Args:
+        bag: bag to be replayed.
+        node: node of the player.
+        executor: executor of the player's node and of all nodes under test.
+        topics: topics to be replayed.
+        timeout: timeout of one message [s].
+    """
+    player = BagPlayer(node, [bag.topics[topic] for topic in bag.select_topics(topics)])
+    lockstep = Lockstep(player, node, executor, timeout)
+    lockstep.wait(player.topics)
+    messages = list(bag.messages(player.topics))
+    for message in messages:
+        lockstep.publish(message)
+    return len(messages)
+
+
+def poses_in(bag: BagReader, topic: str) -> dict[int, SE2]:
+    """Return the poses of a topic by their stamps [ns]."""
+    messages = bag.messages([topic])
+    return {header_stamp(raw.raw): planar_pose(bag.decode(raw).pose, topic) for raw in messages}
 
 
 def first_seconds(path: Path, seconds: float, source: Path) -> Path:

@@ -7,12 +7,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from node_testing import poses_in
 
 from scene_simulator.commands.floor import DIRTY_FRACTION
 from scene_simulator.commands.recording import START_NS
 from scene_simulator.floor.demo_scene import DemoScene
 from shirube_bags.bag_reader import BagReader
-from shirube_core.geometry import yaw_from_quaternion
 
 BAG = Path(__file__).parents[1] / 'bags' / 'floor_drive'
 SCENE = DemoScene()
@@ -24,11 +24,9 @@ def test_the_bag_is_small() -> None:
 
 def test_the_truth_of_the_bag_is_the_drive_of_the_scene() -> None:
     with BagReader(BAG) as bag:
-        for message in bag.messages(['/ground_truth']):
-            pose, true = bag.decode(message).pose, SCENE.pose_at((message.stamp_ns - START_NS) / 1e9)
-            turn = pose.orientation
-            yaw = yaw_from_quaternion(turn.x, turn.y, turn.z, turn.w)
-            assert (pose.position.x, pose.position.y, yaw) == pytest.approx((true.x, true.y, true.yaw))
+        for stamp, pose in poses_in(bag, '/ground_truth').items():
+            true = SCENE.pose_at((stamp - START_NS) / 1e9)
+            assert (pose.x, pose.y, pose.yaw) == pytest.approx((true.x, true.y, true.yaw))
 
 
 def test_pictures_and_marks_of_the_bag_are_those_of_the_scene() -> None:
