@@ -66,8 +66,7 @@ def fuse(bag: BagReader, shift: SE2 | None = None) -> dict[int, SE2]:
     return poses
 
 
-def test_the_bag_is_small_and_holds_poses_odometry_grids_and_commands() -> None:
-    assert sum(file.stat().st_size for file in BAG.iterdir()) <= 25_000_000
+def test_the_bag_holds_poses_odometry_grids_and_commands() -> None:
     with BagReader(BAG) as bag:
         counts = {name: topic.message_count for name, topic in bag.topics.items()}
         stamps = [message.stamp_ns for message in bag.messages(list(bag.topics))]

@@ -54,10 +54,6 @@ def score(bench: ModuleType, bag: Any, run: Any) -> Any:
     return bench.score(run.occupancy, bag.truth, bench.seen_cells(bag, bag.truth, SCENE), SCENE)
 
 
-def test_the_bag_is_small(bench: ModuleType) -> None:
-    assert sum(file.stat().st_size for file in bench.BAG.iterdir()) < 6_000_000
-
-
 def test_truth_pictures_and_calibration_are_those_of_the_scene(bag: Any) -> None:
     cells, corner = true_map(SCENE)
     np.testing.assert_array_equal(bag.truth.occupancy, cells)
