@@ -8,9 +8,10 @@ BASE = DiffDriveKinematics(DriveSettings())
 
 
 @pytest.mark.parametrize('velocity', [Velocity(0.3, 0.0), Velocity(0.0, 1.2), Velocity(-0.2, -0.7)])
-def test_wheels_and_velocities_are_inverse(velocity):
-    back = BASE.to_velocity(*BASE.to_wheel_ticks(velocity))
-    assert (back.forward, back.turn_rate) == pytest.approx((velocity.forward, velocity.turn_rate))
+def test_the_mean_of_the_wheels_drives_and_their_difference_turns(velocity):
+    left, right = (BASE.metres_per_tick / BASE.frame * ticks for ticks in BASE.to_wheel_ticks(velocity))
+    assert 0.5 * (left + right) == pytest.approx(velocity.forward)
+    assert right - left == pytest.approx(BASE.separation * velocity.turn_rate)
 
 
 def test_counterclockwise_turns_are_driven_by_the_right_wheel():

@@ -65,8 +65,3 @@ class DiffDriveKinematics:
         per_speed = self.frame / self.metres_per_tick
         turning = 0.5 * self.separation * velocity.turn_rate
         return per_speed * (velocity.forward - turning), per_speed * (velocity.forward + turning)
-
-    def to_velocity(self, left: float, right: float) -> Velocity:
-        """Return the velocity of wheel speeds [ticks per frame]; the inverse of `to_wheel_ticks`."""
-        per_tick = self.metres_per_tick / self.frame
-        return Velocity(0.5 * per_tick * (left + right), per_tick * (right - left) / self.separation)
