@@ -2,8 +2,7 @@ import math
 
 import numpy as np
 import pytest
-
-from scene_simulator.imaging.antialiased_shapes import coverage, ellipse_intervals, polygon_intervals
+from antialiased_shapes import coverage, ellipse_intervals, polygon_intervals
 
 SIZE = (60, 50)
 
