@@ -1,4 +1,4 @@
-"""A simulated robot that follows velocity commands within its acceleration limits, for closed-loop tests."""
+"""A simulated robot that follows velocity commands within its acceleration limits."""
 
 from __future__ import annotations
 

@@ -9,11 +9,11 @@ from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from simulated_robot import MotorLimits, SimulatedRobot
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
 from reward_planner.node import RewardPlannerNode
-from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.map_conversion import cloud_from_points
