@@ -5,17 +5,22 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import TypeVar
 
+import numpy as np
 import rclpy
+from numpy.typing import NDArray
 from rclpy.context import Context
 from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
 
 from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
@@ -126,6 +131,21 @@ def replay_in_lockstep(
     for message in messages:
         lockstep.publish(message)
     return len(messages)
+
+
+def cloud_from_points(points: NDArray[np.float32], header: Header) -> PointCloud2:
+    """Return points, shape (n, 3) [m], as an unorganized cloud (one row)."""
+    kind = PointField.FLOAT32
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(points),
+        fields=[PointField(name='xyz'[k], offset=4 * k, datatype=kind, count=1) for k in range(3)],
+        point_step=12,
+        row_step=12 * len(points),
+        data=array('B', np.asarray(points, '<f4').tobytes()),
+        is_dense=bool(np.isfinite(points).all()),
+    )
 
 
 def poses_in(bag: BagReader, topic: str) -> dict[int, SE2]:
