@@ -7,7 +7,7 @@ import signal
 import sys
 from array import array
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from time import monotonic
 from typing import TypeVar
@@ -56,6 +56,10 @@ class IsolatedGraph:
         self.executor.add_node(node)
         return node
 
+    def node(self, name: str, **options: object) -> Node:
+        """Create a plain node in this graph."""
+        return self.add(lambda **given: Node(name, **(given | options)))
+
     def spin_until(self, is_done: Callable[[], bool], timeout: float = 10.0) -> bool:
         """Spin until a condition is true; return False after ``timeout`` [s]."""
         end = monotonic() + timeout
@@ -73,12 +77,12 @@ class IsolatedGraph:
 
 
 @contextmanager
-def isolated_graph() -> Iterator[IsolatedGraph]:
-    """Open a graph on a domain that no other test on this host uses."""
+def isolated_graph(domain: int | None = None) -> Iterator[IsolatedGraph]:
+    """Open a graph on a domain, by default one that no other test on this host uses."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     context = Context()
-    with free_domain() as domain:
-        rclpy.init(context=context, domain_id=domain)
+    with free_domain() if domain is None else nullcontext(domain) as number:
+        rclpy.init(context=context, domain_id=number)
         graph = IsolatedGraph(context)
         try:
             yield graph

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from geometry_msgs.msg import PoseStamped
 from node_testing import isolated_graph, poses_in, replay_in_lockstep
-from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
@@ -109,7 +108,7 @@ def test_the_live_node_is_within_the_limits_too(tmp_path: Path) -> None:
 
     with isolated_graph() as graph, BagReader(BAG) as bag:
         graph.add(PoseArbiterNode, use_sim_time=True)
-        player = graph.add(lambda **options: Node('player', **options))
+        player = graph.node('player')
         player.create_subscription(PoseStamped, '/pose_arbiter/pose', take, odometry_profile())
         assert replay_in_lockstep(bag, player, graph.executor, [*TOPICS, '/odom']) > 0
     assert is_right(poses, tmp_path)

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 import pytest
 from node_testing import isolated_graph, replay_in_lockstep
-from rclpy.node import Node
 
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
@@ -112,7 +111,7 @@ def test_the_node_makes_the_same_map(bench: ModuleType, bag: Any, tmp_path: Path
     }
     with isolated_graph() as graph, BagReader(tmp_path / 'bag') as reader:
         node = graph.add(RewardPlannerNode, **parameters)
-        player = graph.add(lambda **options: Node('player', **options))
+        player = graph.node('player')
         replay_in_lockstep(reader, player, graph.executor, TOPICS)
         occupancy = node._navigator.mapper.map.occupancy_in(bag.truth.frame)
     assert (run.occupancy >= 0).sum() > 5000

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import rclpy
 from domain_coordinator import domain_id
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from node_testing import isolated_graph
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
@@ -81,35 +80,6 @@ def import_paths():
     return [own, *filter(None, os.environ.get('PYTHONPATH', '').split(os.pathsep))]
 
 
-class Ros:
-    """Makes nodes in one process and spins them."""
-
-    def __init__(self, domain):
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.nodes = []
-
-    def node(self, name, **options):
-        node = Node(name, context=self.context, **options)
-        self.executor.add_node(node)
-        self.nodes.append(node)
-        return node
-
-    def spin_until(self, condition):
-        for _ in range(500):
-            if condition():
-                return
-            self.executor.spin_once(timeout_sec=0.02)
-        pytest.fail('nothing came')
-
-    def close(self):
-        self.executor.shutdown()
-        for node in self.nodes:
-            node.destroy_node()
-        self.context.try_shutdown()
-
-
 @pytest.fixture
 def start_command(domain, tmp_path):
     """Starts an executable of this package in a new process, which ends with the test."""
@@ -130,9 +100,8 @@ def start_command(domain, tmp_path):
 
 @pytest.fixture
 def ros(domain):
-    ros = Ros(domain)
-    yield ros
-    ros.close()
+    with isolated_graph(domain) as graph:
+        yield graph
 
 
 def nanoseconds(time_message):

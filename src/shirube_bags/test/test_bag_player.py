@@ -22,12 +22,12 @@ def test_the_clock_never_goes_back_but_after_a_rewind(ros):
     node = ros.node('watch')
     node.create_subscription(Clock, '/clock', lambda message: ticks.append(message.clock.sec), 100)
     player = BagPlayer(ros.node('player'), [])
-    ros.spin_until(lambda: node.count_publishers('/clock') == 1)
+    assert ros.spin_until(lambda: node.count_publishers('/clock') == 1)
     for second in (1, 3, 2, 3, 4):
         player.set_clock(second * 10**9)
     player.rewind()
     player.set_clock(2 * 10**9)
-    ros.spin_until(lambda: ticks and ticks[-1] == 2)
+    assert ros.spin_until(lambda: ticks and ticks[-1] == 2)
     assert ticks[-4:] == [1, 3, 4, 2]
 
 
@@ -40,10 +40,10 @@ def test_a_recorded_clock_is_replayed(ros, tmp_path):
     node.create_subscription(Clock, '/clock', lambda message: ticks.append(message.clock.sec), 10)
     with BagReader(tmp_path / 'bag') as bag:
         player = BagPlayer(ros.node('player'), bag.topics.values())
-        ros.spin_until(lambda: player.subscriber_count('/clock') == 1)
+        assert ros.spin_until(lambda: player.subscriber_count('/clock') == 1)
         for message in bag.messages():
             player.publish(message)
-    ros.spin_until(lambda: ticks)
+    assert ros.spin_until(lambda: ticks)
     assert ticks == [5]
 
 
@@ -55,7 +55,7 @@ def test_a_late_subscriber_gets_what_was_latched(ros):
     received = []
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     ros.node('late').create_subscription(String, 'text', lambda text: received.append(text.data), latched)
-    ros.spin_until(lambda: 'new' in received)
+    assert ros.spin_until(lambda: 'new' in received)
 
 
 def test_topics_can_be_remapped(ros):
@@ -64,9 +64,9 @@ def test_topics_can_be_remapped(ros):
     received = []
     ros.node('ears').create_subscription(String, 'words', lambda message: received.append(message.data), 10)
     assert player.resolve_topic('/text') == '/words'
-    ros.spin_until(lambda: player.subscriber_count('/text') == 1)
+    assert ros.spin_until(lambda: player.subscriber_count('/text') == 1)
     player.publish(text_message(1, 'hello'))
-    ros.spin_until(lambda: received == ['hello'])
+    assert ros.spin_until(lambda: received == ['hello'])
 
 
 @pytest.mark.parametrize('msgtype', ['my_msgs/msg/Thing', 'sensor_msgs/msg/Thing', 'nonsense', ''])

@@ -27,10 +27,10 @@ def record(ros, path, topics, publish, counts):
     lines = []
     with BagWriter(path) as bag:
         recorder = BagRecorder(ros.node('recorder'), bag, topics, lines.append)
-        ros.spin_until(
+        assert ros.spin_until(
             lambda: recorder.find_topics() or (counts.keys() <= recorder.counts.keys() and publish())
         )
-        ros.spin_until(lambda: counts.items() <= recorder.counts.items())
+        assert ros.spin_until(lambda: counts.items() <= recorder.counts.items())
     return recorder, lines
 
 
@@ -69,15 +69,15 @@ def test_messages_from_before_the_first_clock_get_its_time(ros, tmp_path):
     simulated = ros.node('recorder', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
     with BagWriter(tmp_path / 'bag') as bag:
         recorder = BagRecorder(simulated, bag, ['/words'], lambda _: None)
-        ros.spin_until(lambda: recorder.find_topics() or not recorder.missing_topics)
+        assert ros.spin_until(lambda: recorder.find_topics() or not recorder.missing_topics)
         words.publish(String(data='early'))
         for _ in range(20):
             ros.executor.spin_once(timeout_sec=0.01)
         assert recorder.counts == {'/words': 0}
         clock.publish(Clock(clock=Time(sec=7)))
-        ros.spin_until(lambda: simulated.get_clock().now().nanoseconds > 0)
+        assert ros.spin_until(lambda: simulated.get_clock().now().nanoseconds > 0)
         words.publish(String(data='late'))
-        ros.spin_until(lambda: recorder.counts == {'/words': 2})
+        assert ros.spin_until(lambda: recorder.counts == {'/words': 2})
     with BagReader(tmp_path / 'bag') as bag:
         found = [(bag.decode(each).data, each.stamp_ns) for each in bag.messages()]
     assert found == [('early', 7 * 10**9), ('late', 7 * 10**9)]

@@ -66,7 +66,7 @@ def test_a_node_without_parameter_services_is_named(ros, bag_path, monkeypatch):
     node = ros.node('player')
     with BagReader(bag_path) as bag:
         player = BagPlayer(node, bag.topics.values())
-        ros.spin_until(lambda: player.subscriber_count('/image_raw'))
+        assert ros.spin_until(lambda: player.subscriber_count('/image_raw'))
         lockstep = Lockstep(player, node, ros.executor)
         lockstep.wait(player.topics)
     assert lockstep.nodes_without_services == ('/mute',)

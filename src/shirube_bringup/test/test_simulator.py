@@ -104,7 +104,7 @@ def run():
     """Run some steps with stubs for all nodes."""
     with isolated_graph() as graph:
         nodes = {name: graph.add(partial(StubNode, name)) for name in LISTENERS}
-        node = graph.add(partial(Node, 'scene_simulator'))
+        node = graph.node('scene_simulator')
         controller = EmulatedController(EmulatorSettings(), np.random.default_rng(0))
         sensors = MissionSensors(0, {name: steady_light() for name in LAMPS})
         worker, subscribers = BlackPictures(), MissionSubscribers(node)

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 from node_testing import IsolatedGraph
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from shirube_ros.callback_guard import CallbackGuard, TopicCount, create_trigger_service
@@ -33,7 +32,7 @@ def fail(_: Any) -> None:
 def test_messages_are_counted_and_the_refused_ones_by_reason(
     graph: IsolatedGraph, work: Any, errors: tuple[type[Exception], ...], rejected: dict[str, int]
 ) -> None:
-    guard, seen = CallbackGuard(graph.add(lambda **options: Node('guarded', **options)), errors), []
+    guard, seen = CallbackGuard(graph.node('guarded'), errors), []
     take = guard.guard('image', lambda message: seen.append(work(message)))
     for word in ('too dark', 'too dark', 'too small'):
         take(word)
@@ -74,10 +73,10 @@ def fail_to_serve() -> str:
 def test_every_call_is_answered_in_one_line(
     graph: IsolatedGraph, work: object, success: bool, message: str
 ) -> None:
-    node = graph.add(lambda **options: Node('server', **options))
+    node = graph.node('server')
     guard = CallbackGuard(node)
     create_trigger_service(node, guard, '~/save', work)
-    asker = graph.add(lambda **options: Node('asker', **options))
+    asker = graph.node('asker')
     client = asker.create_client(Trigger, '/server/save')
     assert graph.spin_until(client.service_is_ready)
     for _ in range(2):

@@ -37,7 +37,7 @@ class Pair:
         self.seen: list[tuple[Header, np.ndarray, PinholeCamera]] = []
         topics, take = ('image_raw', 'camera_info'), lambda *image: self.seen.append(image)
         ImageInput(self.viewer, self.guard, topics, transport, camera_from_camera_info, take)
-        self._camera = graph.add(lambda **options: Node('camera', **options))
+        self._camera = graph.node('camera')
 
     def send(self, topic: str, message: Any) -> None:
         publisher = self._camera.create_publisher(type(message), topic, 10)

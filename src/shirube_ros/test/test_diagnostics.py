@@ -19,7 +19,7 @@ class Reports:
         self.received: list[DiagnosticStatus] = []
         talker = graph.add(lambda **options: Node('talker', **options), **parameters)
         self.diagnostics = Diagnostics(talker, self.counts, lambda: status)
-        listener = graph.add(lambda **options: Node('listener', **options))
+        listener = graph.node('listener')
         listener.create_subscription(
             DiagnosticArray, '/diagnostics', lambda array: self.received.extend(array.status), 10
         )

@@ -80,8 +80,8 @@ def test_a_fault_in_a_callback_comes_out(executing: Graph) -> None:
 
 
 def test_all_that_waits_is_taken_in_its_order(graph: IsolatedGraph) -> None:
-    publisher_node = graph.add(lambda **options: Node('publisher', **options))
-    listener = graph.add(lambda **options: Node('listener', **options))
+    publisher_node = graph.node('publisher')
+    listener = graph.node('listener')
     publisher = publisher_node.create_publisher(Int32, 'number', 100)
     received: list[int] = []
     counts: list[int] = []

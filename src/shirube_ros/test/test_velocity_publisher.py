@@ -18,7 +18,7 @@ class Driven:
         self.graph = graph
         self.node = graph.add(lambda **options: Node('driver', **options), **parameters)
         self.output = VelocityPublisher(self.node, 'cmd_vel', 'body')
-        robot = graph.add(lambda **options: Node('robot', **options))
+        robot = graph.node('robot')
         self.received: list[TwistStamped] = []
         robot.create_subscription(TwistStamped, 'cmd_vel', self.received.append, 10)
         self._clock = robot.create_publisher(Clock, '/clock', 10)
