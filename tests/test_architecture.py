@@ -84,15 +84,7 @@ def pure_files(package: str) -> list[Path]:
 
 @dataclass(frozen=True)
 class Names:
-    """What the rules ask of a file, which is parsed once.
-
-    Attributes:
-        imports: the modules that are imported anywhere in it.
-        froms: those of them that names are taken from.
-        calls: the functions that are called by their bare name.
-        attributes: what is taken with a dot.
-        lengths: lines of each function.
-    """
+    """What the rules ask of a file, which is parsed once; names are taken from the modules in ``froms``."""
 
     imports: set[str]
     froms: set[str]

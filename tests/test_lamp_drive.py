@@ -41,14 +41,7 @@ LAMP_A, LAMP_B = 4, 3
 
 @dataclass
 class Run:
-    """What the receiver made of the bag.
-
-    Attributes:
-        images: with their results.
-        truth: ``T_map_base`` by stamp [ns].
-        obeyed: accepted commands, in their order: the lamp, the operation, its value.
-        refused: why others were not.
-    """
+    """What the receiver made of the bag; accepted commands have a lamp, an operation and its value."""
 
     images: list[LocatedImage]
     truth: dict[int, SE2]

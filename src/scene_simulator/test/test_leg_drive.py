@@ -83,22 +83,14 @@ def test_left_turns_are_mirrored_right_turns() -> None:
 
 
 @pytest.mark.parametrize(
-    ('corners', 'speeds', 'radius', 'rest'),
+    'bad',
     [
-        (CORNERS, [0.5, 0.5], 0.3, 0.0),
-        (CORNERS[:1], [], 0.3, 0.0),
-        (CORNERS, [0.5, 0.0, 0.5], 0.3, 0.0),
-        (CORNERS, [0.5, float('nan'), 0.5], 0.3, 0.0),
-        (CORNERS, SPEEDS, 0.0, 0.0),
-        (CORNERS, SPEEDS, 1.1, 0.0),
-        (CORNERS, SPEEDS, 0.3, -1.0),
-        (CORNERS, [0.5, 3.0, 0.5], 0.3, 0.0),
-        ([(0.0, 0.0), (float('inf'), 0.0)], [0.5], 0.3, 0.0),
-        ([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], [0.5, 0.5], 0.3, 0.0),
+        *({'speeds': [0.5, *middle, 0.5]} for middle in ((), (0.0,), (math.nan,), (3.0,))),
+        *({'radius': 0.0}, {'radius': 1.1}, {'rest': -1.0}, {'corners': CORNERS[:1], 'speeds': []}),
+        {'corners': [(0.0, 0.0), (math.inf, 0.0)], 'speeds': [0.5]},
+        {'corners': [(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], 'speeds': [0.5, 0.5]},
     ],
 )
-def test_drives_that_cannot_be_are_refused(
-    corners: list[tuple[float, float]], speeds: list[float], radius: float, rest: float
-) -> None:
+def test_drives_that_cannot_be_are_refused(bad: dict[str, object]) -> None:
     with pytest.raises(SceneError):
-        LegDrive(corners, speeds, radius, rest)
+        LegDrive(**({'corners': CORNERS, 'speeds': SPEEDS, 'radius': 0.3, 'rest': 0.0} | bad))

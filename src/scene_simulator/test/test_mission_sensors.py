@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from steady_lamps import STEADY
 
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import camera_pose
@@ -17,6 +16,9 @@ from scene_simulator.mission.lamps import (
 from scene_simulator.mission.layout import CARPET, DARK, NOMINAL
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_core.geometry import SE2
+from shirube_core.waveform import steady_light
+
+STEADY = {name: steady_light() for name in LAMPS}
 
 
 def pictures(sensors: MissionSensors, place: SE2) -> list[np.ndarray]:
