@@ -15,7 +15,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid
-from node_testing import isolated_graph, replay_in_lockstep
+from node_testing import isolated_graph
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
@@ -25,6 +25,7 @@ from pose_arbiter.node import PoseArbiterNode
 from reward_planner.commands.plan import main as plan
 from reward_planner.node import RewardPlannerNode
 from shirube_bags.bag_reader import BagMessage, BagReader
+from shirube_bags.lockstep import replay_in_lockstep
 from shirube_ros.node import node_executor
 from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.quality_of_service import map_profile, pose_profile

@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from time import monotonic
@@ -16,16 +16,13 @@ import numpy as np
 import rclpy
 from numpy.typing import NDArray
 from rclpy.context import Context
-from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
-from shirube_bags.lockstep import RESPONSE_TIMEOUT, Lockstep
 from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.free_domain import free_domain
 from shirube_core.geometry import SE2
@@ -110,31 +107,6 @@ def run_in_process(main: Callable[[], int], *arguments: str) -> int:
         sys.argv = given
         for number, handler in handlers.items():
             signal.signal(number, handler)
-
-
-def replay_in_lockstep(
-    bag: BagReader,
-    node: Node,
-    executor: Executor,
-    topics: Sequence[str] = (),
-    timeout: float = RESPONSE_TIMEOUT,
-) -> int:
-    """Replay topics of an open bag, all if empty, in lockstep and return the number of messages.
-
-    Args:
-        bag: bag to be replayed.
-        node: node of the player.
-        executor: executor of the player's node and of all nodes under test.
-        topics: topics to be replayed.
-        timeout: timeout of one message [s].
-    """
-    player = BagPlayer(node, [bag.topics[topic] for topic in bag.select_topics(topics)])
-    lockstep = Lockstep(player, node, executor, timeout)
-    lockstep.wait(player.topics)
-    messages = list(bag.messages(player.topics))
-    for message in messages:
-        lockstep.publish(message)
-    return len(messages)
 
 
 def cloud_from_points(points: NDArray[np.float32], header: Header) -> PointCloud2:

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pytest
 from geometry_msgs.msg import PoseStamped
-from node_testing import isolated_graph, poses_in, replay_in_lockstep
+from node_testing import isolated_graph, poses_in
 
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from pose_arbiter.node import PoseArbiterNode
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.commands.check import main as check
+from shirube_bags.lockstep import replay_in_lockstep
 from shirube_bags.trajectory import make_trajectory
 from shirube_bags.trajectory_files import header_stamp, save_tum
 from shirube_core.geometry import SE2, quaternion_from_yaw

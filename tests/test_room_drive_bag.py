@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from node_testing import isolated_graph, replay_in_lockstep
+from node_testing import isolated_graph
 
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
@@ -20,6 +20,7 @@ from scene_simulator.commands.room import RESOLUTION, true_map
 from scene_simulator.room.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
+from shirube_bags.lockstep import replay_in_lockstep
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -194,6 +194,12 @@ def test_an_overexposed_lamp_saturates_and_looks_larger() -> None:
     assert sizes[0] == 0 < sizes[1] < sizes[2]
 
 
+def test_only_lamps_in_the_image_are_projected() -> None:
+    lamps = (CeilingLamp(OVERHEAD), CeilingLamp((1.0, 0.0, 2.5)), CeilingLamp((0.1, 0.1, 2.5)))
+    photo = CeilingCamera(SMALL).photograph(CeilingRoom(lamps), resting, 0.0)
+    assert [projection.lamp for projection in photo.lamp_projections] == [0, 2]
+
+
 def test_a_lamp_at_the_edge_is_cut_and_not_changed() -> None:
     wide = PinholeCamera(260, 160, 636.4, 636.4, 129.5, 79.5)
     room = CeilingRoom((CeilingLamp((0.0, -0.39, 2.5)),))

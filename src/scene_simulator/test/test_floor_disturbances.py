@@ -79,6 +79,12 @@ def test_a_tape_hides_the_fraction_of_the_view_that_it_covers_up_to_its_end(
     assert photo.image[photo.dirt == 1.0].std() == 0.0
 
 
+def test_a_mat_covers_the_left_half_of_the_view() -> None:
+    photo = photo_with(Tape((0.0, 0.3), (0.4, 0.3), 0.2, (0.1, 0.1, 0.1)))
+    assert photo.dirt[LEFT].min() == 1.0
+    assert photo.dirt[RIGHT].max() == 0.0
+
+
 def test_a_shadow_darkens_its_side_and_hides_nothing() -> None:
     photo = photo_with(ShadowEdge((0.2, 0.2), math.pi / 2.0, depth=0.4))
     assert brightness(photo)[LEFT].mean() == pytest.approx(0.6, abs=0.01)

@@ -13,7 +13,7 @@ from rclpy.task import Future
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from shirube_bags.bag_player import CLOCK, BagPlayer
-from shirube_bags.bag_reader import BagMessage
+from shirube_bags.bag_reader import BagMessage, BagReader
 from shirube_bags.errors import ReplayError
 
 # Discovery of a node's services takes milliseconds after that of its subscriptions, sometimes seconds [s].
@@ -163,3 +163,25 @@ class Lockstep:
             names = self._barrier.find_subscribers(self._player.resolve_topic(topic), count)
             self._subscribers[topic] = (count, names)
         return names if count else ()
+
+
+def replay_in_lockstep(
+    bag: BagReader,
+    node: Node,
+    executor: Executor,
+    topics: Sequence[str] = (),
+    timeout: float = RESPONSE_TIMEOUT,
+) -> int:
+    """Replay topics of an open bag (all if empty) in lockstep and return the number of messages.
+
+    For tests with all nodes in one process: the executor has the player's node and all nodes under test. The timeout is
+    that of one message [s]. Raises a ReplayError or BagError as `Lockstep` and `BagReader` do.
+    """
+    player = BagPlayer(node, [bag.topics[topic] for topic in bag.select_topics(topics)])
+    lockstep = Lockstep(player, node, executor, timeout)
+    lockstep.wait(player.topics)
+    count = 0
+    for message in bag.messages(player.topics):
+        lockstep.publish(message)
+        count += 1
+    return count

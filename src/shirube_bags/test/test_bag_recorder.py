@@ -30,7 +30,7 @@ def record(ros, path, topics, publish, counts):
         assert ros.spin_until(
             lambda: recorder.find_topics() or (counts.keys() <= recorder.counts.keys() and publish())
         )
-        assert ros.spin_until(lambda: counts.items() <= recorder.counts.items())
+        assert ros.spin_until(lambda: recorder.find_topics() or counts.items() <= recorder.counts.items())
     return recorder, lines
 
 

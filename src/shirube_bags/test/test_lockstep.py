@@ -6,7 +6,6 @@ from threading import Event, Thread
 import numpy as np
 import pytest
 import rclpy
-from node_testing import replay_in_lockstep
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
@@ -19,7 +18,7 @@ from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError, ReplayError
-from shirube_bags.lockstep import Lockstep
+from shirube_bags.lockstep import Lockstep, replay_in_lockstep
 
 SHORT_RELIABLE_QUEUE = QoSProfile(depth=1)
 SHORT_BEST_EFFORT_QUEUE = QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability)
