@@ -1,15 +1,24 @@
-"""Makes the light channel of the beacon's tests and the motor controller of the bridge's importable."""
+"""Makes benchmarks, the light channel of the beacon's tests and the motor controller of the bridge's importable."""
 
+import importlib
 import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
-SOURCES = Path(__file__).parents[1] / 'src'
-sys.path[:0] = [str(SOURCES / name / 'test') for name in ('vlc_beacon', 'motor_bridge')]
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT / 'src' / name / 'test') for name in ('vlc_beacon', 'motor_bridge')]
+sys.path.append(str(ROOT / 'benchmarks'))
+
+
+@pytest.fixture(scope='module')
+def bench(request: pytest.FixtureRequest) -> ModuleType:
+    """The benchmark that the module of a test names as its BENCHMARK."""
+    return importlib.import_module(request.module.BENCHMARK)
 
 
 @pytest.fixture(scope='session')

@@ -1,25 +1,33 @@
-"""Nodes within the process of a test: an isolated ROS graph, main functions that fail to start, beginnings of bags."""
+"""Nodes within the process of a test: an isolated ROS graph, main functions that fail to start, bags for them."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
+from array import array
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from time import monotonic
 from typing import TypeVar
 
+import numpy as np
 import rclpy
+from numpy.typing import NDArray
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
 
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
+from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.free_domain import free_domain
+from shirube_core.geometry import SE2
 from shirube_ros.node import node_executor
+from shirube_ros.pose_conversion import planar_pose
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -29,7 +37,7 @@ class IsolatedGraph:
 
     def __init__(self, context: Context) -> None:
         self.context = context
-        self._executor = node_executor(context)
+        self.executor = node_executor(context)
         self._nodes: list[Node] = []
 
     def add(self, create_node: Callable[..., AnyNode], **parameters: object) -> AnyNode:
@@ -42,8 +50,12 @@ class IsolatedGraph:
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         node = create_node(context=self.context, parameter_overrides=overrides)
         self._nodes.append(node)
-        self._executor.add_node(node)
+        self.executor.add_node(node)
         return node
+
+    def node(self, name: str, **options: object) -> Node:
+        """Create a plain node in this graph."""
+        return self.add(lambda **given: Node(name, **(given | options)))
 
     def spin_until(self, is_done: Callable[[], bool], timeout: float = 10.0) -> bool:
         """Spin until a condition is true; return False after ``timeout`` [s]."""
@@ -51,23 +63,23 @@ class IsolatedGraph:
         while not is_done():
             if monotonic() > end:
                 return False
-            self._executor.spin_once(timeout_sec=0.05)
+            self.executor.spin_once(timeout_sec=0.05)
         return True
 
     def close(self) -> None:
         """Destroy the nodes."""
-        self._executor.shutdown()
+        self.executor.shutdown()
         for node in self._nodes:
             node.destroy_node()
 
 
 @contextmanager
-def isolated_graph() -> Iterator[IsolatedGraph]:
-    """Open a graph on a domain that no other test on this host uses."""
+def isolated_graph(domain: int | None = None) -> Iterator[IsolatedGraph]:
+    """Open a graph on a domain, by default one that no other test on this host uses."""
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     context = Context()
-    with free_domain() as domain:
-        rclpy.init(context=context, domain_id=domain)
+    with free_domain() if domain is None else nullcontext(domain) as number:
+        rclpy.init(context=context, domain_id=number)
         graph = IsolatedGraph(context)
         try:
             yield graph
@@ -95,6 +107,27 @@ def run_in_process(main: Callable[[], int], *arguments: str) -> int:
         sys.argv = given
         for number, handler in handlers.items():
             signal.signal(number, handler)
+
+
+def cloud_from_points(points: NDArray[np.float32], header: Header) -> PointCloud2:
+    """Return points, shape (n, 3) [m], as an unorganized cloud (one row)."""
+    kind = PointField.FLOAT32
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(points),
+        fields=[PointField(name='xyz'[k], offset=4 * k, datatype=kind, count=1) for k in range(3)],
+        point_step=12,
+        row_step=12 * len(points),
+        data=array('B', np.asarray(points, '<f4').tobytes()),
+        is_dense=bool(np.isfinite(points).all()),
+    )
+
+
+def poses_in(bag: BagReader, topic: str) -> dict[int, SE2]:
+    """Return the poses of a topic by their stamps [ns]."""
+    messages = bag.messages([topic])
+    return {header_stamp(raw.raw): planar_pose(bag.decode(raw).pose, topic) for raw in messages}
 
 
 def first_seconds(path: Path, seconds: float, source: Path) -> Path:

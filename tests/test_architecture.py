@@ -43,28 +43,10 @@ NOT_PURE = (
     'scene_simulator/scene_simulator/messages.py',
     'scene_simulator/scene_simulator/room/movingai_files.py',
 )
-PURE_LIBRARIES = {
-    'numpy',
-    'scipy',
-    'cv2',
-    'numba',
-    'reedsolo',
-    'shirube_core',
-}
+PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'reedsolo', 'shirube_core'}
 TOUCHES_THE_WORLD = {
-    'io',
-    'logging',
-    'os',
-    'pathlib',
-    'datetime',
-    'pickle',
-    'random',
-    'shutil',
-    'socket',
-    'subprocess',
-    'sys',
-    'tempfile',
-    'time',
+    *('io', 'logging', 'os', 'pathlib', 'datetime', 'pickle', 'random'),
+    *('shutil', 'socket', 'subprocess', 'sys', 'tempfile', 'time'),
 }
 LIMITS_A_PROCESS = {'setrlimit', 'umask', 'setlocale', 'alarm', 'setitimer'}
 FORBIDDEN_FUNCTIONS = {'open', 'print', 'input', 'eval', 'exec'}
@@ -76,20 +58,13 @@ FORBIDDEN_ATTRIBUTES = {
 
 # rosdep's key for a Python module that is called otherwise.
 ROSDEP_KEYS = {
-    'aiohttp': 'python3-aiohttp',
+    **{
+        name: f'python3-{name}'
+        for name in ('aiohttp', 'dask', 'distributed', 'jsonschema', 'matplotlib', 'numba')
+    },
+    **{name: f'python3-{name}' for name in ('numpy', 'reedsolo', 'scipy', 'serial', 'tqdm', 'yaml')},
     'cv2': 'python3-opencv',
-    'dask': 'python3-dask',
-    'distributed': 'python3-distributed',
-    'jsonschema': 'python3-jsonschema',
-    'matplotlib': 'python3-matplotlib',
-    'numba': 'python3-numba',
-    'numpy': 'python3-numpy',
-    'reedsolo': 'python3-reedsolo',
     'rosbags': 'python3-rosbags-pip',
-    'scipy': 'python3-scipy',
-    'serial': 'python3-serial',
-    'tqdm': 'python3-tqdm',
-    'yaml': 'python3-yaml',
 }
 
 
@@ -109,15 +84,7 @@ def pure_files(package: str) -> list[Path]:
 
 @dataclass(frozen=True)
 class Names:
-    """What the rules ask of a file, which is parsed once.
-
-    Attributes:
-        imports: the modules that are imported anywhere in it.
-        froms: those of them that names are taken from.
-        calls: the functions that are called by their bare name.
-        attributes: what is taken with a dot.
-        lengths: lines of each function.
-    """
+    """What the rules ask of a file, which is parsed once; names are taken from the modules in ``froms``."""
 
     imports: set[str]
     froms: set[str]

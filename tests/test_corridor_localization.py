@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from node_testing import poses_in
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
-from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.commands.locate import locate_bag
 from stereo_landmark.commands.teach import main as teach
 from stereo_landmark.core.pair.pair_stream import PairStream
@@ -40,13 +40,11 @@ def located(
 ) -> tuple[list[LocatedFrame], list[SE2]]:
     """Return the pairs of a bag and where the robot truly was in the map."""
     with BagReader(BAGS / name) as bag:
-        truths = [planar_pose(bag.decode(raw).pose, name) for raw in bag.messages(['/ground_truth'])]
+        settings, topics = PairSettings(rectify=is_raw), choose_topics(bag, {}, is_raw=is_raw)
         localization = locate_bag(
-            bag,
-            choose_topics(bag, {}, is_raw=is_raw),
-            lambda: PairStream(places, MOUNT, PairSettings(rectify=is_raw), LandmarkSettings()),
+            bag, topics, lambda: PairStream(places, MOUNT, settings, LandmarkSettings())
         )
-        return list(localization), truths
+        return list(localization), list(poses_in(bag, '/ground_truth').values())
 
 
 @pytest.mark.parametrize(

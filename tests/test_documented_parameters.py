@@ -41,16 +41,12 @@ def flat(parameters: dict[str, Any], prefix: str = '') -> dict[str, Any]:
 
 
 @pytest.mark.parametrize('node', SETTINGS)
-def test_parameter_names_are_unique(node: str) -> None:
-    names = [d.name for cls in SETTINGS[node] for d in describe_settings(cls)]
-    assert len(names) == len(set(names))
-
-
-@pytest.mark.parametrize('node', SETTINGS)
-def test_the_example_configuration_holds_known_parameters_at_their_defaults(node: str) -> None:
+def test_parameter_names_are_unique_and_the_example_configuration_holds_their_defaults(node: str) -> None:
     content = yaml.safe_load((ROOT / 'config' / f'{node}.yaml').read_text())
     given = flat(content[node]['ros__parameters'])
-    known = {d.name: d.default for cls in SETTINGS[node] for d in describe_settings(cls)}
+    described = [(d.name, d.default) for cls in SETTINGS[node] for d in describe_settings(cls)]
+    known = dict(described)
+    assert len(known) == len(described)
     if node == 'pose_arbiter':
         known['sources'] = DEFAULT_SOURCES
         known |= {

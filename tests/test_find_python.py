@@ -25,10 +25,8 @@ def fake_python(path: Path, version: str, *, venv: bool = True, broken: bool = F
     """Write a program that answers as a Python of that version would."""
     path.parent.mkdir(parents=True, exist_ok=True)
     imports = 0 if venv else 1
-    answer = (
-        'exit 127' if broken else f'case "$2" in *version_info*) echo {version};; *) exit {imports};; esac'
-    )
-    path.write_text(f'#!/bin/bash\n{answer}\n')
+    answer = f'case "$2" in *version_info*) echo {version};; *) exit {imports};; esac'
+    path.write_text(f'#!/bin/bash\n{"exit 127" if broken else answer}\n')
     path.chmod(0o755)
     return path
 

@@ -1,10 +1,6 @@
 """Difficult images give the right pose or none, never a wrong one; the benchmark of that name runs more."""
 
-import importlib
-import sys
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -15,7 +11,7 @@ from scene_simulator.floor.dot_floor import DARK_ON_LIGHT
 
 pytestmark = pytest.mark.newest_set_only
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
+BENCHMARK = 'hard_pictures'
 SIZE = (1.2, 1.2)
 SHARE = SIZE[0] * SIZE[1] / (DARK_ON_LIGHT.size[0] * DARK_ON_LIGHT.size[1])
 VIEWS = 6
@@ -23,13 +19,6 @@ CONDITIONS = (
     *('clean', 'shadow edge', 'reflections', 'motion blur 3 px', 'motion blur 6 px', 'motion blur 10 px'),
     *('half covered', 'wet spots', '4x fewer dots', 'dots 3x larger', 'low contrast', 'JPEG at quality 30'),
 )
-
-
-@pytest.fixture(scope='module')
-def bench() -> Iterator[ModuleType]:
-    sys.path.insert(0, str(BENCHMARKS))
-    yield importlib.import_module('hard_pictures')
-    sys.path.remove(str(BENCHMARKS))
 
 
 @pytest.fixture(scope='module')

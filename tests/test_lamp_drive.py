@@ -12,14 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from node_testing import first_seconds, poses_in
 
 from shirube_bags.accuracy import compare_trajectories
 from shirube_bags.bag_reader import BagMessage, BagReader
-from shirube_bags.bag_writer import BagWriter
 from shirube_bags.trajectory_files import load_bag_trajectory, load_tum
 from shirube_core.geometry import SE2
 from shirube_ros.offline.recording import choose_topics
-from shirube_ros.pose_conversion import planar_pose
 from vlc_beacon.commands import locate, survey
 from vlc_beacon.commands.locate import locate_bag
 from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
@@ -42,14 +41,7 @@ LAMP_A, LAMP_B = 4, 3
 
 @dataclass
 class Run:
-    """What the receiver made of the bag.
-
-    Attributes:
-        images: with their results.
-        truth: ``T_map_base`` by stamp [ns].
-        obeyed: accepted commands, in their order: the lamp, the operation, its value.
-        refused: why others were not.
-    """
+    """What the receiver made of the bag; accepted commands have a lamp, an operation and its value."""
 
     images: list[LocatedImage]
     truth: dict[int, SE2]
@@ -85,17 +77,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     beacons = beacons_from_settings(node)
     authorizer = authorizer_from_settings(node, AuthorizationSettings(), beacons)
     with FewerImages(BAG) as bag:
-        truth = {}
-        for raw in islice(bag.messages(['/ground_truth']), IMAGES):
-            message = bag.decode(raw)
-            stamp = message.header.stamp
-            truth[stamp.sec * 1_000_000_000 + stamp.nanosec] = planar_pose(message.pose, '/ground_truth')
         localization = locate_bag(
             bag,
             choose_topics(bag, None, None, None, None),
             lambda: BeaconReceiver(beacons, node.mount, authorizer),
         )
-        found = Run(list(islice(localization, IMAGES)), truth)
+        found = Run(list(islice(localization, IMAGES)), poses_in(bag, '/ground_truth'))
     for image in found.images:
         assert isinstance(image.result, ReceiverOutput)
         for decision in image.result.decisions:
@@ -129,12 +116,8 @@ def test_only_the_four_lamps_are_named_and_soon(run: Run) -> None:
 def test_poses_are_as_good_as_they_say(run: Run) -> None:
     fixes = [(image.fix, run.truth[image.stamp_ns]) for image in run.images if image.fix is not None]
     assert len(fixes) > 0.85 * IMAGES
-    errors = np.array(
-        [
-            [fix.T_map_base.x - true.x, fix.T_map_base.y - true.y, true.yaw_to(fix.T_map_base)]
-            for fix, true in fixes
-        ]
-    )
+    found = [(fix.T_map_base, true) for fix, true in fixes]
+    errors = np.array([(pose.x - true.x, pose.y - true.y, true.yaw_to(pose)) for pose, true in found])
     places = np.hypot(errors[:, 0], errors[:, 1])
     assert np.median(places) < 0.004
     assert places.max() < 0.025
@@ -144,30 +127,21 @@ def test_poses_are_as_good_as_they_say(run: Run) -> None:
     assert np.sqrt(np.mean(squares) / 2.0) < 1.5
 
 
-def first_seconds(path: Path, seconds: float, source: Path = BAG) -> Path:
-    """Copy the beginning of a bag."""
-    with BagReader(source) as bag, BagWriter(path) as copy:
-        for raw in bag.messages():
-            if raw.stamp_ns > bag.start_ns + 1e9 * seconds:
-                break
-            copy.write_raw(raw.topic, raw.msgtype, raw.raw, raw.stamp_ns)
-    return path
-
-
 def test_a_survey_finds_the_lamps_of_the_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / 'beacons.yaml'
-    arguments = [str(first_seconds(tmp_path / 'bag', 12.0)), '--lamp-radius', '0.0325', '--out', str(out)]
+    arguments = [
+        str(first_seconds(tmp_path / 'bag', 12.0, BAG)),
+        '--lamp-radius',
+        '0.0325',
+        '--out',
+        str(out),
+    ]
     assert survey.main([*arguments, '--camera-xyz', '0', '0', '0']) == 0
     found, true = load_beacons(out), load_beacons(BAG / 'beacons.yaml')
     assert [beacon.id for beacon in found] == [beacon.id for beacon in true] == [1, 2, 3, 4]
     errors = np.array([beacon.xyz for beacon in found]) - [beacon.xyz for beacon in true]
-    sigmas = np.array(
-        [
-            [float(part.split()[0]) for part in line.split('+-')[1:]]
-            for line in capsys.readouterr().out.splitlines()
-            if line.startswith('beacon ')
-        ]
-    )
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith('beacon ')]
+    sigmas = np.array([[float(part.split()[0]) for part in line.split('+-')[1:]] for line in lines])
     assert np.abs(errors).max() < 0.005
     assert (np.abs(errors) < 3.0 * sigmas + 0.0001).all()
 

@@ -1,24 +1,11 @@
 """The printed tag and the normalised errors of the benchmark of landmarks."""
 
 import importlib
-import sys
-from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 pytestmark = pytest.mark.newest_set_only
-
-BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
-
-
-@pytest.fixture(scope='module', autouse=True)
-def benchmarks() -> Iterator[None]:
-    """Lets the benchmarks be imported."""
-    sys.path.insert(0, str(BENCHMARKS))
-    yield
-    sys.path.remove(str(BENCHMARKS))
 
 
 def test_runs_of_white_cells_are_found():

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from node_testing import poses_in
 
 from floor_localizer.commands.locate import locate_bag as locate_floor
 from floor_localizer.core.constellation.indexed_map import index_map
@@ -21,11 +22,9 @@ from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RA
 from scene_simulator.mission.layout import CARPET
 from scene_simulator.mission.sensors import STEREO_RIG
 from shirube_bags.bag_reader import BagReader
-from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.building import teach_places
 from shirube_core.geometry import SE2
 from shirube_ros.offline.recording import choose_topics as floor_topics
-from shirube_ros.pose_conversion import planar_pose
 from stereo_landmark.commands.locate import locate_bag as locate_landmarks
 from stereo_landmark.core.pair.pair_stream import PairStream
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
@@ -42,11 +41,7 @@ Poses = dict[int, SE2]
 def truth() -> Callable[[int], SE2]:
     """Where the robot truly was, by stamp [ns]; it is told every 20 ms."""
     with BagReader(BAG) as bag:
-        known = {
-            header_stamp(message.raw): planar_pose(bag.decode(message).pose, message.topic)
-            for message in bag.messages(['/ground_truth'])
-        }
-    return known.__getitem__
+        return poses_in(bag, '/ground_truth').__getitem__
 
 
 def errors(poses: Poses, truth: Callable[[int], SE2]) -> tuple[np.ndarray, np.ndarray]:
@@ -99,15 +94,8 @@ def test_lamps_give_the_pose_to_centimetres(truth: Callable[[int], SE2], tmp_pat
         *('--beacons', str(beacons), '--bag', str(BAG), '--out', str(tmp_path)),
         *('--topic', '/ceiling/image_raw/compressed', '--camera-info-topic', '/ceiling/camera_info'),
         *('--camera-xyz', *map(str, mount.xyz), '--camera-rpy', *map(str, mount.rpy)),
-        *(
-            '--shutter',
-            'rolling',
-            '--exposure-time',
-            str(shutter.exposure),
-            '--row-time',
-            str(shutter.row_time),
-        ),
-        *('--lamp-frame-rate', str(LAMP_RATE), '--camera-height-known'),
+        *('--shutter', 'rolling', '--exposure-time', str(shutter.exposure)),
+        *('--row-time', str(shutter.row_time), '--lamp-frame-rate', str(LAMP_RATE), '--camera-height-known'),
     ]
     images = locate_lamps(lamp_options().parse_args(words))
     assert len(images) == 250
@@ -124,19 +112,11 @@ def test_landmarks_give_the_pose_to_a_centimetre(truth: Callable[[int], SE2], tm
     teach_places(tmp_path)
     places = list(load_places(tmp_path))
     with BagReader(BAG) as bag:
-        frames = list(
-            locate_landmarks(
-                bag,
-                pair_topics(bag, {}, is_raw=False),
-                lambda: PairStream(places, STEREO_RIG.mount, PairSettings(), LandmarkSettings()),
-            )
-        )
+        settings, topics = (PairSettings(), LandmarkSettings()), pair_topics(bag, {}, is_raw=False)
+        frames = list(locate_landmarks(bag, topics, lambda: PairStream(places, STEREO_RIG.mount, *settings)))
     assert len(frames) == 20
-    poses = {
-        frame.stamp_ns: frame.fix.T_map_base
-        for frame in frames
-        if frame.fix is not None and frame.fix.T_map_base is not None
-    }
+    fixes = {frame.stamp_ns: frame.fix for frame in frames if frame.fix is not None}
+    poses = {stamp: fix.T_map_base for stamp, fix in fixes.items() if fix.T_map_base is not None}
     assert len(poses) >= 5
     off, turns = errors(poses, truth)
     assert off.max() < 0.02

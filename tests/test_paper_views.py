@@ -1,9 +1,5 @@
 """The simulated views of the benchmarks match the paper's conditions."""
 
-import importlib
-import sys
-from collections.abc import Iterator
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
@@ -11,19 +7,12 @@ import pytest
 
 pytestmark = pytest.mark.newest_set_only
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
+BENCHMARK = '_paper_views'
 PIXEL = 0.13 / 339.44  # [m]
 
 
-@pytest.fixture(scope='module')
-def views() -> Iterator[ModuleType]:
-    sys.path.insert(0, str(BENCHMARKS))
-    yield importlib.import_module('_paper_views')
-    sys.path.remove(str(BENCHMARKS))
-
-
-def test_the_floor_and_its_places_are_the_papers(views: ModuleType) -> None:
-    floor, places = views.paper_floor(1), views.paper_places()
+def test_the_floor_and_its_places_are_the_papers(bench: ModuleType) -> None:
+    floor, places = bench.paper_floor(1), bench.paper_places()
     assert floor.shape == (91582, 2)
     assert len(np.unique(places, axis=0)) == 1209
     corner = 0.045 * np.sqrt(2.0)
@@ -31,10 +20,10 @@ def test_the_floor_and_its_places_are_the_papers(views: ModuleType) -> None:
     assert (places <= np.array([1.8, 9.45]) - corner + 1e-9).all()
 
 
-def test_image_dots_are_the_floors_dots_seen_from_the_true_pose(views: ModuleType) -> None:
-    floor, places = views.paper_floor(1), views.paper_places()[::100]
+def test_image_dots_are_the_floors_dots_seen_from_the_true_pose(bench: ModuleType) -> None:
+    floor, places = bench.paper_floor(1), bench.paper_places()[::100]
     errors = []
-    for pixels, T_map_view, map_dots in views.paper_views(floor, places, 0.0, 0.5, 2):
+    for pixels, T_map_view, map_dots in bench.paper_views(floor, places, 0.0, 0.5, 2):
         points_view = T_map_view.inverse().transform(floor[map_dots[map_dots >= 0]])
         # The image's upper edge is ahead (x), its left edge on the left (y).
         expected = 117.0 - points_view[:, ::-1] / PIXEL
@@ -43,10 +32,10 @@ def test_image_dots_are_the_floors_dots_seen_from_the_true_pose(views: ModuleTyp
     np.testing.assert_allclose(spread, 1.0, atol=0.1)
 
 
-def test_rates_are_relative_to_the_floors_dots_in_view(views: ModuleType) -> None:
-    floor, places = views.paper_floor(1), views.paper_places()[::300]
-    complete = views.paper_views(floor, places, 0.0, 0.0, 3)
-    damaged = views.paper_views(floor, places, 0.25, 0.5, 3)
+def test_rates_are_relative_to_the_floors_dots_in_view(bench: ModuleType) -> None:
+    floor, places = bench.paper_floor(1), bench.paper_places()[::300]
+    complete = bench.paper_views(floor, places, 0.0, 0.0, 3)
+    damaged = bench.paper_views(floor, places, 0.25, 0.5, 3)
     for all_dots, some in zip(complete, damaged):
         in_view = len(all_dots.map_dots)
         assert np.sum(some.map_dots >= 0) == in_view - round(0.25 * in_view)
@@ -55,9 +44,9 @@ def test_rates_are_relative_to_the_floors_dots_in_view(views: ModuleType) -> Non
         assert some.T_map_view == all_dots.T_map_view
 
 
-def test_a_view_shows_all_dots_of_90_mm_square(views: ModuleType) -> None:
-    floor, places = views.paper_floor(1), views.paper_places()[::200]
-    for view in views.paper_views(floor, places, 0.0, 0.0, 4):
+def test_a_view_shows_all_dots_of_90_mm_square(bench: ModuleType) -> None:
+    floor, places = bench.paper_floor(1), bench.paper_places()[::200]
+    for view in bench.paper_views(floor, places, 0.0, 0.0, 4):
         points_view = view.T_map_view.inverse().transform(floor)
         inside = np.flatnonzero(np.abs(points_view).max(axis=1) < 0.045)
         # The camera's 235 pixels are 90.0 mm to within a micrometre.

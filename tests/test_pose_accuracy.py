@@ -1,11 +1,7 @@
 """Errors of poses from rendered images are as large as their covariance says: chi-square, within its own chance."""
 
-import importlib
-import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -18,17 +14,10 @@ from shirube_core.geometry import SE2
 
 pytestmark = pytest.mark.newest_set_only
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
+BENCHMARK = 'pose_accuracy'
 VIEWS = 60
 # Chance leaves these limits once in a thousand runs.
 LOW, HIGH = 0.0005, 0.9995
-
-
-@pytest.fixture(scope='module')
-def bench() -> Iterator[ModuleType]:
-    sys.path.insert(0, str(BENCHMARKS))
-    yield importlib.import_module('pose_accuracy')
-    sys.path.remove(str(BENCHMARKS))
 
 
 @pytest.fixture(scope='module')

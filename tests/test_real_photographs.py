@@ -1,11 +1,7 @@
 """Photographs of printed dots and a picture of terrazzo: a quick part of `benchmarks/real_photographs.py`."""
 
-import importlib
 import os
-import sys
-from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 import cv2
 import numpy as np
@@ -14,7 +10,7 @@ import pytest
 from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.settings import DotDetectorSettings
 
-BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
+BENCHMARK = 'real_photographs'
 DATA = Path(os.environ.get('SHIRUBE_DATA', 'not given'))
 
 needs_sheets = pytest.mark.skipif(
@@ -23,13 +19,6 @@ needs_sheets = pytest.mark.skipif(
 needs_terrazzo = pytest.mark.skipif(
     not (DATA / 'floor_terrazzo').is_dir(), reason='SHIRUBE_DATA names no floor_terrazzo/'
 )
-
-
-@pytest.fixture(scope='module')
-def bench() -> Iterator[ModuleType]:
-    sys.path.insert(0, str(BENCHMARKS))
-    yield importlib.import_module('real_photographs')
-    sys.path.remove(str(BENCHMARKS))
 
 
 @needs_sheets

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -14,7 +11,6 @@ import cv2
 import numpy as np
 import pytest
 from node_testing import isolated_graph
-from rclpy.node import Node
 
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
@@ -25,21 +21,13 @@ from scene_simulator.room.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.lockstep import replay_in_lockstep
-from shirube_ros.node import node_executor
 
 pytestmark = pytest.mark.newest_set_only
 
-ROOT = Path(__file__).resolve().parents[1]
+BENCHMARK = '_room_drive'
 SCENE = RoomDrive()
 CAMERA_TOPICS = ('image_rect/compressed', 'camera_info')
 TOPICS = ['/pose', *(f'/{name}/{topic}' for name in ('left', 'right', 'top') for topic in CAMERA_TOPICS)]
-
-
-@pytest.fixture(scope='module')
-def bench() -> Iterator[ModuleType]:
-    sys.path.insert(0, str(ROOT / 'benchmarks'))
-    yield importlib.import_module('_room_drive')
-    sys.path.remove(str(ROOT / 'benchmarks'))
 
 
 @pytest.fixture(scope='module')
@@ -64,10 +52,6 @@ def run(bench: ModuleType, bag: Any) -> Any:
 def score(bench: ModuleType, bag: Any, run: Any) -> Any:
     assert run.frames == len(bag.instants)
     return bench.score(run.occupancy, bag.truth, bench.seen_cells(bag, bag.truth, SCENE), SCENE)
-
-
-def test_the_bag_is_small(bench: ModuleType) -> None:
-    assert sum(file.stat().st_size for file in bench.BAG.iterdir()) < 6_000_000
 
 
 def test_truth_pictures_and_calibration_are_those_of_the_scene(bag: Any) -> None:
@@ -128,12 +112,8 @@ def test_the_node_makes_the_same_map(bench: ModuleType, bag: Any, tmp_path: Path
     }
     with isolated_graph() as graph, BagReader(tmp_path / 'bag') as reader:
         node = graph.add(RewardPlannerNode, **parameters)
-        player = graph.add(lambda **options: Node('player', **options))
-        executor = node_executor(graph.context)
-        for each in (node, player):
-            executor.add_node(each)
-        replay_in_lockstep(reader, player, executor, TOPICS)
-        executor.shutdown()
+        player = graph.node('player')
+        replay_in_lockstep(reader, player, graph.executor, TOPICS)
         occupancy = node._navigator.mapper.map.occupancy_in(bag.truth.frame)
     assert (run.occupancy >= 0).sum() > 5000
     assert (occupancy != run.occupancy).mean() < 0.002

@@ -6,17 +6,17 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from node_testing import cloud_from_points
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from simulated_robot import MotorLimits, SimulatedRobot
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
 from reward_planner.node import RewardPlannerNode
-from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.map_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
 
 CAMERA = PinholeCamera(80, 60, 60.0, 60.0, 39.5, 29.5)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from simulated_robot import MotorLimits, SimulatedRobot
 
 from reward_planner.core.driving.drive_controller import DriveState
 from reward_planner.core.mapping.mapping_settings import MappingSettings
@@ -15,7 +16,6 @@ from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import DrivingError, RewardPlannerError
 from reward_planner.core.route.route import NoRoute
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.robot.simulated_robot import MotorLimits, SimulatedRobot
 from scene_simulator.room.box_room import BoxRoom, add_disparity_noise, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 

@@ -9,7 +9,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from node_robot import AHEAD, START, Robot
-from node_testing import run_in_process
+from node_testing import cloud_from_points, run_in_process
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header, String
 
@@ -18,7 +18,6 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 from reward_planner.node import RewardPlannerNode, main
 from shirube_core.geometry import SE2
-from shirube_ros.map_conversion import cloud_from_points
 from shirube_ros.pose_conversion import pose_stamped
 
 pytestmark = pytest.mark.newest_set_only

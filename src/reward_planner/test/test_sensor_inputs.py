@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from l_rig import BASELINE, CAMERA, picture, projection, true_depth
+from node_testing import cloud_from_points
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
@@ -17,7 +18,6 @@ from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera.image import image_from_array
-from shirube_ros.map_conversion import cloud_from_points
 
 MOUNT = CameraMount((0.2, 0.1, 0.5), (-1.7, 0.1, -1.4))
 

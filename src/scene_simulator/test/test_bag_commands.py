@@ -98,9 +98,7 @@ def picture_in(message: Any) -> np.ndarray:
 
 
 @pytest.mark.parametrize('kind', KINDS)
-def test_the_topics_have_their_rates_and_messages_are_received_at_their_stamps(
-    bag: OpenBag, kind: str
-) -> None:
+def test_topics_have_their_rates_and_messages_are_received_at_their_stamps(bag: OpenBag, kind: str) -> None:
     stamps = []
     with BagReader(bag(kind)) as reader:
         assert {name: topic.message_count for name, topic in reader.topics.items()} == COUNTS[kind]
@@ -123,10 +121,8 @@ def test_the_same_seed_records_the_same_bag(bag: OpenBag, record: Record, kind: 
 @NEWEST
 def test_another_seed_records_another_bag(bag: OpenBag, record: Record, tmp_path: Path) -> None:
     assert record('room', tmp_path / 'other', '--seed', 2) == 0
-    one, other = (
-        [bytes(m.raw) for m in messages_in(path) if m.topic.endswith('compressed')]
-        for path in (bag('room'), tmp_path / 'other')
-    )
+    bags = [messages_in(path) for path in (bag('room'), tmp_path / 'other')]
+    one, other = ([bytes(m.raw) for m in each if m.topic.endswith('compressed')] for each in bags)
     assert one != other
 
 
@@ -136,10 +132,7 @@ def test_another_seed_records_another_bag(bag: OpenBag, record: Record, tmp_path
     [
         ((), 'exists already'),
         (('--seed', -1), 'seed'),
-        *(
-            (('--seconds', seconds), 'positive number of seconds')
-            for seconds in (0.0, -1.0, math.nan, math.inf)
-        ),
+        *((('--seconds', wrong), 'positive number of seconds') for wrong in (0.0, -1.0, math.nan, math.inf)),
     ],
 )
 def test_a_bad_argument_ends_in_one_line(
@@ -156,21 +149,23 @@ def test_a_bad_argument_ends_in_one_line(
 
 
 @NEWEST
-def test_bad_lamps_end_in_one_line(
-    waveforms: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ('first', 'complaint'),
+    [
+        (['lamp.csv'], 'give each lamp'),
+        (['{0[1]}'], 'unique ID'),
+        (['1=none.csv'], 'cannot be read'),
+        ([f'1={__file__}'], 'first line'),
+        ([], '4 waveforms'),
+    ],
+)
+def test_a_bad_lamp_ends_in_one_line(
+    waveforms: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], first: list[str], complaint: str
 ) -> None:
-    (tmp_path / 'no.csv').write_text('x,y\n')
-    bad = {
-        'give each lamp': ['lamp.csv', *waveforms[1:]],
-        'unique ID': [waveforms[1], *waveforms[1:]],
-        'cannot be read': [f'1={tmp_path / "none.csv"}', *waveforms[1:]],
-        'first line': [f'1={tmp_path / "no.csv"}', *waveforms[1:]],
-        '4 waveforms': waveforms[1:],
-    }
-    for complaint, given in bad.items():
-        assert lamps.record_lamp_bag([str(tmp_path / 'bag'), *given]) == 1
-        (line,) = capsys.readouterr().err.splitlines()
-        assert complaint in line
+    given = [*(word.format(waveforms) for word in first), *waveforms[1:]]
+    assert lamps.record_lamp_bag([str(tmp_path / 'bag'), *given]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert complaint in line
 
 
 def test_truth_calibration_picture_and_odometry_are_those_of_the_floor(bag: OpenBag) -> None:

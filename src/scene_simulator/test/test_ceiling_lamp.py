@@ -32,22 +32,16 @@ def test_the_outermost_leds_end_at_the_radius() -> None:
     assert 7.0 * grid.pitch + 2.0 * grid.led_radius == pytest.approx(0.065)
 
 
-BLINK = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
-
-
-def test_phase_shifts_the_waveform() -> None:
-    lamp = CeilingLamp((0.0, 0.0, 2.5), waveform=BLINK, phase=0.25e-3)
-    np.testing.assert_allclose(lamp.mean_levels([0.70e-3, 0.80e-3], [0.74e-3, 0.84e-3]), [[1.0], [0.0]])
-
-
-def test_a_clock_that_is_100_ppm_fast_is_half_a_millisecond_ahead_after_five_seconds() -> None:
-    fast = CeilingLamp((0.0, 0.0, 2.5), waveform=BLINK, clock_offset=100.0)
-    exact = CeilingLamp((0.0, 0.0, 2.5), waveform=BLINK)
+@pytest.mark.parametrize(
+    ('clock', 'ahead'),
+    [({'phase': 0.25e-3}, 0.25e-3), ({'clock_offset': 100.0}, 0.5e-3)],  # 100 ppm fast, after five seconds
+)
+def test_phase_and_clock_shift_the_waveform(clock: dict[str, float], ahead: float) -> None:
+    blink = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
+    shifted, exact = (CeilingLamp((0.0, 0.0, 2.5), waveform=blink, **given) for given in (clock, {}))
     starts = 5.0 + np.linspace(0.0, 2e-3, 20, endpoint=False) + 1e-6
-    fast_levels = fast.mean_levels(starts, starts + 1e-5)
-    np.testing.assert_allclose(
-        fast_levels, exact.mean_levels(starts + 0.5e-3, starts + 0.5e-3 + 1e-5), atol=1e-3
-    )
+    levels = exact.mean_levels(starts + ahead, starts + ahead + 1e-5)
+    np.testing.assert_allclose(shifted.mean_levels(starts, starts + 1e-5), levels, atol=1e-3)
 
 
 def test_the_face_turns_about_its_middle() -> None:
@@ -56,8 +50,7 @@ def test_the_face_turns_about_its_middle() -> None:
     np.testing.assert_allclose(points, [(1.0, 2.0, 2.5), (1.1, 2.0, 2.5), (1.0, 2.0, 2.6)], atol=1e-12)
 
 
-def test_a_lamp_that_cannot_be_is_refused() -> None:
-    with pytest.raises(SceneError, match='brightness'):
-        CeilingLamp((0.0, 0.0, 2.5), brightness=-1.0)
-    with pytest.raises(SceneError, match='finite'):
-        CeilingLamp((0.0, float('nan'), 2.5))
+@pytest.mark.parametrize(('y', 'brightness', 'words'), [(0.0, -1.0, 'brightness'), (math.nan, 1.0, 'finite')])
+def test_a_lamp_that_cannot_be_is_refused(y: float, brightness: float, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        CeilingLamp((0.0, y, 2.5), brightness=brightness)

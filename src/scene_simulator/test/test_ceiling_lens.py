@@ -21,11 +21,9 @@ def test_the_glow_follows_equation_4() -> None:
 
 def test_inside_a_lamp_is_as_bright_as_its_edge_and_far_away_is_dark() -> None:
     blooming = Blooming()
-    inside = blooming.profile(np.linspace(-500.0, 0.0, 60))
-    assert inside.min() > 0.99
-    assert inside.max() <= 1.0
-    assert blooming.profile(blooming.margin) < 1e-5
-    assert blooming.profile(1e6) < 1e-5
+    inside, outside = blooming.profile([-500.0, -1.0, 0.0]), blooming.profile([blooming.margin, 1e6])
+    assert ((inside > 0.99) & (inside <= 1.0)).all()
+    assert (outside < 1e-5).all()
 
 
 @pytest.mark.parametrize('blooming', [SHARP, Blooming(), Blooming(1.0, 4.0, 0.05, 30.0)])
@@ -33,10 +31,6 @@ def test_light_only_falls_with_distance_and_without_a_step(blooming: Blooming) -
     light = blooming.profile(np.linspace(-5.0, 70.0, 75_000))
     assert (np.diff(light) <= 1e-15).all()
     assert np.abs(np.diff(light)).max() < 0.26e-3 * blooming.slope
-
-
-def test_the_half_brightness_of_a_lamp_without_glow_is_seen_at_its_spread() -> None:
-    assert Blooming(1.7, 3.1, 0.0).profile(3.1) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +54,3 @@ def test_light_is_whole_in_the_middle_and_least_in_the_corners() -> None:
     assert light[75, 100] == pytest.approx(1.0)
     np.testing.assert_allclose(light[[0, 0, -1, -1], [0, -1, 0, -1]], 0.7, atol=1e-6)
     assert light[75, 0] == pytest.approx(1.0 - 0.3 * 100.0**2 / (100.0**2 + 75.0**2))
-
-
-def test_a_lens_without_vignetting_passes_all_light() -> None:
-    assert (CeilingLens(vignetting=0.0).transmission(CAMERA) == 1.0).all()

@@ -39,9 +39,8 @@ def test_rows_get_their_own_light_and_instants_add_up() -> None:
     surface = panelled_ceiling(2.5, 1.0, 0.1, seed=3)
     whole = with_ambient_light(surface, np.ones((60, 1)))
     levels = np.random.default_rng(1).uniform(0.0, 1.0, (60, 3))
-    np.testing.assert_allclose(
-        with_ambient_light(surface, levels), whole * levels.sum(axis=1)[:, None], rtol=1e-4
-    )
+    expected = whole * levels.sum(axis=1)[:, None]
+    np.testing.assert_allclose(with_ambient_light(surface, levels), expected, rtol=1e-4)
 
 
 def test_its_texture_has_the_contrast_and_repeats_without_a_seam() -> None:

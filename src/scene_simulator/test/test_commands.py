@@ -14,13 +14,10 @@ from scene_simulator.commands.floor import generate_floor, render_floor_view, wr
 from scene_simulator.corridor.generator import CorridorDesign, corridor
 
 
-def test_generate_floor_writes_a_map(tmp_path: Path) -> None:
-    path = tmp_path / 'floor.csv'
+def test_a_map_is_written_to_the_micrometre(tmp_path: Path) -> None:
+    path = tmp_path / 'generated.csv'
     assert generate_floor([str(path), '--size', '0.5', '0.4', '--count', '1000', '--seed', '3']) == 0
     assert len(path.read_text().splitlines()) == 1001
-
-
-def test_a_map_is_read_back_to_the_micrometre(tmp_path: Path) -> None:
     dots, path = np.random.default_rng(1).uniform(0.0, 9.0, (30, 3)), tmp_path / 'deep' / 'floor.csv'
     write_dot_map(dots, path)
     assert path.read_text().startswith('x,y,diameter\n')
@@ -34,9 +31,7 @@ def test_render_floor_view_writes_a_picture(tmp_path: Path) -> None:
 
 
 @pytest.mark.newest_set_only
-def test_render_stereo_pair_leaves_what_a_driver_and_a_calibration_would_and_the_truth(
-    tmp_path: Path,
-) -> None:
+def test_render_stereo_pair_writes_pictures_calibration_and_truth(tmp_path: Path) -> None:
     folder = tmp_path / 'new' / 'pair'
     assert render_stereo_pair([str(folder), '--seed', '3', '--pose', '-3.2', '0.1', '0.05', '--raw']) == 0
     for side in ('left', 'right'):

@@ -1,4 +1,4 @@
-"""Drawn shapes have the requested sizes; letters form a row, each in its box."""
+"""Drawn shapes have the requested sizes, letters form a row; planes as seen by the viewer, and the light on them."""
 
 import itertools
 import math
@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from scene_simulator.corridor.drawing import ADVANCE, Drawing, circle, text_strokes
-from scene_simulator.corridor.shapes import Paint, facing_wall, rectangle_corners
+from scene_simulator.corridor.shapes import CorridorLight, Paint, facing_wall
+from scene_simulator.corridor.walls import CorridorShell
 from scene_simulator.floor.marks import polygon_areas
 
 LETTERS = '0123456789ABCDEFGHIKLMNOPRSTUVWXY'
@@ -22,10 +23,8 @@ def test_every_letter_is_in_its_box_and_two_pairs_are_twins() -> None:
         assert points[:, 1].max() == 1.0
         assert all(len(stroke) > 1 for stroke in strokes)
         assert all((np.abs(np.diff(stroke, axis=0)).max(axis=1) > 0.0).all() for stroke in strokes)
-    twins = [
-        pair for pair in itertools.combinations(LETTERS, 2) if str(drawn[pair[0]]) == str(drawn[pair[1]])
-    ]
-    assert twins == [('0', 'O'), ('5', 'S')]
+    pairs = itertools.combinations(LETTERS, 2)
+    assert [(a, b) for a, b in pairs if str(drawn[a]) == str(drawn[b])] == [('0', 'O'), ('5', 'S')]
 
 
 def test_letters_advance_and_a_blank_stays_blank() -> None:
@@ -45,11 +44,6 @@ def test_a_circle_has_the_area_of_the_circle_and_hardly_leaves_it(radius: float)
     assert np.abs(np.concatenate([ends, middles]) - radius).max() < 1.1e-5
 
 
-def test_corners_go_round_from_the_upper_left() -> None:
-    corners = rectangle_corners((1.0, 2.0), (3.0, 5.0))
-    np.testing.assert_array_equal(corners, [(1.0, 5.0), (3.0, 5.0), (3.0, 2.0), (1.0, 2.0)])
-
-
 def test_a_stroke_covers_its_line_and_half_its_width_around() -> None:
     drawing = Drawing(facing_wall(0.0), (0.5, 1.0))
     drawing.stroke([(0.0, 0.0), (0.3, 0.0)], 0.02, INK)
@@ -65,3 +59,28 @@ def test_text_is_centred_on_its_position() -> None:
     assert -0.5 * (points[:, 1].min() + points[:, 1].max()) == pytest.approx(0.2)
     assert (points[:, 2].min(), points[:, 2].max()) == pytest.approx((0.942, 1.058))
     assert all(shape.paint is INK for shape in drawing.shapes)
+
+
+def test_the_end_wall_faces_the_robot_with_right_on_its_right() -> None:
+    wall = facing_wall(1.0, 0.5)
+    np.testing.assert_array_equal(wall.normal, [-1.0, 0.0, 0.0])
+    np.testing.assert_allclose(wall.points_map([(0.3, 1.5)]), [[1.0, 0.2, 1.5]])
+    np.testing.assert_allclose(wall.offset_plane(0.1).points_map([(0.3, 1.5)]), [[0.9, 0.2, 1.5]])
+
+
+def test_side_walls_face_each_other() -> None:
+    shell = CorridorShell()
+    np.testing.assert_array_equal(shell.left_wall.normal, [0.0, -1.0, 0.0])
+    np.testing.assert_array_equal(shell.right_wall.normal, [0.0, 1.0, 0.0])
+
+
+def test_planes_that_meet_have_the_same_light_there() -> None:
+    shell, light = CorridorShell(), CorridorLight(0.8, (0.02, 0.1, -0.05))
+    edge = np.array([0.0, 0.5 * shell.width, 1.9])
+    found = []
+    for surface in (shell.surface, shell.left_wall):
+        level, right, up = light.on_surface(surface)
+        offset = edge - surface.origin
+        found.append(level + right * (offset @ surface.right) + up * (offset @ surface.up))
+    expected = 0.8 * (1.0 + 0.1 * 0.5 * shell.width - 0.05 * 0.6)
+    assert found == pytest.approx([expected, expected])

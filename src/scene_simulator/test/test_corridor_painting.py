@@ -57,21 +57,18 @@ def test_coverage_is_that_of_the_other_painter() -> None:
         assert seen.sum() == pytest.approx(polygon_areas(outline[None])[0], rel=1e-4)
 
 
-def test_a_shape_may_touch_the_borders() -> None:
-    whole = np.array([(0.0, 0.0), (0.0, 40.0), (40.0, 40.0), (40.0, 0.0)])
-    assert (painted(whole) == 1.0).all()
+WHOLE = np.array([(0.0, 0.0), (0.0, 40.0), (40.0, 40.0), (40.0, 0.0)])
+
+
+def test_a_shape_may_touch_the_borders_and_let_the_ground_shine_through() -> None:
+    assert (painted(WHOLE) == 1.0).all()
+    np.testing.assert_allclose(painted(WHOLE, opacity=0.3), 0.3, rtol=1e-6)
     corner = np.array([(30.5, 0.0), (40.0, 0.0), (40.0, 9.5)])
     assert painted(corner).sum() == pytest.approx(0.5 * 9.5**2, rel=1e-5)
 
 
-def test_opacity_lets_the_ground_shine_through() -> None:
-    square = np.array([(10.0, 10.0), (10.0, 20.0), (20.0, 20.0), (20.0, 10.0)])
-    np.testing.assert_allclose(painted(square, opacity=0.3)[10:20, 10:20], 0.3, rtol=1e-6)
-
-
 def test_grain_is_the_texture_at_the_place_on_the_plane() -> None:
-    whole = np.array([(0.0, 0.0), (0.0, 40.0), (40.0, 40.0), (40.0, 0.0)])
-    seen = painted(whole, grain=0.1)[::SAMPLES, ::SAMPLES]
+    seen = painted(WHOLE, grain=0.1)[::SAMPLES, ::SAMPLES]
     # A pixel of 20 mm is seen through the level of 32 mm.
     texture = plaster()
     level, spacing = 3, 0.032

@@ -37,9 +37,8 @@ def test_a_lens_bends_the_sides() -> None:
     points = moved(SQUARE, 0.1, 0.2, 2.4)
     seen = picture(points, BENT, 1.0)
     fractions = np.linspace(0.0, 1.0, 2000)[:, None]
-    dense = np.concatenate(
-        [a + fractions * (b - a) for a, b in zip(points, np.roll(points, -1, axis=0), strict=True)]
-    )
+    sides = zip(points, np.roll(points, -1, axis=0), strict=True)
+    dense = np.concatenate([a + fractions * (b - a) for a, b in sides])
     expected = BENT.pixels_from_points(dense) + 0.5
     apart = np.array([np.hypot(*(expected - corner).T).min() for corner in seen])
     assert apart.max() < 0.1

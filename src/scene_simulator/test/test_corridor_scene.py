@@ -45,13 +45,11 @@ def test_moving_a_thing_moves_its_points_and_no_other(scene: CorridorScene) -> N
 
 
 def test_a_cover_hides_the_landmark_from_the_front(scene: CorridorScene) -> None:
-    cover_landmark = scene.cover_landmark('meter_2')
-    added = cover_landmark.table.points[cover_landmark.table.starts[len(scene.table.starts) - 1] :]
-    sheet = added[:4]
-    meter = scene.points_map()['meter_2']
+    covered, meter = scene.cover_landmark('meter_2'), scene.points_map()['meter_2']
+    sheet = covered.table.points[covered.table.starts[len(scene.table.starts) - 1] :][:4]
     assert (np.abs(sheet[:, 1:] - meter[1:]) > 0.1).all()
     assert (sheet[:, 0] < meter[0]).all()
-    assert cover_landmark.points_map().keys() == scene.points_map().keys()
+    assert covered.points_map().keys() == scene.points_map().keys()
 
 
 def test_unknown_names_are_refused_in_one_line(scene: CorridorScene) -> None:

@@ -12,13 +12,14 @@ from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, FloorDesign, generate
 FLOOR = generate_dot_floor(DARK_ON_LIGHT, 3)
 
 
-def test_the_default_floor_has_the_density_of_the_paper() -> None:
+def test_the_default_floor_has_the_density_and_the_diameters_of_the_paper() -> None:
     assert len(FLOOR) == 91_582
     assert FLOOR.points.min() >= 0.0
     assert (FLOOR.points <= (1.8, 9.45)).all()
     views, _, _ = np.histogram2d(*FLOOR.points.T, bins=(20, 105))
     assert views.mean() == pytest.approx(43.6, abs=0.1)
     assert views.var() == pytest.approx(views.mean(), rel=0.1)
+    assert ((FLOOR.diameters >= 0.002) & (FLOOR.diameters <= 0.003)).all()
 
 
 def test_chips_keep_their_least_distance_and_some_touch() -> None:
@@ -27,11 +28,6 @@ def test_chips_keep_their_least_distance_and_some_touch() -> None:
     touching = float((nearest < 0.0025).mean())
     expected = 1.0 - math.exp(-5384.0 * math.pi * (0.0025**2 - 0.0012**2))
     assert touching == pytest.approx(expected, rel=0.05)
-
-
-def test_diameters_are_in_the_range_of_the_paper() -> None:
-    assert FLOOR.diameters.min() >= 0.002
-    assert FLOOR.diameters.max() <= 0.003
 
 
 def test_a_disc_holds_the_chips_that_reach_into_it() -> None:

@@ -12,15 +12,13 @@ from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 ROLLING = Shutter(exposure=60e-6, row_time=9e-6)
 
 
-def test_a_row_starts_its_row_times_after_the_stamp() -> None:
-    cuts = ROLLING.exposure_boundaries(7.0, slice(100, 103), 3)
-    starts = 7.0 + np.array([900e-6, 909e-6, 918e-6])
-    np.testing.assert_allclose(cuts, starts[:, None] + np.array([0.0, 20e-6, 40e-6, 60e-6]), atol=1e-12)
-
-
-def test_all_rows_of_a_global_shutter_are_exposed_together() -> None:
-    cuts = Shutter(exposure=0.5e-3).exposure_boundaries(7.0, slice(0, 1024), 1)
-    np.testing.assert_allclose(cuts, np.broadcast_to([7.0, 7.0005], (1024, 2)), atol=1e-12)
+@pytest.mark.parametrize(
+    ('shutter', 'first'), [(ROLLING, [900e-6, 909e-6, 918e-6]), (Shutter(60e-6), [0.0] * 3)]
+)
+def test_a_row_starts_its_row_times_after_the_stamp(shutter: Shutter, first: list[float]) -> None:
+    cuts = shutter.exposure_boundaries(7.0, slice(100, 103), 3)
+    expected = 7.0 + np.array(first)[:, None] + np.array([0.0, 20e-6, 40e-6, 60e-6])
+    np.testing.assert_allclose(cuts, expected, atol=1e-12)
 
 
 def test_the_middle_of_a_frame_is_between_its_first_start_and_its_last_end() -> None:
@@ -53,12 +51,12 @@ def test_the_jitter_is_as_large_as_asked_for() -> None:
     np.testing.assert_allclose(starts * 60.0, np.rint(starts * 60.0), atol=1e-9)
 
 
-def test_clocks_and_recordings_that_cannot_be_are_refused() -> None:
-    for rate, jitter in ((0.0, 0.0), (60.0, -1.0)):
-        with pytest.raises(SceneError, match='camera'):
-            CameraClock(rate, jitter)
-    with pytest.raises(SceneError, match='seconds'):
-        CameraClock().frames(0.0, np.random.default_rng(0))
+@pytest.mark.parametrize(
+    ('rate', 'jitter', 'words'), [(0.0, 0.0, 'camera'), (60.0, -1.0, 'camera'), (60.0, 0.0, 'seconds')]
+)
+def test_clocks_and_recordings_that_cannot_be_are_refused(rate: float, jitter: float, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        CameraClock(rate, jitter).frames(0.0, np.random.default_rng(0))
 
 
 MOUNT = CameraMount((0.1, -0.05, 0.4), (0.02, -0.01, math.pi / 2.0))

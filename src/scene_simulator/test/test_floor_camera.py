@@ -40,26 +40,12 @@ def partly_covered(image: NDArray[np.uint8]) -> int:
 def test_every_chip_is_where_the_projection_puts_it(intrinsics: PinholeCamera, mount: CameraMount) -> None:
     camera = FloorCamera(intrinsics, EVEN_LIGHT)
     _, pixels = camera.visible_chips(FLOOR, POSE, mount)
-    inner = pixels[
-        ((pixels > 11.0) & (pixels < np.array([intrinsics.width, intrinsics.height]) - 12.0)).all(axis=1)
-    ]
+    size = np.array([intrinsics.width, intrinsics.height])
+    inner = pixels[((pixels > 11.0) & (pixels < size - 12.0)).all(axis=1)]
     image = camera.photograph(FLOOR, [POSE], mount).image
     errors = np.hypot(*(centroids_in(image, inner) - inner).T)
     assert len(inner) > 20
     assert errors.max() < 0.02
-
-
-def test_a_chip_is_seen_where_a_hand_written_nadir_projection_says() -> None:
-    camera = FloorCamera(lighting=EVEN_LIGHT)
-    height = camera.photograph(FLOOR, [POSE]).image
-    indices, pixels = camera.visible_chips(FLOOR, POSE)
-    dx, dy = (FLOOR.points[indices] - (POSE.x, POSE.y)).T
-    ahead = dx * math.cos(POSE.yaw) + dy * math.sin(POSE.yaw)
-    left = dy * math.cos(POSE.yaw) - dx * math.sin(POSE.yaw)
-    by_hand = 117.0 - 339.44 / 0.13 * np.column_stack([left, ahead])
-    np.testing.assert_allclose(pixels, by_hand, atol=1e-8)
-    rows, columns = np.rint(by_hand[:, 1]).astype(int), np.rint(by_hand[:, 0]).astype(int)
-    assert (height[rows, columns] < 80).all()
 
 
 def test_the_darkness_of_the_picture_is_the_area_of_the_chips() -> None:
@@ -83,30 +69,24 @@ def test_motion_smears_a_chip_about_the_middle_of_the_exposure() -> None:
     assert np.hypot(*(centroids_in(smeared, inner) - inner).T).max() < 0.1
 
 
-def test_noise_has_the_level_of_the_sensor() -> None:
+def test_noise_has_the_level_of_the_sensor_and_too_much_light_saturates() -> None:
     sensor = Sensor(full_well=4000.0, read_noise=20.0)
     flat = sensor.expose(np.full((400, 400), 0.5, dtype=np.float32), np.random.default_rng(1))
     expected = 255.0 * math.sqrt(0.5 * 4000.0 + 20.0**2) / 4000.0
     assert flat.std() == pytest.approx(expected, rel=0.02)
     assert flat.mean() == pytest.approx(127.5, abs=0.1)
-
-
-def test_too_much_light_saturates() -> None:
-    image = FloorCamera(lighting=Lighting(level=3.0)).photograph(FLOOR, [POSE]).image
-    assert image.max() == 255
+    assert FloorCamera(lighting=Lighting(level=3.0)).photograph(FLOOR, [POSE]).image.max() == 255
 
 
 def test_a_colour_camera_shows_the_colours() -> None:
-    floor = generate_dot_floor(
-        FloorDesign(size=(0.4, 0.4), count=600, chip_colours=COLOURED.chip_colours[2:3]), 1
-    )
+    design = FloorDesign(size=(0.4, 0.4), count=600, chip_colours=COLOURED.chip_colours[2:3])
+    floor = generate_dot_floor(design, 1)
     camera = FloorCamera(colour=True)
     _, pixels = camera.visible_chips(floor, POSE)
     image = camera.photograph(floor, [POSE]).image
     columns, rows = np.rint(pixels).astype(int).T
     blue, green, red = image[rows, columns].astype(int).T
-    assert np.median(red) > 1.5 * np.median(green)
-    assert np.median(red) > 1.5 * np.median(blue)
+    assert np.median(red) > 1.5 * max(np.median(green), np.median(blue))
 
 
 def test_an_exposure_without_a_pose_is_refused() -> None:

@@ -35,10 +35,8 @@ KINDS: list[Scatter] = [crumbs, dust, hairs, scratches]
 def test_litter_has_its_density_in_its_area(kind: Scatter) -> None:
     marks = kind(AREA, 800.0, 1).marks
     assert len(marks) == pytest.approx(1600, abs=5 * math.sqrt(1600))
-    assert (marks.centres >= AREA.low).all()
-    assert (marks.centres <= AREA.high).all()
-    assert marks.colours.min() >= 0.0
-    assert marks.colours.max() <= 1.0
+    assert ((marks.centres >= AREA.low) & (marks.centres <= AREA.high)).all()
+    assert ((marks.colours >= 0.0) & (marks.colours <= 1.0)).all()
     assert marks.opacities.max() <= 1.0
 
 
@@ -120,10 +118,6 @@ def test_the_rim_of_a_wet_spot_may_shine() -> None:
     assert radii.min() > 0.012
     assert radii.max() < 0.03
     assert dull.dirt_fraction < bright.dirt_fraction
-
-
-def test_a_far_wet_spot_changes_nothing() -> None:
-    assert (brightness(photo_with(WetSpot((0.35, 0.35), radius=0.02))) == 1.0).all()
 
 
 def test_a_tape_under_a_moving_robot_is_where_the_middle_of_the_exposure_sees_it() -> None:

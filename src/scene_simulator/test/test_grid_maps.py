@@ -20,10 +20,7 @@ def test_a_seed_makes_one_map_and_another_seed_another(kind: str) -> None:
 def test_maps_are_enclosed_by_walls_and_hold_free_cells(kind: str, side: int) -> None:
     walls = GRID_MAPS[kind](side, 1)
     assert walls.shape == (side, side)
-    assert walls[0].all()
-    assert walls[-1].all()
-    assert walls[:, 0].all()
-    assert walls[:, -1].all()
+    assert all(border.all() for border in (walls[0], walls[-1], walls[:, 0], walls[:, -1]))
     assert not walls.all()
 
 
@@ -49,21 +46,16 @@ def test_a_random_field_has_the_requested_obstacle_fraction() -> None:
     assert random_field(300, 1, 0.3)[1:-1, 1:-1].mean() == pytest.approx(0.3, abs=0.01)
 
 
-@pytest.mark.parametrize('kind', GRID_MAPS)
-def test_a_map_that_is_too_small_is_refused(kind: str) -> None:
-    with pytest.raises(SceneError, match='7 x 7'):
-        GRID_MAPS[kind](7, 1)
-
-
 @pytest.mark.parametrize(
-    'make',
+    ('make', 'given', 'words'),
     [
-        lambda: rooms(64, 1, 16, 15),
-        lambda: maze(64, 1, 0),
-        lambda: random_field(64, 1, 1.0),
-        lambda: maze(64, -1),
+        *((make, (7, 1), '7 x 7') for make in GRID_MAPS.values()),
+        (rooms, (64, 1, 16, 15), ''),
+        (maze, (64, 1, 0), ''),
+        (random_field, (64, 1, 1.0), ''),
+        (maze, (64, -1), 'seed'),
     ],
 )
-def test_a_map_that_cannot_be_is_refused(make) -> None:
-    with pytest.raises(SceneError):
-        make()
+def test_a_map_that_cannot_be_is_refused(make, given: tuple[float, ...], words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        make(*given)

@@ -5,6 +5,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from simulated_robot import SimulatedRobot
 
 from scene_simulator.ceiling.camera import CeilingCamera
 from scene_simulator.ceiling.lamp_drive import LampDrive
@@ -12,7 +13,6 @@ from scene_simulator.ceiling.paper_run import paper_room
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive
-from scene_simulator.robot.simulated_robot import SimulatedRobot
 from scene_simulator.robot.wheel_odometry import WheelErrors
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.waveform import steady_light
@@ -46,13 +46,8 @@ def test_the_camera_tilts_with_the_body() -> None:
         up = DRIVE.camera_pose_at(time).rotation @ DRIVE.mount.rotation.T[:, 2]
         yaw = DRIVE.pose_at(time).yaw
         # To first order a pitch leans the body's up ahead, and a roll to its right.
-        ahead, left = pitch, -roll
-        expected = [
-            ahead * math.cos(yaw) - left * math.sin(yaw),
-            ahead * math.sin(yaw) + left * math.cos(yaw),
-            1.0,
-        ]
-        np.testing.assert_allclose(up, expected, atol=5e-4)
+        (x, y), *_ = SE2(0.0, 0.0, yaw).transform([(pitch, -roll)])
+        np.testing.assert_allclose(up, [x, y, 1.0], atol=5e-4)
         assert 0.0 < math.hypot(roll, pitch) < math.radians(1.0)
 
 

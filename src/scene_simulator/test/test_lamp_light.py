@@ -24,9 +24,7 @@ def driving(time: float) -> CameraPose:
     return camera_pose(SE2(0.5 + 0.8 * time, 0.9, 0.3 + 1.5 * time), MOUNT)
 
 
-def seen(
-    lamp: CeilingLamp, camera: PinholeCamera = PAPER, shutter: Shutter = GLOBAL
-) -> LampProjection | None:
+def seen(lamp: CeilingLamp, camera: PinholeCamera, shutter: Shutter = GLOBAL) -> LampProjection | None:
     motion = CameraMotion(driving, 2.0, shutter.frame_end(2.0, camera.height))
     return project_lamp(3, lamp, camera, shutter, 2.0, motion)
 
@@ -52,9 +50,7 @@ def test_a_large_disc_at_a_slant_has_the_centroid_and_area_of_its_raster() -> No
     assert projection is not None
     pose = driving(projection.time)
     fine = np.arange(-80.0, 80.0, 0.2)
-    u, v = (
-        middle + grid.ravel() for middle, grid in zip(projection.centre, np.meshgrid(fine, fine), strict=True)
-    )
+    u, v = np.array(projection.centre)[:, None] + np.reshape(np.meshgrid(fine, fine), (2, -1))
     rays = BENT.rays_from_pixels(np.column_stack([u, v])) @ pose.rotation.T
     normal = np.array([0.0, -math.sin(0.3), math.cos(0.3)])
     reach = (np.array(lamp.xyz) - pose.position) @ normal / (rays @ normal)
@@ -67,21 +63,14 @@ def test_a_large_disc_at_a_slant_has_the_centroid_and_area_of_its_raster() -> No
 
 
 def test_lamps_behind_or_far_outside_the_view_are_not_projected() -> None:
-    assert seen(CeilingLamp((1.8, 1.8, -1.0))) is None
-    assert seen(CeilingLamp((40.0, 1.8, 2.5))) is None
-    assert seen(CeilingLamp((40.0, 1.8, 2.5)), BENT) is None
-
-
-CAMERA = PinholeCamera(320, 240, 320.0, 320.0, 159.5, 119.5)
-
-
-def resting(_: float) -> CameraPose:
-    return camera_pose(SE2(0.0, 0.0, 0.0), UPWARD_MOUNT)
+    for place, camera in (((1.8, 1.8, -1.0), PAPER), ((40.0, 1.8, 2.5), PAPER), ((40.0, 1.8, 2.5), BENT)):
+        assert seen(CeilingLamp(place), camera) is None
 
 
 def test_a_window_next_to_the_camera_may_extend_from_behind_it_into_view() -> None:
     window = CeilingLamp((0.0, 1.0, -0.2), Rectangle(1.0, 6.0), rpy=(np.pi / 2.0, 0.0, 0.0), brightness=500.0)
-    taken = CeilingCamera(CAMERA, Shutter(2e-3), CeilingLens(0.0, blooming=SHARP))
+    camera = PinholeCamera(320, 240, 320.0, 320.0, 159.5, 119.5)
+    taken = CeilingCamera(camera, Shutter(2e-3), CeilingLens(0.0, blooming=SHARP))
     turning = lambda time: camera_pose(SE2(0.0, 0.0, 3.0 * time), UPWARD_MOUNT)  # noqa: E731
     light = taken.light(CeilingRoom((window,)), turning, 0.0)
     # The wall at 1 m is seen where it is up to 2.8 m high, half a metre to each side.

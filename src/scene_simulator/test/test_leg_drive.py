@@ -78,28 +78,19 @@ def test_a_single_leg_takes_the_time_of_its_trapezoid() -> None:
 
 def test_left_turns_are_mirrored_right_turns() -> None:
     left = LegDrive([(x, -y) for x, y in CORNERS], SPEEDS, radius=0.3, rest=1.5)
-    for time in np.linspace(0.0, DRIVE.duration, 40):
-        one, other = DRIVE.pose_at(float(time)), left.pose_at(float(time))
-        assert (one.x, one.y, math.cos(one.yaw)) == pytest.approx((other.x, -other.y, math.cos(other.yaw)))
+    (x, y, yaw), (other_x, other_y, other_yaw) = (motion(drive, 0.1)[1].T for drive in (DRIVE, left))
+    np.testing.assert_allclose((x, y, np.cos(yaw)), (other_x, -other_y, np.cos(other_yaw)), atol=1e-9)
 
 
 @pytest.mark.parametrize(
-    ('corners', 'speeds', 'radius', 'rest'),
+    'bad',
     [
-        (CORNERS, [0.5, 0.5], 0.3, 0.0),
-        (CORNERS[:1], [], 0.3, 0.0),
-        (CORNERS, [0.5, 0.0, 0.5], 0.3, 0.0),
-        (CORNERS, [0.5, float('nan'), 0.5], 0.3, 0.0),
-        (CORNERS, SPEEDS, 0.0, 0.0),
-        (CORNERS, SPEEDS, 1.1, 0.0),
-        (CORNERS, SPEEDS, 0.3, -1.0),
-        (CORNERS, [0.5, 3.0, 0.5], 0.3, 0.0),
-        ([(0.0, 0.0), (float('inf'), 0.0)], [0.5], 0.3, 0.0),
-        ([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], [0.5, 0.5], 0.3, 0.0),
+        *({'speeds': [0.5, *middle, 0.5]} for middle in ((), (0.0,), (math.nan,), (3.0,))),
+        *({'radius': 0.0}, {'radius': 1.1}, {'rest': -1.0}, {'corners': CORNERS[:1], 'speeds': []}),
+        {'corners': [(0.0, 0.0), (math.inf, 0.0)], 'speeds': [0.5]},
+        {'corners': [(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)], 'speeds': [0.5, 0.5]},
     ],
 )
-def test_drives_that_cannot_be_are_refused(
-    corners: list[tuple[float, float]], speeds: list[float], radius: float, rest: float
-) -> None:
+def test_drives_that_cannot_be_are_refused(bad: dict[str, object]) -> None:
     with pytest.raises(SceneError):
-        LegDrive(corners, speeds, radius, rest)
+        LegDrive(**({'corners': CORNERS, 'speeds': SPEEDS, 'radius': 0.3, 'rest': 0.0} | bad))

@@ -53,16 +53,14 @@ WALLS = ('east', 'north', 'west')
 
 @pytest.mark.parametrize(('wall', 'goal'), zip(WALLS, NOMINAL.goals))
 def test_each_goal_looks_at_the_landmarks_of_its_wall(wall, goal):
-    points = np.array(
-        [p for landmark in landmarks_on_wall(bare_walls(), wall) for p in landmark.points_map().values()]
-    )
+    landmarks = landmarks_on_wall(bare_walls(), wall)
+    points = np.array([p for landmark in landmarks for p in landmark.points_map().values()])
     camera = STEREO_RIG.camera_poses(goal)[0]
     in_camera = camera.camera_points(points)
     pixels = STEREO_RIG.left.intrinsics.pixels_from_points(in_camera)
     assert (in_camera[:, 2] > 1.5).all()
     assert ((pixels > 0.0) & (pixels < (752.0, 480.0))).all(axis=1).mean() > 0.75
-    assert (points >= ROOM[:3]).all()
-    assert (points <= ROOM[3:]).all()
+    assert ((points >= ROOM[:3]) & (points <= ROOM[3:])).all()
 
 
 @pytest.mark.parametrize('wall', WALLS)
@@ -80,8 +78,7 @@ def test_the_normals_of_walls_point_into_the_room():
         surface, length = shell.wall(name)
         assert (middle - surface.origin) @ surface.normal > 2.9
         end = surface.points_map([(length, 0.0)])[0]
-        assert (end >= np.array(ROOM[:3]) - 1e-9).all()
-        assert (end <= np.array(ROOM[3:]) + 1e-9).all()
+        np.testing.assert_allclose(np.clip(end, ROOM[:3], ROOM[3:]), end, atol=1e-9)
 
 
 def test_the_curtain_changes_every_picture_of_the_west_wall_and_none_of_the_others():

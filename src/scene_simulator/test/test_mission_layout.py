@@ -20,21 +20,19 @@ from scene_simulator.room.furniture import FurnishedRoom, crate
 
 def flood(room: BoxRoom, start: tuple[float, float], step: float = 0.1) -> set[tuple[int, int]]:
     """Return the places that a robot reaches in steps, tested one by one."""
-    free = np.ones((round(ROOM[3] / step) + 1, round(ROOM[4] / step) + 1), dtype=bool)
-    for i in range(free.shape[0]):
-        for j in range(free.shape[1]):
-            x, y = i * step, j * step
-            away = min(x, y, ROOM[3] - x, ROOM[4] - y)
-            for x0, y0, _, x1, y1, _ in room.boxes:
-                away = min(away, np.hypot(max(x0 - x, 0, x - x1), max(y0 - y, 0, y - y1)))
-            free[i, j] = away > ROBOT_RADIUS + PASSAGE - 0.07
+
+    def is_free(x: float, y: float) -> bool:
+        away = min(x, y, ROOM[3] - x, ROOM[4] - y)
+        for x0, y0, _, x1, y1, _ in room.boxes:
+            away = min(away, np.hypot(max(x0 - x, 0, x - x1), max(y0 - y, 0, y - y1)))
+        return away > ROBOT_RADIUS + PASSAGE - 0.07
+
     seen, open_list = set(), [(round(start[0] / step), round(start[1] / step))]
     while open_list:
-        i, j = open_list.pop()
-        if (i, j) in seen or not (0 <= i < free.shape[0] and 0 <= j < free.shape[1]) or not free[i, j]:
-            continue
-        seen.add((i, j))
-        open_list += [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
+        i, j = place = open_list.pop()
+        if place not in seen and is_free(i * step, j * step):
+            seen.add(place)
+            open_list += [(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)]
     return seen
 
 

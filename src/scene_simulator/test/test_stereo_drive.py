@@ -30,10 +30,7 @@ def test_offsets_reach_half_a_metre_and_fifteen_degrees_to_both_sides() -> None:
 
 
 def test_only_the_moved_sign_is_elsewhere() -> None:
-    taught, moved = (
-        make_corridor_drive('teach').scene.points_map(),
-        make_corridor_drive('moved').scene.points_map(),
-    )
+    taught, moved = (make_corridor_drive(name).scene.points_map() for name in ('teach', 'moved'))
     elsewhere = [name for name, point in taught.items() if not np.allclose(point, moved[name])]
     assert elsewhere == ['round_sign']
 

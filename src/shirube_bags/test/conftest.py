@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import rclpy
 from domain_coordinator import domain_id
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
+from node_testing import isolated_graph
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
@@ -81,28 +80,6 @@ def import_paths():
     return [own, *filter(None, os.environ.get('PYTHONPATH', '').split(os.pathsep))]
 
 
-class Ros:
-    """Makes nodes in one process and spins them."""
-
-    def __init__(self, domain):
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.nodes = []
-
-    def node(self, name, **options):
-        node = Node(name, context=self.context, **options)
-        self.executor.add_node(node)
-        self.nodes.append(node)
-        return node
-
-    def close(self):
-        self.executor.shutdown()
-        for node in self.nodes:
-            node.destroy_node()
-        self.context.try_shutdown()
-
-
 @pytest.fixture
 def start_command(domain, tmp_path):
     """Starts an executable of this package in a new process, which ends with the test."""
@@ -110,11 +87,9 @@ def start_command(domain, tmp_path):
 
     def start(name, *arguments):
         command = [sys.executable, '-m', f'shirube_bags.commands.{name}', *map(str, arguments)]
-        process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
-        )
-        processes.append(process)
-        return process
+        pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
+        processes.append(subprocess.Popen(command, cwd=tmp_path, **pipes))
+        return processes[-1]
 
     yield start
     for process in processes:
@@ -125,9 +100,8 @@ def start_command(domain, tmp_path):
 
 @pytest.fixture
 def ros(domain):
-    ros = Ros(domain)
-    yield ros
-    ros.close()
+    with isolated_graph(domain) as graph:
+        yield graph
 
 
 def nanoseconds(time_message):
@@ -146,9 +120,7 @@ class Listener:
     def __init__(self, ros, name, qos, work=0.0):
         node = ros.node(name, parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
         node.create_subscription(Image, 'image_raw', self.note, qos)
-        node.create_subscription(
-            Clock, '/clock', lambda tick: self.ticks.append(nanoseconds(tick.clock)), 100
-        )
+        node.create_subscription(Clock, '/clock', self.note_tick, 100)
         self.node, self.work, self.executor = node, work, ros.executor
         self.images, self.clock, self.ticks = [], [], []
 
@@ -156,6 +128,9 @@ class Listener:
         self.images.append(image)
         self.clock.append(self.node.get_clock().now().nanoseconds)
         time.sleep(self.work)
+
+    def note_tick(self, tick):
+        self.ticks.append(nanoseconds(tick.clock))
 
     def spin_while_running(self, process):
         while process.poll() is None:

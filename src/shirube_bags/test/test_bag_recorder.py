@@ -23,20 +23,14 @@ from shirube_bags.errors import ReplayError
 
 
 def record(ros, path, topics, publish, counts):
-    """Record until ``counts`` is reached; ``publish`` is called once the topics are found."""
+    """Record until ``counts`` is reached; once the topics are found, ``publish`` is called until it has done so."""
     lines = []
     with BagWriter(path) as bag:
         recorder = BagRecorder(ros.node('recorder'), bag, topics, lines.append)
-        published = False
-        for _ in range(300):
-            recorder.find_topics()
-            ros.executor.spin_once(timeout_sec=0.02)
-            if not published and set(counts) <= set(recorder.counts):
-                published = publish() is None
-            if all(recorder.counts.get(topic) == count for topic, count in counts.items()):
-                break
-        else:
-            pytest.fail(f'recorded {recorder.counts} instead of {counts}')
+        assert ros.spin_until(
+            lambda: recorder.find_topics() or (counts.keys() <= recorder.counts.keys() and publish())
+        )
+        assert ros.spin_until(lambda: recorder.find_topics() or counts.items() <= recorder.counts.items())
     return recorder, lines
 
 
@@ -46,17 +40,14 @@ def test_messages_are_read_back_equal_whatever_the_publisher_s_quality(ros, tmp_
     sensor = node.create_publisher(Int32, 'numbers', qos_profile_sensor_data)
 
     def publish():
+        if not reliable.get_subscription_count() or not sensor.get_subscription_count():
+            return False
         for index in range(5):
             reliable.publish(String(data=f'word {index}'))
             sensor.publish(Int32(data=index))
+        return True
 
-    def both_listen():
-        if reliable.get_subscription_count() and sensor.get_subscription_count():
-            publish()
-            return None
-        return False
-
-    record(ros, tmp_path / 'bag', ['/words', 'numbers'], both_listen, {'/words': 5, '/numbers': 5})
+    record(ros, tmp_path / 'bag', ['/words', 'numbers'], publish, {'/words': 5, '/numbers': 5})
     with BagReader(tmp_path / 'bag') as bag:
         assert [bag.decode(each).data for each in bag.messages(['/words'])] == [f'word {i}' for i in range(5)]
         assert [bag.decode(each).data for each in bag.messages(['/numbers'])] == list(range(5))
@@ -65,7 +56,7 @@ def test_messages_are_read_back_equal_whatever_the_publisher_s_quality(ros, tmp_
 def test_all_topics_are_recorded_and_latched_ones_with_what_was_published_before(ros, tmp_path):
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     ros.node('mapper').create_publisher(String, 'map', latched).publish(String(data='here'))
-    recorder, lines = record(ros, tmp_path / 'bag', [], lambda: None, {'/map': 1})
+    recorder, lines = record(ros, tmp_path / 'bag', [], lambda: True, {'/map': 1})
     assert 'recording /map [std_msgs/msg/String]' in lines
     assert '/map' in recorder.counts
     with BagReader(tmp_path / 'bag') as bag:
@@ -78,26 +69,18 @@ def test_messages_from_before_the_first_clock_get_its_time(ros, tmp_path):
     simulated = ros.node('recorder', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])
     with BagWriter(tmp_path / 'bag') as bag:
         recorder = BagRecorder(simulated, bag, ['/words'], lambda _: None)
-        spin_until(ros, lambda: recorder.find_topics() or not recorder.missing_topics)
+        assert ros.spin_until(lambda: recorder.find_topics() or not recorder.missing_topics)
         words.publish(String(data='early'))
         for _ in range(20):
             ros.executor.spin_once(timeout_sec=0.01)
         assert recorder.counts == {'/words': 0}
         clock.publish(Clock(clock=Time(sec=7)))
-        spin_until(ros, lambda: simulated.get_clock().now().nanoseconds > 0)
+        assert ros.spin_until(lambda: simulated.get_clock().now().nanoseconds > 0)
         words.publish(String(data='late'))
-        spin_until(ros, lambda: recorder.counts == {'/words': 2})
+        assert ros.spin_until(lambda: recorder.counts == {'/words': 2})
     with BagReader(tmp_path / 'bag') as bag:
         found = [(bag.decode(each).data, each.stamp_ns) for each in bag.messages()]
     assert found == [('early', 7 * 10**9), ('late', 7 * 10**9)]
-
-
-def spin_until(ros, condition):
-    for _ in range(500):
-        if condition():
-            return
-        ros.executor.spin_once(timeout_sec=0.02)
-    pytest.fail('nothing came')
 
 
 def test_topics_that_nobody_publishes_are_missing(ros, tmp_path):

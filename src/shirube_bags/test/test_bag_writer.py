@@ -83,16 +83,17 @@ def test_chunks_are_compressed(tmp_path, messages):
     assert (tmp_path / 'bag' / 'bag.mcap').stat().st_size < 20 * image.data.size / 50
 
 
-def test_an_existing_place_is_refused(tmp_path):
+def test_a_place_that_cannot_be_written_is_refused_in_one_line_and_a_closed_bag_refuses_messages(
+    tmp_path, messages
+):
     with pytest.raises(BagError, match='exists already; remove it'):
         BagWriter(tmp_path)
-
-
-def test_an_unwritable_place_is_refused_in_one_line(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(BagError, match='cannot be created') as error, BagWriter(tmp_path / 'file' / 'bag'):
         pass
     assert '\n' not in str(error.value)
+    with pytest.raises(BagError, match='not open'):
+        BagWriter(tmp_path / 'bag').write('/text', 'std_msgs/msg/String', messages.text('x'), 1)
 
 
 @pytest.mark.parametrize(
@@ -110,8 +111,3 @@ def test_a_wrong_message_is_refused_in_one_line(tmp_path, messages, topic, msgty
         with pytest.raises(BagError, match=message) as error:
             bag.write(topic, msgtype, messages.text('y'), stamp)
     assert '\n' not in str(error.value)
-
-
-def test_a_closed_bag_refuses_messages(tmp_path, messages):
-    with pytest.raises(BagError, match='not open'):
-        BagWriter(tmp_path / 'bag').write('/text', 'std_msgs/msg/String', messages.text('x'), 1)

@@ -12,41 +12,30 @@ from shirube_bags.commands.record import main
 pytestmark = pytest.mark.newest_set_only
 
 
-def contents(path):
+def contents(path, *, stamps):
     with BagReader(path) as bag:
-        return {topic: [str(bag.decode(each)) for each in bag.messages([topic])] for topic in bag.topics}
+        messages = bag.messages()
+        return sorted((each.topic, stamps and each.stamp_ns, str(bag.decode(each))) for each in messages)
 
 
-def stamps(path):
-    with BagReader(path) as bag:
-        return [(each.topic, each.stamp_ns) for each in bag.messages()]
-
-
-@pytest.mark.newest_set_only
-def test_what_is_played_is_recorded(start_command, bag_path, tmp_path):
-    target = tmp_path / 'again'
-    recorder = start_command('record', '-o', target, '/image_raw', '/true_pose')
-    player = start_command('play', bag_path, '--rate', '10', '--wait-for', '/image_raw', '/true_pose')
+@pytest.mark.parametrize(
+    ('recording', 'playing', 'number'),
+    [((), (), signal.SIGINT), (('--use-sim-time',), ('--lockstep',), signal.SIGTERM)],
+)
+def test_what_is_played_is_recorded_with_simulated_time_at_the_stamps_of_the_bag(
+    start_command, bag_path, tmp_path, recording, playing, number
+):
+    target, topics = tmp_path / 'again', ('/image_raw', '/true_pose')
+    recorder = start_command('record', '-o', target, *recording, *topics)
+    player = start_command('play', bag_path, *playing, '--rate', '10', '--wait-for', *topics)
     assert player.wait(timeout=60) == 0
     assert not target.exists()
-    recorder.send_signal(signal.SIGINT)
+    recorder.send_signal(number)
     output = recorder.communicate(timeout=30)[1]
     assert recorder.returncode == 0, output
-    assert contents(target) == contents(bag_path)
+    is_simulated = bool(recording)
+    assert contents(target, stamps=is_simulated) == contents(bag_path, stamps=is_simulated)
     assert '41 messages of /image_raw' in output
-
-
-def test_with_simulated_time_and_lock_step_the_stamps_are_those_of_the_bag(start_command, bag_path, tmp_path):
-    target = tmp_path / 'again'
-    recorder = start_command('record', '-o', target, '--use-sim-time', '/image_raw', '/true_pose')
-    player = start_command(
-        'play', bag_path, '--lockstep', '--rate', '10', '--wait-for', '/image_raw', '/true_pose'
-    )
-    assert player.wait(timeout=60) == 0
-    recorder.send_signal(signal.SIGTERM)
-    output = recorder.communicate(timeout=30)[1]
-    assert recorder.returncode == 0, output
-    assert stamps(target) == stamps(bag_path)
 
 
 def test_a_recording_without_messages_is_not_written(domain, tmp_path, capsys):

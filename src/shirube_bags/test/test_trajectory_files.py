@@ -32,9 +32,8 @@ CONTENTS = {
 def test_every_message_with_a_pose_is_understood(tmp_path, messages, msgtype):
     with BagWriter(tmp_path / 'bag') as bag:
         for stamp in (START_NS, START_NS + 7):
-            bag.write(
-                '/pose', msgtype, TYPES[msgtype](messages.header(stamp), *CONTENTS[msgtype]), stamp + 10**9
-            )
+            message = TYPES[msgtype](messages.header(stamp), *CONTENTS[msgtype])
+            bag.write('/pose', msgtype, message, stamp + 10**9)
     with BagReader(tmp_path / 'bag') as bag:
         trajectory = load_bag_trajectory(bag, None)
     assert trajectory.stamps_ns.tolist() == [START_NS, START_NS + 7]
@@ -49,34 +48,22 @@ def test_header_stamps_are_those_of_the_decoded_messages(bag_path):
     assert stamps.tolist() == [each.sec * 10**9 + each.nanosec for each in decoded]
 
 
-def test_several_topics_with_poses_are_named(tmp_path, messages):
+@pytest.mark.parametrize(
+    ('load', 'topic', 'words'),
+    [
+        (load_bag_trajectory, None, '/a, /b have poses; name one'),
+        (load_bag_trajectory, '/text', '/a, /b have poses'),
+        (load_bag_trajectory, '/b', '/b: pose 1 of 1 has a position'),
+        (load_header_stamps, '/text', 'has no header'),
+    ],
+)
+def test_topics_that_are_no_trajectory_are_refused(tmp_path, messages, load, topic, words):
     with BagWriter(tmp_path / 'bag') as bag:
-        for topic in ('/b', '/a'):
-            bag.write(topic, 'geometry_msgs/msg/PoseStamped', messages.pose(START_NS, 0, 0, 0), 1)
-    with BagReader(tmp_path / 'bag') as bag, pytest.raises(BagError, match='/a, /b have poses; name one'):
-        load_bag_trajectory(bag, None)
-
-
-def test_a_topic_without_poses_is_refused(bag_path):
-    with BagReader(bag_path) as bag, pytest.raises(BagError, match='/true_pose have poses'):
-        load_bag_trajectory(bag, '/image_raw')
-
-
-def test_malformed_poses_are_refused_with_their_topic(tmp_path, messages):
-    with BagWriter(tmp_path / 'bag') as bag:
-        bag.write('/pose', 'geometry_msgs/msg/PoseStamped', messages.pose(START_NS, np.nan, 0, 0), 1)
-    with (
-        BagReader(tmp_path / 'bag') as bag,
-        pytest.raises(BagError, match='/pose: pose 1 of 1 has a position'),
-    ):
-        load_bag_trajectory(bag, None)
-
-
-def test_messages_without_a_header_have_no_stamps(tmp_path, messages):
-    with BagWriter(tmp_path / 'bag') as bag:
+        for name, x in (('/b', np.nan), ('/a', 0.0)):
+            bag.write(name, 'geometry_msgs/msg/PoseStamped', messages.pose(START_NS, x, 0, 0), 1)
         bag.write('/text', 'std_msgs/msg/String', messages.text('x'), 1)
-    with BagReader(tmp_path / 'bag') as bag, pytest.raises(BagError, match='has no header'):
-        load_header_stamps(bag, '/text')
+    with BagReader(tmp_path / 'bag') as bag, pytest.raises(BagError, match=words):
+        load(bag, topic)
 
 
 GOOD = '1.0 1 2 3 0 0 0 1'

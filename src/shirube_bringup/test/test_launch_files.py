@@ -48,17 +48,10 @@ class StandIn(ModuleType):
 
 @pytest.fixture(autouse=True)
 def _launch_system(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    inner = (
-        'actions',
-        'conditions',
-        'event_handlers',
-        'events',
-        'events.process',
-        'launch_description_sources',
-    )
-    names = ['launch', *(f'launch.{n}' for n in (*inner, 'substitutions')), 'launch_ros']
+    inner = 'actions conditions event_handlers events events.process launch_description_sources substitutions'
+    names = [f'launch.{n}' for n in inner.split()]
     names += [f'launch_ros.{n}' for n in ('actions', 'parameter_descriptions', 'substitutions')]
-    for name in names:
+    for name in ('launch', 'launch_ros', *names):
         monkeypatch.setitem(sys.modules, name, StandIn(name))
     yield
     sys.modules.pop('shirube_bringup.launching', None)
@@ -120,9 +113,7 @@ def test_launch_file_starts_the_node_that_the_parameter_file_is_for(launch: str)
 
 
 @pytest.mark.parametrize('launch', SINGLE)
-def test_every_argument_reaches_the_node_and_an_empty_one_leaves_the_parameter_file_alone(
-    launch: str,
-) -> None:
+def test_every_argument_reaches_the_node_and_an_empty_one_leaves_the_file_alone(launch: str) -> None:
     empty = {name for name, default in declared_in(launch).items() if default == ''}
     assert configurations_in(node_of(launch)) == set(declared_in(launch)) - empty - {'use_sim_time'}
     first, *others = node_of(launch, **dict.fromkeys(empty, '/given'))['parameters']

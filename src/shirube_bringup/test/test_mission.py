@@ -17,8 +17,6 @@ from shirube_bringup.subscribers import StampedPose
 from shirube_core.geometry import SE2
 
 SEED = 3
-
-
 FUSED = [StampedPose(0.0, SE2(0.0, 0.0, 0.0))]
 
 

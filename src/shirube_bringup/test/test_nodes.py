@@ -39,34 +39,21 @@ def test_the_papers_planner_is_a_choice():
     assert (planner.parameters['mode'], planner.parameters['rule']) == ('reward', 'count')
 
 
-def check_until_it_ends(nodes: NodeProcesses) -> None:
-    """Look as the mission does."""
-    while True:
-        nodes.check()
-        time.sleep(0.05)
-
-
-def test_a_node_that_ends_is_named_with_its_log(tmp_path):
-    nodes = NodeProcesses([NodeSetup('no_such_package', {}, {})], tmp_path, 77)
-    message = 'no_such_package ended with exit code 1; see '
-    with nodes, pytest.raises(MissionError, match=message):
-        check_until_it_ends(nodes)
-    assert nodes.exit_codes == {'no_such_package': 1}
-    assert 'No module named' in (tmp_path / 'no_such_package.log').read_text()
-
-
-@pytest.mark.newest_set_only
-def test_a_bad_parameter_shows_as_the_nodes_own_line(tmp_path):
-    setup = NodeSetup('motor_bridge', {'wheel_radius': -1.0}, {})
-    nodes = NodeProcesses([setup], tmp_path, 77)
-    with nodes, pytest.raises(MissionError, match='motor_bridge ended with exit code 1'):
-        check_until_it_ends(nodes)
-    assert 'wheel_radius' in (tmp_path / 'motor_bridge.log').read_text()
-
-
-def test_a_node_that_has_ended_is_seen_and_works_no_more(tmp_path):
-    nodes = NodeProcesses([NodeSetup('no_such_package', {}, {})], tmp_path, 77)
-    with nodes:
+@pytest.mark.parametrize(
+    ('package', 'parameters', 'line'),
+    [
+        ('no_such_package', {}, 'No module named'),
+        pytest.param(
+            'motor_bridge', {'wheel_radius': -1.0}, 'wheel_radius', marks=pytest.mark.newest_set_only
+        ),
+    ],
+)
+def test_a_node_that_ends_is_named_with_its_log_and_works_no_more(tmp_path, package, parameters, line):
+    with NodeProcesses([NodeSetup(package, parameters, {})], tmp_path, 77) as nodes:
         while not nodes.has_ended():
             time.sleep(0.05)
+        with pytest.raises(MissionError, match=f'{package} ended with exit code 1; see '):
+            nodes.check()
         assert nodes.cpu_times() == {}
+    assert nodes.exit_codes == {package: 1}
+    assert line in (tmp_path / f'{package}.log').read_text()

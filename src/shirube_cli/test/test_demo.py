@@ -7,9 +7,9 @@ from shirube_cli.project import CommandError
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'wanted'), [([], 'mission'), (['mission'], 'mission'), (['floor'], 'floor')]
+    ('arguments', 'wanted', 'code'),
+    [([], 'mission', 0), (['mission'], 'mission', 1), (['floor'], 'floor', 1)],
 )
-@pytest.mark.parametrize('code', [0, 1])
 def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
     arguments, wanted, code, monkeypatch, tmp_path
 ):

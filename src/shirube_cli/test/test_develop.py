@@ -25,40 +25,22 @@ def calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, list]:
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'is_whole'),
+    ('arguments', 'is_whole', 'is_parallel'),
     [
-        ([], True),
-        (['-n2', '--dist', 'worksteal'], True),
-        (['-m', 'not newest_set_only'], True),
-        (['--quick'], False),
-        (['tests'], False),
-        (['-q', 'tests/test_one.py::test_it'], False),
+        ('', True, True),
+        ('-x -k pose', True, True),
+        ('-m newest_set_only', True, True),
+        ('-n2 --dist worksteal', True, False),
+        ('--pdb', True, False),
+        ('--quick -x', False, True),
+        ('tests', False, False),
+        ('-q tests/test_one.py::test_it', False, False),
     ],
 )
-def test_the_workspace_is_built_before_the_whole_suite_only(
-    tmp_path: Path, calls: dict[str, list], arguments: list[str], is_whole: bool
+def test_the_whole_suite_is_built_before_and_uses_all_cores_unless_told_otherwise(
+    tmp_path: Path, calls: dict[str, list], arguments: str, is_whole: bool, is_parallel: bool
 ) -> None:
-    assert develop.run_tests(arguments) == 0
+    assert develop.run_tests(arguments.split()) == 0
     assert calls['built'] == ([tmp_path] if is_whole else [])
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'is_parallel'),
-    [
-        ([], True),
-        (['-x', '-k', 'pose'], True),
-        (['-n2'], False),
-        (['--pdb'], False),
-        (['tests/test_one.py'], False),
-    ],
-)
-def test_the_whole_suite_uses_all_cores_unless_told_otherwise(
-    calls: dict[str, list], arguments: list[str], is_parallel: bool
-) -> None:
-    assert develop.run_tests(arguments) == 0
-    assert calls['pytest'] == (develop.parallel_options() if is_parallel else []) + arguments
-
-
-def test_quick_runs_what_is_marked_so(calls: dict[str, list]) -> None:
-    assert develop.run_tests(['--quick', '-x']) == 0
-    assert calls['pytest'] == [*develop.parallel_options(), '-m', 'quick', '-x']
+    options = develop.parallel_options() if is_parallel else []
+    assert calls['pytest'] == [*options, *arguments.replace('--quick', '-m quick').split()]

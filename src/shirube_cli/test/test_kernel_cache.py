@@ -93,9 +93,7 @@ def test_progress_is_plain_lines_that_count_to_the_total(capfd: pytest.CaptureFi
     assert lines[-1] == 'Compiling kernels (once): 15 of 15'
 
 
-@pytest.mark.parametrize(
-    'program', ['', 'input(); raise SystemExit(1)', 'import os; os.kill(os.getpid(), 9)']
-)
+@pytest.mark.parametrize('program', ['', 'input(); exit(1)', 'import os; os.kill(os.getpid(), 9)'])
 def test_compiler_that_ends_early_is_one_line(program: str) -> None:
     with pytest.raises(CommandError, match=r'could not be compiled, see above; .* try again'):
         compile_sets([KERNEL_SETS[0]], safe_environment(), lambda _: None, program)
@@ -103,9 +101,8 @@ def test_compiler_that_ends_early_is_one_line(program: str) -> None:
 
 def test_ctrl_c_ends_a_compiler_without_output() -> None:
     program = f'{PROLOGUE}\nimport time\nprint("ready", flush=True)\ntime.sleep(60.0)'
-    compiler = subprocess.Popen(
-        [sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
+    pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
+    compiler = subprocess.Popen([sys.executable, '-c', program], **pipes)
     assert compiler.stdout is not None
     assert compiler.stdout.readline() == 'ready\n'
     compiler.send_signal(signal.SIGINT)
@@ -125,7 +122,7 @@ def test_the_digest_sees_kernels_and_what_goes_into_them_and_nothing_else(tmp_pa
     package = tmp_path / 'robot' / 'robot'
     package.mkdir(parents=True)
     files = {
-        'kernels.py': 'from robot.constants import REACH\n\n\n@njit(cache=True)\ndef reach():\n    return REACH\n',
+        'kernels.py': 'from robot.constants import REACH\n@njit(cache=True)\ndef reach():\n    return REACH\n',
         'constants.py': 'REACH = 1\n',
         'words.py': 'HELLO = 1\n',
     }

@@ -28,22 +28,11 @@ other_node:
   ros__parameters:
     slack_xy: 5.0
 """
-NEW = """\
-# my robot
-pose_arbiter:
-  ros__parameters:
-    gate_margin_xy: 0.01  # way_noise: in a comment stays
-    'bias_correlation_length': 2.0
-vlc_beacon:
-  ros__parameters:
-    odometry:
-      gap_distance_max: 0.3
-    odometry.bias_correlation_length: 1.0
-    speed_limit: 0.4
-other_node:
-  ros__parameters:
-    slack_xy: 5.0
-"""
+NEW = (
+    OLD.replace('slack_xy: 0.01', 'gate_margin_xy: 0.01')
+    .replace('lasting_way', 'bias_correlation_length')
+    .replace('gap_way', 'gap_distance_max')
+)
 
 
 def test_only_former_names_of_the_right_node_change() -> None:

@@ -30,17 +30,8 @@ class Floor:
 
 
 def test_values_land_in_their_places_and_the_rest_keeps_its_default() -> None:
-    settings = settings_from_values(Floor, {'dots.diameter': 0.5, 'xyz': [1, 2, 3]})
-    assert settings == Floor(Dots(0.5, 7), (1.0, 2.0, 3.0))
-
-
-def test_whole_numbers_become_floats() -> None:
     settings = settings_from_values(Floor, {'dots.diameter': 1, 'xyz': [1, 2, 3]})
-    assert isinstance(settings.dots.diameter, float)
-    assert all(isinstance(element, float) for element in settings.xyz)
-
-
-def test_the_described_defaults_make_the_default_settings() -> None:
+    assert repr(settings) == repr(Floor(Dots(1.0, 7), (1.0, 2.0, 3.0)))  # whole numbers become floats
     defaults = {description.name: description.default for description in describe_settings(Floor)}
     assert settings_from_values(Floor, defaults) == Floor()
 
@@ -52,10 +43,7 @@ def test_the_described_defaults_make_the_default_settings() -> None:
         ({'dots.width': 0.1}, r'dots\.width is now called dots\.diameter; .*shirube migrate'),
         ({'q': 0.1}, r'q does not exist, there are dots\.diameter, dots\.count, xyz'),
         ({'dots.diameter': 11}, r'dots\.diameter is 11.0 m, allowed'),
-        ({'dots.diameter': True}, r'dots\.diameter is True, it must be a number'),
-        ({'dots.count': 1.5}, r'dots\.count is 1.5, it must be a whole number'),
         ({'xyz': 'abc'}, r"xyz is 'abc', it must be 3 numbers"),
-        ({'xyz': [1, 2]}, r'xyz is \(1.0, 2.0\), it must be 3 numbers'),
     ],
 )
 def test_bad_values_and_unknown_names_are_refused(values: dict[str, Any], words: str) -> None:
@@ -63,20 +51,14 @@ def test_bad_values_and_unknown_names_are_refused(values: dict[str, Any], words:
         settings_from_values(Floor, values)
 
 
-def make_parser() -> argparse.ArgumentParser:
+def test_a_former_option_ends_with_its_new_name_and_the_help_shows_no_other(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     parser = argparse.ArgumentParser(prog='tool')
     parser.add_argument('--submap-length', type=float, default=2.0)
     reject_former_option(parser, 'piece_length', 'submap_length')
-    return parser
-
-
-def test_a_former_name_ends_with_the_new_one(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
-        make_parser().parse_args(['--piece-length', '3'])
+        parser.parse_args(['--piece-length', '3'])
     assert 'tool: error: --piece-length is now called --submap-length' in capsys.readouterr().err
-
-
-def test_the_new_name_works_and_the_help_shows_no_other() -> None:
-    assert make_parser().parse_args([]).submap_length == 2.0
-    assert make_parser().parse_args(['--submap-length', '3']).submap_length == 3.0
-    assert 'piece' not in make_parser().format_help()
+    assert parser.parse_args([]).submap_length == 2.0
+    assert 'piece' not in parser.format_help()

@@ -31,22 +31,10 @@ def test_every_fact_of_a_definition_is_read_back_in_order() -> None:
     assert (size.default, size.description, size.unit) == ((1.0, 2.0, 3.0), 'size of its body', 'm')
     assert (size.minimum, size.maximum, size.length, size.is_tuple) == (None, 9.0, 3, True)
     assert by_name['gains'].length is None
+    assert by_name['lens.focal'].default == 4.0  # as the outer class says
     assert by_name['mode'].choices == ('fast', 'good')
-    assert [by_name[name].type_name for name in ('name', 'size', 'gains')] == [
-        'str',
-        'tuple[float, float, float]',
-        'tuple[float, ...]',
-    ]
-
-
-def test_the_default_of_a_group_is_what_the_outer_class_says() -> None:
-    focal = describe_settings(Camera)[2]
-    assert focal.default == 4.0
-
-
-def test_a_setting_is_an_ordinary_field() -> None:
-    assert Camera() == Camera(name='belly')
-    assert Camera(lens=Lens(2.0)).lens.focal == 2.0
+    types = [by_name[name].type_name for name in ('name', 'size', 'gains')]
+    assert types == ['str', 'tuple[float, float, float]', 'tuple[float, ...]']
 
 
 def test_an_undescribed_field_and_an_unknown_type_are_refused() -> None:

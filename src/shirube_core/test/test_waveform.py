@@ -8,7 +8,6 @@ import pytest
 from shirube_core.waveform import (
     LightWaveformError,
     Waveform,
-    steady_light,
     waveform_from_csv,
     waveform_from_steps,
     waveform_to_csv,
@@ -17,16 +16,11 @@ from shirube_core.waveform import (
 UNEVEN = waveform_from_steps([0.7e-3, 0.2e-3, 1.1e-3], [[1.0, 0.0], [0.25, 1.0], [0.0, 0.5]])
 
 
-def windows(count: int, longest: float) -> tuple[np.ndarray, np.ndarray]:
-    rng = np.random.default_rng(4)
-    starts = rng.uniform(-3.0, 3.0, count)
-    return starts, starts + rng.uniform(0.0, longest, count)
-
-
 @pytest.mark.parametrize('longest', [0.1e-3, 2e-3, 0.5])
 def test_means_agree_with_fine_sampling(longest: float) -> None:
-    starts, stops = windows(40, longest)
-    samples = 20_000
+    rng, samples = np.random.default_rng(4), 20_000
+    starts = rng.uniform(-3.0, 3.0, 40)
+    stops = starts + rng.uniform(0.0, longest, 40)
     instants = starts[:, None] + (np.arange(samples) + 0.5) / samples * (stops - starts)[:, None]
     sampled = UNEVEN.levels_at(instants).mean(axis=1)
     np.testing.assert_allclose(UNEVEN.mean_levels(starts, stops), sampled, atol=1e-3)
@@ -46,27 +40,12 @@ def test_mean_of_a_window_is_that_of_its_parts() -> None:
     np.testing.assert_allclose(pieces.sum(axis=0), whole, rtol=1e-12)
 
 
-def test_any_whole_period_holds_the_mean_of_all() -> None:
-    starts = np.linspace(-0.01, 0.01, 57)
-    mean = np.diff([0.0, 0.7e-3, 0.9e-3, 2e-3]) @ UNEVEN.levels / 2e-3
-    for turns in (1, 7):
-        means = UNEVEN.mean_levels(starts, starts + turns * UNEVEN.period)
-        np.testing.assert_allclose(means, np.broadcast_to(mean, means.shape), atol=1e-12)
-
-
 def test_periods_that_are_added_up_hold_the_mean_of_all() -> None:
     for period in np.random.default_rng(1).uniform(1e-4, 1e-2, 200):
         blink = waveform_from_steps([0.3 * period, 0.7 * period], [1.0, 0.0])
         # A sum of periods lies a rounding before or after the border of a period.
         stops = np.cumsum(np.full(200, period))
         np.testing.assert_allclose(blink.mean_levels(np.zeros(200), stops)[:, 0], 0.3, atol=1e-9)
-
-
-def test_half_of_an_edge_is_half_the_light() -> None:
-    blink = waveform_from_steps([1e-3, 1e-3], [1.0, 0.0])
-    share = np.linspace(0.0, 1.0, 11)
-    starts = 1e-3 - share * 1e-4
-    np.testing.assert_allclose(blink.mean_levels(starts, starts + 1e-4)[:, 0], share, atol=1e-9)
 
 
 def test_a_window_without_length_is_an_instant() -> None:
@@ -80,22 +59,11 @@ def test_windows_years_away_lose_no_light() -> None:
     np.testing.assert_allclose(UNEVEN.mean_levels(far + 0.1e-3, far + 1.2e-3), near, atol=1e-5)
 
 
-def test_windows_of_any_shape_give_one_more_axis() -> None:
-    starts = np.zeros((3, 4))
-    assert UNEVEN.mean_levels(starts, starts + 1e-3).shape == (3, 4, 2)
-    assert UNEVEN.mean_levels(0.0, 1e-3).shape == (2,)
-
-
 def test_equal_neighbours_join_and_play_the_same() -> None:
     joined = waveform_from_steps([1e-3, 2e-3, 1e-3], [1.0, 1.0, 0.0])
     np.testing.assert_array_equal(joined.times, [0.0, 3e-3])
     np.testing.assert_array_equal(joined.levels, [[1.0], [0.0]])
     assert joined.period == pytest.approx(4e-3)
-
-
-def test_steady_light_is_always_full() -> None:
-    assert steady_light(2).parts == 2
-    assert (steady_light().mean_levels([-4.3, 0.0, 17.2], [-4.0, 0.9, 900.0]) == 1.0).all()
 
 
 @pytest.mark.parametrize(

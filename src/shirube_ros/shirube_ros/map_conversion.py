@@ -84,26 +84,6 @@ def points_from_cloud(message: PointCloud2, topic: str) -> NDArray[np.float32]:
     return points.reshape(-1, 3)
 
 
-def cloud_from_points(points: NDArray[np.float32], header: Header) -> PointCloud2:
-    """Return points, shape (n, 3) [m], as an unorganized cloud (one row)."""
-    data = array('B')
-    data.frombytes(np.ascontiguousarray(points, dtype='<f4').data.cast('B') if len(points) else b'')
-    fields = [
-        PointField(name=name, offset=_BYTES * axis, datatype=PointField.FLOAT32, count=1)
-        for axis, name in enumerate('xyz')
-    ]
-    return PointCloud2(
-        header=header,
-        height=1,
-        width=len(points),
-        fields=fields,
-        point_step=3 * _BYTES,
-        row_step=3 * _BYTES * len(points),
-        data=data,
-        is_dense=bool(np.isfinite(points).all()),
-    )
-
-
 def _field(message: PointCloud2, name: str, topic: str) -> tuple[int, np.dtype[np.floating]]:
     """Return offset and type of a coordinate."""
     for field in message.fields:

@@ -24,11 +24,24 @@ class MinimalSettings:
     fault: str = setting('', 'what goes wrong at start')
 
 
-def _work_long() -> None:
-    """Be busy for a minute. In short naps: a signal just before a nap does not end it, only what comes after it."""
-    end = time.monotonic() + 60.0
+def _say(line: str) -> None:
+    sys.stdout.write(f'{line}\n')
+    sys.stdout.flush()
+
+
+def _work(seconds: float) -> None:
+    """Be busy, in short naps: a signal just before a nap does not end it, only what comes after it."""
+    end = time.monotonic() + seconds
     while time.monotonic() < end:
         time.sleep(0.05)
+
+
+def _run_compiled(seconds: float) -> None:
+    """Stand for a compiler or compiled code: an interrupt makes an error of its own of it."""
+    try:
+        _work(seconds)
+    except KeyboardInterrupt as interrupt:
+        raise SystemError('a compiled call returned a result with an exception set') from interrupt
 
 
 class MinimalNode(Node):
@@ -41,42 +54,22 @@ class MinimalNode(Node):
             raise FloorError('map.csv is empty;\nbuild a map')
         if settings.fault == 'program':
             raise ZeroDivisionError('a mistake')
-        if settings.fault == 'slow':
-            sys.stdout.write('alive\n')
-            sys.stdout.flush()
-            _work_long()
-        if settings.fault == 'compiling':
-            self._compile()
+        if settings.fault in ('slow', 'compiling'):
+            _say('alive')
+            (_work if settings.fault == 'slow' else _run_compiled)(60.0)
         self._fault = settings.fault
         self.create_timer(0.05, self._live)
 
-    def _compile(self) -> None:
-        """Stand for a compiler at start, which is interrupted, but by its own error."""
-        sys.stdout.write('alive\n')
-        sys.stdout.flush()
-        try:
-            _work_long()
-        except KeyboardInterrupt as interrupt:
-            raise SystemError('a compiled call returned a result with an exception set') from interrupt
-
     def _live(self) -> None:
-        sys.stdout.write('alive\n')
-        sys.stdout.flush()
+        _say('alive')
         if self._fault == 'later':
             raise ZeroDivisionError('a mistake')
         if self._fault == 'busy':
-            self._work()
-
-    def _work(self) -> None:
-        """Stand for compiled code: an interrupt makes an error of its own of it."""
-        try:
-            time.sleep(0.5)
-        except KeyboardInterrupt as interrupt:
-            raise SystemError('a compiled call returned a result with an exception set') from interrupt
-        sys.stdout.write('worked to the end\n')
+            _run_compiled(0.5)
+            _say('worked to the end')
 
     def stop(self) -> None:
-        sys.stdout.write('stopped while publishers work\n' if self.context.ok() else 'stopped too late\n')
+        _say('stopped while publishers work' if self.context.ok() else 'stopped too late')
 
 
 if __name__ == '__main__':

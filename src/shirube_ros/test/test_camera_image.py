@@ -33,22 +33,15 @@ def image(encoding: str, rows: np.ndarray, padding: int = 0) -> Image:
     flat = rows.reshape(rows.shape[0], -1).view(np.uint8)
     padded = np.pad(flat, ((0, 0), (0, padding)), constant_values=77)
     data = array('B', padded.tobytes())
-    return Image(
-        height=rows.shape[0], width=rows.shape[1], encoding=encoding, step=padded.shape[1], data=data
-    )
+    height, width = rows.shape[:2]
+    return Image(height=height, width=width, encoding=encoding, step=padded.shape[1], data=data)
 
 
-@pytest.mark.parametrize('pixels', [GRAY, BGR])
+@pytest.mark.parametrize('pixels', [GRAY, BGR, BGR[::2, ::-1]])  # the last one is not contiguous
 def test_arrays_come_back_from_messages(pixels: np.ndarray) -> None:
     message = image_from_array(pixels, Header(frame_id='camera'))
     assert message.header.frame_id == 'camera'
     np.testing.assert_array_equal(array_from_image(message, 'image_raw'), pixels)
-
-
-def test_a_view_that_is_not_contiguous_can_be_sent() -> None:
-    np.testing.assert_array_equal(
-        array_from_image(image_from_array(BGR[::2, ::-1], Header()), ''), BGR[::2, ::-1]
-    )
 
 
 @pytest.mark.parametrize('padding', [0, 3])
@@ -56,11 +49,6 @@ def test_every_encoding_gives_gray_or_bgr(padding: int) -> None:
     np.testing.assert_array_equal(array_from_image(image('mono8', GRAY, padding), 't'), GRAY)
     np.testing.assert_array_equal(array_from_image(image('bgr8', BGR, padding), 't'), BGR)
     np.testing.assert_array_equal(array_from_image(image('rgb8', BGR[..., ::-1], padding), 't'), BGR)
-
-
-@pytest.mark.parametrize('message', [image('mono8', GRAY), image('bgr8', BGR)])
-def test_unpadded_images_share_the_memory_of_the_message(message: Image) -> None:
-    assert np.shares_memory(array_from_image(message, 't'), np.frombuffer(message.data, np.uint8))
 
 
 @pytest.mark.parametrize('pixels', [GRAY, BGR])
@@ -76,7 +64,9 @@ def test_kernels_get_the_same_type_from_a_bag_as_from_a_camera(pixels: np.ndarra
     )
     from_bag = array_from_image(cast(Image, recorded), 't')
     np.testing.assert_array_equal(from_bag, pixels)
-    assert typeof(from_bag) == typeof(array_from_image(from_camera, 't'))
+    shown = array_from_image(from_camera, 't')
+    assert typeof(from_bag) == typeof(shown)
+    assert np.shares_memory(shown, np.frombuffer(from_camera.data, np.uint8))
 
 
 def test_the_last_row_needs_no_padding() -> None:
@@ -91,7 +81,7 @@ def test_the_last_row_needs_no_padding() -> None:
         (
             array_from_image,
             {'encoding': 'mono16'},
-            r"front has the encoding 'mono16'; set .* mono8, bgr8 or rgb8",
+            r"front has the encoding 'mono16'; .* mono8, bgr8 or rgb8",
         ),
         (array_from_image, {'encoding': ''}, r"encoding ''"),
         (array_from_image, {'height': 0}, r'is empty, 5 x 0 px'),
@@ -109,9 +99,8 @@ def test_the_last_row_needs_no_padding() -> None:
 def test_broken_images_are_refused_with_the_remedy(
     read: Callable[[Image, str], np.ndarray], change: dict[str, object], words: str
 ) -> None:
-    message = (
-        image('mono8', GRAY) if read is array_from_image else image('32FC1', np.ones((2, 3), np.float32))
-    )
+    depth = image('32FC1', np.ones((2, 3), np.float32))
+    message = image('mono8', GRAY) if read is array_from_image else depth
     for name, value in change.items():
         setattr(message, name, value)
     with pytest.raises(ImageError, match=words):

@@ -22,9 +22,8 @@ D = [-0.3, 0.1, 0.001, -0.002, 0.01]
 
 
 def info(**changes: Any) -> CameraInfo:
-    return CameraInfo(
-        **{'width': 235, 'height': 230, 'distortion_model': 'plumb_bob', 'k': K, 'd': D, **changes}
-    )
+    good = {'width': 235, 'height': 230, 'distortion_model': 'plumb_bob', 'k': K, 'd': D}
+    return CameraInfo(**(good | changes))
 
 
 def test_every_number_lands_in_its_place() -> None:
@@ -46,10 +45,7 @@ def test_missing_coefficients_are_zero(model: str) -> None:
         ({'k': [math.nan, *K[1:]]}, r'not finite'),
         ({'width': 0}, r'image size is 0 x 230'),
         ({'d': [math.inf, *D[1:]]}, r'not finite'),
-        (
-            {'distortion_model': 'equidistant', 'd': D[:4]},
-            r"distortion model 'equidistant' with 4 numbers",
-        ),
+        ({'distortion_model': 'equidistant', 'd': D[:4]}, r"distortion model 'equidistant' with 4 numbers"),
         ({'distortion_model': 'rational_polynomial', 'd': [0.0] * 8}, r'calibrate with plumb_bob'),
         ({'d': D[:3]}, r'with 3 numbers'),
     ],
@@ -64,9 +60,7 @@ def test_the_image_must_have_the_size_of_its_calibration() -> None:
     camera = camera_from_camera_info(info(), 't')
     check_image_size(camera, (230, 235), 'image_raw', 'camera_info')
     check_image_size(camera, (230, 235, 3), 'image_raw', 'camera_info')
-    with pytest.raises(
-        CameraInfoError, match=r'image_raw is 230 x 235 px but camera_info is for 235 x 230 px'
-    ):
+    with pytest.raises(CameraInfoError, match='image_raw is 230 x 235 px but camera_info is for 235 x 230'):
         check_image_size(camera, (235, 230), 'image_raw', 'camera_info')
 
 
@@ -88,8 +82,6 @@ def test_without_p_k_counts_unless_there_is_distortion() -> None:
         rectified_camera(info, 'info')
     with pytest.raises(CameraInfoError, match='P is zero'):
         projection_from_camera_info(info, 'info')
-
-
-def test_an_impossible_p_is_refused() -> None:
+    info.p = [-1.0, *P[1:]]
     with pytest.raises(CameraInfoError, match='focal length'):
-        rectified_camera(CameraInfo(width=128, height=96, k=RECTIFIED_K, p=[-1.0, *P[1:]]), 'info')
+        rectified_camera(info, 'info')

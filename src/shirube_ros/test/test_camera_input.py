@@ -21,6 +21,7 @@ from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.camera.input import ImageInput
 
 PIXELS = np.random.default_rng(2).integers(0, 256, (40, 50), dtype=np.uint8)
+PNG = array('B', cv2.imencode('.png', PIXELS)[1].tobytes())
 INFO = CameraInfo(width=50, height=40, k=[60.0, 0.0, 25.0, 0.0, 60.0, 20.0, 0.0, 0.0, 1.0])
 CAMERA = PinholeCamera(50, 40, 60.0, 60.0, 25.0, 20.0)
 
@@ -34,15 +35,9 @@ class Pair:
         self.viewer = graph.add(lambda **options: Node('viewer', cli_args=arguments, **options), **parameters)
         self.guard = CallbackGuard(self.viewer)
         self.seen: list[tuple[Header, np.ndarray, PinholeCamera]] = []
-        ImageInput(
-            self.viewer,
-            self.guard,
-            ('image_raw', 'camera_info'),
-            transport,
-            camera_from_camera_info,
-            lambda *image: self.seen.append(image),
-        )
-        self._camera = graph.add(lambda **options: Node('camera', **options))
+        topics, take = ('image_raw', 'camera_info'), lambda *image: self.seen.append(image)
+        ImageInput(self.viewer, self.guard, topics, transport, camera_from_camera_info, take)
+        self._camera = graph.node('camera')
 
     def send(self, topic: str, message: Any) -> None:
         publisher = self._camera.create_publisher(type(message), topic, 10)
@@ -73,9 +68,8 @@ def test_a_raw_image_arrives_with_its_camera(graph: IsolatedGraph) -> None:
 @pytest.mark.parametrize(('remapping', 'topic'), [('a:=b', '/image_raw'), ('image_raw:=/belly', '/belly')])
 def test_a_compressed_image_arrives_also_remapped(graph: IsolatedGraph, remapping: str, topic: str) -> None:
     pair = Pair(graph, 'compressed', remapping)
-    data = array('B', cv2.imencode('.png', PIXELS)[1].tobytes())
     pair.send('camera_info', INFO)
-    pair.send(f'{topic}/compressed', CompressedImage(format='png', data=data))
+    pair.send(f'{topic}/compressed', CompressedImage(format='png', data=PNG))
     np.testing.assert_array_equal(pair.seen[0][1], PIXELS)
 
 
@@ -86,10 +80,7 @@ def test_of_two_kinds_the_first_is_kept_and_the_other_no_longer_subscribed_to(
     pair = Pair(graph, 'auto')
     messages = {
         'raw': ('image_raw', image_from_array(PIXELS, Header())),
-        'compressed': (
-            'image_raw/compressed',
-            CompressedImage(data=array('B', cv2.imencode('.png', PIXELS)[1].tobytes())),
-        ),
+        'compressed': ('image_raw/compressed', CompressedImage(data=PNG)),
     }
     pair.send('camera_info', INFO)
     pair.send(*messages[first])

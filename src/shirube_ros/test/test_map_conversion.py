@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from node_testing import cloud_from_points
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
 from shirube_ros.errors import PointCloudError
-from shirube_ros.map_conversion import cloud_from_points, occupancy_grid, path_message, points_from_cloud
+from shirube_ros.map_conversion import occupancy_grid, path_message, points_from_cloud
 from shirube_ros.pose_conversion import planar_pose
 
 

@@ -35,60 +35,39 @@ def start(environment: dict[str, str], *arguments: str) -> subprocess.Popen[str]
     )
 
 
+STOPPED = 'stopped while publishers work'
+
+
 # Each pair of a signal, a number of signals and a state of the node.
 @pytest.mark.parametrize(
-    ('number', 'times', 'fault'),
+    ('number', 'times', 'fault', 'ending'),
     [
-        (signal.SIGINT, 1, 'slow'),
-        (signal.SIGTERM, 2, 'slow'),
-        (signal.SIGINT, 2, 'compiling'),
-        (signal.SIGTERM, 1, 'compiling'),
+        (signal.SIGINT, 1, 'slow', []),
+        (signal.SIGTERM, 2, 'slow', []),
+        (signal.SIGINT, 2, 'compiling', []),
+        (signal.SIGTERM, 1, 'compiling', []),
+        *(
+            (number, times, 'none', [STOPPED])
+            for number in (signal.SIGINT, signal.SIGTERM)
+            for times in (1, 2)
+        ),
+        *((signal.SIGINT, times, 'busy', ['worked to the end', STOPPED]) for times in (1, 2)),
     ],
 )
-def test_a_signal_ends_the_node_cleanly_while_it_starts(
-    environment: dict[str, str], number: int, times: int, fault: str
+def test_a_signal_ends_the_node_cleanly_after_its_work_and_while_publishers_work(
+    environment: dict[str, str], number: int, times: int, fault: str, ending: list[str]
 ) -> None:
     program = start(environment, '--ros-args', '-p', f'fault:={fault}')
     assert program.stdout is not None
     assert program.stdout.readline() == 'alive\n'
     for _ in range(times):
         os.killpg(program.pid, number)
-        time.sleep(0.001)
-    _, errors = program.communicate(timeout=20)
-    assert program.returncode == 0, errors
-    assert 'Traceback' not in errors
-
-
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize('times', [1, 2])
-def test_a_signal_ends_the_node_cleanly_and_stop_is_called_while_publishers_work(
-    environment: dict[str, str], number: int, times: int
-) -> None:
-    program = start(environment)
-    assert program.stdout is not None
-    assert program.stdout.readline() == 'alive\n'
-    for _ in range(times):
-        os.killpg(program.pid, number)
-        time.sleep(0.001)
+        time.sleep(0.1 if fault == 'busy' else 0.001)
     words, errors = program.communicate(timeout=20)
     assert program.returncode == 0, errors
     assert 'Traceback' not in errors
-    assert words.splitlines()[-1] == 'stopped while publishers work'
-    assert words.count('stopped') == 1
-
-
-@pytest.mark.parametrize('times', [1, 2])
-def test_what_a_node_works_on_comes_to_its_end(environment: dict[str, str], times: int) -> None:
-    program = start(environment, '--ros-args', '-p', 'fault:=busy')
-    assert program.stdout is not None
-    assert program.stdout.readline() == 'alive\n'
-    for _ in range(times):
-        os.killpg(program.pid, signal.SIGINT)
-        time.sleep(0.1)
-    words, errors = program.communicate(timeout=20)
-    assert program.returncode == 0, errors
-    assert 'Traceback' not in errors
-    assert words.splitlines()[-2:] == ['worked to the end', 'stopped while publishers work']
+    assert [line for line in words.splitlines() if line != 'alive'][-2:] == ending
+    assert words.count('stopped') == len([*filter(STOPPED.__eq__, ending)])
 
 
 def test_stop_is_called_after_an_internal_error(environment: dict[str, str]) -> None:
@@ -96,7 +75,7 @@ def test_stop_is_called_after_an_internal_error(environment: dict[str, str]) -> 
     words, errors = program.communicate(timeout=20)
     assert program.returncode == 1
     assert 'ZeroDivisionError: a mistake' in errors
-    assert words.splitlines()[-1] == 'stopped while publishers work'
+    assert words.splitlines()[-1] == STOPPED
 
 
 @pytest.mark.parametrize(

@@ -17,9 +17,7 @@ from shirube_ros.parameters import declare_parameters, reject_misspelled_paramet
 
 @dataclass(frozen=True)
 class Dots:
-    diameter: float = setting(
-        0.002, 'smallest dot kept', unit='m', minimum=0.0, maximum=0.1, former_name='width'
-    )
+    diameter: float = setting(0.002, 'dot kept', unit='m', minimum=0.0, maximum=0.1, former_name='width')
     count: int = setting(5, 'fewest dots', minimum=3)
 
 
@@ -55,7 +53,7 @@ def test_overrides_arrive_also_as_whole_numbers(graph: IsolatedGraph) -> None:
 def test_parameters_are_described_limited_and_read_only(graph: IsolatedGraph) -> None:
     node, _ = settings_of(graph)
     diameter = node.describe_parameter('dots.diameter')
-    assert (diameter.description, diameter.read_only) == ('smallest dot kept [m]', True)
+    assert (diameter.description, diameter.read_only) == ('dot kept [m]', True)
     assert diameter.floating_point_range[0].to_value == 0.1
     assert node.describe_parameter('dots.count').integer_range[0].from_value == 3
     assert node.describe_parameter('method').additional_constraints == "'pole' or 'pair'"
@@ -67,13 +65,10 @@ def test_parameters_are_described_limited_and_read_only(graph: IsolatedGraph) ->
     ('overrides', 'words'),
     [
         ({'dots.diameter': 2.0}, r'dots\.diameter is 2.0 m, allowed is 0 to 0.1 m'),
+        # Of another type than the parameter is declared with:
         ({'dots.diameter': 'wide'}, r"dots\.diameter is 'wide', it must be a number"),
-        ({'dots.count': 2}, r'dots\.count is 2, allowed is 3 or more'),
         ({'dots.count': 3.5}, r'dots\.count is 3.5, it must be a whole number'),
         ({'enabled': 'perhaps'}, r"enabled is 'perhaps', it must be true or false"),
-        ({'method': 'star'}, r"'pole' or 'pair'"),
-        ({'xyz': [0.0, 0.0]}, r'xyz is \(0.0, 0.0\), it must be 3 numbers'),
-        ({'xyz': 0.5}, r'xyz is 0.5, it must be 3 numbers'),
         ({'xyz': ['a', 'b', 'c']}, r'it must be 3 numbers'),
     ],
 )
@@ -89,9 +84,7 @@ def test_the_default_camera_looks_down_and_is_allowed() -> None:
 
 def test_nearly_the_name_of_a_parameter_is_refused(graph: IsolatedGraph) -> None:
     node, _ = settings_of(graph, **{'dots.diametr': 0.001})
-    with pytest.raises(
-        SettingsError, match=r'parameter dots\.diametr does not exist, did you mean dots\.diameter'
-    ):
+    with pytest.raises(SettingsError, match=r'dots\.diametr does not exist, did you mean dots\.diameter'):
         reject_misspelled_parameters(node)
 
 

@@ -18,7 +18,7 @@ class Driven:
         self.graph = graph
         self.node = graph.add(lambda **options: Node('driver', **options), **parameters)
         self.output = VelocityPublisher(self.node, 'cmd_vel', 'body')
-        robot = graph.add(lambda **options: Node('robot', **options))
+        robot = graph.node('robot')
         self.received: list[TwistStamped] = []
         robot.create_subscription(TwistStamped, 'cmd_vel', self.received.append, 10)
         self._clock = robot.create_publisher(Clock, '/clock', 10)
@@ -35,19 +35,13 @@ class Driven:
         return [(message.twist.linear.x, message.twist.angular.z) for message in self.received]
 
 
-def test_a_velocity_is_sent_in_the_base_frame(graph: IsolatedGraph) -> None:
-    driven = Driven(graph)
-    driven.output.send(0.25, -0.5)
-    assert graph.spin_until(lambda: driven.velocities == [(0.25, -0.5)])
-    assert driven.received[0].header.frame_id == 'body'
-    assert driven.received[0].header.stamp.sec > 0
-
-
-def test_the_last_velocity_is_zero(graph: IsolatedGraph) -> None:
+def test_velocities_are_sent_in_the_base_frame_and_the_last_one_is_zero(graph: IsolatedGraph) -> None:
     driven = Driven(graph)
     driven.output.send(0.25, -0.5)
     driven.output.stop()
     assert graph.spin_until(lambda: driven.velocities == [(0.25, -0.5), (0.0, 0.0)])
+    assert driven.received[0].header.frame_id == 'body'
+    assert driven.received[0].header.stamp.sec > 0
 
 
 def test_the_robot_stops_while_simulated_time_is_paused(graph: IsolatedGraph) -> None:

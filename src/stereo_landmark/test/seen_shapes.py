@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-
-from scene_simulator.imaging.antialiased_shapes import (
+from antialiased_shapes import (
     coverage,
     ellipse_intervals,
     photograph,
     polygon_intervals,
 )
+
 from stereo_landmark.core.edges.edges import extract_edges, trace_segments
 from stereo_landmark.core.primitives.line_segments import fit_line_segments
 from stereo_landmark.core.settings import EdgeSettings, PrimitiveSettings

@@ -2,8 +2,8 @@ import math
 
 import numpy as np
 import pytest
+from antialiased_shapes import coverage, polygon_intervals
 
-from scene_simulator.imaging.antialiased_shapes import coverage, polygon_intervals
 from stereo_landmark.core.primitives.edge_response import (
     BLURS,
     REACH,

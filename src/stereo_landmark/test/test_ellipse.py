@@ -2,6 +2,12 @@ import math
 
 import numpy as np
 import pytest
+from antialiased_shapes import (
+    coverage,
+    ellipse_intervals,
+    photograph,
+    polygon_intervals,
+)
 from seen_shapes import (
     PRIMITIVES,
     SIZE,
@@ -12,12 +18,6 @@ from seen_shapes import (
     turned_rectangle,
 )
 
-from scene_simulator.imaging.antialiased_shapes import (
-    coverage,
-    ellipse_intervals,
-    photograph,
-    polygon_intervals,
-)
 from stereo_landmark.core.primitives.ellipse import Ellipse, EllipseTolerance, detect_ellipses, refine_ellipse
 from stereo_landmark.core.primitives.primitive import Tolerances, difference
 

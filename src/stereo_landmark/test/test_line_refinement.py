@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from antialiased_shapes import coverage, photograph, polygon_intervals
 from seen_shapes import SIZE, polygon_photo, turned_rectangle
 
-from scene_simulator.imaging.antialiased_shapes import coverage, photograph, polygon_intervals
 from stereo_landmark.core.primitives.corner import intersect_lines, joint_corner_covariance
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 

@@ -2,9 +2,8 @@ import math
 
 import numpy as np
 import pytest
+from antialiased_shapes import coverage, photograph, polygon_intervals
 from seen_shapes import SIZE, ellipse_photo, polygon_photo, sides_of, turned_rectangle
-
-from scene_simulator.imaging.antialiased_shapes import coverage, photograph, polygon_intervals
 
 BAR = turned_rectangle((50, 45), 80.0, 20.0, 0.2)
 

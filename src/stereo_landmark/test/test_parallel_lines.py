@@ -2,9 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from antialiased_shapes import coverage, photograph, polygon_intervals
 from seen_shapes import PRIMITIVES, SIZE, polygon_photo, sides_of, turned_rectangle
 
-from scene_simulator.imaging.antialiased_shapes import coverage, photograph, polygon_intervals
 from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines, refine_parallel_lines
 from stereo_landmark.core.primitives.primitive import Tolerances, difference
 

@@ -145,10 +145,6 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-if __name__ == '__main__':
-    sys.exit(main())
-
-
 COLUMNS = (
     'stamp', 'position_error', 'heading_error',
     'x', 'y', 'yaw', 'reference_x', 'reference_y', 'reference_yaw',
@@ -191,3 +187,7 @@ def load_intervals(path: Path | str) -> NDArray[np.int64]:
     except (OSError, UnicodeDecodeError) as fault:
         raise TrajectoryError(f'{path}: cannot be read ({fault}); give a CSV file "start,end"') from fault
     return np.array(intervals, dtype=np.int64).reshape(-1, 2)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -104,11 +104,11 @@ def run():
     """Run some steps with stubs for all nodes."""
     with isolated_graph() as graph:
         nodes = {name: graph.add(partial(StubNode, name)) for name in LISTENERS}
-        node = graph.add(partial(Node, 'scene_simulator'))
+        node = graph.node('scene_simulator')
         controller = EmulatedController(EmulatorSettings(), np.random.default_rng(0))
         sensors = MissionSensors(0, {name: steady_light() for name in LAMPS})
         worker, subscribers = BlackPictures(), MissionSubscribers(node)
-        steps = Simulator(node, graph._executor, controller, Lock(), sensors, worker, subscribers)
+        steps = Simulator(node, graph.executor, controller, Lock(), sensors, worker, subscribers)
         assert graph.spin_until(
             lambda: all(steps.publishers.subscriber_count(camera.name) for camera in CAMERAS)
         )

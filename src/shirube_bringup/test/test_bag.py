@@ -1,6 +1,5 @@
 """The bag of a mission: all messages sorted by time, with their QoS; images of the extract only."""
 
-from functools import partial
 from pathlib import Path
 
 import cv2
@@ -9,7 +8,6 @@ import pytest
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from node_testing import isolated_graph
-from rclpy.node import Node
 from rosbags.interfaces import QosDurability
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
@@ -31,7 +29,7 @@ DEPTH = np.array([[1.0, 2.5004], [np.nan, 0.25]], np.float32)
 def path(tmp_path: Path) -> Path:
     """A bag of a few messages, published from late to early stamps."""
     with isolated_graph() as graph:
-        node = graph.add(partial(Node, 'simulation'))
+        node = graph.node('simulation')
         now = [BEGIN]
         bag = MissionBag(node, tmp_path / 'mission', lambda: now[0])
         say = {

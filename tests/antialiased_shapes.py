@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 # Cells a pixel side, in which the outline's coverage is exact along rows; rows a cell.
@@ -19,10 +18,7 @@ Intervals = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[n
 def ellipse_intervals(centre: ArrayLike, semi_axes: ArrayLike, tilt: float) -> Intervals:
     """Return a function from rows y to where an ellipse begins and ends along x; the same where it is not.
 
-    Args:
-        centre: array-like, shape (2,) [px]; the centre of the first pixel is (0, 0).
-        semi_axes: array-like, shape (2,) [px].
-        tilt: angle of the first axis, from x towards y [rad].
+    The centre of the first pixel is (0, 0); the tilt of the first axis is measured from x towards y [rad].
     """
     x0, y0 = np.asarray(centre, dtype=np.float64)
     c, s = math.cos(tilt), math.sin(tilt)
@@ -39,11 +35,7 @@ def ellipse_intervals(centre: ArrayLike, semi_axes: ArrayLike, tilt: float) -> I
 
 
 def polygon_intervals(corners: ArrayLike) -> Intervals:
-    """Return a function from rows y to where a convex polygon begins and ends along x; the same where it is not.
-
-    Args:
-        corners: array-like, shape (n, 2) [px].
-    """
+    """Return a function from rows y to where a convex polygon begins and ends along x; the same where it is not."""
     points = np.asarray(corners, dtype=np.float64)
 
     def intervals(y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -62,13 +54,7 @@ def polygon_intervals(corners: ArrayLike) -> Intervals:
 
 
 def coverage(intervals: Intervals, size: tuple[int, int], blur: float = 0.0) -> NDArray[np.float64]:
-    """Return how much of each pixel a shape covers, shape (h, w).
-
-    Args:
-        intervals: horizontal extent of the shape at each row.
-        size: width and height [px].
-        blur: standard deviation of a Gaussian through which it is seen [px].
-    """
+    """Return how much of each pixel a shape covers, seen through a Gaussian blur [px], shape (h, w)."""
     width, height = size
     margin = math.ceil(5.0 * blur) + 1
     columns, rows = (width + 2 * margin) * _CELLS, (height + 2 * margin) * _CELLS
@@ -88,11 +74,3 @@ def photograph(light: NDArray[np.float64], noise: float = 0.0, seed: int = 0) ->
     """Return the image of grey levels, shape (h, w), rounded, with normal noise [grey levels] of a seed."""
     rng = np.random.default_rng(seed)
     return np.clip(np.rint(light + noise * rng.standard_normal(np.shape(light))), 0, 255).astype(np.uint8)
-
-
-@njit(cache=True, error_model='numpy')
-def clip_integral(t: float) -> float:
-    """Return the integral of clip(s, 0, 1) over s from 0 to t."""
-    if t <= 0.0:
-        return 0.0
-    return 0.5 * t * t if t < 1.0 else t - 0.5

@@ -1,4 +1,4 @@
-"""A recording yields valid messages in order, and invalid images with their error."""
+"""A recording yields valid messages in order, bad images with their error; after a jump back, a new localizer."""
 
 from types import SimpleNamespace
 
@@ -6,11 +6,13 @@ import cv2
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image, Imu
+from sensor_msgs.msg import CameraInfo, CompressedImage, Imu
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
+from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.offline.locate import OfflineLocalizer, locate_recording
 from shirube_ros.offline.recording import (
     BadImage,
     RecordedImage,
@@ -35,10 +37,7 @@ def info(width=4, focal_length=100.0):
 
 
 def image(stamp, pixels=PIXELS):
-    height, width = pixels.shape
-    return Image(
-        header=header(stamp), height=height, width=width, encoding='mono8', step=width, data=pixels.tobytes()
-    )
+    return image_from_array(pixels, header(stamp))
 
 
 def compressed(stamp):
@@ -50,16 +49,23 @@ def odometry(stamp):
     return odometry_message(SE2(1.0, 2.0, 0.5), np.eye(3), header(stamp), 'base_link')
 
 
+class Rows:
+    """A bag of (topic, message) rows."""
+
+    def __init__(self, rows):
+        self.rows = rows
+
+    def messages(self, wanted):
+        for topic, message in self.rows:
+            if topic in wanted:
+                yield SimpleNamespace(topic=topic, msgtype=f'msg/{type(message).__name__}', message=message)
+
+    def decode(self, row):
+        return row.message
+
+
 def read(*rows, topics=TOPICS):
-    """Return the contents of a recording of (topic, message) rows."""
-    kept = [
-        SimpleNamespace(topic=topic, msgtype=f'msg/{type(message).__name__}', message=message)
-        for topic, message in rows
-    ]
-    bag = SimpleNamespace(
-        messages=lambda wanted: (row for row in kept if row.topic in wanted), decode=lambda row: row.message
-    )
-    return list(Recording(bag, topics, camera_from_camera_info).messages())
+    return list(Recording(Rows(rows), topics, camera_from_camera_info).messages())
 
 
 def test_everything_comes_in_its_order():
@@ -131,3 +137,17 @@ def test_a_method_without_odometry_sees_none():
     topics = RecordingTopics(('/left',), ('/left/info',))
     assert topics.wanted == ['/left', '/left/info']
     assert not read(('/odom', odometry(1)), ('/imu', Imu(header=header(1))), topics=topics)
+
+
+def test_messages_after_a_jump_back_go_to_the_new_localizer():
+    rows = [('/odom', odometry(stamp)) for stamp in (100, 5, 6)]
+    rows += [('/imu', Imu(header=header(stamp))) for stamp in (7, 1)]
+    taken = []
+
+    def create():
+        taken.append(stamps := [])
+        note = lambda stamp, *_: stamps.append(stamp)  # noqa: E731
+        return OfflineLocalizer(lambda *_: None, note, note)
+
+    assert not list(locate_recording(Recording(Rows(rows), TOPICS, camera_from_camera_info), create, ()))
+    assert taken == [[100.0], [5.0, 6.0, 7.0], [1.0]]

@@ -1,4 +1,4 @@
-"""A simulated robot that follows velocity commands within its acceleration limits, for closed-loop tests."""
+"""A simulated robot that follows velocity commands within its acceleration limits."""
 
 from __future__ import annotations
 
@@ -16,12 +16,7 @@ _STEP = 0.005
 
 @dataclass(frozen=True)
 class MotorLimits:
-    """What the motors allow.
-
-    Attributes:
-        acceleration: maximum linear acceleration [m/s^2].
-        angular_acceleration: maximum angular acceleration [rad/s^2].
-    """
+    """Maximum linear [m/s^2] and angular acceleration [rad/s^2]."""
 
     acceleration: float = 0.5
     angular_acceleration: float = 3.0
@@ -43,20 +38,9 @@ class SimulatedRobot:
         return self._times[-1]
 
     def drive(self, forward: float, yaw_rate: float, until: float) -> None:
-        """Follow a command up to a time; the speeds change towards it as fast as the motors allow.
-
-        Args:
-            forward: commanded speed [m/s].
-            yaw_rate: commanded yaw rate, counter-clockwise [rad/s].
-            until: end of the command [s], not before ``time``.
-
-        Raises:
-            SceneError: numbers that are not finite, or a time in the past.
-        """
-        if not all(map(math.isfinite, (forward, yaw_rate, until))) or until < self.time:
-            raise SceneError(
-                f'cannot drive {forward} m/s, {yaw_rate} rad/s from {self.time} s until {until} s'
-            )
+        """Follow a speed [m/s] and a yaw rate [rad/s] up to a time [s], as fast as the motors allow."""
+        assert all(map(math.isfinite, (forward, yaw_rate, until)))
+        assert until >= self.time
         start, count = self.time, math.ceil((until - self.time) / _STEP)
         for step in range(count):
             after = start + (until - start) * (step + 1) / count
@@ -72,11 +56,7 @@ class SimulatedRobot:
             self._times.append(after)
 
     def pose_at(self, time: float) -> SE2:
-        """Return ``T_map_base`` at a time [s]; before 0 the robot is stationary at its start.
-
-        Raises:
-            SceneError: a time up to which the robot has not been driven.
-        """
+        """Return ``T_map_base`` at a time [s] until which it has been driven; before 0 it is at its start."""
         if time > self.time + 1e-9:
             raise SceneError(f'the robot has been driven until {self.time} s, not until {time} s')
         step = min(bisect_right(self._times, time) - 1, len(self._speeds) - 1)
