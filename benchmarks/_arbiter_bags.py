@@ -84,16 +84,15 @@ class RecordedDrive:
 
 def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
     """Return the drives of the bags, all or the named ones."""
-    makers: dict[str, Callable[[], list[list[PoseSample]]]] = {
-        'floor_drive': lambda: [_floor(BAGS / 'floor_drive')],
-        'lamp_drive': lambda: [_lamps(BAGS / 'lamp_drive', [])],
-        'lamp_drive_rolling': lambda: [
-            _lamps(BAGS / 'lamp_drive_rolling', ['--shutter', 'rolling', '--exposure-time', '0.00006'])
-        ],
-        'room_drive': lambda: [_room(BAGS / 'room_drive')],
-        'mission': lambda: _mission(BAGS / 'mission'),
+    rolling = '--shutter', 'rolling', '--exposure-time', '0.00006'
+    makers: dict[str, Callable[[Path], list[list[PoseSample]]]] = {
+        'floor_drive': lambda bag: [_floor(bag)],
+        'lamp_drive': lambda bag: [_lamps(bag)],
+        'lamp_drive_rolling': lambda bag: [_lamps(bag, *rolling)],
+        'room_drive': lambda bag: [_room(bag)],
+        'mission': _mission,
     }
-    drives = [_drive(name, make()) for name, make in makers.items() if not names or name in names]
+    drives = [_drive(name, make(BAGS / name)) for name, make in makers.items() if not names or name in names]
     corridors = [k for k in CORRIDORS if not names or f'corridor_{k}' in names]
     if corridors:
         with tempfile.TemporaryDirectory() as folder:
@@ -121,7 +120,7 @@ def _floor(bag: Path) -> list[PoseSample]:
     ]
 
 
-def _lamps(bag: Path, more: list[str]) -> list[PoseSample]:
+def _lamps(bag: Path, *more: str) -> list[PoseSample]:
     beacons = str(bag / 'beacons.yaml')
     arguments = ['--beacons', beacons, '--bag', str(bag), '--camera-xyz', '0', '0', '0', *more]
     return [

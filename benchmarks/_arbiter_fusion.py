@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from _arbiter_bags import PoseSample
 
@@ -43,6 +43,14 @@ def add_message(arbiter: Arbiter, message: Message, now: int) -> None:
         refusal = arbiter.add_pose(source, stamp, content.pose, content.noise, now)
     if refusal is not None:
         raise ValueError(f'{source} at {stamp}: {refusal.value}')
+
+
+def in_order_of_arrival(
+    messages: Sequence[Message], delay_of: Callable[[int], int]
+) -> list[tuple[int, Message]]:
+    """Return messages with their times of arrival [ns], sorted by these; a source's poses are late, odometry is not."""
+    arrivals = [(m[0] + (0 if m[1] == ODOMETRY else delay_of(m[1])), m) for m in messages]
+    return sorted(arrivals, key=lambda each: each[0])
 
 
 def fused(messages: Sequence[Message], sources: int, wanted: int) -> list[tuple[int, Estimate]]:

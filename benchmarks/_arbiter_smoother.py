@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 from _arbiter_bags import PoseSample
+from scipy.spatial.transform import Rotation
 
-from pose_arbiter.core.kalman_filter import Estimate, as_matrix, initialize, predict
+from pose_arbiter.core.kalman_filter import Covariance, as_matrix, initialize, predict
 from pose_arbiter.core.settings import ArbiterSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import OdometryBuffer
@@ -33,16 +34,14 @@ def smooth(
     for number, sample in enumerate(samples):
         graph, guess = gtsam.NonlinearFactorGraph(), gtsam.Values()
         start = _pose2(gtsam, sample.pose)
-        graph.add(gtsam.PriorFactorPose2(number, start, _body_frame_noise(gtsam, sample)))
+        graph.add(gtsam.PriorFactorPose2(number, start, _noise(gtsam, sample.noise, sample.pose.yaw)))
         if number:
             before, pose = states[-1]
             odometry_before = buffer.lookup(before)
             # From the origin of the odometry's frame, so that the step and its noise are in the robot's own frame.
             origin = initialize(odometry_before, SE2(0.0, 0.0, 0.0), (0.0,) * 6, 0)
             step = predict(origin, buffer.lookup(sample.stamp), settings)
-            noise = gtsam.noiseModel.Gaussian.Covariance(
-                _body_frame_covariance(step) + _MIN_SIGMA**2 * np.eye(3)
-            )
+            noise = _noise(gtsam, step.covariance, step.yaw, _MIN_SIGMA)
             relative_pose = gtsam.Pose2(step.x, step.y, step.yaw)
             graph.add(gtsam.BetweenFactorPose2(number - 1, number, relative_pose, noise))
             start = _pose2(gtsam, pose).compose(relative_pose)
@@ -58,16 +57,7 @@ def _pose2(gtsam: Any, pose: SE2) -> Any:
     return gtsam.Pose2(pose.x, pose.y, pose.yaw)
 
 
-def _body_frame_noise(gtsam: Any, sample: PoseSample) -> Any:
-    return gtsam.noiseModel.Gaussian.Covariance(_rotate(as_matrix(sample.noise), -sample.pose.yaw))
-
-
-def _body_frame_covariance(step: Estimate) -> np.ndarray:
-    return _rotate(as_matrix(step.covariance), -step.yaw)
-
-
-def _rotate(covariance: np.ndarray, angle: float) -> np.ndarray:
-    turn = np.array(
-        [[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]]
-    )
-    return turn @ covariance @ turn.T
+def _noise(gtsam: Any, covariance: Covariance, yaw: float, sigma_min: float = 0.0) -> Any:
+    """Return a covariance in the frame of the robot at a yaw [rad]."""
+    R = Rotation.from_euler('z', -yaw).as_matrix()
+    return gtsam.noiseModel.Gaussian.Covariance(R @ as_matrix(covariance) @ R.T + sigma_min**2 * np.eye(3))

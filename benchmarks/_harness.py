@@ -3,7 +3,7 @@
 A benchmark is a program whose ``main(run, ...)`` fills tables::
 
     def main(run: Run, views: int) -> None:
-        table = run.table('Errors', 'method', 'views', 'error mm: median / 95 % / max')
+        table = run.table('Errors', 'method | views | error mm: median / 95 % / max')
         table.add('ours', views, error(samples, scale=1e3))
 
 
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import resource
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -76,8 +77,8 @@ class Run:
         self.notes: list[str] = []
 
     def table(self, name: str, *heads: str) -> Table:
-        """Begin a table."""
-        self.tables.append(Table(name, heads))
+        """Begin a table; heads may be given in one text, separated as in Markdown."""
+        self.tables.append(Table(name, ' | '.join(heads).split(' | ')))
         return self.tables[-1]
 
     def note(self, text: str) -> None:
@@ -123,6 +124,12 @@ def cpu_time(call: Callable[..., Result], *arguments: Any) -> tuple[Result, floa
     begin = time.process_time()
     result = call(*arguments)
     return result, 1e3 * (time.process_time() - begin)
+
+
+def children_cpu_seconds() -> float:
+    """Return the processor time of ended child processes [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def side_by_side(jobs: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -17,7 +18,12 @@ RATIO = 0.8
 """Lowe's, of the best match to the second best."""
 ROW_TOLERANCE = 1.5
 DISPARITY_MIN = 2.0
-REPROJECTION, ITERATIONS, CONFIDENCE = 2.0, 1000, 0.999
+RANSAC: dict[str, Any] = {
+    'iterationsCount': 1000,
+    'reprojectionError': 2.0,
+    'confidence': 0.999,
+    'flags': cv2.SOLVEPNP_EPNP,
+}
 INLIERS_MIN = 10
 FEATURES = 2000
 
@@ -27,14 +33,8 @@ def product_rig(cameras: Cameras) -> StereoRig:
     return StereoRig(cameras.left.intrinsics, cameras.right.intrinsics, cameras.baseline, cameras.mount)
 
 
-@dataclass(frozen=True)
-class Features:
-    """Of one image.
-
-    Attributes:
-        pixels: shape (n, 2).
-        descriptors: shape (n, d), bytes of ORB or floats of SIFT.
-    """
+class Features(NamedTuple):
+    """Pixels of an image's features, shape (n, 2), and descriptors, shape (n, d): bytes of ORB or floats of SIFT."""
 
     pixels: NDArray[np.float64]
     descriptors: NDArray[np.generic]
@@ -104,22 +104,12 @@ class FeaturePipeline:
         if len(matches) < INLIERS_MIN:
             return None
         points, pixels = taught.points[matches[:, 0]], now.pixels[matches[:, 1]]
-        is_found, turn, shift, inliers = cv2.solvePnPRansac(
-            points,
-            pixels,
-            self.rig.left.matrix,
-            None,
-            iterationsCount=ITERATIONS,
-            reprojectionError=REPROJECTION,
-            confidence=CONFIDENCE,
-            flags=cv2.SOLVEPNP_EPNP,
-        )
+        matrix = self.rig.left.matrix
+        is_found, *motion, inliers = cv2.solvePnPRansac(points, pixels, matrix, None, **RANSAC)
         if not is_found or inliers is None or len(inliers) < INLIERS_MIN:
             return None
         kept = inliers.ravel()
-        turn, shift = cv2.solvePnPRefineLM(
-            points[kept], pixels[kept], self.rig.left.matrix, None, turn, shift
-        )
+        turn, shift = cv2.solvePnPRefineLM(points[kept], pixels[kept], matrix, None, *motion)
         return np.asarray(cv2.Rodrigues(turn)[0]), np.asarray(shift).ravel()
 
     def _matches(self, here: NDArray[np.generic], there: NDArray[np.generic]) -> NDArray[np.int64]:

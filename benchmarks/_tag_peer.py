@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from _landmark_views import RIG, SIDE, Pair
-from _stereo_peers import planar_displacement, product_rig
+from _landmark_views import SIDE
+from _stereo_peers import planar_displacement
+from _stereo_scenes import CAMERAS, Pair
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
@@ -34,12 +35,8 @@ class TagPeer:
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         self._detector = cv2.aruco.ArucoDetector(self._dictionary, parameters)
-        camera = RIG.left.intrinsics
-        self._matrix = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
-        self._rig = product_rig(RIG)
-        self._locator = PlaceLocator(
-            self._rig, PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0, gate_sigmas=20.0)
-        )
+        settings = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0, gate_sigmas=20.0)
+        self._locator = PlaceLocator(CAMERAS, settings)
 
     def cells(self) -> NDArray[np.bool_]:
         """Return the tag with its black border, shape (CELLS, CELLS), true for white."""
@@ -60,16 +57,15 @@ class TagPeer:
             corners = self.corners(image)
             if corners is None:
                 return None
-            is_found, turn, shift = cv2.solvePnP(
-                SQUARE, corners, self._matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE
-            )
+            matrix = CAMERAS.left.matrix
+            is_found, *motion = cv2.solvePnP(SQUARE, corners, matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
             if not is_found:
                 return None
-            turn, shift = cv2.solvePnPRefineLM(SQUARE, corners, self._matrix, None, turn, shift)
+            turn, shift = cv2.solvePnPRefineLM(SQUARE, corners, matrix, None, *motion)
             poses.append((cv2.Rodrigues(turn)[0], shift.ravel()))
         (R_then, shift_then), (R_now, shift_now) = poses
         R_now_then = R_now @ R_then.T
-        return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, self._rig)
+        return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, CAMERAS)
 
     def locate_from_both(self, then: Pair, now: Pair) -> SE2 | None:
         """Return the displacement that explains the corners in all four images best, on a level floor."""

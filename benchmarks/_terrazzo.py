@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.dots import DotMap
-from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from scene_simulator.floor.camera import PAPER_CAMERA as CAMERA
+from shirube_core.geometry import SE2, CameraMount
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 TERRAZZO = ('floor_terrazzo', 'terrazzo018.jpg')
-CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 MOUNT = CameraMount()
 SCALE = MOUNT.xyz[2] / CAMERA.fx
 """Of the picture: 0.383 mm/px, so that 1024 px are 392 mm and a view of the default camera is 90 mm wide [m/px]."""
@@ -44,7 +44,7 @@ def cut_view(picture: Image, generator: np.random.Generator) -> TerrazzoView:
     """Cut a view at a random place in a random heading, with errors of scale, brightness and noise."""
     height, width = picture.shape[:2]
     reach = math.hypot(CAMERA.width, CAMERA.height) / 2.0 * (1.0 + SCALE_ERROR) + 1.0
-    middle = np.array([generator.uniform(reach, width - reach), generator.uniform(reach, height - reach)])
+    middle = generator.uniform(reach, np.array([width, height]) - reach)
     yaw = generator.uniform(-math.pi, math.pi)
     x, y = _map_points(middle[None], picture)[0]
     pose = SE2(float(x), float(y), yaw)

@@ -7,15 +7,18 @@ replaces it in the same views.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 
 import numpy as np
-from _figures import error, mean, rate, rms
+from _figures import mean, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _landmark_views import RIG, LandmarkView, LandmarkWall, repeat_poses, teach_pose
-from _stereo_peers import FeaturePipeline, product_rig
+from _landmark_views import LandmarkView, LandmarkWall, repeat_poses, teach_pose
+from _pose_scores import PoseScore, pose_cells, score_found, whitened_errors
+from _stereo_peers import FeaturePipeline
+from _stereo_scenes import CAMERAS
 from _tag_peer import TagPeer, is_available
 from numpy.typing import NDArray
 
@@ -40,46 +43,23 @@ CHOSEN_WITHIN = 1.0
 FIELDS_MIN = 4
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 OURS = 'shirube'
-CAMERAS = product_rig(RIG)
-
-Judged = tuple[NDArray[np.float64], NDArray[np.float64]]
-"""An error x, y [m] and yaw [rad], shape (3,), and a covariance that it is held against, shape (3, 3)."""
+ANY = math.inf, math.inf
+"""All poses count as right here."""
 
 
 @dataclass
 class Result:
-    """Of one distance.
+    """Answers at one distance.
 
     Attributes:
-        views: how often each method was asked.
-        errors: found less true x, y [m] and yaw [rad], by method.
-        stated: shirube's errors with the stated covariances.
-        used: how many points each fix was made of.
-        points: how many each lesson has.
+        scores: answers of each method.
+        used: number of points that each fix was made of.
+        points: number of points of each lesson.
     """
 
-    views: dict[str, int] = field(default_factory=dict)
-    errors: dict[str, list[NDArray[np.float64]]] = field(default_factory=dict)
-    stated: list[Judged] = field(default_factory=list)
+    scores: dict[str, list[PoseScore]] = field(default_factory=lambda: defaultdict(list))
     used: list[int] = field(default_factory=list)
     points: list[int] = field(default_factory=list)
-
-    def add(self, method: str, found: SE2 | None, truth: SE2) -> None:
-        """Add an answer."""
-        self.views[method] = self.views.get(method, 0) + 1
-        errors = self.errors.setdefault(method, [])
-        if found is not None:
-            errors.append(error_of(found, truth))
-
-
-def error_of(found: SE2, truth: SE2) -> NDArray[np.float64]:
-    """Return found less true x, y [m] and yaw [rad], shape (3,)."""
-    return np.array([found.x - truth.x, found.y - truth.y, truth.yaw_to(found)])
-
-
-def whitened(judged: Sequence[Judged]) -> NDArray[np.float64]:
-    """Return errors by their own covariances, shape (n, 3): normal deviates if these are true."""
-    return np.array([np.linalg.solve(np.linalg.cholesky(covariance), error) for error, covariance in judged])
 
 
 def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
@@ -162,42 +142,32 @@ def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
             fix = methods.fix(view)
-            result.add(OURS, fix.T_place_base if isinstance(fix, PlaceFix) else None, truth)
-            for name, found in methods.peers(view):
-                result.add(name, found, truth)
             if isinstance(fix, PlaceFix):
-                off = error_of(fix.T_place_base, truth)
-                result.stated.append((off, fix.covariance[PLANAR]))
+                stated = {'covariance': fix.covariance[PLANAR]}
+                result.scores[OURS].append(score_found(fix.T_place_base, truth, ANY, **stated))
                 result.used.append(len(fix.names))
             else:
+                result.scores[OURS].append(PoseScore('none'))
                 run.note(f'No pose: {distance:g} m, lesson {number}: {fix.reason} ({fix.detail})')
+            for name, found in methods.peers(view):
+                result.scores[name].append(score_found(found, truth, ANY))
     return result
 
 
 def main(run: Run, lessons: int, repeats: int, distances: tuple[float, ...]) -> None:
     """Measure the errors at all distances."""
     use_one_core()
-    heads: tuple[str, ...] = 'found', 'position mm: median / 95 % / max', 'heading °: the same'
-    errors = run.table('Errors', 'distance', 'method', *heads)
-    consistency = run.table('Stated covariance', 'distance', 'points taught', 'used', 'error / stated')
+    heads = 'distance | method | found | position mm: median / 95 % / max | heading °: the same'
+    errors = run.table('Errors', heads)
+    consistency = run.table('Stated covariance', 'distance | points taught | used | error / stated')
     for distance in distances:
         result, name = measure(run, distance, lessons, repeats), f'{distance:g} m'
-        for method, found in result.errors.items():
-            offs = np.array(found).reshape(-1, 3)
-            errors.add(
-                *(name, method, rate(len(found), result.views[method])),
-                error(np.hypot(offs[:, 0], offs[:, 1]), '.2f', 1e3),
-                error(np.abs(offs[:, 2]), '.4f', math.degrees(1.0)),
-            )
-        if result.stated:
-            consistency.add(
-                *(
-                    name,
-                    mean(result.points, '.1f', better='higher'),
-                    mean(result.used, '.1f', better='higher'),
-                ),
-                rms(whitened(result.stated), '.2f', better='one'),
-            )
+        for method, scores in result.scores.items():
+            found = rate(sum(score.verdict == 'right' for score in scores), len(scores))
+            errors.add(name, method, found, *pose_cells(scores, '.2f', '.4f', shown=(50, 95, 100))[1:])
+        if result.used:
+            points = (mean(each, '.1f', better='higher') for each in (result.points, result.used))
+            consistency.add(name, *points, rms(whitened_errors(result.scores[OURS]), '.2f', better='one'))
     if not is_available():
         run.note('OpenCV 4.7 or later is needed to compare with AprilTags.')
 

@@ -32,8 +32,9 @@ Rows = dict[str, list[NDArray[np.float64] | None]]
 def main(run: Run, sets: int) -> None:
     """Teach and repeat both ways."""
     pairs = load_real_pairs(run.data('stereo_euroc'))
-    heads = 'found', 'position cm: median / max', 'heading °: median / max'
-    table = run.table('Real pairs', 'way', 'method', *heads)
+    table = run.table(
+        'Real pairs', 'way | method | found | position cm: median / max | heading °: median / max'
+    )
     for begin, end in WAYS:
         for method, errors in _run(pairs, pairs.moments[begin], pairs.moments[end], sets).items():
             found = np.array([each for each in errors if each is not None]).reshape(-1, 2)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from _figures import error, outcomes, rate, rms
+from _figures import Figure, error, outcomes, rate, rms
 from _harness import Option, Run, progress, run_benchmark
 from _photographed_sheets import (
     MEASURED_EVERY,
@@ -28,7 +28,7 @@ from _photographed_sheets import (
     sheet_origin,
     sheet_views,
 )
-from _terrazzo import CAMERA, MOUNT, TERRAZZO, cut_view, terrazzo_map
+from _terrazzo import MOUNT, TERRAZZO, cut_view, terrazzo_map
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
@@ -36,6 +36,7 @@ from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import DotDetectorSettings
+from scene_simulator.floor.camera import PAPER_CAMERA
 
 AGREEMENT = 0.0005
 """Of a right pose with the truth, at the sheet's centre [m]."""
@@ -90,14 +91,12 @@ def terrazzo_trials(
     generator = np.random.default_rng(seed)
     for _ in range(views):
         view = cut_view(picture, generator)
-        fix = localizer.locate(view.image, CAMERA)
+        fix = localizer.locate(view.image, PAPER_CAMERA)
         if not isinstance(fix, Fix):
             yield Trial('none')
             continue
-        distance, turn = (
-            fix.T_map_base.distance_to(view.T_map_base),
-            abs(view.T_map_base.yaw_to(fix.T_map_base)),
-        )
+        distance = fix.T_map_base.distance_to(view.T_map_base)
+        turn = abs(view.T_map_base.yaw_to(fix.T_map_base))
         yield Trial('right' if distance <= AGREEMENT else 'wrong', distance, turn, fix.match_rate)
 
 
@@ -113,35 +112,30 @@ def add_sheets(run: Run, every: int) -> None:
         else:
             name = 'movie.mp4' if view.is_visible else 'movie.mp4, a corner covered'
         groups.setdefault(name, []).append(bench.trial(view, generator))
-    heads = (
-        'error mm: median / 95 % / max',
-        'heading °: the same',
-        'no pose with the sheet left out of the map',
-    )
-    table = run.table('Printed sheets', 'pictures', 'views', 'right / none / wrong', *heads)
+    heads = 'pictures | views | right / none / wrong | error mm: median / 95 % / max | heading °: the same'
+    table = run.table('Printed sheets', heads, 'no pose with the sheet left out of the map')
     for name, trials in groups.items():
-        table.add(
-            *(name, len(trials), outcomes(trial.outcome for trial in trials)),
-            error([trial.error for trial in trials], '.2f', 1e3),
-            error([trial.turn for trial in trials], '.2f', math.degrees(1.0)),
-            rate(sum(trial.without_it == 'none' for trial in trials), len(trials)),
-        )
+        without = rate(sum(trial.without_it == 'none' for trial in trials), len(trials))
+        table.add(name, len(trials), *trial_cells(trials, '.2f'), without)
 
 
 def add_terrazzo(run: Run, views: int) -> None:
     """Add what became of the views."""
     picture = np.asarray(cv2.imread(str(run.data(*TERRAZZO))), dtype=np.uint8)
-    heads = 'error mm: median / 95 % / max', 'heading °: the same', 'match rate: rms'
-    table = run.table('Views of terrazzo', 'polarity', 'right / none / wrong', *heads)
+    heads = 'polarity | right / none / wrong | error mm: median / 95 % / max | heading °: the same'
+    table = run.table('Views of terrazzo', heads, 'match rate: rms')
     for polarity in ('auto', 'dark', 'any'):
         detector = DotDetector(DotDetectorSettings(polarity=polarity))
         trials = list(progress(terrazzo_trials(picture, detector, views, run.seed), polarity, views))
-        table.add(
-            *(polarity, outcomes(trial.outcome for trial in trials)),
-            error([trial.error for trial in trials], '.3f', 1e3),
-            error([trial.turn for trial in trials], '.3f', math.degrees(1.0)),
-            rms([trial.match_rate for trial in trials], '.2f', better='higher'),
-        )
+        match_rate = rms([trial.match_rate for trial in trials], '.2f', better='higher')
+        table.add(polarity, *trial_cells(trials, '.3f'), match_rate)
+
+
+def trial_cells(trials: list[Trial], form: str) -> tuple[Figure, Figure, Figure]:
+    """Return three cells: right / none / wrong, and errors of position [mm] and heading [°]."""
+    turns = error([trial.turn for trial in trials], form, math.degrees(1.0))
+    verdicts = outcomes(trial.outcome for trial in trials)
+    return verdicts, error([trial.error for trial in trials], form, 1e3), turns
 
 
 def main(run: Run, every: int, views: int) -> None:

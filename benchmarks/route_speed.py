@@ -116,9 +116,7 @@ def drive(blocked: NDArray[np.bool_], start: Cell, goal: Cell, found: Replans) -
             if len(found.repaired) % EVERY == 0:
                 again, milliseconds = cpu_time(shortest_route, known, cell, goal)
                 found.scratch.append(milliseconds)
-                found.reinitialized.append(
-                    cpu_time(lambda cell=cell: DStarLite(known, goal).route_from(cell))[1]
-                )
+                found.reinitialized.append(cpu_time(lambda at=cell: DStarLite(known, goal).route_from(at))[1])
                 check_lengths(route.length, route_of(again).length)
             way, place = route.cells, 0
         if cell == goal:
@@ -133,27 +131,20 @@ def main(run: Run, side: int, pairs: int, drives: int) -> None:
     maps = speed_maps(side)
     peer = run.peer('nano_astar', 'nano-astar==0.1.2')
     if peer is not None:
-        table = run.table('Known maps', 'map', 'ours ms: median / 95 %', 'nano-astar', 'ours over nano-astar')
+        table = run.table('Known maps', 'map | ours ms: median / 95 % | nano-astar | ours over nano-astar')
         compared = {name: compare(blocked, pairs, peer.astar) for name, blocked in progress(maps.items())}
         compared['all'] = np.concatenate(list(compared.values()))
         for name, times in compared.items():
             table.add(name, *(time(column) for column in times.T), ratio(times[:, 0], times[:, 1], '.2f'))
-    heads = (
-        'replanned ms: median / 95 %',
-        'new obstacle on the route',
-        'from scratch',
-        'replan over from scratch',
-    )
-    table = run.table('Unknown maps', 'map', 'replans', *heads, 'new D* Lite')
+    heads = 'map | replans | replanned ms: median / 95 % | new obstacle on the route | from scratch'
+    table = run.table('Unknown maps', heads, 'replan over from scratch | new D* Lite')
     for name in progress(GRID_MAPS):
         found = Replans()
         for start, goal in pairs_of(maps[name], drives):
             drive(maps[name], start, goal, found)
-        columns = (found.repaired, found.on_route, found.scratch)
-        table.add(
-            *(name, len(found.repaired), *(time(column, '.3f') for column in columns)),
-            *(ratio(found.repaired, found.scratch), time(found.reinitialized)),
-        )
+        taken = [time(column, '.3f') for column in (found.repaired, found.on_route, found.scratch)]
+        units = ratio(found.repaired, found.scratch)
+        table.add(name, len(found.repaired), *taken, units, time(found.reinitialized))
 
 
 if __name__ == '__main__':

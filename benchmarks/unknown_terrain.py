@@ -154,16 +154,15 @@ def main(run: Run, side: int, seeds: int, pairs: int, only: str) -> None:
             cells.append(rate(len(reached), len(done)))
             ratios[method] += reached
         by_map.add(name, *cells)
-    heads = 'goal reached', 'length / shortest: median / 95 % / max', 'mean'
-    table = run.table('Unknown terrain', 'method', *heads)
+    table = run.table(
+        'Unknown terrain', 'method | goal reached | length / shortest: median / 95 % / max | mean'
+    )
     for method, lengths in ratios.items():
         table.add(method, rate(len(lengths), pairs * len(maps)), error(lengths, '.2f'), mean(lengths))
-    lost = [
-        (blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, max(pairs // 8, 1))
-    ]
-    table = run.table(
-        'Unreachable goals', 'method', 'detected', 'length driven until then, cells: median / 95 %'
-    )
+    few = max(pairs // 8, 1)
+    lost = [(blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, few)]
+    heads = 'method | detected | length driven until then, cells: median / 95 %'
+    table = run.table('Unreachable goals', heads)
     for method in DETECTING:
         drives = [METHODS[method](blocked, task, 1e5) for blocked, task in progress(lost, method)]
         lengths = [drive.length for drive in drives if drive.ended == 'unreachable']
