@@ -67,16 +67,16 @@ class RecordedDrive:
 
     def errors_of(self, source: Sequence[PoseSample]) -> NDArray[np.float64]:
         """Return the errors of a source's poses; see `errors_at`."""
-        return self.errors_at([o.stamp for o in source], [o.pose for o in source])
+        return self.errors_at([(o.stamp, o.pose) for o in source])
 
-    def errors_at(self, stamps: Sequence[int], poses: Sequence[SE2]) -> NDArray[np.float64]:
+    def errors_at(self, poses: Sequence[tuple[int, SE2]]) -> NDArray[np.float64]:
         """Return the errors of poses, shape (n, 2): distance [m] and turn [rad]; NaN where the truth is not known."""
-        wanted = np.array(stamps, dtype=np.int64)
+        wanted = np.array([stamp for stamp, _ in poses], dtype=np.int64)
         known = can_interpolate(self.truth, wanted, _GAP_MAX)
         errors = np.full((len(wanted), 2), np.nan)
         if known.any():
             true = planar_poses(interpolate(self.truth, wanted[known]))
-            estimated = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])[known]
+            estimated = np.array([(pose.x, pose.y, pose.yaw) for _, pose in poses])[known]
             errors[known, 0] = np.hypot(*(estimated - true)[:, :2].T)
             errors[known, 1] = np.abs(np.remainder(estimated[:, 2] - true[:, 2] + np.pi, 2 * np.pi) - np.pi)
         return errors
@@ -106,8 +106,7 @@ def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
 def _drive(name: str, sources: list[list[PoseSample]]) -> RecordedDrive:
     with BagReader(BAGS / name) as bag:
         truth, odometry = load_bag_trajectory(bag, '/ground_truth'), load_bag_trajectory(bag, '/odom')
-    poses = [SE2(*map(float, pose)) for pose in planar_poses(odometry)]
-    return RecordedDrive(name, sources, list(zip(odometry.stamps_ns.tolist(), poses, strict=True)), truth)
+    return RecordedDrive(name, sources, _stamped(odometry), truth)
 
 
 def _floor(bag: Path) -> list[PoseSample]:
@@ -144,10 +143,12 @@ def _room(bag: Path) -> list[PoseSample]:
     with BagReader(bag) as reader:
         poses = load_bag_trajectory(reader, '/pose')
     noise = diagonal(_POSE_SIGMAS[0] ** 2, _POSE_SIGMAS[1] ** 2)
-    return [
-        PoseSample(stamp, SE2(*map(float, pose)), noise)
-        for stamp, pose in zip(poses.stamps_ns.tolist(), planar_poses(poses), strict=True)
-    ]
+    return [PoseSample(stamp, pose, noise) for stamp, pose in _stamped(poses)]
+
+
+def _stamped(poses: Trajectory) -> list[tuple[int, SE2]]:
+    planar = [SE2(*pose) for pose in planar_poses(poses).tolist()]
+    return list(zip(poses.stamps_ns.tolist(), planar, strict=True))
 
 
 def _mission(bag: Path) -> list[list[PoseSample]]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from _arbiter_bags import PoseSample
@@ -23,15 +24,9 @@ _DRIFT = 0.02  # [m/s]
 _LATENCY = 60_000_000  # [ns]
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """The sources of a drive.
-
-    Attributes:
-        name: row label in the table.
-        correct_sources: number of correct sources, which publish from the start.
-        faulty_from: time of the first pose of the faulty source [s].
-        fault_from: time of the first wrong pose of the faulty source [s].
+class Scenario(NamedTuple):
+    """Number of correct sources, which publish from the start, and times of the first pose of the faulty source and of
+    its first wrong one [s].
     """
 
     name: str

@@ -53,13 +53,13 @@ def in_order_of_arrival(
     return sorted(arrivals, key=lambda each: each[0])
 
 
-def fused(messages: Sequence[Message], sources: int, wanted: int) -> list[tuple[int, Estimate]]:
+def fused(messages: Sequence[Message], sources: int, wanted: int) -> list[tuple[int, SE2]]:
     """Return stamp and pose right after each message of the wanted source, where there is one."""
     arbiter, poses = new_arbiter(sources), []
     for message in messages:
         add_message(arbiter, message, message[0])
         if message[1] == wanted and (estimate := arbiter.estimate_at(message[0])) is not None:
-            poses.append((message[0], estimate))
+            poses.append((message[0], pose_of(estimate)))
     return poses
 
 

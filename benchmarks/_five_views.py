@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import count
+from typing import NamedTuple
 
 import numpy as np
 from _stereo_scenes import RIG, Pair, random_offset, seen_by_both
@@ -37,15 +38,8 @@ END_WALL = 0.3
 DECIDABLE, UNDECIDABLE, OUT_OF_VIEW = 'decidable', 'not decidable', 'out of view'
 
 
-@dataclass(frozen=True)
-class Lesson:
-    """A corridor as it is taught.
-
-    Attributes:
-        design: parameters of the corridor.
-        chosen: numbers of the four meters of the target.
-        pair: left and right image, each of shape (h, w).
-    """
+class Lesson(NamedTuple):
+    """A corridor as it is taught: its parameters, the numbers of the four meters of the target, and the images."""
 
     design: CorridorDesign
     chosen: tuple[int, ...]
@@ -62,15 +56,11 @@ class Lesson:
         return float(np.mean(np.diff(meter_row(self.scene))))
 
 
-@dataclass(frozen=True)
-class MeterView:
+class MeterView(NamedTuple):
     """A view of a robot that comes back.
 
-    Attributes:
-        T_lesson_base: the true pose in the taught frame.
-        hidden: number of the meter that is covered, None for none.
-        status: DECIDABLE, UNDECIDABLE or OUT_OF_VIEW.
-        pair: left and right image, each of shape (h, w).
+    The true pose in the taught frame, the number of the meter that is covered, None for none, whether the view is
+    DECIDABLE, UNDECIDABLE or OUT_OF_VIEW, and the images.
     """
 
     T_lesson_base: SE2

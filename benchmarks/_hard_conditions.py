@@ -76,10 +76,8 @@ def wet(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
 def dirt(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Strew crumbs, dust, hairs and scratches."""
     area = FloorArea((pose.x - 0.1, pose.y - 0.1), (pose.x + 0.1, pose.y + 0.1))
-    seed, strewn = (
-        int(rng.integers(1_000_000)),
-        ((crumbs, 300.0), (dust, 5000.0), (hairs, 600.0), (scratches, 400.0)),
-    )
+    seed = int(rng.integers(1_000_000))
+    strewn = (crumbs, 300.0), (dust, 5000.0), (hairs, 600.0), (scratches, 400.0)
     return tuple(strew(area, density, seed + k) for k, (strew, density) in enumerate(strewn))
 
 

@@ -159,10 +159,9 @@ def run_benchmark(main: Callable[..., None], **options: Option) -> None:
     )
     parser.add_argument('--quick', action='store_true', help='a look within seconds')
     parser.add_argument('--seed', type=int, default=1)
-    parser.add_argument(
-        '--save', action='store_true', help=f'keep the result in benchmarks/results/{name}.json'
-    )
-    parser.add_argument('--compare', action='store_true', help='print what changed since the kept result')
+    kept = f'benchmarks/results/{name}.json'
+    parser.add_argument('--save', action='store_true', help=f'keep the result in {kept}')
+    parser.add_argument('--compare', action='store_true', help=f'print what changed since {kept}')
     for key, option in options.items():
         _add(parser, key, option)
     given = parser.parse_args()
@@ -183,7 +182,7 @@ def run_benchmark(main: Callable[..., None], **options: Option) -> None:
     found = {
         'benchmark': name,
         **machine(),
-        'arguments': {'seed': given.seed} | {key: _plain(value) for key, value in arguments.items()},
+        'arguments': {'seed': given.seed, **arguments},
         'seconds': round(time.perf_counter() - begin, 1),
         'tables': run.tables,
         'notes': run.notes,
@@ -206,10 +205,6 @@ def _add(parser: argparse.ArgumentParser, key: str, option: Option) -> None:
         parser.add_argument(flag, type=kind, nargs='+', help=text)
     else:
         parser.add_argument(flag, type=type(option.default), help=text)
-
-
-def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
 
 
 def _print(run: Run) -> None:

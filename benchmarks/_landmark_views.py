@@ -35,29 +35,19 @@ WHITE, BLACK = Paint(0.9), Paint(0.08)
 
 @dataclass(frozen=True)
 class PrintedTag:
-    """A printed tag.
-
-    Attributes:
-        name: name in the scene.
-        surface: the plane.
-        position: its middle, right and up on the plane [m].
-        cells: shape (n, n), true for white, the black border included.
-        side: side length of the black square [m].
-    """
+    """A printed tag, its middle on a plane [m], and its cells, true for white, the black border included."""
 
     name: str
     surface: Surface
     position: tuple[float, float]
     cells: tuple[tuple[bool, ...], ...]
-    side: float = SIDE
 
     def shapes(self) -> list[FlatShape]:
         """Return white paper, the black square, and the white runs of its rows and columns.
 
         Runs along both directions overlap, so that no seam shows between neighbouring white cells.
         """
-        drawing = Drawing(self.surface, self.position)
-        half, cell = 0.5 * self.side, self.side / len(self.cells)
+        drawing, half, cell = Drawing(self.surface, self.position), 0.5 * SIDE, SIDE / len(self.cells)
         drawing.rectangle((-half - cell, -half - cell), (half + cell, half + cell), WHITE)
         drawing.rectangle((-half, -half), (half, half), BLACK)
         for row, line in enumerate(self.cells):
@@ -72,7 +62,7 @@ class PrintedTag:
 
     def landmarks(self) -> list[Landmark]:
         """Return the black square."""
-        (x, y), half = self.position, 0.5 * self.side
+        (x, y), half = self.position, 0.5 * SIDE
         return [SquareLandmark(self.name, self.surface, (x - half, y - half), (x + half, y + half))]
 
 
@@ -95,7 +85,7 @@ class LandmarkWall:
     def __init__(self, seed: int, cells: NDArray[np.bool_]) -> None:
         bare = corridor(CorridorDesign(seed=seed, bare=True))
         walls: Sequence[SceneObject] = [item for item in bare.objects if not item.name.startswith('meter')]
-        rows = tuple(tuple(bool(cell) for cell in row) for row in cells)
+        rows = tuple(map(tuple, cells.tolist()))
         tag = PrintedTag('tag', SURFACE.offset_plane(DEPTH), (0.0, HEIGHT), rows)
         panel = Cabinet('panel', SURFACE, (-0.46, HEIGHT - 0.4), (0.92, 0.8), DEPTH, columns=3)
         self.with_panel = CorridorScene((*walls, panel))

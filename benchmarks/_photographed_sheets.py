@@ -154,10 +154,8 @@ def _images(folder: Path, every: int) -> Iterator[tuple[int, Image]]:
         if not there:
             break
         if number % every == 0:
-            yield (
-                number,
-                _undistorted(np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8), camera),
-            )
+            grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+            yield number, _undistorted(grey, camera)
         number += 1
     movie.release()
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -20,16 +19,8 @@ from stereo_landmark.core.stereo import StereoRig
 _R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
-@dataclass(frozen=True)
-class Moment:
-    """One pair of images and the truth.
-
-    Attributes:
-        left: shape (h, w), grey, rectified.
-        right: the same of the right camera.
-        position: position of the base, shape (3,) [m].
-        rpy: roll, pitch and yaw of the base in the room [rad].
-    """
+class Moment(NamedTuple):
+    """A pair of rectified grey images, and the true position, shape (3,) [m], roll, pitch and yaw [rad] of the base."""
 
     left: NDArray[np.uint8]
     right: NDArray[np.uint8]
@@ -42,8 +33,7 @@ class Moment:
         return self.rpy[:2]
 
 
-@dataclass(frozen=True)
-class RealPairs:
+class RealPairs(NamedTuple):
     """Both moments, by role ('teach', 'repeat'), and the rectified cameras."""
 
     rig: StereoRig

@@ -18,9 +18,7 @@ def main() -> int:
     """Run what is asked for; return 1 when a benchmark fails or became worse."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--all', action='store_true', help='run all benchmarks, each as a program of its own')
-    parser.add_argument(
-        '--tables', action='store_true', help='make the marked tables of the pages from the results'
-    )
+    parser.add_argument('--tables', action='store_true', help='make the marked tables from the results')
     for flag in ('--quick', '--save', '--compare'):
         parser.add_argument(flag, action='store_true', help='passed to the benchmarks')
     options = parser.parse_args()

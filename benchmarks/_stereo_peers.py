@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import cv2
@@ -40,14 +39,9 @@ class Features(NamedTuple):
     descriptors: NDArray[np.generic]
 
 
-@dataclass(frozen=True)
-class TaughtFeatures:
-    """Of a taught pair.
-
-    Attributes:
-        points: shape (n, 3), in the left optical frame [m].
-        pixels: shape (n, 2), in the left image.
-        descriptors: shape (n, d).
+class TaughtFeatures(NamedTuple):
+    """Features of a taught pair: points in the left optical frame, shape (n, 3) [m], pixels in the left image, shape
+    (n, 2), and descriptors, shape (n, d).
     """
 
     points: NDArray[np.float64]

@@ -36,13 +36,11 @@ def add_bags(run: Run, drives: list[RecordedDrive]) -> None:
     for drive in progress(drives, 'bags'):
         best, count = drive.best, len(drive.sources)
         source = drive.errors_of(drive.sources[best])
-        estimates = fused(messages_of(drive.sources, drive.odometry), count, best)
-        ours = drive.errors_at([s for s, _ in estimates], [pose_of(e) for _, e in estimates])
+        ours = drive.errors_at(fused(messages_of(drive.sources, drive.odometry), count, best))
         compared: Figure | str = '–'
         if gtsam is not None:
             newest = smooth(gtsam, drive.sources, drive.odometry, drive.best)
-            theirs = drive.errors_at([s for s, _ in newest], [p for _, p in newest])
-            compared = over(ours, theirs)
+            compared = over(ours, drive.errors_at(newest))
         outage = (rms(errors[:, 0], '.3g', 1e3) for errors in outage_errors(drive))
         ratios = over(ours, source), compared
         table.add(drive.name, len(source), *rms_of(source), *rms_of(ours), *ratios, *outage)
@@ -79,8 +77,8 @@ def outage_errors(drive: RecordedDrive) -> tuple[NDArray[np.float64], NDArray[np
         drive.odometry[int(np.searchsorted(stamps, s).clip(0, len(stamps) - 1))][1] for s in wanted
     )
     origin = samples[0].pose @ start.inverse()
-    ours = drive.errors_at(wanted[1:], [pose for _, pose in poses])
-    return ours, drive.errors_at(wanted[1:], [origin @ pose for pose in nearest])
+    alone = [(stamp, origin @ pose) for (stamp, _), pose in zip(poses, nearest, strict=True)]
+    return drive.errors_at(poses), drive.errors_at(alone)
 
 
 def filter_cpu_fraction(seconds: float) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -29,16 +29,9 @@ ISOLATED = 1.3
 """A dot is isolated when no other centre is nearer than this multiple of the mean of both diameters."""
 
 
-@dataclass(frozen=True)
-class TrueImage:
-    """An image and its chips.
-
-    Attributes:
-        image: shape (h, w) or (h, w, 3).
-        pixels: shape (n, 2), true centres of the chips with their centre in the image [px].
-        diameters: shape (n,) [px].
-        wanted: shape (n,), chips wholly in the image that no dirt hides.
-        isolated: shape (n,), chips that touch no other.
+class TrueImage(NamedTuple):
+    """An image, true centres, shape (n, 2) [px], and diameters, shape (n,) [px], of the chips with their centre in it,
+    and which of these are wholly in it, not hidden by dirt, and which touch no other, shape (n,).
     """
 
     image: NDArray[np.uint8]

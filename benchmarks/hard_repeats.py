@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from _harness import Option, Run, progress, run_benchmark, use_one_core
@@ -42,15 +42,8 @@ def unchanged(scene: CorridorScene, _: TaughtCorridor, __: np.random.Generator) 
     return scene
 
 
-@dataclass(frozen=True)
-class Condition:
-    """What is otherwise than when the place was taught.
-
-    Attributes:
-        name: name in the table.
-        scene: changes the corridor.
-        camera: changes each camera.
-    """
+class Condition(NamedTuple):
+    """What is otherwise than when the place was taught: a change of the corridor, and one of each camera."""
 
     name: str
     scene: Changed = unchanged

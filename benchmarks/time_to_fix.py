@@ -82,8 +82,10 @@ def main(run: Run, places: int, slow_places: int) -> None:
         views = list(paper_views(floor, spread_places(places), missing, spurious, run.seed))
         answers = time_all(compared, views, slow_places)
         answers['SIFT on a patch of 1.8 x 1.2 m'] = [
-            time_answer(sift.locate, sift.features(view.image), view.T_map_view)
-            for view in progress(pictures(patch, slow_places, missing, spurious, 1), 'SIFT', slow_places)
+            time_answer(sift.locate, sift.features(image), pose)
+            for image, pose in progress(
+                pictures(patch, slow_places, missing, spurious, 1), 'SIFT', slow_places
+            )
         ]
         name = f'{100 * missing:.0f} % missing, {100 * spurious:.0f} % spurious'
         heads = 'method | views | time ms: median / 95 % | median in units of ours | right / none / wrong'
