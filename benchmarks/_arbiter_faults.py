@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from _arbiter_bags import PoseSample
-from _arbiter_fusion import add_message, in_order_of_arrival, messages_of, new_arbiter, pose_of
+from _arbiter_fusion import add_message, in_order_of_arrival, messages_of, new_arbiter
 
 from pose_arbiter.core.kalman_filter import diagonal
 from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
@@ -61,7 +61,7 @@ def wrong_poses(scenario: Scenario, fault: str, seed: int) -> int:
         while due <= now:
             estimate = arbiter.estimate_at(due)
             if estimate is not None and due >= begin:
-                wrong += _is_wrong(pose_of(estimate), _at(truth, due))
+                wrong += _is_wrong(estimate.pose, _at(truth, due))
             due += OUTPUT
     return wrong
 

@@ -165,12 +165,8 @@ def run_benchmark(main: Callable[..., None], **options: Option) -> None:
     for key, option in options.items():
         _add(parser, key, option)
     given = parser.parse_args()
-    arguments = {
-        key: (option.quick if given.quick else option.default)
-        if (value := getattr(given, key)) is None
-        else value
-        for key, option in options.items()
-    }
+    arguments = {key: option.quick if given.quick else option.default for key, option in options.items()}
+    arguments |= {key: value for key, value in vars(given).items() if key in options and value is not None}
     run, begin = Run(seed=given.seed, quick=given.quick), time.perf_counter()
     try:
         main(run, **arguments)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -49,8 +50,9 @@ def teach_corridor(scene: CorridorScene) -> TaughtCorridor:
     for prefix in LANDMARKS:
         for landmark in scene.landmarks:
             found = _primitive_of(landmark, view) if landmark.name.startswith(prefix) else None
-            if found is not None and _is_measurable(teacher, found):
-                parts[landmark.name.replace('/', ' ')] = found
+            with suppress(StereoLandmarkError):
+                if found is not None and teacher.measure(found):
+                    parts[landmark.name.replace('/', ' ')] = found
     return TaughtCorridor(images, teacher.teach('corridor', [TargetSelection('wall', parts)], TAUGHT))
 
 
@@ -66,11 +68,3 @@ def _primitive_of(landmark: Landmark, view: StereoView) -> Primitive | None:
         if apart < least:
             best, least = primitive, apart
     return best
-
-
-def _is_measurable(teacher: Teacher, primitive: Primitive) -> bool:
-    try:
-        teacher.measure(primitive)
-    except StereoLandmarkError:
-        return False
-    return True

@@ -26,14 +26,9 @@ from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 
 KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.CORNER)
-POINT_SIGMA_MAX = 0.03
-"""[m]"""
-SIDE_MIN = 15.0
-"""[px]"""
-BORDER_SHARE = 0.06
-"""Of the width."""
-APART = 25.0
-"""[px]"""
+POINT_SIGMA_MAX = 0.03  # [m]
+SIDE_MIN, APART = 15.0, 25.0  # [px]
+BORDER_SHARE = 0.06  # of the width
 PRIMITIVES = 16
 DRAWS_MAX = 20
 

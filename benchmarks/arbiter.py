@@ -10,8 +10,7 @@ import math
 import numpy as np
 from _arbiter_bags import PoseSample, RecordedDrive, recorded_drives
 from _arbiter_faults import FAULTS, SCENARIOS, wrong_poses
-from _arbiter_fusion import add_message, fused, in_order_of_arrival, messages_of, new_arbiter, pose_of
-from _arbiter_smoother import smooth
+from _arbiter_fusion import add_message, fused, in_order_of_arrival, messages_of, new_arbiter, smooth
 from _figures import Figure, measured, rate, rms
 from _harness import Option, Run, cpu_time, progress, run_benchmark
 from numpy.typing import NDArray
@@ -69,7 +68,7 @@ def outage_errors(drive: RecordedDrive) -> tuple[NDArray[np.float64], NDArray[np
             stamp = waiting.pop(0)
             estimate = arbiter.estimate_at(stamp)
             if estimate is not None:
-                poses.append((stamp, pose_of(estimate)))
+                poses.append((stamp, estimate.pose))
         add_message(arbiter, message, message[0])
     stamps = np.array([stamp for stamp, _ in drive.odometry])
     wanted = [first, *(stamp for stamp, _ in poses)]

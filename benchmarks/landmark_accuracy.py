@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -17,15 +18,14 @@ from _figures import mean, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
 from _landmark_views import LandmarkView, LandmarkWall, repeat_poses, teach_pose
 from _pose_scores import PoseScore, pose_cells, score_found, whitened_errors
-from _stereo_peers import FeaturePipeline
+from _stereo_peers import FeaturePipeline, TaughtFeatures
 from _stereo_scenes import CAMERAS
 from _tag_peer import TagPeer, is_available
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
+from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
@@ -75,12 +75,10 @@ def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
     for number, corners in enumerate(field_pixels(wall, view.T_map_base)):
         here, there = corners[:, :2], corners[:, 2:]
         nearest = quadrilaterals[int(np.argmin([_farthest(each, here) for each in quadrilaterals]))]
-        try:
+        with suppress(StereoLandmarkError):
             pair = teacher.measure(nearest)
-        except StereoLandmarkError:
-            continue
-        if max(_farthest(pair[0], here), _farthest(pair[1], there)) < CHOSEN_WITHIN:
-            chosen[f'field {number}'] = nearest
+            if max(_farthest(pair[0], here), _farthest(pair[1], there)) < CHOSEN_WITHIN:
+                chosen[f'field {number}'] = nearest
     if len(chosen) < FIELDS_MIN:
         return None
     return teacher.teach('wall', [TargetSelection('panel', chosen)])
@@ -100,28 +98,18 @@ def _farthest(found: Primitive, corners: NDArray[np.float64]) -> float:
     return min(float(np.abs(np.roll(found.corners, k, axis=0) - corners).max()) for k in range(4))
 
 
-class Methods:
-    """All methods, taught with one view; ``tag`` is None where OpenCV has no AprilTags."""
-
-    def __init__(
-        self, place: TaughtPlace, view: LandmarkView, pipelines: list[FeaturePipeline], tag: TagPeer | None
-    ) -> None:
-        self._localizer = LandmarkLocalizer([place], LandmarkSettings(place=EXACT))
-        self._view, self._tag = view, tag
-        self._taught = [(pipeline, pipeline.teach(view.panel)) for pipeline in pipelines]
-
-    def fix(self, view: LandmarkView) -> PlaceFix | NoLandmarkFix:
-        """Return shirube's displacement, or why there is none."""
-        answer = self._localizer.locate(*view.panel)
-        return answer.displacement if isinstance(answer, LandmarkFix) else answer
-
-    def peers(self, view: LandmarkView) -> Iterator[tuple[str, SE2 | None]]:
-        """Yield the name and the answer of each peer."""
-        for pipeline, taught in self._taught:
-            yield f'{pipeline.name} + PnP', pipeline.locate(taught, pipeline.features(view.panel[0]))
-        if self._tag is not None:
-            yield 'AprilTag, one image', self._tag.locate_from_left(self._view.tag, view.tag)
-            yield 'AprilTag, both images', self._tag.locate_from_both(self._view.tag, view.tag)
+def peer_answers(
+    taught: list[tuple[FeaturePipeline, TaughtFeatures]],
+    tag: TagPeer | None,
+    lesson: LandmarkView,
+    view: LandmarkView,
+) -> Iterator[tuple[str, SE2 | None]]:
+    """Yield the name and the answer of each peer; ``tag`` is None where OpenCV has no AprilTags."""
+    for pipeline, known in taught:
+        yield f'{pipeline.name} + PnP', pipeline.locate(known, pipeline.features(view.panel[0]))
+    if tag is not None:
+        yield 'AprilTag, one image', tag.locate_from_left(lesson.tag, view.tag)
+        yield 'AprilTag, both images', tag.locate_from_both(lesson.tag, view.tag)
 
 
 def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
@@ -138,19 +126,21 @@ def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
             run.note(f'{distance:g} m, lesson {number}: fewer than four fields are measured')
             continue
         result.points.append(len(place.coordinates))
-        methods = Methods(place, lesson, pipelines, tag)
+        localizer = LandmarkLocalizer([place], LandmarkSettings(place=EXACT))
+        taught = [(pipeline, pipeline.teach(lesson.panel)) for pipeline in pipelines]
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
-            fix = methods.fix(view)
-            if isinstance(fix, PlaceFix):
-                stated = {'covariance': fix.covariance[PLANAR]}
-                result.scores[OURS].append(score_found(fix.T_place_base, truth, ANY, **stated))
-                result.used.append(len(fix.names))
+            fix = localizer.locate(*view.panel)
+            if isinstance(fix, LandmarkFix):
+                found, covariance = fix.displacement, fix.displacement.covariance[PLANAR]
+                score = score_found(found.T_place_base, truth, ANY, covariance=covariance)
+                result.used.append(len(found.names))
             else:
-                result.scores[OURS].append(PoseScore('none'))
+                score = PoseScore('none')
                 run.note(f'No pose: {distance:g} m, lesson {number}: {fix.reason} ({fix.detail})')
-            for name, found in methods.peers(view):
-                result.scores[name].append(score_found(found, truth, ANY))
+            result.scores[OURS].append(score)
+            for name, answer in peer_answers(taught, tag, lesson, view):
+                result.scores[name].append(score_found(answer, truth, ANY))
     return result
 
 
