@@ -70,6 +70,3 @@ def constellation_of(floor: IndexedMap) -> Matcher:
         return Answer(None, found.reason.value)
 
     return locate
-
-
-MATCHERS = {'pole_star': pole_star, 'constellation': constellation}

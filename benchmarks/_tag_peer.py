@@ -22,11 +22,6 @@ NAMES = tuple(f'corner {i}' for i in range(4))
 SQUARE = 0.5 * SIDE * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 
 
-def is_available() -> bool:
-    """Return whether this OpenCV has AprilTags."""
-    return hasattr(cv2, 'aruco') and hasattr(cv2.aruco, 'ArucoDetector')
-
-
 class TagPeer:
     """Finds the tag of the family 36h11."""
 

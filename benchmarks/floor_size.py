@@ -24,14 +24,13 @@ import numpy as np
 from _figures import count, measured
 from _harness import Option, Run, children_cpu_seconds, run_benchmark, use_one_core
 from _paper_matchers import constellation_of
-from _paper_views import VIEW_SIZE, PaperView, paper_views
+from _paper_views import CONDITIONS, VIEW_SIZE, PaperView, paper_views
 from _pose_scores import PoseScore, time_answer, time_cells
 from numpy.typing import NDArray
 
 from floor_localizer.files.csv_format import HEADER
 from floor_localizer.files.dot_map_file import load_indexed_map
 
-CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
 DENSITY = 5384.0
 STEP = 2e-5
 _BLOCK = 1 << 24
@@ -89,7 +88,7 @@ def build(hall: Hall, path: Path, workers: int) -> float:
 def measure(dots: int, path: Path, number: int) -> Measured:
     """Ask for the poses of views of a hall; to be called in a process of its own."""
     use_one_core()
-    views = [hall_of(dots).views(number, *condition) for condition in CONDITIONS]
+    views = [hall_of(dots).views(number, *condition) for condition in CONDITIONS.values()]
     with path.open('rb') as file:
         while file.read(_BLOCK):
             pass
@@ -109,10 +108,9 @@ def measure(dots: int, path: Path, number: int) -> Measured:
 def add_fixes(run: Run, halls: dict[int, Measured]) -> None:
     """Add the times to a fix."""
     first = next(iter(halls.values()))
-    for k, (missing, spurious) in enumerate(CONDITIONS):
-        name = f'{100 * missing:.0f} % missing, {100 * spurious:.0f} % spurious, file in the page cache'
+    for k, name in enumerate(CONDITIONS):
         heads = 'dots | time ms: median / 95 % | median in units of the first | right / none / wrong'
-        table = run.table(name, heads)
+        table = run.table(f'{name}, file in the page cache', heads)
         for dots, hall in halls.items():
             table.add(f'{dots:,}', *time_cells(hall.warm[k], first.warm[k]))
 

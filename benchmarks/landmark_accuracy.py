@@ -20,7 +20,7 @@ from _landmark_views import LandmarkView, LandmarkWall, repeat_poses, teach_pose
 from _pose_scores import PoseScore, pose_cells, score_found, whitened_errors
 from _stereo_peers import FeaturePipeline, TaughtFeatures
 from _stereo_scenes import CAMERAS
-from _tag_peer import TagPeer, is_available
+from _tag_peer import TagPeer
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
@@ -100,26 +100,24 @@ def _farthest(found: Primitive, corners: NDArray[np.float64]) -> float:
 
 def peer_answers(
     taught: list[tuple[FeaturePipeline, TaughtFeatures]],
-    tag: TagPeer | None,
+    tag: TagPeer,
     lesson: LandmarkView,
     view: LandmarkView,
 ) -> Iterator[tuple[str, SE2 | None]]:
-    """Yield the name and the answer of each peer; ``tag`` is None where OpenCV has no AprilTags."""
+    """Yield the name and the answer of each peer."""
     for pipeline, known in taught:
         yield f'{pipeline.name} + PnP', pipeline.locate(known, pipeline.features(view.panel[0]))
-    if tag is not None:
-        yield 'AprilTag, one image', tag.locate_from_left(lesson.tag, view.tag)
-        yield 'AprilTag, both images', tag.locate_from_both(lesson.tag, view.tag)
+    yield 'AprilTag, one image', tag.locate_from_left(lesson.tag, view.tag)
+    yield 'AprilTag, both images', tag.locate_from_both(lesson.tag, view.tag)
 
 
 def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
     """Return the errors at one distance, of so many lessons with so many repeats each."""
-    result, tag = Result(), TagPeer() if is_available() else None
+    result, tag = Result(), TagPeer()
     pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
     for number in progress(range(wanted), f'lessons at {distance:g} m'):
         rng = np.random.default_rng((run.seed, round(distance), number))
-        cells = np.zeros((1, 1), np.bool_) if tag is None else tag.cells()
-        wall = LandmarkWall(run.seed + number, cells)
+        wall = LandmarkWall(run.seed + number, tag.cells())
         lesson = wall.view(teach_pose(distance, rng), rng)
         place = taught_panel(wall, lesson)
         if place is None:
@@ -158,8 +156,6 @@ def main(run: Run, lessons: int, repeats: int, distances: tuple[float, ...]) -> 
         if result.used:
             points = (mean(each, '.1f', better='higher') for each in (result.points, result.used))
             consistency.add(name, *points, rms(whitened_errors(result.scores[OURS]), '.2f', better='one'))
-    if not is_available():
-        run.note('OpenCV 4.7 or later is needed to compare with AprilTags.')
 
 
 if __name__ == '__main__':

@@ -1,8 +1,4 @@
-"""The paper's tables 2 to 4 and its two failed cases again, on its conditions, with its figures.
-
-shirube bench paper_tables
-shirube bench paper_tables --matcher pole_star --places 100 --tables 4
-"""
+"""The paper's tables 2 to 4 and its two failed cases again, on its conditions, with its figures."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ from typing import NamedTuple
 
 from _figures import percent, time
 from _harness import Option, Run, cpu_time, in_processes, run_benchmark
-from _paper_matchers import MATCHERS, Matcher
+from _paper_matchers import Matcher, constellation
 from _paper_views import PaperView, paper_floor, paper_views, spread_places
 from _pose_scores import PoseScore, pose_cells, score_found
 
@@ -33,11 +29,8 @@ class Cell(NamedTuple):
 PAPER = {
     '2': ('100 / 0 / 0', '100 / 0 / 0', '100 / 0 / 0', '99.59 / 0.33 / 0.08', '99.26 / 0.66 / 0.08'),
     '3': (
-        '100 / 0 / 0',
-        '99.92 / 0 / 0.08',
-        '99.59 / 0.17 / 0.29',
-        '99.5 / 0.08 / 0.41',
-        '95.95 / 0.91 / 3.14',
+        *('100 / 0 / 0', '99.92 / 0 / 0.08', '99.59 / 0.17 / 0.29'),
+        *('99.5 / 0.08 / 0.41', '95.95 / 0.91 / 3.14'),
     ),
     '4': (
         *('99.57 / 0.08 / 0.33', '98.76 / 0.50 / 0.74', '97.35 / 1.41 / 1.24'),
@@ -55,16 +48,15 @@ TABLES = {
 class Task(NamedTuple):
     """One view to be scored, for another process."""
 
-    matcher: str
     seed: int
     view: PaperView
 
 
 @cache
-def _matcher(name: str, seed: int) -> Matcher:
+def _matcher(seed: int) -> Matcher:
     """Return this process's matcher, its database built and its kernels compiled."""
     floor = paper_floor(seed)
-    locate = MATCHERS[name](floor)
+    locate = constellation(floor)
     for view in paper_views(floor, spread_places(2), 0.5, 0.5, seed):
         locate(view.pixels)
     return locate
@@ -72,19 +64,19 @@ def _matcher(name: str, seed: int) -> Matcher:
 
 def score(task: Task) -> PoseScore:
     """Score one view with this process's matcher."""
-    answer, milliseconds = cpu_time(_matcher(task.matcher, task.seed), task.view.pixels)
+    answer, milliseconds = cpu_time(_matcher(task.seed), task.view.pixels)
     return score_found(
         answer.T_map_view, task.view.T_map_view, reason=answer.reason, milliseconds=milliseconds
     )
 
 
-def tasks(matcher: str, table: str, places: int, seed: int) -> Iterator[Task]:
+def tasks(table: str, places: int, seed: int) -> Iterator[Task]:
     """Yield all views of a table in order."""
     floor = paper_floor(seed)
     for cell in TABLES[table]:
         chosen = spread_places(min(places, cell.places))
         for view in paper_views(floor, chosen, cell.missing, cell.spurious, seed):
-            yield Task(matcher, seed, view)
+            yield Task(seed, view)
 
 
 def add_table(run: Run, table: str, by_cell: list[list[PoseScore]]) -> None:
@@ -102,10 +94,10 @@ def add_table(run: Run, table: str, by_cell: list[list[PoseScore]]) -> None:
         run.note(f'No pose: {counts}')
 
 
-def main(run: Run, matcher: str, tables: tuple[str, ...], places: int) -> None:
+def main(run: Run, tables: tuple[str, ...], places: int) -> None:
     """Run the tables that are asked for."""
     for table in tables:
-        scores = iter(in_processes(score, list(tasks(matcher, table, places, run.seed)), f'table {table}'))
+        scores = iter(in_processes(score, list(tasks(table, places, run.seed)), f'table {table}'))
         by_cell = [[next(scores) for _ in range(min(places, cell.places))] for cell in TABLES[table]]
         add_table(run, table, by_cell)
 
@@ -113,7 +105,6 @@ def main(run: Run, matcher: str, tables: tuple[str, ...], places: int) -> None:
 if __name__ == '__main__':
     run_benchmark(
         main,
-        matcher=Option('constellation', 'constellation', 'or pole_star'),
         tables=Option(tuple(TABLES), tuple(TABLES), 'of the paper'),
         places=Option(1209, 20, 'most views of a cell'),
     )

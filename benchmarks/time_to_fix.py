@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from _harness import Option, Run, progress, run_benchmark, use_one_core
 from _paper_matchers import constellation, pole_star
-from _paper_views import PaperView, paper_floor, paper_views, spread_places
+from _paper_views import CONDITIONS, PaperView, paper_floor, paper_views, spread_places
 from _peer_sift import SiftMatcher, patch_floor, pictures
 from _peer_tetra3rs import StarSolver
 from _pose_scores import PoseScore, time_answer, time_cells
@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 from floor_localizer.core.compile_kernels import compile_kernels
 from shirube_core.geometry import SE2
 
-CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
 OURS = 'shirube'
 TURN = 20
 
@@ -78,7 +77,7 @@ def main(run: Run, places: int, slow_places: int) -> None:
     compile_kernels()
     floor = paper_floor(run.seed)
     compared, sift, patch = methods(run, floor), SiftMatcher(patch_floor(1)), patch_floor(1)
-    for missing, spurious in CONDITIONS:
+    for name, (missing, spurious) in CONDITIONS.items():
         views = list(paper_views(floor, spread_places(places), missing, spurious, run.seed))
         answers = time_all(compared, views, slow_places)
         answers['SIFT on a patch of 1.8 x 1.2 m'] = [
@@ -87,7 +86,6 @@ def main(run: Run, places: int, slow_places: int) -> None:
                 pictures(patch, slow_places, missing, spurious, 1), 'SIFT', slow_places
             )
         ]
-        name = f'{100 * missing:.0f} % missing, {100 * spurious:.0f} % spurious'
         heads = 'method | views | time ms: median / 95 % | median in units of ours | right / none / wrong'
         table = run.table(name, heads)
         for method, given in answers.items():
