@@ -55,7 +55,11 @@ class Voxels:
         """Return the voxels whose value is that of an obstacle."""
         settings, tiles = self._map.settings, self._map.tiles
         dense = np.zeros(dense_shape(settings), dtype=np.bool_)
-        for i, j, slot in crop_to_room(self._map):
+        s, bottom, layers = settings.resolution, settings.height_min, dense.shape[2]
+        window = FrameWindow(FIRST_TILE, FIRST_TILE, TILES * TILE_SIZE, layers, s, bottom)
+        slots = tiles.slots_of(window)
+        for i, j in np.argwhere(slots != NO_TILE).tolist():
+            slot = int(slots[i, j])
             if settings.rule == 'log_odds':
                 confirmed = tiles.values[slot] >= settings.log_odds_occupied
             else:
@@ -121,11 +125,3 @@ class OctoMap:
                 steps = (np.arange(round(size / smallest)) + 0.5) * smallest - 0.5 * size
                 centres.append(middle + np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3))
         return np.concatenate(centres)
-
-
-def crop_to_room(voxels: VoxelMap) -> list[tuple[int, int, int]]:
-    """Return the tiles of the room that a map has: number along x and y in the room, and slot."""
-    s, bottom = voxels.settings.resolution, voxels.settings.height_min
-    layers = window_shape(voxels.settings)[1]
-    slots = voxels.tiles.slots_of(FrameWindow(FIRST_TILE, FIRST_TILE, TILES * TILE_SIZE, layers, s, bottom))
-    return [(i, j, int(slots[i, j])) for i, j in np.argwhere(slots != NO_TILE).tolist()]

@@ -13,25 +13,27 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import islice
 
+import cv2
 import numpy as np
 from _figures import mean, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _landmark_views import LandmarkView, LandmarkWall, repeat_poses, teach_pose
+from _landmark_views import SIDE, LandmarkView, LandmarkWall, repeat_poses, teach_pose
 from _pose_scores import PoseScore, pose_cells, score_found, whitened_errors
-from _stereo_peers import FeaturePipeline, TaughtFeatures
-from _stereo_scenes import CAMERAS
-from _tag_peer import TagPeer
+from _stereo_peers import FeaturePipeline, TaughtFeatures, planar_displacement
+from _stereo_scenes import CAMERAS, Pair
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_fix import LandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
+from stereo_landmark.core.stereo import StereoPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
@@ -45,6 +47,11 @@ PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 OURS = 'shirube'
 ANY = math.inf, math.inf
 """All poses count as right here."""
+TAG, CELLS = 7, 8
+CORNER_SIGMA = 0.1
+"""Stated of a corner [px]; it is the same for all, so that the fit does not depend on it."""
+NAMES = tuple(f'corner {i}' for i in range(4))
+SQUARE = 0.5 * SIDE * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 
 
 @dataclass
@@ -96,6 +103,59 @@ def _farthest(found: Primitive, corners: NDArray[np.float64]) -> float:
     if not isinstance(found, Quadrilateral):
         return math.inf
     return min(float(np.abs(np.roll(found.corners, k, axis=0) - corners).max()) for k in range(4))
+
+
+class TagPeer:
+    """One AprilTag (36h11) of known size: OpenCV's detector with sub-pixel corners, from one image or from both."""
+
+    def __init__(self) -> None:
+        self._dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+        self._detector = cv2.aruco.ArucoDetector(self._dictionary, parameters)
+        settings = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0, gate_sigmas=20.0)
+        self._locator = PlaceLocator(CAMERAS, settings)
+
+    def cells(self) -> NDArray[np.bool_]:
+        """Return the tag with its black border, shape (CELLS, CELLS), true for white."""
+        return np.asarray(cv2.aruco.generateImageMarker(self._dictionary, TAG, CELLS) > 127, dtype=np.bool_)
+
+    def corners(self, image: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+        """Return the tag's corners, shape (4, 2) [px]; None if it is not found."""
+        corners, ids, _ = self._detector.detectMarkers(image)
+        if ids is None or TAG not in np.ravel(ids):
+            return None
+        found = corners[np.ravel(ids).tolist().index(TAG)]
+        return np.asarray(found, dtype=np.float64).reshape(4, 2)
+
+    def locate_from_left(self, then: Pair, now: Pair) -> SE2 | None:
+        """Return the displacement between the left images of two pairs, in six degrees of freedom each."""
+        poses = []
+        for image in (then[0], now[0]):
+            corners = self.corners(image)
+            if corners is None:
+                return None
+            matrix = CAMERAS.left.matrix
+            is_found, *motion = cv2.solvePnP(SQUARE, corners, matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+            if not is_found:
+                return None
+            turn, shift = cv2.solvePnPRefineLM(SQUARE, corners, matrix, None, *motion)
+            poses.append((cv2.Rodrigues(turn)[0], shift.ravel()))
+        (R_then, shift_then), (R_now, shift_now) = poses
+        R_now_then = R_now @ R_then.T
+        return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, CAMERAS)
+
+    def locate_from_both(self, then: Pair, now: Pair) -> SE2 | None:
+        """Return the displacement that explains the corners in all four images best, on a level floor."""
+        seen = []
+        for left, right in (then, now):
+            here, there = self.corners(left), self.corners(right)
+            if here is None or there is None:
+                return None
+            noise = np.tile(CORNER_SIGMA**2 * np.eye(4), (4, 1, 1))
+            seen.append(StereoPoints(NAMES, np.hstack([here, there]), noise))
+        fix = self._locator.locate(seen[1], self._locator.spatial_points(seen[0]))
+        return fix.T_place_base if isinstance(fix, PlaceFix) else None
 
 
 def peer_answers(
