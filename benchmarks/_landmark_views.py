@@ -75,12 +75,7 @@ class LandmarkView(NamedTuple):
 
 
 class LandmarkWall:
-    """A corridor's end wall with nothing but the panel, or the tag.
-
-    Args:
-        seed: random seed of the corridor.
-        cells: cells of the tag, shape (n, n), true for white.
-    """
+    """The end wall of a corridor, by its seed, with nothing but the panel, or the tag of these cells."""
 
     def __init__(self, seed: int, cells: NDArray[np.bool_]) -> None:
         bare = corridor(CorridorDesign(seed=seed, bare=True))

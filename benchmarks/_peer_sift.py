@@ -17,9 +17,8 @@ from _paper_views import CAMERA, MOUNT, VIEW_SIZE
 from numpy.typing import NDArray
 
 from scene_simulator.floor.camera import FloorCamera
+from scene_simulator.floor.disturbances import Litter
 from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, generate_dot_floor
-from scene_simulator.floor.marks import FloorMarks
-from scene_simulator.floor.view import FloorView
 from shirube_core.geometry import SE2, PinholeCamera
 
 PATCH = (1.8, 1.2)
@@ -35,16 +34,6 @@ class Features(NamedTuple):
 
     points: NDArray[np.float32]
     descriptors: NDArray[np.float32]
-
-
-class AddedChips(NamedTuple):
-    """Chips that are not of the floor, as `scene_simulator` takes disturbances."""
-
-    marks: FloorMarks
-
-    def apply_to(self, view: FloorView) -> None:
-        """Draw them into the view."""
-        view.paint(self.marks, dirt=True)
 
 
 def patch_floor(seed: int) -> DotFloor:
@@ -63,7 +52,7 @@ def pictures(
         rng = np.random.default_rng([seed, k])
         x, y = rng.uniform(margin, np.array(PATCH) - margin).tolist()
         pose = SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
-        added = AddedChips(generate_dot_floor(others, 1000 + k).chips)
+        added = Litter(generate_dot_floor(others, 1000 + k).chips)
         left = floor.remove_chips(missing, k)
         yield camera.photograph(left, [pose], MOUNT, disturbances=(added,), rng=rng).image, pose
 

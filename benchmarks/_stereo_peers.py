@@ -54,12 +54,7 @@ class TaughtFeatures(NamedTuple):
 
 
 class FeaturePipeline:
-    """ORB or SIFT with stereo and PnP.
-
-    Args:
-        name: 'ORB' or 'SIFT'.
-        rig: rectified cameras.
-    """
+    """ORB or SIFT, by its name, with stereo of rectified cameras and PnP."""
 
     def __init__(self, name: str, rig: StereoRig) -> None:
         self.name = name

@@ -34,13 +34,7 @@ DRAWS_MAX = 20
 
 
 class TargetChooser:
-    """Chooses target sets in one pair of images.
-
-    Args:
-        moment: the pair.
-        rig: the cameras.
-        threshold: edge threshold [grey levels / px].
-    """
+    """Chooses target sets in one pair of images, with a threshold of edges [grey levels / px]."""
 
     def __init__(self, moment: Moment, rig: StereoRig, threshold: float = EdgeSettings().threshold) -> None:
         processing = ImageProcessing(edges=EdgeSettings(threshold=threshold))
@@ -48,12 +42,8 @@ class TargetChooser:
         self._moment = moment
         self._view = StereoView(left, right, rig, moment.tilt)
         self._teacher = Teacher(self._view, processing)
-        self.candidates = [
-            primitive
-            for kind in KINDS
-            for primitive in self._view.left.kinds[kind].primitives
-            if self._is_good(primitive)
-        ]
+        kinds = (self._view.left.kinds[kind].primitives for kind in KINDS)
+        self.candidates = [each for primitives in kinds for each in primitives if self._is_good(each)]
 
     def place(self, seed: int) -> TaughtPlace:
         """Return a place with one target of sixteen primitives.

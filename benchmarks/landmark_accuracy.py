@@ -45,6 +45,7 @@ CHOSEN_WITHIN = 1.0
 FIELDS_MIN = 4
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 OURS = 'shirube'
+Taught = list[tuple[FeaturePipeline, TaughtFeatures]]
 ANY = math.inf, math.inf
 """All poses count as right here."""
 TAG, CELLS = 7, 8
@@ -159,10 +160,7 @@ class TagPeer:
 
 
 def peer_answers(
-    taught: list[tuple[FeaturePipeline, TaughtFeatures]],
-    tag: TagPeer,
-    lesson: LandmarkView,
-    view: LandmarkView,
+    taught: Taught, tag: TagPeer, lesson: LandmarkView, view: LandmarkView
 ) -> Iterator[tuple[str, SE2 | None]]:
     """Yield the name and the answer of each peer."""
     for pipeline, known in taught:

@@ -103,9 +103,8 @@ def drive(blocked: NDArray[np.bool_], start: Cell, goal: Cell, found: Times) -> 
             if len(found['repaired']) % EVERY == 0:
                 again, milliseconds = cpu_time(shortest_route, known, cell, goal)
                 found['scratch'].append(milliseconds)
-                found['new D* Lite'].append(
-                    cpu_time(lambda at=cell: DStarLite(known, goal).route_from(at))[1]
-                )
+                fresh = cpu_time(lambda at=cell: DStarLite(known, goal).route_from(at))
+                found['new D* Lite'].append(fresh[1])
                 check_lengths(route.length, route_of(again).length)
             way, place = route.cells, 0
         if cell == goal:

@@ -68,10 +68,9 @@ def add_poses(run: Run, survey: RenderedSurvey, maps: dict[str, tuple[DotMap, SE
     table = run.table('Poses', heads)
     for name, (dot_map, T_true_map) in maps.items():
         errors, steps = locate_on(survey, dot_map, T_true_map, places)
-        table.add(
-            *(name, rate(len(errors), 2 * places), error(errors[:, 0], '.3f', 1e3, (50, 95))),
-            *(error(steps, '.4f', 1e3, (50, 95)), error(errors[:, 1], '.4f', math.degrees(1.0), (50, 95))),
-        )
+        found, turns = rate(len(errors), 2 * places), error(errors[:, 1], '.4f', math.degrees(1.0), (50, 95))
+        position, step = error(errors[:, 0], '.3f', 1e3, (50, 95)), error(steps, '.4f', 1e3, (50, 95))
+        table.add(name, found, position, step, turns)
 
 
 def measured_length(survey: RenderedSurvey, run: SurveyRun, found: MapComparison, size: float) -> KnownLength:
