@@ -38,11 +38,6 @@ PALE = replace(DARK_ON_LIGHT, chip_colours=((0.50, 0.60, 0.65),))
 _MAT, _PAPER = (0.14, 0.13, 0.12), (0.88, 0.90, 0.90)
 
 
-def no_disturbances(_pose: SE2, _rng: np.random.Generator) -> tuple[Disturbance, ...]:
-    """Leave the floor as it is."""
-    return ()
-
-
 def shadow(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Place a shadow's edge near the middle of the view."""
     point = pose.transform(rng.uniform(-0.015, 0.015, (1, 2)))[0]
@@ -98,7 +93,7 @@ class HardCondition:
 
     name: str
     design: FloorDesign = DARK_ON_LIGHT
-    disturbances: Disturbances = no_disturbances
+    disturbances: Disturbances = lambda _pose, _rng: ()
     blur: float = 0.0
     jpeg_quality: int | None = None
     camera: PinholeCamera = CAMERA

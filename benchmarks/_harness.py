@@ -64,15 +64,10 @@ class Table:
 
 
 class Run:
-    """One run of a benchmark: its tables and notes.
+    """One run of a benchmark: its random seed, tables and notes."""
 
-    Attributes:
-        seed: random seed.
-        quick: whether it is only a quick look.
-    """
-
-    def __init__(self, *, seed: int = 1, quick: bool = False) -> None:
-        self.seed, self.quick = seed, quick
+    def __init__(self, seed: int) -> None:
+        self.seed = seed
         self.tables: list[Table] = []
         self.notes: list[str] = []
 
@@ -167,7 +162,7 @@ def run_benchmark(main: Callable[..., None], **options: Option) -> None:
     given = parser.parse_args()
     arguments = {key: option.quick if given.quick else option.default for key, option in options.items()}
     arguments |= {key: value for key, value in vars(given).items() if key in options and value is not None}
-    run, begin = Run(seed=given.seed, quick=given.quick), time.perf_counter()
+    run, begin = Run(given.seed), time.perf_counter()
     try:
         main(run, **arguments)
     except MissingError as missing:

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from _figures import count, measured
 from _harness import Option, Run, children_cpu_seconds, run_benchmark, use_one_core
-from _paper_matchers import constellation_of
+from _paper_matchers import constellation
 from _paper_views import CONDITIONS, VIEW_SIZE, PaperView, paper_views
 from _pose_scores import PoseScore, time_answer, time_cells
 from numpy.typing import NDArray
@@ -95,7 +95,7 @@ def measure(dots: int, path: Path, number: int) -> Measured:
     begin = perf_counter()
     floor = load_indexed_map(path)
     open_milliseconds = 1e3 * (perf_counter() - begin)
-    locate = constellation_of(floor)
+    locate = constellation(floor)
     warm = [
         [time_answer(lambda pixels: locate(pixels).T_map_view, view.pixels, view.T_map_view) for view in each]
         for each in views

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from _figures import percent, time
 from _harness import Option, Run, cpu_time, in_processes, run_benchmark
-from _paper_matchers import Matcher, constellation
+from _paper_matchers import Matcher, constellation, indexed
 from _paper_views import PaperView, paper_floor, paper_views, spread_places
 from _pose_scores import PoseScore, pose_cells, score_found
 
@@ -56,7 +56,7 @@ class Task(NamedTuple):
 def _matcher(seed: int) -> Matcher:
     """Return this process's matcher, its database built and its kernels compiled."""
     floor = paper_floor(seed)
-    locate = constellation(floor)
+    locate = constellation(indexed(floor))
     for view in paper_views(floor, spread_places(2), 0.5, 0.5, seed):
         locate(view.pixels)
     return locate

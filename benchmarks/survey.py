@@ -77,10 +77,8 @@ def measured_length(survey: RenderedSurvey, run: SurveyRun, found: MapComparison
     """Return the tape measurement between two dots that are 0.8 of the floor's side apart."""
     true = survey.floor.points[found.pairs[:, 0]]
     close = np.hypot(*found.residuals.T) < 2.0 * np.median(np.hypot(*found.residuals.T))
-    ends = []
-    for place in ((0.1 * size, 0.5 * size), (0.9 * size, 0.5 * size)):
-        distance = np.where(close, np.hypot(*(true - place).T), np.inf)
-        ends.append(int(np.argmin(distance)))
+    distances = (np.hypot(*(true - (share * size, 0.5 * size)).T) for share in (0.1, 0.9))
+    ends = [int(np.argmin(np.where(close, distance, np.inf))) for distance in distances]
     first, second = run.result.dot_map.points[found.pairs[ends, 1]]
     return KnownLength(first, second, float(np.hypot(*(true[ends[1]] - true[ends[0]]))) + TAPE_ERROR)
 
@@ -106,8 +104,7 @@ def locate_on(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Locate rendered images, two at each place 50 mm apart, without a prior.
 
-    Returns:
-        errors of position [m] and heading [rad] of those located, shape (n, 2), and of the steps [m], shape (m,).
+    Return errors of position [m] and heading [rad] of those located, shape (n, 2), and of the steps [m], shape (m,).
     """
     localizer, rng = FloorLocalizer(index_map(dot_map), MOUNT), np.random.default_rng(11)
     size = survey.floor.design.size

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _paper_matchers import constellation, pole_star
+from _paper_matchers import constellation, indexed, pole_star
 from _paper_views import CONDITIONS, PaperView, paper_floor, paper_views, spread_places
 from _peer_sift import SiftMatcher, patch_floor, pictures
 from _peer_tetra3rs import StarSolver
@@ -42,7 +42,7 @@ class Method(NamedTuple):
 
 def methods(run: Run, floor: NDArray[np.float64]) -> dict[str, Method]:
     """Return the methods that take dots, ready for a floor, shape (N, 2) [m]."""
-    ours, paper = constellation(floor), pole_star(floor)
+    ours, paper = constellation(indexed(floor)), pole_star(floor)
     found = {OURS: Method(lambda view: view.pixels, lambda pixels: ours(pixels).T_map_view)}
     tetra3rs = run.peer('tetra3rs', 'tetra3rs==0.14')
     if tetra3rs is not None:
