@@ -67,16 +67,16 @@ class RecordedDrive:
 
     def errors_of(self, source: Sequence[PoseSample]) -> NDArray[np.float64]:
         """Return the errors of a source's poses; see `errors_at`."""
-        return self.errors_at([o.stamp for o in source], [o.pose for o in source])
+        return self.errors_at([(o.stamp, o.pose) for o in source])
 
-    def errors_at(self, stamps: Sequence[int], poses: Sequence[SE2]) -> NDArray[np.float64]:
+    def errors_at(self, poses: Sequence[tuple[int, SE2]]) -> NDArray[np.float64]:
         """Return the errors of poses, shape (n, 2): distance [m] and turn [rad]; NaN where the truth is not known."""
-        wanted = np.array(stamps, dtype=np.int64)
+        wanted = np.array([stamp for stamp, _ in poses], dtype=np.int64)
         known = can_interpolate(self.truth, wanted, _GAP_MAX)
         errors = np.full((len(wanted), 2), np.nan)
         if known.any():
             true = planar_poses(interpolate(self.truth, wanted[known]))
-            estimated = np.array([(pose.x, pose.y, pose.yaw) for pose in poses])[known]
+            estimated = np.array([(pose.x, pose.y, pose.yaw) for _, pose in poses])[known]
             errors[known, 0] = np.hypot(*(estimated - true)[:, :2].T)
             errors[known, 1] = np.abs(np.remainder(estimated[:, 2] - true[:, 2] + np.pi, 2 * np.pi) - np.pi)
         return errors
@@ -84,16 +84,15 @@ class RecordedDrive:
 
 def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
     """Return the drives of the bags, all or the named ones."""
-    makers: dict[str, Callable[[], list[list[PoseSample]]]] = {
-        'floor_drive': lambda: [_floor(BAGS / 'floor_drive')],
-        'lamp_drive': lambda: [_lamps(BAGS / 'lamp_drive', [])],
-        'lamp_drive_rolling': lambda: [
-            _lamps(BAGS / 'lamp_drive_rolling', ['--shutter', 'rolling', '--exposure-time', '0.00006'])
-        ],
-        'room_drive': lambda: [_room(BAGS / 'room_drive')],
-        'mission': lambda: _mission(BAGS / 'mission'),
+    rolling = '--shutter', 'rolling', '--exposure-time', '0.00006'
+    makers: dict[str, Callable[[Path], list[list[PoseSample]]]] = {
+        'floor_drive': lambda bag: [_floor(bag)],
+        'lamp_drive': lambda bag: [_lamps(bag)],
+        'lamp_drive_rolling': lambda bag: [_lamps(bag, *rolling)],
+        'room_drive': lambda bag: [_room(bag)],
+        'mission': _mission,
     }
-    drives = [_drive(name, make()) for name, make in makers.items() if not names or name in names]
+    drives = [_drive(name, make(BAGS / name)) for name, make in makers.items() if not names or name in names]
     corridors = [k for k in CORRIDORS if not names or f'corridor_{k}' in names]
     if corridors:
         with tempfile.TemporaryDirectory() as folder:
@@ -107,8 +106,7 @@ def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
 def _drive(name: str, sources: list[list[PoseSample]]) -> RecordedDrive:
     with BagReader(BAGS / name) as bag:
         truth, odometry = load_bag_trajectory(bag, '/ground_truth'), load_bag_trajectory(bag, '/odom')
-    poses = [SE2(*map(float, pose)) for pose in planar_poses(odometry)]
-    return RecordedDrive(name, sources, list(zip(odometry.stamps_ns.tolist(), poses, strict=True)), truth)
+    return RecordedDrive(name, sources, _stamped(odometry), truth)
 
 
 def _floor(bag: Path) -> list[PoseSample]:
@@ -121,7 +119,7 @@ def _floor(bag: Path) -> list[PoseSample]:
     ]
 
 
-def _lamps(bag: Path, more: list[str]) -> list[PoseSample]:
+def _lamps(bag: Path, *more: str) -> list[PoseSample]:
     beacons = str(bag / 'beacons.yaml')
     arguments = ['--beacons', beacons, '--bag', str(bag), '--camera-xyz', '0', '0', '0', *more]
     return [
@@ -145,10 +143,12 @@ def _room(bag: Path) -> list[PoseSample]:
     with BagReader(bag) as reader:
         poses = load_bag_trajectory(reader, '/pose')
     noise = diagonal(_POSE_SIGMAS[0] ** 2, _POSE_SIGMAS[1] ** 2)
-    return [
-        PoseSample(stamp, SE2(*map(float, pose)), noise)
-        for stamp, pose in zip(poses.stamps_ns.tolist(), planar_poses(poses), strict=True)
-    ]
+    return [PoseSample(stamp, pose, noise) for stamp, pose in _stamped(poses)]
+
+
+def _stamped(poses: Trajectory) -> list[tuple[int, SE2]]:
+    planar = [SE2(*pose) for pose in planar_poses(poses).tolist()]
+    return list(zip(poses.stamps_ns.tolist(), planar, strict=True))
 
 
 def _mission(bag: Path) -> list[list[PoseSample]]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from _arbiter_bags import PoseSample
-from _arbiter_fusion import add_message, messages_of, new_arbiter, pose_of
+from _arbiter_fusion import add_message, in_order_of_arrival, messages_of, new_arbiter
 
 from pose_arbiter.core.kalman_filter import diagonal
 from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
@@ -23,15 +24,9 @@ _DRIFT = 0.02  # [m/s]
 _LATENCY = 60_000_000  # [ns]
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """The sources of a drive.
-
-    Attributes:
-        name: row label in the table.
-        correct_sources: number of correct sources, which publish from the start.
-        faulty_from: time of the first pose of the faulty source [s].
-        fault_from: time of the first wrong pose of the faulty source [s].
+class Scenario(NamedTuple):
+    """Number of correct sources, which publish from the start, and times of the first pose of the faulty source and of
+    its first wrong one [s].
     """
 
     name: str
@@ -48,34 +43,27 @@ SCENARIOS = (
 )
 
 
-def wrong_poses(scenario: Scenario, fault: str, seed: int) -> tuple[int, int]:
-    """Return the number of wrong poses at 50 Hz since the start of the fault, and the number of all of them."""
+def wrong_poses(scenario: Scenario, fault: str, seed: int) -> int:
+    """Return the number of wrong poses at 50 Hz since the start of the fault."""
     rng = np.random.default_rng([seed, FAULTS.index(fault), SCENARIOS.index(scenario)])
     truth = _drive(rng)
     odometry = _odometry(truth, rng)
     sources = [_correct_source(truth, rng, k) for k in range(scenario.correct_sources)]
-    faulty = [
-        o
-        for o in _correct_source(truth, rng, scenario.correct_sources)
-        if o.stamp >= BEGIN + scenario.faulty_from * 1e9
-    ]
+    first = BEGIN + scenario.faulty_from * 1e9
+    faulty = [o for o in _correct_source(truth, rng, scenario.correct_sources) if o.stamp >= first]
     begin = BEGIN + round(scenario.fault_from * 1e9)
     position, direction = int(rng.integers(scenario.correct_sources + 1)), rng.uniform(-math.pi, math.pi)
     sources.insert(position, [_inject_fault(o, fault, begin, truth, direction, rng) for o in faulty])
     messages = messages_of(sources, odometry)
-    delays = [0 if m[1] >= len(sources) else _LATENCY for m in messages]
-    arrivals = sorted(zip(messages, delays, strict=True), key=lambda pair: pair[0][0] + pair[1])
-    arbiter, due, wrong, count = new_arbiter(len(sources)), BEGIN, 0, 0
-    for message, delay in arrivals:
-        now = message[0] + delay
+    arbiter, due, wrong = new_arbiter(len(sources)), BEGIN, 0
+    for now, message in in_order_of_arrival(messages, lambda _: _LATENCY):
         add_message(arbiter, message, now)
         while due <= now:
             estimate = arbiter.estimate_at(due)
             if estimate is not None and due >= begin:
-                count += 1
-                wrong += _is_wrong(pose_of(estimate), _at(truth, due))
+                wrong += _is_wrong(estimate.pose, _at(truth, due))
             due += OUTPUT
-    return wrong, count
+    return wrong
 
 
 def _drive(rng: np.random.Generator) -> list[SE2]:
@@ -114,12 +102,7 @@ def _correct_source(truth: list[SE2], rng: np.random.Generator, number: int) -> 
 
 
 def _inject_fault(
-    sample: PoseSample,
-    fault: str,
-    begin: int,
-    truth: list[SE2],
-    direction: float,
-    rng: np.random.Generator,
+    sample: PoseSample, fault: str, begin: int, truth: list[SE2], direction: float, rng: np.random.Generator
 ) -> PoseSample:
     if sample.stamp < begin:
         return sample
@@ -137,17 +120,14 @@ def _inject_fault(
             size, direction, turn = rng.uniform(0.1, 2.0), rng.uniform(-math.pi, math.pi), rng.normal()
         case 'drifting':
             size = _DRIFT * (sample.stamp - begin) * 1e-9
-    moved = SE2(
-        pose.x + size * math.cos(direction), pose.y + size * math.sin(direction), wrap_angle(pose.yaw + turn)
-    )
-    return replace(sample, pose=moved)
+    x, y = pose.x + size * math.cos(direction), pose.y + size * math.sin(direction)
+    return replace(sample, pose=SE2(x, y, wrap_angle(pose.yaw + turn)))
 
 
 def _at(truth: list[SE2], stamp: int) -> SE2:
     position = (stamp - BEGIN) * 1e-9 * RATE
     k = min(max(int(position), 0), len(truth) - 2)
-    step = truth[k].inverse() @ truth[k + 1]
-    fraction = position - k
+    step, fraction = truth[k].inverse() @ truth[k + 1], position - k
     return truth[k] @ SE2(fraction * step.x, fraction * step.y, fraction * step.yaw)
 
 

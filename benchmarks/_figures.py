@@ -126,13 +126,11 @@ def error(
         shown: percentiles of the cell.
         better: see `Figure`.
     """
-    values = scale * np.asarray(samples, dtype=np.float64)
-    values = np.sort(values[np.isfinite(values)])
+    values = np.sort(_finite(samples, scale))
     if not len(values):
         return Figure('error', '–', {'median': (math.nan, 0.0)}, better)
-    text = ' / '.join(format(value, form) for value in np.percentile(values, shown))
     compared = {'median': _quantile(values, 0.5), '95 %': _quantile(values, 0.95)}
-    return Figure('error', text, compared, better)
+    return Figure('error', _percentiles(values, form, shown), compared, better)
 
 
 def rms(samples: ArrayLike, form: str = '.3f', scale: float = 1.0, better: str = 'lower') -> Figure:
@@ -140,8 +138,7 @@ def rms(samples: ArrayLike, form: str = '.3f', scale: float = 1.0, better: str =
 
     Errors over their standard deviations have ``better='one'``.
     """
-    values = scale * np.asarray(samples, dtype=np.float64).ravel()
-    squares = values[np.isfinite(values)] ** 2
+    squares = _finite(samples, scale) ** 2
     if not len(squares):
         return Figure('error', '–', {'rms': (math.nan, 0.0)}, better)
     value = math.sqrt(squares.mean())
@@ -160,12 +157,10 @@ def mean(samples: ArrayLike, form: str = '.3f', scale: float = 1.0, better: str 
 
 def time(samples: ArrayLike, form: str = '.2f', shown: Sequence[float] = (50.0, 95.0)) -> Figure:
     """Return percentiles of times [ms]; they are those of this machine and not compared."""
-    values = np.asarray(samples, dtype=np.float64)
-    values = np.sort(values[np.isfinite(values)])
+    values = np.sort(_finite(samples))
     if not len(values):
         return Figure('time', '–', {})
-    text = ' / '.join(format(value, form) for value in np.percentile(values, shown))
-    return Figure('time', text, {'median': _quantile(values, 0.5)})
+    return Figure('time', _percentiles(values, form, shown), {'median': _quantile(values, 0.5)})
 
 
 def ratio(ours: ArrayLike, theirs: ArrayLike, form: str = '.3g', better: str = 'lower') -> Figure:
@@ -189,6 +184,15 @@ def measured(number: float, form: str = '.3g', unit: str = '') -> Figure:
 def percent(share: float) -> str:
     """Return a share as per cent, without zeros behind the point."""
     return f'{100.0 * share:.2f}'.rstrip('0').rstrip('.')
+
+
+def _finite(samples: ArrayLike, scale: float = 1.0) -> np.ndarray[Any, Any]:
+    values = scale * np.asarray(samples, dtype=np.float64).ravel()
+    return values[np.isfinite(values)]
+
+
+def _percentiles(values: np.ndarray[Any, Any], form: str, shown: Sequence[float]) -> str:
+    return ' / '.join(format(value, form) for value in np.percentile(values, shown))
 
 
 def _quantile(ordered: np.ndarray[Any, Any], share: float) -> tuple[float, float]:

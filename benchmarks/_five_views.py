@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import count
+from typing import NamedTuple
 
 import numpy as np
+from _stereo_scenes import RIG, Pair, random_offset, seen_by_both
 from numpy.typing import NDArray
 
 from scene_simulator.corridor.generator import METERS, CorridorDesign, corridor
 from scene_simulator.corridor.scene import CorridorScene
-from scene_simulator.corridor.stereo_rig import StereoRig, render_pair
+from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 
-Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
-
-RIG = StereoRig()
 T_MAP_LESSON = SE2(-3.0, 0.0, 0.0)
 FOCAL = RIG.left.intrinsics.fx
 TAUGHT = 4
@@ -39,15 +38,8 @@ END_WALL = 0.3
 DECIDABLE, UNDECIDABLE, OUT_OF_VIEW = 'decidable', 'not decidable', 'out of view'
 
 
-@dataclass(frozen=True)
-class Lesson:
-    """A corridor as it is taught.
-
-    Attributes:
-        design: parameters of the corridor.
-        chosen: numbers of the four meters of the target.
-        pair: left and right image, each of shape (h, w).
-    """
+class Lesson(NamedTuple):
+    """A corridor as it is taught: its parameters, the numbers of the four meters of the target, and the images."""
 
     design: CorridorDesign
     chosen: tuple[int, ...]
@@ -64,15 +56,11 @@ class Lesson:
         return float(np.mean(np.diff(meter_row(self.scene))))
 
 
-@dataclass(frozen=True)
-class MeterView:
+class MeterView(NamedTuple):
     """A view of a robot that comes back.
 
-    Attributes:
-        T_lesson_base: the true pose in the taught frame.
-        hidden: number of the meter that is covered, None for none.
-        status: DECIDABLE, UNDECIDABLE or OUT_OF_VIEW.
-        pair: left and right image, each of shape (h, w).
+    The true pose in the taught frame, the number of the meter that is covered, None for none, whether the view is
+    DECIDABLE, UNDECIDABLE or OUT_OF_VIEW, and the images.
     """
 
     T_lesson_base: SE2
@@ -95,11 +83,8 @@ def views(lesson: Lesson, wanted: int) -> Iterator[MeterView]:
     design = lesson.design
     for number in range(wanted):
         rng = np.random.default_rng((design.seed, design.even, design.bare, 1 + number))
-        x, y, yaw = rng.uniform((-OFFSET, -OFFSET, -TURN), (OFFSET, OFFSET, TURN)).tolist()
-        offset = SE2(x, y, yaw)
-        scene = corridor(
-            CorridorDesign(seed=design.seed, even=design.even, bare=design.bare, needles=1 + number)
-        )
+        offset = random_offset(OFFSET, TURN, rng)
+        scene = corridor(replace(design, needles=1 + number))
         hidden = int(rng.integers(METERS)) if number % 2 else None
         shown = scene if hidden is None else scene.cover_landmark(f'meter_{hidden}')
         status = classify_view(scene, lesson.chosen, hidden, T_MAP_LESSON @ offset)
@@ -127,19 +112,15 @@ def classify_view(scene: CorridorScene, chosen: tuple[int, ...], hidden: int | N
     row, height = meter_row(scene), float(scene.points_map()['meter_0'][2])
 
     def in_view(along: NDArray[np.float64]) -> NDArray[np.bool_]:
-        return seen_by_both(np.column_stack([0.0 * along, -along, 0.0 * along + height]), T_map_base)
+        return seen_by_both(np.column_stack([0.0 * along, -along, 0.0 * along + height]), T_map_base, BORDER)
 
     shown = in_view(row) & (np.arange(METERS) != hidden)
     if shown[list(chosen)].sum() < SEEN_MIN:
         return OUT_OF_VIEW
     if landmarks_in_view(scene, T_map_base) >= LANDMARKS_MIN:
         return DECIDABLE
-    distance = -T_map_base.x - RIG.mount.xyz[0]
-    return (
-        DECIDABLE
-        if is_spacing_unique(row, shown, in_view, DISTINGUISHABLE * distance / FOCAL)
-        else UNDECIDABLE
-    )
+    tolerance = DISTINGUISHABLE * (-T_map_base.x - RIG.mount.xyz[0]) / FOCAL
+    return DECIDABLE if is_spacing_unique(row, shown, in_view, tolerance) else UNDECIDABLE
 
 
 def is_spacing_unique(
@@ -179,15 +160,7 @@ def landmarks_in_view(scene: CorridorScene, T_map_base: SE2) -> int:
         points = np.array(list(landmark.points_map().values()))
         on_wall = bool(np.all(points[:, 0] > -END_WALL))
         if on_wall and not landmark.name.startswith('meter'):
-            total += all(bool(seen_by_both(points, pose).all()) for pose in (T_MAP_LESSON, T_map_base))
+            total += all(
+                bool(seen_by_both(points, pose, BORDER).all()) for pose in (T_MAP_LESSON, T_map_base)
+            )
     return total
-
-
-def seen_by_both(points: NDArray[np.float64], T_map_base: SE2) -> NDArray[np.bool_]:
-    """Return which points, shape (n, 3) in the map frame, both cameras see, shape (n,)."""
-    seen = np.ones(len(points), dtype=np.bool_)
-    for camera, pose in zip((RIG.left, RIG.right), RIG.camera_poses(T_map_base), strict=True):
-        size = camera.intrinsics.width, camera.intrinsics.height
-        pixels = camera.intrinsics.pixels_from_points(pose.camera_points(points))
-        seen &= ((pixels >= BORDER) & (pixels <= np.array(size) - 1.0 - BORDER)).all(axis=1)
-    return seen

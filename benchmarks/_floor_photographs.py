@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from _pose_scores import PoseScore, score_pose
 from numpy.typing import NDArray
 
 from floor_localizer.core.constellation.indexed_map import index_map
@@ -15,7 +16,6 @@ from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import PosePrior
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
-from scene_simulator.floor.camera import FloorCamera
 from scene_simulator.floor.demo_scene import DEMO_CAMERA, DEMO_FLOOR_SEED
 from scene_simulator.floor.dot_floor import (
     DARK_ON_LIGHT,
@@ -25,7 +25,6 @@ from scene_simulator.floor.dot_floor import (
     generate_dot_floor,
     survey_floor,
 )
-from scene_simulator.robot.body import apply_body_motion
 from shirube_core.geometry import SE2, CameraMount
 
 MOUNT = CameraMount()
@@ -36,6 +35,14 @@ MARGIN = 0.07
 
 # Powers of the inverse of the root of g^4 = g + 1: their multiples fill a cube evenly (Roberts 2018).
 _EVEN_STEPS = np.array([1.2207440846057596**-power for power in (1, 2, 3)])
+
+
+@dataclass
+class Outcome:
+    """What came of the images of one condition, without and with a prior."""
+
+    scores: list[PoseScore] = field(default_factory=list)
+    tracked: list[PoseScore] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -70,33 +77,15 @@ class SurveyedFloor:
             x, y = margin + step[:2] * (np.array(self.design.size) - 2.0 * margin)
             yield SE2(float(x), float(y), math.tau * (float(step[2]) - 0.5))
 
-
-@dataclass(frozen=True)
-class Photograph:
-    """An image and the truth about it.
-
-    Attributes:
-        image: shape (h, w).
-        T_map_base: the robot's true pose.
-        sway: rise of the robot as a share of the camera's height, its roll and pitch [-, rad, rad].
-        dirt: shape (h, w), fraction of each pixel in which dirt hides the floor.
-    """
-
-    image: NDArray[np.uint8]
-    T_map_base: SE2
-    sway: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    dirt: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
-
-
-def true_mount(sway: tuple[float, float, float]) -> CameraMount:
-    """Return where the camera is on a robot that sways so."""
-    scale, roll, pitch = sway
-    return apply_body_motion(MOUNT, scale * MOUNT.xyz[2], roll, pitch)
-
-
-def photographer() -> FloorCamera:
-    """Return the camera of the demo: the paper's, with a lens that bends."""
-    return FloorCamera(CAMERA)
+    def outcome(self, images: Iterable[tuple[NDArray[np.uint8], SE2]]) -> Outcome:
+        """Locate images taken at true poses."""
+        result = Outcome()
+        for number, (image, pose) in enumerate(images):
+            dots = self.localizer.detect(image)
+            result.scores.append(score_pose(self.localizer.locate_dots(dots, CAMERA), pose))
+            tracked = self.localizer.locate_dots(dots, CAMERA, tracked_prior(pose, number))
+            result.tracked.append(score_pose(tracked, pose))
+        return result
 
 
 def tracked_prior(truth: SE2, number: int) -> PosePrior:

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
-from _floor_photographs import CAMERA, MOUNT, Photograph
-from numpy.typing import NDArray
+from _floor_photographs import CAMERA, MOUNT
 
-from scene_simulator.floor.camera import PAPER_CAMERA, Disturbance, FloorCamera
+from scene_simulator.floor.camera import PAPER_CAMERA, Disturbance, FloorCamera, FloorPhoto
 from scene_simulator.floor.disturbances import (
     FloorArea,
     ShadowEdge,
@@ -37,11 +36,6 @@ LARGER = replace(DARK_ON_LIGHT, diameters=(0.006, 0.009), min_distance=0.0036)
 PALE = replace(DARK_ON_LIGHT, chip_colours=((0.50, 0.60, 0.65),))
 
 _MAT, _PAPER = (0.14, 0.13, 0.12), (0.88, 0.90, 0.90)
-
-
-def no_disturbances(_pose: SE2, _rng: np.random.Generator) -> tuple[Disturbance, ...]:
-    """Leave the floor as it is."""
-    return ()
 
 
 def shadow(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
@@ -78,12 +72,8 @@ def dirt(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Strew crumbs, dust, hairs and scratches."""
     area = FloorArea((pose.x - 0.1, pose.y - 0.1), (pose.x + 0.1, pose.y + 0.1))
     seed = int(rng.integers(1_000_000))
-    return (
-        crumbs(area, 300.0, seed),
-        dust(area, 5000.0, seed + 1),
-        hairs(area, 600.0, seed + 2),
-        scratches(area, 400.0, seed + 3),
-    )
+    strewn = (crumbs, 300.0), (dust, 5000.0), (hairs, 600.0), (scratches, 400.0)
+    return tuple(strew(area, density, seed + k) for k, (strew, density) in enumerate(strewn))
 
 
 @dataclass(frozen=True)
@@ -103,7 +93,7 @@ class HardCondition:
 
     name: str
     design: FloorDesign = DARK_ON_LIGHT
-    disturbances: Disturbances = no_disturbances
+    disturbances: Disturbances = lambda _pose, _rng: ()
     blur: float = 0.0
     jpeg_quality: int | None = None
     camera: PinholeCamera = CAMERA
@@ -115,15 +105,18 @@ class HardCondition:
         """The camera that takes the pictures."""
         return FloorCamera(self.camera, self.lighting, self.sensor, self.design is COLOURED)
 
-    def photograph(self, floor: DotFloor, pose: SE2, rng: np.random.Generator) -> Photograph:
+    def photograph(self, floor: DotFloor, pose: SE2, rng: np.random.Generator) -> FloorPhoto:
         """Take a picture of a floor of this design."""
         course = rng.uniform(-math.pi, math.pi)
         pixel = MOUNT.xyz[2] / self.camera.fx
         way = pixel * self.blur * np.linspace(-0.5, 0.5, 4 * round(self.blur) + 1)
         poses = [SE2(pose.x + s * math.cos(course), pose.y + s * math.sin(course), pose.yaw) for s in way]
         photo = self.photographer.photograph(floor, poses, MOUNT, self.disturbances(pose, rng), rng)
-        image = photo.image if self.jpeg_quality is None else _compressed(photo.image, self.jpeg_quality)
-        return Photograph(image, pose, dirt=photo.dirt)
+        if self.jpeg_quality is None:
+            return photo
+        _, data = cv2.imencode('.jpg', photo.image, [cv2.IMWRITE_JPEG_QUALITY, self.jpeg_quality])
+        image = np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        return replace(photo, image=image)
 
 
 CONDITIONS = (
@@ -143,11 +136,7 @@ CONDITIONS = (
 
 FOR_DETECTORS = (
     *(replace(condition, camera=PAPER_CAMERA) for condition in CONDITIONS),
-    HardCondition(
-        'gradient',
-        lighting=Lighting(level=0.7, gradient=(0.6, -0.3), vignetting=0.4),
-        camera=PAPER_CAMERA,
-    ),
+    HardCondition('gradient', lighting=Lighting(0.7, (0.6, -0.3), vignetting=0.4), camera=PAPER_CAMERA),
     HardCondition('noise x3', sensor=Sensor(full_well=1000.0, read_noise=4.0), camera=PAPER_CAMERA),
     HardCondition('dirt and hairs', disturbances=dirt, camera=PAPER_CAMERA),
     HardCondition('light on dark', design=LIGHT_ON_DARK, camera=PAPER_CAMERA),
@@ -155,8 +144,3 @@ FOR_DETECTORS = (
     HardCondition('1280x1024, 0.07 mm/px', camera=NEAR_CAMERA),
     HardCondition('1280x1024, 0.38 mm/px', camera=WIDE_CAMERA),
 )
-
-
-def _compressed(image: NDArray[np.uint8], quality: int) -> NDArray[np.uint8]:
-    _, data = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    return np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)

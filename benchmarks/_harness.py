@@ -3,7 +3,7 @@
 A benchmark is a program whose ``main(run, ...)`` fills tables::
 
     def main(run: Run, views: int) -> None:
-        table = run.table('Errors', 'method', 'views', 'error mm: median / 95 % / max')
+        table = run.table('Errors', 'method | views | error mm: median / 95 % / max')
         table.add('ours', views, error(samples, scale=1e3))
 
 
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import resource
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -63,21 +64,16 @@ class Table:
 
 
 class Run:
-    """One run of a benchmark: its tables and notes.
+    """One run of a benchmark: its random seed, tables and notes."""
 
-    Attributes:
-        seed: random seed.
-        quick: whether it is only a quick look.
-    """
-
-    def __init__(self, *, seed: int = 1, quick: bool = False) -> None:
-        self.seed, self.quick = seed, quick
+    def __init__(self, seed: int) -> None:
+        self.seed = seed
         self.tables: list[Table] = []
         self.notes: list[str] = []
 
     def table(self, name: str, *heads: str) -> Table:
-        """Begin a table."""
-        self.tables.append(Table(name, heads))
+        """Begin a table; heads may be given in one text, separated as in Markdown."""
+        self.tables.append(Table(name, ' | '.join(heads).split(' | ')))
         return self.tables[-1]
 
     def note(self, text: str) -> None:
@@ -125,6 +121,12 @@ def cpu_time(call: Callable[..., Result], *arguments: Any) -> tuple[Result, floa
     return result, 1e3 * (time.process_time() - begin)
 
 
+def children_cpu_seconds() -> float:
+    """Return the processor time of ended child processes [s]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def side_by_side(jobs: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
     """Return the processor times of jobs [ms], in a new random order in each round; the first round compiles."""
     times: dict[str, list[float]] = {name: [] for name in jobs}
@@ -152,20 +154,15 @@ def run_benchmark(main: Callable[..., None], **options: Option) -> None:
     )
     parser.add_argument('--quick', action='store_true', help='a look within seconds')
     parser.add_argument('--seed', type=int, default=1)
-    parser.add_argument(
-        '--save', action='store_true', help=f'keep the result in benchmarks/results/{name}.json'
-    )
-    parser.add_argument('--compare', action='store_true', help='print what changed since the kept result')
+    kept = f'benchmarks/results/{name}.json'
+    parser.add_argument('--save', action='store_true', help=f'keep the result in {kept}')
+    parser.add_argument('--compare', action='store_true', help=f'print what changed since {kept}')
     for key, option in options.items():
         _add(parser, key, option)
     given = parser.parse_args()
-    arguments = {
-        key: (option.quick if given.quick else option.default)
-        if (value := getattr(given, key)) is None
-        else value
-        for key, option in options.items()
-    }
-    run, begin = Run(seed=given.seed, quick=given.quick), time.perf_counter()
+    arguments = {key: option.quick if given.quick else option.default for key, option in options.items()}
+    arguments |= {key: value for key, value in vars(given).items() if key in options and value is not None}
+    run, begin = Run(given.seed), time.perf_counter()
     try:
         main(run, **arguments)
     except MissingError as missing:
@@ -176,7 +173,7 @@ def run_benchmark(main: Callable[..., None], **options: Option) -> None:
     found = {
         'benchmark': name,
         **machine(),
-        'arguments': {'seed': given.seed} | {key: _plain(value) for key, value in arguments.items()},
+        'arguments': {'seed': given.seed, **arguments},
         'seconds': round(time.perf_counter() - begin, 1),
         'tables': run.tables,
         'notes': run.notes,
@@ -199,10 +196,6 @@ def _add(parser: argparse.ArgumentParser, key: str, option: Option) -> None:
         parser.add_argument(flag, type=kind, nargs='+', help=text)
     else:
         parser.add_argument(flag, type=type(option.default), help=text)
-
-
-def _plain(value: Any) -> Any:
-    return list(value) if isinstance(value, tuple) else value
 
 
 def _print(run: Run) -> None:

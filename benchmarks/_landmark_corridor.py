@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
-from _stereo_peers import product_rig
-from numpy.typing import NDArray
+from _stereo_scenes import CAMERAS, RIG, Pair, left_pixels
 
 from scene_simulator.corridor.scene import CorridorScene
 from scene_simulator.corridor.shapes import Landmark, RoundLandmark
-from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.primitives.primitive import (
@@ -31,50 +30,35 @@ TAUGHT = SE2(-3.0, 0.0, 0.0)
 """Where the robot stood: ``T_map_place``."""
 NEAR = 3.0
 """A detected primitive is that of a landmark when its points are not farther off [px]."""
-Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 
 
-@dataclass(frozen=True)
-class TaughtCorridor:
-    """A corridor, the cameras, and what was taught of it.
+class TaughtCorridor(NamedTuple):
+    """The images of the teach pose, and the taught place."""
 
-    Attributes:
-        scene: the corridor.
-        cameras: that see it.
-        images: images of the teach pose.
-        place: the taught place.
-    """
-
-    scene: CorridorScene
-    cameras: Cameras
     images: Pair
     place: TaughtPlace
 
 
-def teach_corridor(scene: CorridorScene, cameras: Cameras) -> TaughtCorridor:
-    """Teach a corridor from one pair of images of rectified cameras: all ``LANDMARKS`` that are measurable."""
+def teach_corridor(scene: CorridorScene) -> TaughtCorridor:
+    """Teach a corridor from one pair of images: all ``LANDMARKS`` that are measurable."""
     processing = ImageProcessing()
-    images = render_pair(scene, cameras, TAUGHT, np.random.default_rng(0))
+    images = render_pair(scene, RIG, TAUGHT, np.random.default_rng(0))
     left, right = (detect_scene(image, processing) for image in images)
-    view = StereoView(left, right, product_rig(cameras))
+    view = StereoView(left, right, CAMERAS)
     teacher = Teacher(view, processing)
     parts: dict[str, Primitive] = {}
     for prefix in LANDMARKS:
         for landmark in scene.landmarks:
-            found = _primitive_of(landmark, cameras, view) if landmark.name.startswith(prefix) else None
-            if found is not None and _is_measurable(teacher, found):
-                parts[landmark.name.replace('/', ' ')] = found
-    return TaughtCorridor(
-        scene, cameras, images, teacher.teach('corridor', [TargetSelection('wall', parts)], TAUGHT)
-    )
+            found = _primitive_of(landmark, view) if landmark.name.startswith(prefix) else None
+            with suppress(StereoLandmarkError):
+                if found is not None and teacher.measure(found):
+                    parts[landmark.name.replace('/', ' ')] = found
+    return TaughtCorridor(images, teacher.teach('corridor', [TargetSelection('wall', parts)], TAUGHT))
 
 
-def _primitive_of(landmark: Landmark, cameras: Cameras, view: StereoView) -> Primitive | None:
+def _primitive_of(landmark: Landmark, view: StereoView) -> Primitive | None:
     """Return what the left image shows of a landmark."""
-    pose = cameras.camera_poses(TAUGHT)[0]
-    truth = cameras.left.intrinsics.pixels_from_points(
-        pose.camera_points(np.array(list(landmark.points_map().values())))
-    )
+    truth = left_pixels(np.array(list(landmark.points_map().values())), TAUGHT)
     kind = PrimitiveKind.ELLIPSE if isinstance(landmark, RoundLandmark) else PrimitiveKind.QUADRILATERAL
     best, least = None, NEAR
     for primitive in view.left.kinds[kind].primitives:
@@ -84,11 +68,3 @@ def _primitive_of(landmark: Landmark, cameras: Cameras, view: StereoView) -> Pri
         if apart < least:
             best, least = primitive, apart
     return best
-
-
-def _is_measurable(teacher: Teacher, primitive: Primitive) -> bool:
-    try:
-        teacher.measure(primitive)
-    except StereoLandmarkError:
-        return False
-    return True

@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
+from _stereo_scenes import RIG, Pair, random_offset, seen_by_both
 from numpy.typing import NDArray
 
 from scene_simulator.corridor.drawing import Drawing
@@ -15,12 +17,9 @@ from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.instruments import Cabinet
 from scene_simulator.corridor.scene import CorridorScene, SceneObject
 from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, SquareLandmark, Surface, facing_wall
-from scene_simulator.corridor.stereo_rig import StereoRig, render_pair
+from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 
-Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
-
-RIG = StereoRig()
 SIDE = 0.8
 """Of the tag's black square; the fields of the panel span as much from left to right [m]."""
 HEIGHT = RIG.mount.xyz[2]
@@ -36,32 +35,19 @@ WHITE, BLACK = Paint(0.9), Paint(0.08)
 
 @dataclass(frozen=True)
 class PrintedTag:
-    """A printed tag.
-
-    Attributes:
-        name: name in the scene.
-        surface: the plane.
-        position: its middle, right and up on the plane [m].
-        cells: shape (n, n), true for white, the black border included.
-        side: side length of the black square [m].
-    """
+    """A printed tag, its middle on a plane [m], and its cells, true for white, the black border included."""
 
     name: str
     surface: Surface
     position: tuple[float, float]
     cells: tuple[tuple[bool, ...], ...]
-    side: float = SIDE
 
     def shapes(self) -> list[FlatShape]:
         """Return white paper, the black square, and the white runs of its rows and columns.
 
         Runs along both directions overlap, so that no seam shows between neighbouring white cells.
         """
-        drawing, half, cell = (
-            Drawing(self.surface, self.position),
-            0.5 * self.side,
-            self.side / len(self.cells),
-        )
+        drawing, half, cell = Drawing(self.surface, self.position), 0.5 * SIDE, SIDE / len(self.cells)
         drawing.rectangle((-half - cell, -half - cell), (half + cell, half + cell), WHITE)
         drawing.rectangle((-half, -half), (half, half), BLACK)
         for row, line in enumerate(self.cells):
@@ -76,19 +62,12 @@ class PrintedTag:
 
     def landmarks(self) -> list[Landmark]:
         """Return the black square."""
-        (x, y), half = self.position, 0.5 * self.side
+        (x, y), half = self.position, 0.5 * SIDE
         return [SquareLandmark(self.name, self.surface, (x - half, y - half), (x + half, y + half))]
 
 
-@dataclass(frozen=True)
-class LandmarkView:
-    """The panel, and in another picture the tag, from one place.
-
-    Attributes:
-        T_map_base: true pose.
-        panel: left and right image, each of shape (h, w).
-        tag: the same with the tag.
-    """
+class LandmarkView(NamedTuple):
+    """The true pose, and from there the panel and, in another pair of pictures, the tag."""
 
     T_map_base: SE2
     panel: Pair
@@ -96,17 +75,12 @@ class LandmarkView:
 
 
 class LandmarkWall:
-    """A corridor's end wall with nothing but the panel, or the tag.
-
-    Args:
-        seed: random seed of the corridor.
-        cells: cells of the tag, shape (n, n), true for white.
-    """
+    """The end wall of a corridor, by its seed, with nothing but the panel, or the tag of these cells."""
 
     def __init__(self, seed: int, cells: NDArray[np.bool_]) -> None:
         bare = corridor(CorridorDesign(seed=seed, bare=True))
         walls: Sequence[SceneObject] = [item for item in bare.objects if not item.name.startswith('meter')]
-        rows = tuple(tuple(bool(cell) for cell in row) for row in cells)
+        rows = tuple(map(tuple, cells.tolist()))
         tag = PrintedTag('tag', SURFACE.offset_plane(DEPTH), (0.0, HEIGHT), rows)
         panel = Cabinet('panel', SURFACE, (-0.46, HEIGHT - 0.4), (0.92, 0.8), DEPTH, columns=3)
         self.with_panel = CorridorScene((*walls, panel))
@@ -132,25 +106,15 @@ def white_runs(line: Sequence[bool]) -> list[tuple[int, int]]:
 
 def teach_pose(distance: float, rng: np.random.Generator) -> SE2:
     """Return a pose from which the left camera is about so far from the panel [m]."""
-    x, y, yaw = rng.uniform(-1.0, 1.0, 3) * [TEACH_OFFSET, TEACH_OFFSET, TEACH_TURN]
-    return SE2(float(x) - distance - DEPTH - RIG.mount.xyz[0], float(y), float(yaw))
+    offset = random_offset(TEACH_OFFSET, TEACH_TURN, rng)
+    return SE2(offset.x - distance - DEPTH - RIG.mount.xyz[0], offset.y, offset.yaw)
 
 
 def repeat_poses(T_map_lesson: SE2, rng: np.random.Generator) -> Iterator[SE2]:
     """Yield poses without end, within half a metre and 15 degrees of a lesson, that see all of panel and tag."""
-    while True:
-        x, y, yaw = rng.uniform((-OFFSET, -OFFSET, -TURN), (OFFSET, OFFSET, TURN)).tolist()
-        pose = T_map_lesson @ SE2(x, y, yaw)
-        if _is_in_view(pose):
-            yield pose
-
-
-def _is_in_view(T_map_base: SE2) -> bool:
     half = 0.5 * SIDE * 1.25
-    corners = [(-DEPTH, y, HEIGHT + z) for y in (-half, half) for z in (-half, half)]
-    for camera, pose in zip((RIG.left, RIG.right), RIG.camera_poses(T_map_base), strict=True):
-        size = np.array([camera.intrinsics.width, camera.intrinsics.height])
-        pixels = camera.intrinsics.pixels_from_points(pose.camera_points(np.array(corners)))
-        if not ((pixels >= BORDER) & (pixels <= size - 1.0 - BORDER)).all():
-            return False
-    return True
+    corners = np.array([(-DEPTH, y, HEIGHT + z) for y in (-half, half) for z in (-half, half)])
+    while True:
+        pose = T_map_lesson @ random_offset(OFFSET, TURN, rng)
+        if seen_by_both(corners, pose, BORDER).all():
+            yield pose

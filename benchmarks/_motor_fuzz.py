@@ -1,16 +1,21 @@
-"""A drive over a line that spoils replies and commands, in memory and simulated time."""
+"""A drive over a line that corrupts replies and commands, in memory and simulated time."""
 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from threading import Event
 
 import numpy as np
-from _corrupted_line import CorruptedLine
 
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
+from motor_bridge.core.controller_link import (
+    BadReplyError,
+    ControllerLink,
+    ControllerSetup,
+    WheelCounts,
+    parse_counts,
+)
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
@@ -20,133 +25,186 @@ from motor_bridge.link.controller_session import ControllerSession, LinkReport
 
 PERIOD = 1.0 / 30.0
 ROUNDS = 3
-"""Of speeds and counts in each period, so that a million replies take minutes and not an hour."""
+"""Number of speeds and counts in each period, so that a million replies take minutes and not an hour."""
 SETUP = ControllerSetup(57600, (20, 12, 0, 50))
+ROBOT = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0)
+Random = np.random.Generator
 
 
-@dataclass
-class FuzzTally:
-    """What came of it.
+def _with_number(rng: Random, reply: bytes, _: int) -> bytes:
+    return b'%d %d\r\n' % tuple(rng.integers(-(2**31), 2**31, 2)) if _digits(reply) else reply
+
+
+def _with_digit(rng: Random, reply: bytes, _: int) -> bytes:
+    if not _digits(reply):
+        return reply
+    place = int(rng.choice(_digits(reply)))
+    return reply[:place] + b'%d' % rng.integers(10) + reply[place + 1 :]
+
+
+def _digits(reply: bytes) -> list[int]:
+    return [k for k, byte in enumerate(reply) if chr(byte).isdigit()]
+
+
+def _without_byte(rng: Random, data: bytes) -> bytes:
+    place = int(rng.integers(len(data)))
+    return data[:place] + data[place + 1 :]
+
+
+REPLY_FAULTS: dict[str, Callable[[Random, bytes, int], bytes]] = {
+    'silence': lambda _, __, ___: b'',
+    'garbage': lambda rng, _, __: rng.bytes(int(rng.integers(1, 90))),
+    'cut': lambda _, reply, k: reply[:k] + reply[-2:],
+    'no end': lambda _, reply, __: reply[:-2],
+    'twice': lambda _, reply, __: reply + reply,
+    'flipped bit': lambda rng, reply, k: (
+        reply[:k] + bytes([reply[k] ^ (1 << rng.integers(8))]) + reply[k + 1 :]
+    ),
+    'wrong digit': _with_digit,
+    'wrong number': _with_number,
+    'noise': lambda rng, reply, _: rng.bytes(4) + reply,
+}
+"""Functions of a reply and a random place in it."""
+REQUEST_FAULTS: dict[str, Callable[[Random, bytes], bytes]] = {
+    'lost CR': lambda _, data: data.replace(b'\r', b'', 1),
+    'lost byte': _without_byte,
+    'noise before': lambda rng, data: rng.bytes(3).replace(b'\r', b'x') + data,
+}
+
+
+class CorruptedLine:
+    """Bytes to a controller and back; fractions of the replies and of the commands are corrupted.
 
     Attributes:
-        replies: that the controller sent.
-        exceptions: that came out.
-        over_limit: number of commanded wheel speeds beyond the limits.
-        wrong_sent: well-formed wrong counts that the line made.
-        wrong_accepted: number of these that odometry accepted.
-        wrong_mm: errors of the accepted ones: distance of a wheel [mm].
-        fastest: greatest commanded wheel speed, as a fraction of the limit.
-        jump: greatest excess of an odometry step over the true step [m].
-        path: that the wheels made [m].
-        faults: number of injected line faults by kind.
-        status_counts: number of encoder counts by status.
+        faults: number of faults by kind.
+        replies: number of replies of the controller.
+        wrong: well-formed counts that differ from those that the controller sent, by what the host got.
+        wrong_sent: number of all of them.
     """
 
-    replies: int = 0
-    exceptions: int = 0
-    over_limit: int = 0
-    wrong_sent: int = 0
-    wrong_accepted: int = 0
-    wrong_mm: list[float] = field(default_factory=list)
-    fastest: float = 0.0
-    jump: float = 0.0
-    path: float = 0.0
-    faults: Counter[str] = field(default_factory=Counter)
-    status_counts: Counter[str] = field(default_factory=Counter)
+    def __init__(
+        self, controller: EmulatedController, rng: Random, fraction: float, request_fraction: float
+    ) -> None:
+        self._controller, self._rng = controller, rng
+        self._share, self._request_share = fraction, request_fraction
+        self._received = b''
+        self.faults: Counter[str] = Counter()
+        self.replies = self.wrong_sent = 0
+        self.wrong: dict[WheelCounts, WheelCounts] = {}
+
+    def write(self, data: bytes) -> None:
+        """Send a command, sometimes corrupted."""
+        if self._rng.random() < self._request_share:
+            data = REQUEST_FAULTS[self._choose(REQUEST_FAULTS)](self._rng, data)
+        for reply in self._controller.receive(data).splitlines(keepends=True):
+            self.replies += 1
+            self._received += self._corrupt(reply) if self._rng.random() < self._share else reply
+
+    def read_line(self, size_max: int) -> bytes:
+        """Return a line, or what there is."""
+        size = min(self._received.find(b'\n') + 1 or size_max, size_max)
+        line, self._received = self._received[:size], self._received[size:]
+        return line
+
+    def discard_received(self) -> int:
+        """Drop everything."""
+        count, self._received = len(self._received), b''
+        return count
+
+    drain = discard_received
+
+    def _choose(self, faults: dict[str, Callable[..., bytes]]) -> str:
+        kind = list(faults)[self._rng.integers(len(faults))]
+        self.faults[kind] += 1
+        return kind
+
+    def _corrupt(self, reply: bytes) -> bytes:
+        make = REPLY_FAULTS[self._choose(REPLY_FAULTS)]
+        corrupted = make(self._rng, reply, int(self._rng.integers(len(reply))))
+        try:
+            sent, got = parse_counts(reply), parse_counts(corrupted)
+        except BadReplyError:
+            return corrupted
+        if sent != got:
+            self.wrong_sent += 1
+            self.wrong[got] = sent
+        return corrupted
 
 
 class FuzzedDrive:
-    """A robot that is driven at random over a corrupted line."""
+    """A robot that is driven at random over a corrupted line; fractions as of `CorruptedLine`.
+
+    Attributes:
+        line: the line.
+        odometry: the odometry of the bridge.
+        exceptions: number of exceptions out of the session.
+        over_limit: number of commanded wheel speeds beyond the limits.
+        wrong_mm: errors of the well-formed wrong counts that odometry accepted: distance of a wheel [mm].
+        fastest: greatest commanded wheel speed, as a fraction of the limit.
+        jump: greatest excess of an odometry step over the true step [m].
+        path: distance of the wheels [m].
+    """
 
     def __init__(self, seed: int, fraction: float = 0.05, request_fraction: float = 0.003) -> None:
-        """Prepare.
-
-        Args:
-            seed: random seed.
-            fraction: fraction of the replies that are corrupted.
-            request_fraction: fraction of the commands that are corrupted.
-        """
-        self.rng = np.random.default_rng(seed)
-        settings = DriveSettings()
-        self.base = DiffDriveKinematics(settings)
-        self.limit = max(
-            self.base.to_wheel_ticks(Velocity(settings.max_linear_velocity, settings.max_angular_velocity))
-        )
-        robot = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0)
-        self.controller = EmulatedController(robot, self.rng.spawn(1)[0])
-        self.line = CorruptedLine(self.controller, self.rng.spawn(1)[0], fraction, request_fraction)
-        self.states: list[OdometryState] = []
-        drive = BaseDrive(self.base, settings, PERIOD)
-        self.odometry = EncoderOdometry(self.base, settings)
-        report = LinkReport(lambda *_: None)
-        self.session = ControllerSession(drive, self.odometry, self._now, report, self.states.append)
-        self.link = ControllerLink(self.line, SETUP)
-        self.over = Event()
-        self.tally = FuzzTally()
-        self._wanted = Velocity()
-        self._before = self._wheel_distances()
+        self._rng, settings = np.random.default_rng(seed), DriveSettings()
+        self._base = DiffDriveKinematics(settings)
+        fastest = Velocity(settings.max_linear_velocity, settings.max_angular_velocity)
+        self._limit = max(self._base.to_wheel_ticks(fastest))
+        self._controller = EmulatedController(ROBOT, self._rng.spawn(1)[0])
+        self.line = CorruptedLine(self._controller, self._rng.spawn(1)[0], fraction, request_fraction)
+        self._states: list[OdometryState] = []
+        self.odometry = EncoderOdometry(self._base, settings)
+        drive, report = BaseDrive(self._base, settings, PERIOD), LinkReport(lambda *_: None)
+        self._session = ControllerSession(drive, self.odometry, self._now, report, self._states.append)
+        self._link, self._over = ControllerLink(self.line, SETUP), Event()
+        self._wanted, self._before = Velocity(), self._distance()
+        self.exceptions = self.over_limit = 0
+        self.fastest = self.jump = self.path = 0.0
+        self.wrong_mm: list[float] = []
 
     def _now(self) -> float:
-        return self.controller.time
+        return self._controller.time
 
-    def _wheel_distances(self) -> tuple[float, float]:
-        left, right = self.controller._body.wheel_angles  # noqa: SLF001 the truth
-        return 0.033 * left, 0.033 * right
+    def _distance(self) -> float:
+        return 0.5 * ROBOT.wheel_radius * sum(self._controller._body.wheel_angles)  # noqa: SLF001 the truth
 
-    def run(self, replies: int) -> FuzzTally:
+    def run(self, replies: int) -> None:
         """Drive until the controller has sent so many replies."""
-        self.session.connect(self.link, self.over)
+        self._session.connect(self._link, self._over)
         while self.line.replies < replies:
             self._step()
-        tally = self.tally
-        tally.replies, tally.faults = self.line.replies, self.line.faults
-        tally.wrong_sent = self.line.faults['well-formed wrong counts']
-        tally.status_counts = Counter({status.value: n for status, n in self.odometry.status_counts.items()})
-        return tally
 
     def _step(self) -> None:
-        self.controller.advance(self.controller.time + PERIOD)
-        if self.rng.random() < 0.02:
-            self._wanted = Velocity(float(self.rng.normal(0.0, 0.4)), float(self.rng.normal(0.0, 1.0)))
-        self.session.drive.set_target(self._wanted, self._now())
+        self._controller.advance(self._now() + PERIOD)
+        if self._rng.random() < 0.02:
+            self._wanted = Velocity(float(self._rng.normal(0.0, 0.4)), float(self._rng.normal(0.0, 1.0)))
+        self._session.drive.set_target(self._wanted, self._now())
         for _ in range(ROUNDS):
-            shown = len(self.states)
+            shown = len(self._states)
             try:
-                while not self.session.step(self.link, self.over, is_cycle=True):
+                while not self._session.step(self._link, self._over, is_cycle=True):
                     pass
             except Exception:  # noqa: BLE001 it is counted
-                self.tally.exceptions += 1
-            self._count_speeds()
-            if len(self.states) > shown:
-                self._count_odometry()
+                self.exceptions += 1
+            ticks = max(map(abs, self._base.to_wheel_ticks(self._session.drive.velocity)))
+            self.fastest = max(self.fastest, ticks / self._limit)
+            self.over_limit += ticks > self._limit + 1e-9
+            if len(self._states) > shown:
+                self._check_odometry()
 
-    def _count_speeds(self) -> None:
-        commanded = self.session.drive.velocity
-        ticks = max(map(abs, self.base.to_wheel_ticks(commanded)))
-        self.tally.fastest = max(self.tally.fastest, ticks / self.limit)
-        self.tally.over_limit += ticks > self.limit + 1e-9
-
-    def _count_odometry(self) -> None:
-        """Compare the counts that odometry took with the wheels' true ones."""
-        good = self.odometry._monitor.last_accepted  # noqa: SLF001 what was taken
-        if good is None:
+    def _check_odometry(self) -> None:
+        """Compare the counts that odometry accepted with the true distances of the wheels."""
+        accepted = self.odometry._monitor.last_accepted  # noqa: SLF001
+        if accepted is None:
             return
-        sent = self.line.wrong.get(good[0])
-        if sent is not None and good[1] == self._now():
-            self.tally.wrong_accepted += 1
-            wrong = max(abs(good[0].left - sent.left), abs(good[0].right - sent.right))
-            self.tally.wrong_mm.append(1e3 * self.base.metres_per_tick * wrong)
+        sent = self.line.wrong.get(accepted[0])
+        if sent is not None and accepted[1] == self._now():
+            wrong = max(abs(accepted[0].left - sent.left), abs(accepted[0].right - sent.right))
+            self.wrong_mm.append(1e3 * self._base.metres_per_tick * wrong)
         self.line.wrong.clear()
-        distances = self._wheel_distances()
-        true = 0.5 * (distances[0] - self._before[0] + distances[1] - self._before[1])
-        self._before = distances
-        self.tally.path += abs(true)
-        if len(self.states) >= 2:
-            a, b = self.states[-2].T_odom_base, self.states[-1].T_odom_base
-            self.tally.jump = max(self.tally.jump, a.distance_to(b) - abs(true))
-        del self.states[:-1]
-
-
-def fuzz(replies: int, seed: int) -> FuzzTally:
-    """Drive over a corrupted line until so many replies were sent."""
-    return FuzzedDrive(seed).run(replies)
+        true, self._before = abs(self._distance() - self._before), self._distance()
+        self.path += true
+        if len(self._states) >= 2:
+            a, b = self._states[-2].T_odom_base, self._states[-1].T_odom_base
+            self.jump = max(self.jump, a.distance_to(b) - true)
+        del self._states[:-1]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -22,30 +21,66 @@ from node_testing import IsolatedGraph, isolated_graph
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
+from motor_bridge.core.encoder_monitor import CountStatus
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
+from motor_bridge.link.controller_session import ControllerSession
 from motor_bridge.node import MotorBridgeNode
+from shirube_cli.child_process import child_process
 
 AUTO_STOP = EmulatorSettings().auto_stop
 Rows = list[tuple[str, Figure]]
 
 
-class Driver:
-    """Node that publishes velocities to a bridge."""
+class LoggedController(EmulatedController):
+    """Logs commands, when its motors get or lose voltage, and when its wheels stop, with their times [s]."""
 
-    def __init__(self, graph: IsolatedGraph) -> None:
-        self._graph = graph
-        self.node = graph.add(lambda **options: Node('driver', **options))
-        self._velocities: Publisher = self.node.create_publisher(TwistStamped, 'cmd_vel', 10)
+    def __init__(self) -> None:
+        super().__init__(EmulatorSettings(slip_sigma=0.0), np.random.default_rng(1))
+        self.events: list[tuple[float, str]] = []
+
+    def receive(self, data: bytes) -> bytes:
+        """Log what is received."""
+        self.events += [
+            (time.monotonic(), word) for word in data.decode('ascii', 'replace').split('\r') if word
+        ]
+        return super().receive(data)
+
+    def advance(self, until: float) -> None:
+        """Log changes of the motors."""
+        before = self._state()
+        super().advance(until)
+        if self._state() != before:
+            self.events.append((time.monotonic(), self._state()))
+
+    def _state(self) -> str:
+        if self.is_stopped:
+            return 'stopped'
+        return 'coasts' if self._firmware.pwm == (0, 0) else 'moves'
+
+    def first_since(self, start: float, *words: str) -> float:
+        """Return the time from a start until the first of some events [s]."""
+        return min((at - start for at, word in self.events if at >= start and word in words), default=np.inf)
+
+
+class Robot:
+    """A logged controller on a pseudo-terminal, and a node that publishes velocities to its bridge."""
+
+    def __init__(self, graph: IsolatedGraph, port: Path) -> None:
+        self.controller, self.lock, self.port = LoggedController(), Lock(), port
+        self.faults = LineFaults(np.random.default_rng(2))
+        self.graph = graph
+        self._node = graph.add(lambda **options: Node('driver', **options))
+        self._velocities: Publisher = self._node.create_publisher(TwistStamped, 'cmd_vel', 10)
 
     def wait_for_bridge(self, is_there: bool = True) -> None:
-        self._graph.spin_until(lambda: bool(self._velocities.get_subscription_count()) == is_there, 30.0)
+        self.graph.spin_until(lambda: bool(self._velocities.get_subscription_count()) == is_there, 30.0)
 
     def send(self, forward: float) -> None:
         message = TwistStamped()
-        message.header.stamp = self.node.get_clock().now().to_msg()
+        message.header.stamp = self._node.get_clock().now().to_msg()
         message.twist.linear.x = forward
         self._velocities.publish(message)
 
@@ -53,37 +88,55 @@ class Driver:
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self.send(forward)
-            self._graph.spin_until(lambda: False, 0.02)
+            self.graph.spin_until(lambda: False, 0.02)
+
+    @contextmanager
+    def own_bridge(self) -> Iterator[ControllerSession]:
+        """Run the bridge in this process until the end of the block."""
+        bridge = self.graph.add(MotorBridgeNode, port=str(self.port))
+        session = bridge._session  # noqa: SLF001 the truth of the inside
+        self.wait_for_bridge()
+        yield session
+        bridge.stop()
+
+    @contextmanager
+    def bridge(self, *parameters: str) -> Iterator[subprocess.Popen[bytes]]:
+        """Run the bridge in a process of its own until the end of the block."""
+        given = [word for each in (f'port:={self.port}', *parameters) for word in ('-p', each)]
+        command = [sys.executable, '-m', 'motor_bridge.node', '--ros-args', *given]
+        environment = os.environ | {'ROS_DOMAIN_ID': str(self.graph.context.get_domain_id())}
+        with child_process(command, environment, None) as process:
+            self.wait_for_bridge()
+            yield process
+
+
+@contextmanager
+def served_robot() -> Iterator[Robot]:
+    """Serve a robot in real time until the end of the block."""
+    with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
+        robot = Robot(graph, Path(folder) / 'tty')
+        terminal = PseudoTerminal(robot.controller, robot.lock, faults=robot.faults, link=robot.port)
+        with terminal, RealTimeStepper(robot.controller, robot.lock):
+            yield robot
 
 
 def disconnect_terminal(disconnections: int) -> Rows:
     """Disconnect the terminal repeatedly while the robot drives to and fro."""
-    robot = EmulatorSettings(slip_sigma=0.0)
-    controller, lock = EmulatedController(robot, np.random.default_rng(1)), Lock()
-    faults, rng = LineFaults(np.random.default_rng(2)), np.random.default_rng(3)
-    with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
-        link = Path(folder) / 'tty'
-        with PseudoTerminal(controller, lock, faults=faults, link=link), RealTimeStepper(controller, lock):
-            bridge = graph.add(MotorBridgeNode, port=str(link))
-            driver, session = Driver(graph), bridge._session  # noqa: SLF001 the truth of the inside
-            driver.wait_for_bridge()
-            graph.spin_until(lambda: session.report.is_connected)
-            driver.drive(6.0, 0.3)  # where the encoders are not near 0, as they are after a reset
-            reconnected, worst = 0, 0.0
-            for disconnection in range(disconnections):
-                driver.drive(0.5, 0.3 if disconnection % 2 else -0.3)
-                before = session.report.connections
-                faults.inject(FaultRequest('unplug', float(rng.uniform(0.05, 0.5))))
-                reconnected += graph.spin_until(lambda n=before: session.report.connections > n, 10.0)  # type: ignore[misc]
-                graph.spin_until(lambda: controller.is_stopped, 3.0)
-                graph.spin_until(lambda: False, 0.15)
-                with session.lock, lock:
-                    odometry_pose = session.odometry.state.T_odom_base
-                    worst = max(worst, odometry_pose.distance_to(controller.T_world_base))
-            restarts = sum(
-                n for status, n in session.odometry.status_counts.items() if status.name == 'RESTARTED'
-            )
-            bridge.stop()
+    reconnected, worst, rng = 0, 0.0, np.random.default_rng(3)
+    with served_robot() as robot, robot.own_bridge() as session:
+        robot.graph.spin_until(lambda: session.report.is_connected)
+        robot.drive(6.0, 0.3)  # where the encoders are not near 0, as they are after a reset
+        for disconnection in range(disconnections):
+            robot.drive(0.5, 0.3 if disconnection % 2 else -0.3)
+            before = session.report.connections
+            robot.faults.inject(FaultRequest('unplug', float(rng.uniform(0.05, 0.5))))
+            reconnected += robot.graph.spin_until(lambda n=before: session.report.connections > n, 10.0)  # type: ignore[misc]
+            robot.graph.spin_until(lambda: robot.controller.is_stopped, 3.0)
+            robot.graph.spin_until(lambda: False, 0.15)
+            with session.lock, robot.lock:
+                found, true = session.odometry.state.T_odom_base, robot.controller.T_world_base
+                worst = max(worst, found.distance_to(true))
+        restarts = session.odometry.status_counts[CountStatus.RESTARTED]
     return [
         ('disconnections after which the bridge reconnected', rate(reconnected, disconnections)),
         ('of these odometry detected an encoder reset', rate(restarts, disconnections, 'lower')),
@@ -91,123 +144,61 @@ def disconnect_terminal(disconnections: int) -> Rows:
     ]
 
 
-@contextmanager
-def _start_process(*command: str, **environment: str) -> Iterator[subprocess.Popen[str]]:
-    process = subprocess.Popen(
-        [sys.executable, *command],
-        env=os.environ | environment,
-        stdout=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        yield process
-    finally:
-        process.send_signal(signal.SIGCONT)
-        process.terminate()
-        process.wait(10.0)
-
-
-@contextmanager
-def _logged_controller(link: Path, log: Path) -> Iterator[subprocess.Popen[str]]:
-    script = str(Path(__file__).with_name('_logged_controller.py'))
-    with _start_process(script, str(link), str(log)) as process:
-        if process.stdout is not None:
-            process.stdout.readline()
-        yield process
-
-
-def _events(log: Path, since: float) -> list[tuple[float, str]]:
-    rows = (line.split(' ', 1) for line in log.read_text().splitlines())
-    return [(float(at), text) for at, text in rows if float(at) >= since]
-
-
-@contextmanager
-def _bridge(graph: IsolatedGraph, link: Path, *parameters: str) -> Iterator[subprocess.Popen[str]]:
-    given = [word for each in (f'port:={link}', *parameters) for word in ('-p', each)]
-    arguments = ['-m', 'motor_bridge.node', '--ros-args', *given]
-    with _start_process(*arguments, ROS_DOMAIN_ID=str(graph.context.get_domain_id())) as process:
-        yield process
-
-
 def wire_latency(commands: int) -> Rows:
-    """Measure the time from publishing a velocity to its bytes at the other end of the terminal, in three processes."""
+    """Measure the time from publishing a velocity to its bytes at the other end of the terminal, in two processes."""
     limits = 'max_linear_acceleration:=20.0', 'max_linear_jerk:=1000.0'
     sent, rng = [], np.random.default_rng(4)
-    with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
-        link, log = Path(folder) / 'tty', Path(folder) / 'log'
-        driver = Driver(graph)
-        with _logged_controller(link, log), _bridge(graph, link, *limits):
-            driver.wait_for_bridge()
-            driver.drive(1.0, 0.4)
-            for number in range(commands):
-                time.sleep(float(rng.uniform(0.1, 0.15)))
-                sent.append(time.monotonic())
-                driver.send(0.1 + 0.3 * (number % 2))
-            time.sleep(0.3)
-        motions = [(at, text) for at, text in _events(log, 0.0) if text.startswith('m ')]
+    with served_robot() as robot, robot.bridge(*limits):
+        robot.drive(1.0, 0.4)
+        for number in range(commands):
+            time.sleep(float(rng.uniform(0.1, 0.15)))
+            sent.append(time.monotonic())
+            robot.send(0.1 + 0.3 * (number % 2))
+        time.sleep(0.3)
+        motions = [event for event in robot.controller.events if event[1].startswith('m ')]
     changes = [now[0] for before, now in pairwise(motions) if now[1] != before[1]]
     times = [min((at - start for at in changes if at > start), default=np.inf) for start in sent]
     return [('from cmd_vel to the wire ms, median / 95 %', times_of(1e3 * np.array(times)))]
 
 
 def kill_bridge(times: int) -> Rows:
-    """Kill the bridge's process while it drives; see when the wheels stand."""
+    """Kill the bridge's process while it drives; see when the wheels stop."""
     offs: list[float] = []
     stops: list[float] = []
-    with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
-        link, log = Path(folder) / 'tty', Path(folder) / 'log'
-        driver = Driver(graph)
-        with _logged_controller(link, log):
-            for _ in range(times):
-                with _bridge(graph, link) as bridge:
-                    driver.wait_for_bridge()
-                    driver.drive(2.5, 0.3)
-                    killed = time.monotonic()
-                    bridge.kill()
-                    driver.drive(AUTO_STOP + 1.0, 0.3)
-                events = _events(log, killed)
-                for words, found in ((('coasts', 'stopped'), offs), (('stopped',), stops)):
-                    found.append(min((at - killed for at, text in events if text in words), default=np.inf))
-                driver.wait_for_bridge(is_there=False)
+    with served_robot() as robot:
+        for _ in range(times):
+            with robot.bridge() as bridge:
+                robot.drive(2.5, 0.3)
+                killed = time.monotonic()
+                bridge.kill()
+                robot.drive(AUTO_STOP + 1.0, 0.3)
+            offs.append(robot.controller.first_since(killed, 'coasts', 'stopped'))
+            stops.append(robot.controller.first_since(killed, 'stopped'))
+            robot.wait_for_bridge(is_there=False)
+    until_off = f'killed bridge: until the motors were off (auto-stop {AUTO_STOP:g} s)'
     return [
-        (
-            f'killed bridge: until the motors were off (auto-stop {AUTO_STOP:g} s)',
-            measured(max(offs), '.2f', ' s'),
-        ),
+        (until_off, measured(max(offs), '.2f', ' s')),
         ('until the wheels had rolled out, longest', measured(max(stops), '.2f', ' s')),
     ]
 
 
 def suspend_controller(times: int) -> Rows:
-    """Hold the controller's process with SIGSTOP while it drives, and let it go; see what it then does."""
-    acted, first_is_stop = [], 0
-    with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
-        link, log = Path(folder) / 'tty', Path(folder) / 'log'
-        with _logged_controller(link, log) as process:
-            bridge = graph.add(MotorBridgeNode, port=str(link))
-            driver = Driver(graph)
-            driver.wait_for_bridge()
-            for _ in range(times):
-                graph.spin_until(lambda: bridge._session.report.is_connected)  # noqa: SLF001
-                driver.drive(1.5, 0.3)
-                process.send_signal(signal.SIGSTOP)
-                driver.drive(1.5, 0.3)
+    """Suspend the controller while it drives, terminal and time, and resume it; see what it executes."""
+    executed, only_stops = [], 0
+    with served_robot() as robot, robot.own_bridge() as session:
+        for _ in range(times):
+            robot.graph.spin_until(lambda: session.report.is_connected)
+            robot.drive(1.5, 0.3)
+            with robot.lock:
+                robot.drive(1.5, 0.3)
                 resumed = time.monotonic()
-                process.send_signal(signal.SIGCONT)
-                driver.drive(0.3, 0.0)
-                text = ''.join(text for _, text in _events(log, resumed))
-                motions = [
-                    c for c in text.replace('stopped', '').replace('moves', '').split(';') if c[:2] == 'm '
-                ]
-                before = motions.index('m 0 0') if 'm 0 0' in motions else len(motions)
-                acted.append(before)
-                first_is_stop += 'm 0 0' in motions and all(c == 'm 0 0' for c in motions[before:])
-            bridge.stop()
+            robot.drive(0.3, 0.0)
+            motions = [word for at, word in robot.controller.events if at >= resumed and word[:2] == 'm ']
+            before = motions.index('m 0 0') if 'm 0 0' in motions else len(motions)
+            executed.append(before)
+            only_stops += 'm 0 0' in motions and set(motions[before:]) == {'m 0 0'}
+    name = 'controller held for 1.5 s: motion commands before the stop, at most'
     return [
-        (
-            'controller held for 1.5 s: motion commands before the stop, at most',
-            count(max(acted), better='lower'),
-        ),
-        ('times nothing but stops followed', rate(first_is_stop, times)),
+        (name, count(max(executed), better='lower')),
+        ('times nothing but stops followed', rate(only_stops, times)),
     ]

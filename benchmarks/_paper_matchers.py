@@ -55,13 +55,8 @@ def indexed(floor: NDArray[np.float64]) -> IndexedMap:
     return index_map(DotMap(floor, np.full(len(floor), np.nan)))
 
 
-def constellation(floor: NDArray[np.float64]) -> Matcher:
-    """Return the suite's localizer on a floor, shape (N, 2) [m]."""
-    return constellation_of(indexed(floor))
-
-
-def constellation_of(floor: IndexedMap) -> Matcher:
-    """Return the suite's localizer on a floor that is made ready."""
+def constellation(floor: IndexedMap) -> Matcher:
+    """Return the suite's localizer on a map."""
     localizer = FloorLocalizer(floor, MOUNT)
 
     def locate(pixels: NDArray[np.float64]) -> Answer:
@@ -71,6 +66,3 @@ def constellation_of(floor: IndexedMap) -> Matcher:
         return Answer(None, found.reason.value)
 
     return locate
-
-
-MATCHERS = {'pole_star': pole_star, 'constellation': constellation}

@@ -28,6 +28,8 @@ FLOOR_DOTS = 91582
 VIEW_SIZE = 0.09
 NOISE = 1.0
 GRID = (13, 93)
+CONDITIONS = {f'25 % missing, {100 * spurious:.0f} % spurious': (0.25, spurious) for spurious in (0.3, 0.5)}
+"""Conditions of timing: rates of missing and spurious dots, by name."""
 CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 MOUNT = CameraMount()
 

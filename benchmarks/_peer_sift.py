@@ -17,11 +17,9 @@ from _paper_views import CAMERA, MOUNT, VIEW_SIZE
 from numpy.typing import NDArray
 
 from scene_simulator.floor.camera import FloorCamera
+from scene_simulator.floor.disturbances import Litter
 from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, DotFloor, FloorDesign, generate_dot_floor
-from scene_simulator.floor.marks import FloorMarks
-from scene_simulator.floor.view import FloorView
-from scene_simulator.imaging.sensors import Sensor
-from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.geometry import SE2, PinholeCamera
 
 PATCH = (1.8, 1.2)
 DENSITY = DARK_ON_LIGHT.count / math.prod(DARK_ON_LIGHT.size)
@@ -31,13 +29,6 @@ _TILE = 1200
 _KD_TREES = {'algorithm': 1, 'trees': 4}
 
 
-class Picture(NamedTuple):
-    """One picture of the patch and the truth about it."""
-
-    image: NDArray[np.uint8]
-    T_map_view: SE2
-
-
 class Features(NamedTuple):
     """What SIFT sees in a picture: places in the view's frame, shape (n, 2) [m], and descriptors, shape (n, 128)."""
 
@@ -45,23 +36,15 @@ class Features(NamedTuple):
     descriptors: NDArray[np.float32]
 
 
-class AddedChips(NamedTuple):
-    """Chips that are not of the floor, as `scene_simulator` takes disturbances."""
-
-    marks: FloorMarks
-
-    def apply_to(self, view: FloorView) -> None:
-        """Draw them into the view."""
-        view.paint(self.marks, dirt=True)
-
-
 def patch_floor(seed: int) -> DotFloor:
     """Return the patch, as dense as the paper's floor."""
     return generate_dot_floor(FloorDesign(size=PATCH, count=round(DENSITY * math.prod(PATCH))), seed)
 
 
-def pictures(floor: DotFloor, number: int, missing: float, spurious: float, seed: int) -> Iterator[Picture]:
-    """Yield pictures at random places of the patch; rates are relative to the chips in view."""
+def pictures(
+    floor: DotFloor, number: int, missing: float, spurious: float, seed: int
+) -> Iterator[tuple[NDArray[np.uint8], SE2]]:
+    """Yield pictures at random places of the patch and the true poses; rates are relative to the chips in view."""
     camera = FloorCamera(intrinsics=CAMERA)
     margin = VIEW_SIZE / math.sqrt(2.0)
     others = FloorDesign(size=PATCH, count=max(round(spurious * len(floor)), 1))
@@ -69,11 +52,9 @@ def pictures(floor: DotFloor, number: int, missing: float, spurious: float, seed
         rng = np.random.default_rng([seed, k])
         x, y = rng.uniform(margin, np.array(PATCH) - margin).tolist()
         pose = SE2(x, y, float(rng.uniform(-math.pi, math.pi)))
-        added = AddedChips(generate_dot_floor(others, 1000 + k).chips)
-        photo = camera.photograph(
-            floor.remove_chips(missing, k), [pose], MOUNT, disturbances=(added,), rng=rng
-        )
-        yield Picture(photo.image, pose)
+        added = Litter(generate_dot_floor(others, 1000 + k).chips)
+        left = floor.remove_chips(missing, k)
+        yield camera.photograph(left, [pose], MOUNT, disturbances=(added,), rng=rng).image, pose
 
 
 class SiftMatcher:
@@ -82,21 +63,15 @@ class SiftMatcher:
     def __init__(self, floor: DotFloor) -> None:
         """Photograph the patch tile by tile and index its features."""
         self._sift = cv2.SIFT.create()
-        self._metres_per_pixel = MOUNT.xyz[2] / CAMERA.fx
         places, descriptors = [], []
-        side = _TILE * self._metres_per_pixel
+        side = _TILE * MOUNT.xyz[2] / CAMERA.fx
         tile = PinholeCamera(_TILE, _TILE, CAMERA.fx, CAMERA.fy, (_TILE - 1) / 2.0, (_TILE - 1) / 2.0)
-        camera = FloorCamera(intrinsics=tile, sensor=Sensor())
-        mount = CameraMount()
+        camera = FloorCamera(intrinsics=tile)
         for x in np.arange(side / 2.0, PATCH[0] + side / 2.0, 0.8 * side):
             for y in np.arange(side / 2.0, PATCH[1] + side / 2.0, 0.8 * side):
                 pose = SE2(float(x), float(y), 0.0)
-                keypoints, described = self._sift.detectAndCompute(
-                    camera.photograph(floor, [pose], mount).image, None
-                )
-                pixels = np.array([keypoint.pt for keypoint in keypoints])
-                rays = tile.rays_from_pixels(pixels)
-                places.append(pose.transform(mount.floor_points_from_rays(rays)))
+                points, described = self._detect(camera.photograph(floor, [pose], MOUNT).image, tile)
+                places.append(pose.transform(points))
                 descriptors.append(described)
         self._places = np.vstack(places).astype(np.float32)
         self._matcher = cv2.FlannBasedMatcher(_KD_TREES, {'checks': 64})
@@ -105,10 +80,15 @@ class SiftMatcher:
 
     def features(self, image: NDArray[np.uint8]) -> Features:
         """Return the features of a picture."""
+        points, descriptors = self._detect(image, CAMERA)
+        return Features(points.astype(np.float32), descriptors)
+
+    def _detect(
+        self, image: NDArray[np.uint8], camera: PinholeCamera
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
         keypoints, descriptors = self._sift.detectAndCompute(image, None)
         pixels = np.array([keypoint.pt for keypoint in keypoints])
-        points = MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels))
-        return Features(points.astype(np.float32), descriptors)
+        return MOUNT.floor_points_from_rays(camera.rays_from_pixels(pixels)), np.asarray(descriptors)
 
     def locate(self, features: Features) -> SE2 | None:
         """Return the pose that most features agree on."""

@@ -25,8 +25,25 @@ MAGNITUDES = (1.0, 8.0)
 SCALE_ERROR = 0.01
 DEGREES_PER_METRE = FIELD / (CAMERA.width / CAMERA.fx * MOUNT.xyz[2])
 # Best of the settings tried, see BENCHMARK.md: more patterns find more and take no longer.
-DATABASE = {'pattern_max_error': 0.005, 'lattice_field_oversampling': 100, 'patterns_per_lattice_field': 200}
-SOLVER = {'match_radius': 0.01, 'pattern_checking_stars': 24, 'solve_timeout_ms': 1000}
+DATABASE = {
+    'pattern_max_error': 0.005,
+    'lattice_field_oversampling': 100,
+    'patterns_per_lattice_field': 200,
+    'max_fov_deg': FIELD,
+    'star_max_magnitude': MAGNITUDES[1] + 1.0,
+    'verification_stars_per_fov': 150,
+    'epoch_proper_motion_year': None,
+    'catalog_nside': 64,
+}
+SOLVER = {
+    'match_radius': 0.01,
+    'pattern_checking_stars': 24,
+    'solve_timeout_ms': 1000,
+    'fov_estimate_deg': FIELD,
+    'fov_max_error_deg': SCALE_ERROR * FIELD,
+    'image_width': CAMERA.width,
+    'image_height': CAMERA.height,
+}
 _STAR = np.dtype(
     [('id', '<i8'), ('ra', '<f8'), ('dec', '<f8'), ('mag', '<f4'), ('pm_ra', '<f4'), ('pm_dec', '<f4')]
 )
@@ -36,13 +53,7 @@ class StarSolver:
     """Locates views of one floor."""
 
     def __init__(self, tetra3rs: Any, floor: NDArray[np.float64], seed: int) -> None:
-        """Build the database.
-
-        Args:
-            tetra3rs: the module.
-            floor: shape (N, 2), the dots [m].
-            seed: random seed of the magnitudes, which are uniformly distributed.
-        """
+        """Build the database of a floor's dots, shape (N, 2) [m]; the magnitudes are uniformly distributed."""
         self._middle = float(floor[:, 0].max()) / 2.0
         self._magnitudes = np.random.default_rng([seed, 1]).uniform(*MAGNITUDES, len(floor))
         stars = np.zeros(len(floor), dtype=_STAR)
@@ -53,15 +64,7 @@ class StarSolver:
         with tempfile.TemporaryDirectory() as folder:
             catalogue = Path(folder) / 'floor.bin'
             catalogue.write_bytes(b'GDR3' + struct.pack('<IQ', 1, len(stars)) + stars.tobytes())
-            self._database = tetra3rs.SolverDatabase.generate_from_gaia(
-                str(catalogue),
-                max_fov_deg=FIELD,
-                star_max_magnitude=MAGNITUDES[1] + 1.0,
-                verification_stars_per_fov=150,
-                epoch_proper_motion_year=None,
-                catalog_nside=64,
-                **DATABASE,
-            )
+            self._database = tetra3rs.SolverDatabase.generate_from_gaia(str(catalogue), **DATABASE)
             saved = Path(folder) / 'floor.database'
             self._database.save_to_file(str(saved))
             self.database_bytes = saved.stat().st_size
@@ -69,9 +72,7 @@ class StarSolver:
     def centroids(self, view: PaperView, *, with_sizes: bool) -> NDArray[np.float64]:
         """Return a view as the solver takes it: x, y from the middle [px] and brightness, shape (n, 3).
 
-        Args:
-            view: the view.
-            with_sizes: whether a dot is exactly as bright as on the map, or of random brightness.
+        A dot is exactly as bright as on the map, or of random brightness without sizes.
         """
         # A view's own random numbers: the same whenever it is asked for.
         rng = np.random.default_rng(len(view.pixels))
@@ -82,14 +83,7 @@ class StarSolver:
 
     def locate(self, centroids: NDArray[np.float64]) -> SE2 | None:
         """Return the pose of the view, whose origin is the middle of the image."""
-        found = self._database.solve_from_centroids(
-            centroids,
-            fov_estimate_deg=FIELD,
-            fov_max_error_deg=SCALE_ERROR * FIELD,
-            image_width=CAMERA.width,
-            image_height=CAMERA.height,
-            **SOLVER,
-        )
+        found = self._database.solve_from_centroids(centroids, **SOLVER)
         if not found:
             return None
         x = self._middle + found.dec_deg / DEGREES_PER_METRE

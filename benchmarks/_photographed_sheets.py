@@ -13,6 +13,7 @@ import csv
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 import cv2
@@ -115,8 +116,7 @@ def load_sheets(folder: Path) -> list[Array]:
 
     The file counts centimetres from the centre with y down the sheet, as the photographs show.
     """
-    with (folder / 'descriptions.yaml').open() as file:
-        description = yaml.load(file, Loader=yaml.CSafeLoader)
+    description = yaml.load((folder / 'descriptions.yaml').read_text(), Loader=yaml.CSafeLoader)
     return [np.array(marker) * (CENTIMETRE, -CENTIMETRE) for marker in description['markers']]
 
 
@@ -148,24 +148,19 @@ def _images(folder: Path, every: int) -> Iterator[tuple[int, Image]]:
     image = np.asarray(cv2.imread(str(folder / 'image00.jpg'), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
     yield PHOTOGRAPH, _undistorted(image, _camera(folder / 'intrinsic.yaml'))
     camera, movie = _camera(folder / 'movie_intrinsic.yaml'), cv2.VideoCapture(str(folder / 'movie.mp4'))
-    number = 0
-    while True:
+    for number in count():
         there, frame = movie.read()
         if not there:
             break
         if number % every == 0:
-            yield (
-                number,
-                _undistorted(np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8), camera),
-            )
-        number += 1
+            grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+            yield number, _undistorted(grey, camera)
     movie.release()
 
 
 def _camera(path: Path) -> PinholeCamera:
     """Return the camera of one of BoofCV's intrinsics files."""
-    with path.open() as file:
-        intrinsics = yaml.safe_load(file)
+    intrinsics = yaml.safe_load(path.read_text())
     pinhole, lens = intrinsics['pinhole'], intrinsics['radial_tangential']
     sizes = {key: pinhole[key] for key in ('width', 'height', 'fx', 'fy', 'cx', 'cy')}
     return PinholeCamera(**sizes, distortion=(*lens['radial'], lens['t1'], lens['t2'], 0.0))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -20,16 +19,8 @@ from stereo_landmark.core.stereo import StereoRig
 _R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
-@dataclass(frozen=True)
-class Moment:
-    """One pair of images and the truth.
-
-    Attributes:
-        left: shape (h, w), grey, rectified.
-        right: the same of the right camera.
-        position: position of the base, shape (3,) [m].
-        rpy: roll, pitch and yaw of the base in the room [rad].
-    """
+class Moment(NamedTuple):
+    """A pair of rectified grey images, and the true position, shape (3,) [m], roll, pitch and yaw [rad] of the base."""
 
     left: NDArray[np.uint8]
     right: NDArray[np.uint8]
@@ -42,8 +33,7 @@ class Moment:
         return self.rpy[:2]
 
 
-@dataclass(frozen=True)
-class RealPairs:
+class RealPairs(NamedTuple):
     """Both moments, by role ('teach', 'repeat'), and the rectified cameras."""
 
     rig: StereoRig
@@ -81,11 +71,9 @@ def load_real_pairs(folder: Path) -> RealPairs:
     T_body_left = np.array(truth['T_BS_cam0'])
     R_left_rectified = np.array(calibrations[0].rotation).reshape(3, 3).T
     R_base_optical = _R_BODY_BASE.T @ T_body_left[:3, :3] @ R_left_rectified
-    rpy_mount = Rotation.from_matrix(R_base_optical).as_euler('xyz').tolist()
-    xyz_mount = (_R_BODY_BASE.T @ T_body_left[:3, 3]).tolist()
-    mount = CameraMount(
-        (xyz_mount[0], xyz_mount[1], xyz_mount[2]), (rpy_mount[0], rpy_mount[1], rpy_mount[2])
-    )
+    a, b, c = Rotation.from_matrix(R_base_optical).as_euler('xyz').tolist()
+    x, y, z = (_R_BODY_BASE.T @ T_body_left[:3, 3]).tolist()
+    mount = CameraMount((x, y, z), (a, b, c))
     return RealPairs(stereo_rig(*calibrations, mount), moments)
 
 
@@ -105,7 +93,9 @@ def _calibrations(truth: dict[str, Any]) -> tuple[CameraCalibration, CameraCalib
         flags=cv2.CALIB_ZERO_DISPARITY,
         alpha=0.0,
     )
-    return (
-        CameraCalibration(left, tuple(R_left.ravel().tolist()), tuple(P_left.ravel().tolist())),
-        CameraCalibration(right, tuple(R_right.ravel().tolist()), tuple(P_right.ravel().tolist())),
+    rectified = (left, R_left, P_left), (right, R_right, P_right)
+    first, second = (
+        CameraCalibration(camera, tuple(R.ravel().tolist()), tuple(P.ravel().tolist()))
+        for camera, R, P in rectified
     )
+    return first, second

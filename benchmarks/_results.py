@@ -51,17 +51,15 @@ def _git(*arguments: str) -> str:
 def _cpu() -> str:
     path = Path('/proc/cpuinfo')
     lines = path.read_text().splitlines() if path.exists() else []
-    return next(
-        (line.partition(': ')[2] for line in lines if line.startswith('model name')), platform.machine()
-    )
+    names = (line.partition(': ')[2] for line in lines if line.startswith('model name'))
+    return next(names, platform.machine())
 
 
-def write_json(found: dict[str, Any]) -> Path:
+def write_json(found: dict[str, Any]) -> None:
     """Write a result to ``out/bench/<name>.json``."""
     path = OUT / f'{found["benchmark"]}.json'
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(as_json(found))
-    return path
 
 
 def save(found: dict[str, Any], *, quick: bool) -> None:
@@ -138,9 +136,8 @@ def compare_with_saved(found: dict[str, Any], *, quick: bool) -> int:
     differing = compare(before, after)
     print(f'\nSince {before["commit"]} ({before["date"]}): {len(differing)} figures changed.')
     for key, change in differing:
-        print(
-            f'  {change.verdict}: {" | ".join(key)} {change.name}: {change.before:.5g} -> {change.after:.5g}'
-        )
+        name = f'{" | ".join(key)} {change.name}'
+        print(f'  {change.verdict}: {name}: {change.before:.5g} -> {change.after:.5g}')
     new, old = (dict(figures_of(each)) for each in (after, before))
     for word, keys in (('new', new.keys() - old.keys()), ('gone', old.keys() - new.keys())):
         if keys:
@@ -153,10 +150,8 @@ def format_table(heads: Sequence[str], rows: Sequence[Sequence[Cell | dict[str, 
     lines = [list(heads), *([_text(cell) for cell in row] for row in rows)]
     widths = [max(len(line[k]) for line in lines) for k in range(len(heads))]
     lines.insert(1, ['-' * width for width in widths])
-    aligned = [
-        ' | '.join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines
-    ]
-    return '\n'.join(f'| {line} |' for line in aligned) + '\n'
+    aligned = ([cell.ljust(width) for cell, width in zip(line, widths, strict=True)] for line in lines)
+    return '\n'.join(f'| {" | ".join(line)} |' for line in aligned) + '\n'
 
 
 def _text(cell: Cell | dict[str, Any]) -> str:

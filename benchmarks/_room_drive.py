@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -32,15 +33,8 @@ SEEN_FRAMES = 3
 """A cell counts as seen where so many instants show a surface in it."""
 
 
-@dataclass(frozen=True)
-class Instant:
-    """What the bag holds for one instant.
-
-    Attributes:
-        stamp: [s].
-        images: images of the left, right and top camera.
-        truth: ``T_map_base``.
-    """
+class Instant(NamedTuple):
+    """What the bag holds for one instant: stamp [s], images of the left, right and top camera, true ``T_map_base``."""
 
     stamp: float
     images: tuple[Image, Image, Image]
@@ -97,15 +91,8 @@ DepthOf = Callable[[Instant], NDArray[np.float32]]
 """Gives the depth of an instant, shape (height, width) [m], NaN for none."""
 
 
-@dataclass(frozen=True)
-class Replay:
-    """What came of a replay.
-
-    Attributes:
-        occupancy: int8, on the cells of the true map.
-        milliseconds: CPU times of each instant by stage [ms].
-        frames: that were mapped.
-    """
+class Replay(NamedTuple):
+    """What came of a replay: occupancy on the cells of the true map, CPU times by stage, number of mapped frames."""
 
     occupancy: NDArray[np.int8]
     milliseconds: dict[str, list[float]]
@@ -140,13 +127,7 @@ def replay(
 
 
 def seen_cells(bag: RoomBag, truth: OccupancyMap, scene: RoomDrive) -> NDArray[np.bool_]:
-    """Return the solid cells of which the left camera saw a surface, from the true room and poses.
-
-    Args:
-        bag: the bag with the true poses.
-        truth: the true map.
-        scene: the room and the cameras.
-    """
+    """Return the solid cells of which the left camera saw a surface, from the true room and poses."""
     (low, high), reach = HEIGHTS, VoxelSettings().range_max
     counts = np.zeros(truth.frame.shape, dtype=np.int64)
     room = scene.room.boxes
@@ -188,14 +169,7 @@ class Score:
 def score(
     occupancy: NDArray[np.int8], truth: OccupancyMap, seen: NDArray[np.bool_], scene: RoomDrive
 ) -> Score:
-    """Compare a map with the truth.
-
-    Args:
-        occupancy: occupancy on the cells of the truth.
-        truth: the true map.
-        seen: its solid cells that were seen.
-        scene: the room.
-    """
+    """Compare the occupancy on the cells of the true map with it."""
     known, occupied_cells = OccupancyMap(truth.frame, occupancy).occupied(), truth.occupied()
     free = occupancy == FREE
     radius = PlannerSettings().robot_radius

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import resource
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+from _harness import children_cpu_seconds
 from _results import OUT, pages, update_tables
 
 FOLDER = Path(__file__).parent
@@ -18,9 +18,7 @@ def main() -> int:
     """Run what is asked for; return 1 when a benchmark fails or became worse."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--all', action='store_true', help='run all benchmarks, each as a program of its own')
-    parser.add_argument(
-        '--tables', action='store_true', help='make the marked tables of the pages from the results'
-    )
+    parser.add_argument('--tables', action='store_true', help='make the marked tables from the results')
     for flag in ('--quick', '--save', '--compare'):
         parser.add_argument(flag, action='store_true', help='passed to the benchmarks')
     options = parser.parse_args()
@@ -44,23 +42,18 @@ def run_all(flags: list[str]) -> int:
     OUT.mkdir(parents=True, exist_ok=True)
     begin, failed = time.perf_counter(), 0
     for program in sorted(FOLDER.glob('[!_]*.py')):
-        start, before = time.perf_counter(), _cpu_seconds()
+        start, before = time.perf_counter(), children_cpu_seconds()
         command = [sys.executable, str(program), *flags]
         done = subprocess.run(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
         )
         (OUT / f'{program.stem}.log').write_text(done.stdout)
         failed += done.returncode != 0
-        seconds, used = time.perf_counter() - start, _cpu_seconds() - before
+        seconds, used = time.perf_counter() - start, children_cpu_seconds() - before
         print(f'{program.stem:<20} {seconds:6.1f} s, {used:6.1f} s CPU  {_verdict(done)}', flush=True)
     seconds = time.perf_counter() - begin
-    print(f'{"all":<20} {seconds:6.1f} s, {_cpu_seconds():6.1f} s CPU  {failed} failed or worse')
+    print(f'{"all":<20} {seconds:6.1f} s, {children_cpu_seconds():6.1f} s CPU  {failed} failed or worse')
     return 1 if failed else 0
-
-
-def _cpu_seconds() -> float:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def _verdict(done: subprocess.CompletedProcess[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -17,7 +17,12 @@ RATIO = 0.8
 """Lowe's, of the best match to the second best."""
 ROW_TOLERANCE = 1.5
 DISPARITY_MIN = 2.0
-REPROJECTION, ITERATIONS, CONFIDENCE = 2.0, 1000, 0.999
+RANSAC: dict[str, Any] = {
+    'iterationsCount': 1000,
+    'reprojectionError': 2.0,
+    'confidence': 0.999,
+    'flags': cv2.SOLVEPNP_EPNP,
+}
 INLIERS_MIN = 10
 FEATURES = 2000
 
@@ -27,27 +32,16 @@ def product_rig(cameras: Cameras) -> StereoRig:
     return StereoRig(cameras.left.intrinsics, cameras.right.intrinsics, cameras.baseline, cameras.mount)
 
 
-@dataclass(frozen=True)
-class Features:
-    """Of one image.
-
-    Attributes:
-        pixels: shape (n, 2).
-        descriptors: shape (n, d), bytes of ORB or floats of SIFT.
-    """
+class Features(NamedTuple):
+    """Pixels of an image's features, shape (n, 2), and descriptors, shape (n, d): bytes of ORB or floats of SIFT."""
 
     pixels: NDArray[np.float64]
     descriptors: NDArray[np.generic]
 
 
-@dataclass(frozen=True)
-class TaughtFeatures:
-    """Of a taught pair.
-
-    Attributes:
-        points: shape (n, 3), in the left optical frame [m].
-        pixels: shape (n, 2), in the left image.
-        descriptors: shape (n, d).
+class TaughtFeatures(NamedTuple):
+    """Features of a taught pair: points in the left optical frame, shape (n, 3) [m], pixels in the left image, shape
+    (n, 2), and descriptors, shape (n, d).
     """
 
     points: NDArray[np.float64]
@@ -60,12 +54,7 @@ class TaughtFeatures:
 
 
 class FeaturePipeline:
-    """ORB or SIFT with stereo and PnP.
-
-    Args:
-        name: 'ORB' or 'SIFT'.
-        rig: rectified cameras.
-    """
+    """ORB or SIFT, by its name, with stereo of rectified cameras and PnP."""
 
     def __init__(self, name: str, rig: StereoRig) -> None:
         self.name = name
@@ -104,22 +93,12 @@ class FeaturePipeline:
         if len(matches) < INLIERS_MIN:
             return None
         points, pixels = taught.points[matches[:, 0]], now.pixels[matches[:, 1]]
-        is_found, turn, shift, inliers = cv2.solvePnPRansac(
-            points,
-            pixels,
-            self.rig.left.matrix,
-            None,
-            iterationsCount=ITERATIONS,
-            reprojectionError=REPROJECTION,
-            confidence=CONFIDENCE,
-            flags=cv2.SOLVEPNP_EPNP,
-        )
+        matrix = self.rig.left.matrix
+        is_found, *motion, inliers = cv2.solvePnPRansac(points, pixels, matrix, None, **RANSAC)
         if not is_found or inliers is None or len(inliers) < INLIERS_MIN:
             return None
         kept = inliers.ravel()
-        turn, shift = cv2.solvePnPRefineLM(
-            points[kept], pixels[kept], self.rig.left.matrix, None, turn, shift
-        )
+        turn, shift = cv2.solvePnPRefineLM(points[kept], pixels[kept], matrix, None, *motion)
         return np.asarray(cv2.Rodrigues(turn)[0]), np.asarray(shift).ravel()
 
     def _matches(self, here: NDArray[np.generic], there: NDArray[np.generic]) -> NDArray[np.int64]:

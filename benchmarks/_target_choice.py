@@ -26,26 +26,15 @@ from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 
 KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.CORNER)
-POINT_SIGMA_MAX = 0.03
-"""[m]"""
-SIDE_MIN = 15.0
-"""[px]"""
-BORDER_SHARE = 0.06
-"""Of the width."""
-APART = 25.0
-"""[px]"""
+POINT_SIGMA_MAX = 0.03  # [m]
+SIDE_MIN, APART = 15.0, 25.0  # [px]
+BORDER_SHARE = 0.06  # of the width
 PRIMITIVES = 16
 DRAWS_MAX = 20
 
 
 class TargetChooser:
-    """Chooses target sets in one pair of images.
-
-    Args:
-        moment: the pair.
-        rig: the cameras.
-        threshold: edge threshold [grey levels / px].
-    """
+    """Chooses target sets in one pair of images, with a threshold of edges [grey levels / px]."""
 
     def __init__(self, moment: Moment, rig: StereoRig, threshold: float = EdgeSettings().threshold) -> None:
         processing = ImageProcessing(edges=EdgeSettings(threshold=threshold))
@@ -53,12 +42,8 @@ class TargetChooser:
         self._moment = moment
         self._view = StereoView(left, right, rig, moment.tilt)
         self._teacher = Teacher(self._view, processing)
-        self.candidates = [
-            primitive
-            for kind in KINDS
-            for primitive in self._view.left.kinds[kind].primitives
-            if self._is_good(primitive)
-        ]
+        kinds = (self._view.left.kinds[kind].primitives for kind in KINDS)
+        self.candidates = [each for primitives in kinds for each in primitives if self._is_good(each)]
 
     def place(self, seed: int) -> TaughtPlace:
         """Return a place with one target of sixteen primitives.

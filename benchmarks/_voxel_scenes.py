@@ -62,9 +62,8 @@ def points_at(
         phantoms: their share and the side of a patch [px].
         phantom_rng: source of the phantoms.
     """
-    depth = add_disparity_noise(
-        room.depth_image(CAMERA, view_at(pose).T_map_sensor), FOCAL_BASELINE, DISPARITY_SIGMA, rng
-    )
+    depth = room.depth_image(CAMERA, view_at(pose).T_map_sensor)
+    depth = add_disparity_noise(depth, FOCAL_BASELINE, DISPARITY_SIGMA, rng)
     if phantom_rng is not None:
         depth = add_spurious_depths(depth, *phantoms, PHANTOM_DEPTHS, phantom_rng)
     kept = np.sort(rng.permutation(depth.size)[:POINTS])
@@ -78,7 +77,5 @@ def stationary_poses(frames: int) -> list[SE2]:
 
 def moving_poses(frames: int) -> list[SE2]:
     """Return the poses of a robot that drives a slow arc through the room and comes back along it."""
-    there = [
-        SE2(-2.2 + 0.04 * k, 0.5 * math.sin(0.05 * k), 0.6 * math.sin(0.1 * k)) for k in range(frames // 2)
-    ]
-    return there + there[::-1]
+    steps = [*range(frames // 2), *reversed(range(frames // 2))]
+    return [SE2(-2.2 + 0.04 * k, 0.5 * math.sin(0.05 * k), 0.6 * math.sin(0.1 * k)) for k in steps]

@@ -10,8 +10,7 @@ import math
 import numpy as np
 from _arbiter_bags import PoseSample, RecordedDrive, recorded_drives
 from _arbiter_faults import FAULTS, SCENARIOS, wrong_poses
-from _arbiter_fusion import add_message, fused, messages_of, new_arbiter, pose_of
-from _arbiter_smoother import smooth
+from _arbiter_fusion import add_message, fused, in_order_of_arrival, messages_of, new_arbiter, smooth
 from _figures import Figure, measured, rate, rms
 from _harness import Option, Run, cpu_time, progress, run_benchmark
 from numpy.typing import NDArray
@@ -31,23 +30,19 @@ DELAY = 80_000_000
 def add_bags(run: Run, drives: list[RecordedDrive]) -> None:
     """Add the errors of source, arbiter and smoother: root mean squares of position [mm] and yaw [mrad]."""
     gtsam = run.peer('gtsam', '--no-deps gtsam')
-    heads = 'source: mm', 'mrad', 'fused: mm', 'mrad', 'fused / source', 'fused / gtsam', 'outage: fused mm'
-    table = run.table('Recorded drives', 'bag', 'poses', *heads, 'odometry alone mm')
+    heads = 'bag | poses | source: mm | mrad | fused: mm | mrad | fused / source | fused / gtsam'
+    table = run.table('Recorded drives', heads, 'outage: fused mm | odometry alone mm')
     for drive in progress(drives, 'bags'):
         best, count = drive.best, len(drive.sources)
         source = drive.errors_of(drive.sources[best])
-        estimates = fused(messages_of(drive.sources, drive.odometry), count, best)
-        ours = drive.errors_at([s for s, _ in estimates], [pose_of(e) for _, e in estimates])
+        ours = drive.errors_at(fused(messages_of(drive.sources, drive.odometry), count, best))
         compared: Figure | str = '–'
         if gtsam is not None:
             newest = smooth(gtsam, drive.sources, drive.odometry, drive.best)
-            theirs = drive.errors_at([s for s, _ in newest], [p for _, p in newest])
-            compared = over(ours, theirs)
-        silent, alone = outage_errors(drive)
-        table.add(
-            *(drive.name, len(source), *rms_of(source), *rms_of(ours), over(ours, source), compared),
-            *(rms(errors[:, 0], '.3g', 1e3) for errors in (silent, alone)),
-        )
+            compared = over(ours, drive.errors_at(newest))
+        outage = (rms(errors[:, 0], '.3g', 1e3) for errors in outage_errors(drive))
+        ratios = over(ours, source), compared
+        table.add(drive.name, len(source), *rms_of(source), *rms_of(ours), *ratios, *outage)
 
 
 def rms_of(errors: NDArray[np.float64]) -> tuple[Figure, Figure]:
@@ -73,7 +68,7 @@ def outage_errors(drive: RecordedDrive) -> tuple[NDArray[np.float64], NDArray[np
             stamp = waiting.pop(0)
             estimate = arbiter.estimate_at(stamp)
             if estimate is not None:
-                poses.append((stamp, pose_of(estimate)))
+                poses.append((stamp, estimate.pose))
         add_message(arbiter, message, message[0])
     stamps = np.array([stamp for stamp, _ in drive.odometry])
     wanted = [first, *(stamp for stamp, _ in poses)]
@@ -81,26 +76,21 @@ def outage_errors(drive: RecordedDrive) -> tuple[NDArray[np.float64], NDArray[np
         drive.odometry[int(np.searchsorted(stamps, s).clip(0, len(stamps) - 1))][1] for s in wanted
     )
     origin = samples[0].pose @ start.inverse()
-    ours = drive.errors_at(wanted[1:], [pose for _, pose in poses])
-    return ours, drive.errors_at(wanted[1:], [origin @ pose for pose in nearest])
+    alone = [(stamp, origin @ pose) for (stamp, _), pose in zip(poses, nearest, strict=True)]
+    return drive.errors_at(poses), drive.errors_at(alone)
 
 
 def filter_cpu_fraction(seconds: float) -> float:
     """Return the processor time of the filter by the time of the drive: late poses, and 50 questions a second."""
-    begin, noise = 1_000_000_000_000, diagonal(1e-4, 1e-4)
-    odometry = [
-        (begin + k * 1_000_000_000 // ODOMETRY_RATE, SE2(0.5 * k / ODOMETRY_RATE, 0.0, 0.0))
-        for k in range(round(seconds * ODOMETRY_RATE))
-    ]
+    begin, noise, steps = 1_000_000_000_000, diagonal(1e-4, 1e-4), range(round(seconds * ODOMETRY_RATE))
+    poses = [SE2(0.5 * k / ODOMETRY_RATE, 0.0, 0.0) for k in steps]
+    odometry = [(begin + k * 1_000_000_000 // ODOMETRY_RATE, poses[k]) for k in steps]
     samples = []
     for number in range(SOURCES):
         stamps = [round((k + 0.2 * number) * 1e9 / SOURCE_RATE) for k in range(round(seconds * SOURCE_RATE))]
         samples.append([PoseSample(begin + at, SE2(0.5e-9 * at, 0.0, 0.0), noise) for at in stamps])
     messages = messages_of(samples, odometry)
-    delays = [0 if m[1] >= SOURCES else round(DELAY * (1.0 + 0.1 * m[1])) for m in messages]
-    arrivals = sorted(
-        ((m[0] + delay, m) for m, delay in zip(messages, delays, strict=True)), key=lambda each: each[0]
-    )
+    arrivals = in_order_of_arrival(messages, lambda source: round(DELAY * (1.0 + 0.1 * source)))
 
     def fuse() -> None:
         arbiter, due = new_arbiter(SOURCES), begin
@@ -120,7 +110,7 @@ def main(run: Run, bags: tuple[str, ...], drives: int, scenarios: int, seconds: 
     for scenario in progress(SCENARIOS[-scenarios:], 'faults'):
         cells = []
         for fault in FAULTS:
-            wrong = [wrong_poses(scenario, fault, seed)[0] for seed in range(drives)]
+            wrong = [wrong_poses(scenario, fault, seed) for seed in range(drives)]
             cells.append(rate(sum(number > WRONG_MIN for number in wrong), drives, 'lower'))
         table.add(scenario.name, *cells)
     table = run.table('Load: odometry at 500 Hz, four sources at 30 Hz', 'what', 'per cent of a core')

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -29,16 +29,9 @@ ISOLATED = 1.3
 """A dot is isolated when no other centre is nearer than this multiple of the mean of both diameters."""
 
 
-@dataclass(frozen=True)
-class TrueImage:
-    """An image and its chips.
-
-    Attributes:
-        image: shape (h, w) or (h, w, 3).
-        pixels: shape (n, 2), true centres of the chips with their centre in the image [px].
-        diameters: shape (n,) [px].
-        wanted: shape (n,), chips wholly in the image that no dirt hides.
-        isolated: shape (n,), chips that touch no other.
+class TrueImage(NamedTuple):
+    """An image, true centres, shape (n, 2) [px], and diameters, shape (n,) [px], of the chips with their centre in it,
+    and which of these are wholly in it, not hidden by dirt, and which touch no other, shape (n,).
     """
 
     image: NDArray[np.uint8]
@@ -133,15 +126,8 @@ def main(run: Run, images: int, only: str) -> None:
     """Compare the detectors."""
     use_one_core()
     sep = run.peer('sep', 'sep')
-    heads = (
-        'recall %',
-        'of touching chips %',
-        'precision %',
-        'error px: median / 95 %',
-        'error / sigma',
-        'ms',
-    )
-    table = run.table('Dots in images', 'condition', 'detector', *heads, 'ms in units of sep')
+    heads = 'condition | detector | recall % | of touching chips % | precision % | error px: median / 95 %'
+    table = run.table('Dots in images', heads, 'error / sigma | ms | ms in units of sep')
     for condition in progress([condition for condition in FOR_DETECTORS if only in condition.name]):
         few = images if condition.camera.width < 1000 else max(images // 6, 2)
         detectors: dict[str, Callable[[NDArray[np.uint8]], DetectedDots]] = {'shirube': DotDetector().detect}
@@ -156,12 +142,9 @@ def main(run: Run, images: int, only: str) -> None:
                 dots, milliseconds = cpu_time(detect, truth.image)
                 scores[name].add(dots, truth, milliseconds)
         for name, score in scores.items():
+            pairs = (score.right, score.wanted), (score.split, score.touching), (score.true, score.found)
             table.add(
-                *(condition.name, name, rate(score.right, score.wanted, form='percent')),
-                *(
-                    rate(score.split, score.touching, form='percent'),
-                    rate(score.true, score.found, form='percent'),
-                ),
+                *(condition.name, name, *(rate(*pair, form='percent') for pair in pairs)),
                 error(np.concatenate(score.errors), '.3f', shown=(50, 95)),
                 rms(np.concatenate(score.normalised), '.2f', better='one'),
                 time(score.times, '.1f', (50,)),

@@ -11,19 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from _figures import error, outcomes
-from _five_views import (
-    DECIDABLE,
-    OUT_OF_VIEW,
-    RIG,
-    T_MAP_LESSON,
-    UNDECIDABLE,
-    Lesson,
-    MeterView,
-    lessons,
-    views,
-)
+from _five_views import DECIDABLE, OUT_OF_VIEW, T_MAP_LESSON, UNDECIDABLE, Lesson, MeterView, lessons, views
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _stereo_peers import FeaturePipeline, TaughtFeatures, product_rig
+from _stereo_peers import FeaturePipeline, TaughtFeatures
+from _stereo_scenes import CAMERAS, left_pixels
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
@@ -41,7 +32,6 @@ CHOSEN_WITHIN = 5.0
 AROUND_TARGET = 45.0
 """Of a meter's middle, what features of the target are [px]."""
 CONDITIONS = ((False, False), (False, True), (True, False), (True, True))
-CAMERAS = product_rig(RIG)
 OURS = 'shirube'
 AMBIGUOUS = 'ambiguous: several poses match'
 
@@ -99,9 +89,7 @@ class Methods:
 def meter_centres(lesson: Lesson) -> NDArray[np.float64]:
     """Return where the left camera sees the meters of the target, shape (4, 2) [px]."""
     points = lesson.scene.points_map()
-    places = np.array([points[f'meter_{i}'] for i in lesson.chosen])
-    camera = RIG.camera_poses(T_MAP_LESSON)[0]
-    return RIG.left.intrinsics.pixels_from_points(camera.camera_points(places))
+    return left_pixels(np.array([points[f'meter_{i}'] for i in lesson.chosen]), T_MAP_LESSON)
 
 
 def taught_place(lesson: Lesson) -> TaughtPlace:
@@ -156,24 +144,17 @@ def main(run: Run, corridors: int, conditions: int) -> None:
         name = f'{"even" if even else "uneven"}, {"bare wall" if bare else "panels, doors, signs"}'
         table.add(name, *(outcomes(score.answers.get((OURS, status), []), kinds) for status in statuses))
     table.add('all', *(outcomes(total.answers.get((OURS, status), []), kinds) for status in statuses))
-    heads = (
-        'decidable: found / no pose / mistaken',
-        'others',
-        'position mm: median / 95 %',
-        'heading °: the same',
-    )
-    table = run.table('Methods', 'method', *heads)
+    heads = 'method | decidable: found / no pose / mistaken | others | position mm: median / 95 %'
+    table = run.table('Methods', heads, 'heading °: the same')
     for method in dict.fromkeys(method for method, _ in total.answers):
         errors = np.array(total.errors.get(method, [])).reshape(-1, 2)
-        others = [v for status in statuses[1:] for v in total.answers.get((method, status), [])]
+        answers = [total.answers.get((method, status), []) for status in statuses]
         cells = [
             outcomes(['none' if v == 'ambiguous' else v for v in verdicts], ('found', 'none', 'mistaken'))
-            for verdicts in (total.answers.get((method, DECIDABLE), []), others)
+            for verdicts in (answers[0], answers[1] + answers[2])
         ]
-        table.add(
-            *(method, *cells, error(errors[:, 0], '.1f', 1e3, (50, 95))),
-            error(errors[:, 1], '.3f', math.degrees(1.0), (50, 95)),
-        )
+        cells.append(error(errors[:, 0], '.1f', 1e3, (50, 95)))
+        table.add(method, *cells, error(errors[:, 1], '.3f', math.degrees(1.0), (50, 95)))
 
 
 if __name__ == '__main__':

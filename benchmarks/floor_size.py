@@ -11,29 +11,26 @@ cache. Times to build and to a fix are processor time, in units of the first hal
 from __future__ import annotations
 
 import math
-import resource
 import subprocess
 import sys
 import tempfile
-import time as clock
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-from _figures import count, measured, outcomes, ratio, time
-from _harness import Option, Run, run_benchmark, use_one_core
-from _paper_matchers import constellation_of
-from _paper_views import VIEW_SIZE, PaperView, paper_views
-from _pose_scores import TimedAnswer, time_answer
+from _figures import count, measured
+from _harness import Option, Run, children_cpu_seconds, run_benchmark, use_one_core
+from _paper_matchers import constellation
+from _paper_views import CONDITIONS, VIEW_SIZE, PaperView, paper_views
+from _pose_scores import PoseScore, time_answer, time_cells
 from numpy.typing import NDArray
 
 from floor_localizer.files.csv_format import HEADER
 from floor_localizer.files.dot_map_file import load_indexed_map
 
-CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
 DENSITY = 5384.0
 STEP = 2e-5
 _BLOCK = 1 << 24
@@ -64,19 +61,12 @@ def hall_of(dots: int) -> Hall:
     return Hall(np.column_stack(np.divmod(places, columns)) * STEP, side)
 
 
-@dataclass(frozen=True)
-class Measured:
-    """What one hall came to.
-
-    Attributes:
-        open_milliseconds: time to open the map.
-        private_bytes: memory of the process that answered, without what it maps of files.
-        warm: answers with the file in the page cache, for each condition.
-    """
+class Measured(NamedTuple):
+    """Time to open a map [ms], private memory of the process [bytes], and answers for each condition."""
 
     open_milliseconds: float
     private_bytes: int
-    warm: list[list[TimedAnswer]]
+    warm: list[list[PoseScore]]
 
 
 def build(hall: Hall, path: Path, workers: int) -> float:
@@ -88,25 +78,24 @@ def build(hall: Hall, path: Path, workers: int) -> float:
         written = source.with_suffix('.written')
         np.savetxt(written, hall.dots, '%.5f,%.5f,', header=HEADER, comments='')
         written.replace(source)
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    before = children_cpu_seconds()
     command = [sys.executable, '-m', 'floor_localizer.commands.index_map', str(source), '--out', str(path)]
     subprocess.run([*command, '--workers', str(workers)], check=True, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     source.unlink()
-    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    return children_cpu_seconds() - before
 
 
 def measure(dots: int, path: Path, number: int) -> Measured:
     """Ask for the poses of views of a hall; to be called in a process of its own."""
     use_one_core()
-    views = [hall_of(dots).views(number, *condition) for condition in CONDITIONS]
+    views = [hall_of(dots).views(number, *condition) for condition in CONDITIONS.values()]
     with path.open('rb') as file:
         while file.read(_BLOCK):
             pass
-    begin = clock.perf_counter()
+    begin = perf_counter()
     floor = load_indexed_map(path)
-    open_milliseconds = 1e3 * (clock.perf_counter() - begin)
-    locate = constellation_of(floor)
+    open_milliseconds = 1e3 * (perf_counter() - begin)
+    locate = constellation(floor)
     warm = [
         [time_answer(lambda pixels: locate(pixels).T_map_view, view.pixels, view.T_map_view) for view in each]
         for each in views
@@ -119,20 +108,17 @@ def measure(dots: int, path: Path, number: int) -> Measured:
 def add_fixes(run: Run, halls: dict[int, Measured]) -> None:
     """Add the times to a fix."""
     first = next(iter(halls.values()))
-    heads = 'dots', 'time ms: median / 95 %', 'median in units of the first', 'right / none / wrong'
-    for k, (missing, spurious) in enumerate(CONDITIONS):
-        name = f'{100 * missing:.0f} % missing, {100 * spurious:.0f} % spurious, file in the page cache'
-        table = run.table(name, *heads)
-        base = [answer.milliseconds for answer in first.warm[k]]
+    for k, name in enumerate(CONDITIONS):
+        heads = 'dots | time ms: median / 95 % | median in units of the first | right / none / wrong'
+        table = run.table(f'{name}, file in the page cache', heads)
         for dots, hall in halls.items():
-            times = [answer.milliseconds for answer in hall.warm[k]]
-            table.add(f'{dots:,}', time(times), ratio(times, base), outcomes(a.verdict for a in hall.warm[k]))
+            table.add(f'{dots:,}', *time_cells(hall.warm[k], first.warm[k]))
 
 
 def main(run: Run, dots: tuple[int, ...], views: int, workers: int, folder: str) -> None:
     """Build the halls and ask them."""
-    heads = 'hall m²', 'file GB', 'bytes a dot', 'built in s (CPU)', 'opened in ms', 'private memory MB'
-    table, halls = run.table('Maps', 'dots', *heads), {}
+    heads = 'dots | hall m² | file GB | bytes a dot | built in s (CPU) | opened in ms | private memory MB'
+    table, halls = run.table('Maps', heads), {}
     with tempfile.TemporaryDirectory() as temporary:
         place = Path(folder or temporary)
         place.mkdir(parents=True, exist_ok=True)

@@ -11,47 +11,41 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
-from _figures import error, outcomes, rate, rms
-from _floor_photographs import CAMERA, SurveyedFloor, tracked_prior
+from _figures import rate, rms
+from _floor_photographs import CAMERA, Outcome, SurveyedFloor
 from _hard_conditions import CONDITIONS, HardCondition
 from _harness import Option, Run, progress, run_benchmark
-from _pose_scores import EXACT_WITHIN, PoseScore, score_pose, whitened_errors
+from _pose_scores import EXACT_WITHIN, pose_cells, whitened_errors
 from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.localization.visualization import debug_picture
 from scene_simulator.floor.dot_floor import FloorDesign
+from shirube_core.geometry import SE2
 
 ZOOM, STRIP, COLUMNS = 1.25, 26, 4
 
 
-@dataclass
-class HardOutcome:
-    """What came of one condition, without and with a prior, and its first picture with its dots."""
-
-    scores: list[PoseScore] = field(default_factory=list)
-    tracked: list[PoseScore] = field(default_factory=list)
-    example: NDArray[np.uint8] = field(default_factory=lambda: np.zeros((1, 1, 3), dtype=np.uint8))
-
-
-def hard_outcome(floor: SurveyedFloor, condition: HardCondition, count: int, seed: int) -> HardOutcome:
+def hard_outcome(floor: SurveyedFloor, condition: HardCondition, count: int, seed: int) -> Outcome:
     """Locate pictures of one condition at places all over a floor of its design."""
-    result = HardOutcome()
-    for number, pose in enumerate(progress(floor.places(count), condition.name, count)):
-        photograph = condition.photograph(floor.floor, pose, np.random.default_rng([seed, number]))
-        dots = floor.localizer.detect(photograph.image)
-        found = floor.localizer.locate_dots(dots, CAMERA)
-        tracked = floor.localizer.locate_dots(dots, CAMERA, tracked_prior(pose, number))
-        result.scores.append(score_pose(found, pose))
-        result.tracked.append(score_pose(tracked, pose))
-        if number == 0:
-            result.example = annotated_image(photograph.image, found, condition.name)
-    return result
+    poses = enumerate(progress(floor.places(count), condition.name, count))
+    return floor.outcome((picture(floor, condition, pose, [seed, number]), pose) for number, pose in poses)
+
+
+def picture(floor: SurveyedFloor, condition: HardCondition, pose: SE2, seed: list[int]) -> NDArray[np.uint8]:
+    """Return a picture of a condition."""
+    return condition.photograph(floor.floor, pose, np.random.default_rng(seed)).image
+
+
+def first_picture(floor: SurveyedFloor, condition: HardCondition, seed: int) -> NDArray[np.uint8]:
+    """Return the first picture of a condition with its dots."""
+    image = picture(floor, condition, next(floor.places(1)), [seed, 0])
+    return annotated_image(image, floor.localizer.locate(image, CAMERA), condition.name)
 
 
 def annotated_image(image: NDArray[np.uint8], result: Fix | NoFix, label: str) -> NDArray[np.uint8]:
@@ -59,13 +53,12 @@ def annotated_image(image: NDArray[np.uint8], result: Fix | NoFix, label: str) -
     large = cv2.resize(image, None, fx=ZOOM, fy=ZOOM, interpolation=cv2.INTER_CUBIC)
     if result.dots is not None:
         pixels = (result.dots.pixels + 0.5) * ZOOM - 0.5
-        result = replace(
-            result, dots=replace(result.dots, pixels=pixels, diameters=result.dots.diameters * ZOOM)
-        )
-    picture = debug_picture(np.asarray(large, dtype=np.uint8), result)
-    strip = np.full((STRIP, picture.shape[1], 3), 255, dtype=np.uint8)
+        dots = replace(result.dots, pixels=pixels, diameters=result.dots.diameters * ZOOM)
+        result = replace(result, dots=dots)
+    marked = debug_picture(np.asarray(large, dtype=np.uint8), result)
+    strip = np.full((STRIP, marked.shape[1], 3), 255, dtype=np.uint8)
     cv2.putText(strip, label, (4, STRIP - 8), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (20, 20, 20), 1, cv2.LINE_AA)
-    return np.pad(np.vstack([strip, picture]), ((3, 3), (3, 3), (0, 0)), constant_values=255)
+    return np.pad(np.vstack([strip, marked]), ((3, 3), (3, 3), (0, 0)), constant_values=255)
 
 
 def write_pictures(folder: Path, pictures: Sequence[NDArray[np.uint8]]) -> None:
@@ -80,36 +73,22 @@ def write_pictures(folder: Path, pictures: Sequence[NDArray[np.uint8]]) -> None:
 def main(run: Run, places: int, only: str, pictures: str) -> None:
     """Locate the pictures of all conditions."""
     cv2.setNumThreads(1)
-    heads = (
-        'condition',
-        'prior',
-        'right / none / wrong',
-        'exact',
-        'error mm: median / 95 %',
-        '°',
-        'error / stated',
-    )
-    table = run.table('Hard pictures', *heads, 'why none')
+    heads = 'condition | prior | right / none / wrong | exact | error mm: median / 95 % | ° | error / stated'
+    table = run.table('Hard pictures', heads, 'why none')
     floors: dict[FloorDesign, SurveyedFloor] = {}
-    examples = []
-    for condition in CONDITIONS:
-        if only not in condition.name:
-            continue
+    chosen = [condition for condition in CONDITIONS if only in condition.name]
+    for condition in chosen:
         floor = floors.setdefault(condition.design, SurveyedFloor(condition.design))
         outcome = hard_outcome(floor, condition, places, run.seed)
-        examples.append(outcome.example)
         for prior, scores in (('none', outcome.scores), ('tracked', outcome.tracked)):
-            right = [score for score in scores if score.verdict == 'right']
+            exact = rate(sum(score.distance < EXACT_WITHIN for score in scores), len(scores))
+            verdicts, position, heading = pose_cells(scores)
             reasons = Counter(score.reason for score in scores if score.reason)
-            table.add(
-                *(condition.name, prior, outcomes(score.verdict for score in scores)),
-                rate(sum(score.distance < EXACT_WITHIN for score in scores), len(scores)),
-                error([score.distance for score in right], '.3f', 1e3, (50, 95)),
-                error([score.turn for score in right], '.3f', np.degrees(1.0), (50, 95)),
-                rms(whitened_errors(scores), '.2f', better='one'),
-                ', '.join(f'{number} x {reason}' for reason, number in reasons.most_common()),
-            )
+            why = ', '.join(f'{number} x {reason}' for reason, number in reasons.most_common())
+            consistency = rms(whitened_errors(scores), '.2f', better='one')
+            table.add(condition.name, prior, verdicts, exact, position, heading, consistency, why)
     if pictures:
+        examples = [first_picture(floors[each.design], each, run.seed) for each in chosen]
         write_pictures(Path(pictures), examples)
 
 

@@ -8,50 +8,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
-from _figures import error, outcomes
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _landmark_corridor import TAUGHT, Pair, TaughtCorridor, teach_corridor
-from _stereo_peers import FeaturePipeline, product_rig
+from _landmark_corridor import TAUGHT, TaughtCorridor, teach_corridor
+from _pose_scores import PoseScore, pose_cells, score_found
+from _stereo_peers import FeaturePipeline
+from _stereo_scenes import CAMERAS, RIG, Pair, displacement_of, random_offset
 
 from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.scene import CorridorScene, Person
 from scene_simulator.corridor.shapes import facing_wall
 from scene_simulator.corridor.stereo_camera import StereoCamera
-from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 
 HIDDEN_FRACTION = 0.3
 """Part of the target's primitives that is covered."""
 OFFSET_MAX, YAW_MAX = 0.4, math.radians(10.0)
-RIGHT_WITHIN, RIGHT_TURN = 0.05, math.radians(1.5)
+RIGHT_WITHIN = 0.05, math.radians(1.5)
 OURS = 'stereo_landmark'
 
 Changed = Callable[[CorridorScene, TaughtCorridor, np.random.Generator], CorridorScene]
 Camera = Callable[[StereoCamera], StereoCamera]
 
 
-def unchanged(scene: CorridorScene, _: TaughtCorridor, __: np.random.Generator) -> CorridorScene:
-    """Change nothing."""
-    return scene
-
-
-@dataclass(frozen=True)
-class Condition:
-    """What is otherwise than when the place was taught.
-
-    Attributes:
-        name: name in the table.
-        scene: changes the corridor.
-        camera: changes each camera.
-    """
+class Condition(NamedTuple):
+    """What is otherwise than when the place was taught: a change of the corridor, and one of each camera."""
 
     name: str
-    scene: Changed = unchanged
+    scene: Changed = lambda scene, taught, rng: scene  # noqa: ARG005
     camera: Camera = lambda camera: camera
 
 
@@ -82,21 +72,19 @@ def with_gain(factor: float) -> Camera:
 
 def with_blur(blur: float = 0.6, motion_blur: float = 0.0) -> Camera:
     """Return cameras out of focus, or in motion [px]."""
-    return lambda camera: replace(
-        camera, optics=replace(camera.optics, blur=blur, motion_blur=(motion_blur, 0.0))
-    )
+    changed: dict[str, Any] = {'blur': blur, 'motion_blur': (motion_blur, 0.0)}
+    return lambda camera: replace(camera, optics=replace(camera.optics, **changed))
 
 
 def with_noise(factor: float) -> Camera:
     """Return cameras with more noise."""
-    return lambda camera: replace(
-        camera,
-        sensor=replace(
-            camera.sensor,
-            full_well=camera.sensor.full_well / factor**2,
-            read_noise=camera.sensor.read_noise / factor,
-        ),
-    )
+
+    def noisy(camera: StereoCamera) -> StereoCamera:
+        sensor = camera.sensor
+        well, read_noise = sensor.full_well / factor**2, sensor.read_noise / factor
+        return replace(camera, sensor=replace(sensor, full_well=well, read_noise=read_noise))
+
+    return noisy
 
 
 CONDITIONS = (
@@ -120,53 +108,35 @@ def repeat(
     """Return a pair of images under a condition, and the true displacement."""
     scene = corridor(CorridorDesign(seed=seed, needles=1 + int(rng.integers(1000))))
     scene = condition.scene(scene, taught, rng)
-    cameras = taught.cameras
-    cameras = replace(cameras, left=condition.camera(cameras.left), right=condition.camera(cameras.right))
-    x, y = rng.uniform(-OFFSET_MAX, OFFSET_MAX, 2).tolist()
-    truth = SE2(x, y, float(rng.uniform(-YAW_MAX, YAW_MAX)))
+    cameras = replace(RIG, left=condition.camera(RIG.left), right=condition.camera(RIG.right))
+    truth = random_offset(OFFSET_MAX, YAW_MAX, rng)
     return render_pair(scene, cameras, TAUGHT @ truth, rng), truth
-
-
-def verdict_of(found: SE2 | None, truth: SE2) -> tuple[str, float, float]:
-    """Return 'right', 'none' or 'wrong', and the errors of position [m] and heading [rad] of what is right."""
-    if found is None:
-        return 'none', math.nan, math.nan
-    way, turn = found.distance_to(truth), abs(found.yaw_to(truth))
-    if way <= RIGHT_WITHIN and turn <= RIGHT_TURN:
-        return 'right', way, turn
-    return 'wrong', math.nan, math.nan
 
 
 def main(run: Run, places: int, views: int, only: str) -> None:
     """Come back under all conditions."""
     use_one_core()
-    pipelines = [FeaturePipeline(name, product_rig(Cameras())) for name in ('ORB', 'SIFT')]
+    pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
     chosen = [condition for condition in CONDITIONS if only in condition.name]
-    scores: dict[tuple[str, str], list[tuple[str, float, float]]] = {
+    scores: dict[tuple[str, str], list[PoseScore]] = {
         (condition.name, method): [] for condition in chosen for method in (OURS, 'ORB', 'SIFT')
     }
     for seed in progress(range(places), 'places'):
-        taught = teach_corridor(corridor(CorridorDesign(seed=seed)), Cameras())
+        taught = teach_corridor(corridor(CorridorDesign(seed=seed)))
         localizer = LandmarkLocalizer([taught.place])
         features = [pipeline.teach(taught.images) for pipeline in pipelines]
-        for condition in chosen:
-            for view in range(views):
-                rng = np.random.default_rng((seed, CONDITIONS.index(condition), view))
-                images, truth = repeat(taught, seed, condition, rng)
-                fix = localizer.locate(*images)
-                ours = fix.displacement.T_place_base if isinstance(fix, LandmarkFix) else None
-                scores[condition.name, OURS].append(verdict_of(ours, truth))
-                for pipeline, known in zip(pipelines, features, strict=True):
-                    found = pipeline.locate(known, pipeline.features(images[0]))
-                    scores[condition.name, pipeline.name].append(verdict_of(found, truth))
-    heads = 'right / none / wrong', 'mm: median / 95 %', '°: median / 95 %'
-    table = run.table('Hard repeats', 'otherwise', 'method', *heads)
-    for (name, method), found_all in scores.items():
-        table.add(
-            *(name, method, outcomes(verdict for verdict, _, _ in found_all)),
-            error([way for _, way, _ in found_all], '.1f', 1e3, (50, 95)),
-            error([turn for _, _, turn in found_all], '.3f', math.degrees(1.0), (50, 95)),
-        )
+        for condition, view in product(chosen, range(views)):
+            rng = np.random.default_rng((seed, CONDITIONS.index(condition), view))
+            images, truth = repeat(taught, seed, condition, rng)
+            found = {OURS: displacement_of(localizer.locate(*images))}
+            for pipeline, known in zip(pipelines, features, strict=True):
+                found[pipeline.name] = pipeline.locate(known, pipeline.features(images[0]))
+            for method, pose in found.items():
+                scores[condition.name, method].append(score_found(pose, truth, RIGHT_WITHIN))
+    heads = 'otherwise | method | right / none / wrong | mm: median / 95 % | °: median / 95 %'
+    table = run.table('Hard repeats', heads)
+    for names, found_all in scores.items():
+        table.add(*names, *pose_cells(found_all, '.1f'))
 
 
 if __name__ == '__main__':

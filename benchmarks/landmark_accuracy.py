@@ -7,27 +7,32 @@ replaces it in the same views.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import islice
 
+import cv2
 import numpy as np
-from _figures import error, mean, rate, rms
+from _figures import mean, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _landmark_views import RIG, LandmarkView, LandmarkWall, repeat_poses, teach_pose
-from _stereo_peers import FeaturePipeline, product_rig
-from _tag_peer import TagPeer, is_available
+from _landmark_views import SIDE, LandmarkView, LandmarkWall, repeat_poses, teach_pose
+from _pose_scores import PoseScore, pose_cells, score_found, whitened_errors
+from _stereo_peers import FeaturePipeline, TaughtFeatures, planar_displacement
+from _stereo_scenes import CAMERAS, Pair
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
-from stereo_landmark.core.place.place_locator import PlaceFix
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
+from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
+from stereo_landmark.core.stereo import StereoPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
@@ -39,46 +44,29 @@ CHOSEN_WITHIN = 1.0
 FIELDS_MIN = 4
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 OURS = 'shirube'
-CAMERAS = product_rig(RIG)
-
-Judged = tuple[NDArray[np.float64], NDArray[np.float64]]
-"""An error x, y [m] and yaw [rad], shape (3,), and a covariance that it is held against, shape (3, 3)."""
+Taught = list[tuple[FeaturePipeline, TaughtFeatures]]
+ANY = math.inf, math.inf
+"""All poses count as right here."""
+TAG, CELLS = 7, 8
+CORNER_SIGMA = 0.1
+"""Stated of a corner [px]; it is the same for all, so that the fit does not depend on it."""
+NAMES = tuple(f'corner {i}' for i in range(4))
+SQUARE = 0.5 * SIDE * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 
 
 @dataclass
 class Result:
-    """Of one distance.
+    """Answers at one distance.
 
     Attributes:
-        views: how often each method was asked.
-        errors: found less true x, y [m] and yaw [rad], by method.
-        stated: shirube's errors with the stated covariances.
-        used: how many points each fix was made of.
-        points: how many each lesson has.
+        scores: answers of each method.
+        used: number of points that each fix was made of.
+        points: number of points of each lesson.
     """
 
-    views: dict[str, int] = field(default_factory=dict)
-    errors: dict[str, list[NDArray[np.float64]]] = field(default_factory=dict)
-    stated: list[Judged] = field(default_factory=list)
+    scores: dict[str, list[PoseScore]] = field(default_factory=lambda: defaultdict(list))
     used: list[int] = field(default_factory=list)
     points: list[int] = field(default_factory=list)
-
-    def add(self, method: str, found: SE2 | None, truth: SE2) -> None:
-        """Add an answer."""
-        self.views[method] = self.views.get(method, 0) + 1
-        errors = self.errors.setdefault(method, [])
-        if found is not None:
-            errors.append(error_of(found, truth))
-
-
-def error_of(found: SE2, truth: SE2) -> NDArray[np.float64]:
-    """Return found less true x, y [m] and yaw [rad], shape (3,)."""
-    return np.array([found.x - truth.x, found.y - truth.y, truth.yaw_to(found)])
-
-
-def whitened(judged: Sequence[Judged]) -> NDArray[np.float64]:
-    """Return errors by their own covariances, shape (n, 3): normal deviates if these are true."""
-    return np.array([np.linalg.solve(np.linalg.cholesky(covariance), error) for error, covariance in judged])
 
 
 def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
@@ -94,12 +82,10 @@ def taught_panel(wall: LandmarkWall, view: LandmarkView) -> TaughtPlace | None:
     for number, corners in enumerate(field_pixels(wall, view.T_map_base)):
         here, there = corners[:, :2], corners[:, 2:]
         nearest = quadrilaterals[int(np.argmin([_farthest(each, here) for each in quadrilaterals]))]
-        try:
+        with suppress(StereoLandmarkError):
             pair = teacher.measure(nearest)
-        except StereoLandmarkError:
-            continue
-        if max(_farthest(pair[0], here), _farthest(pair[1], there)) < CHOSEN_WITHIN:
-            chosen[f'field {number}'] = nearest
+            if max(_farthest(pair[0], here), _farthest(pair[1], there)) < CHOSEN_WITHIN:
+                chosen[f'field {number}'] = nearest
     if len(chosen) < FIELDS_MIN:
         return None
     return teacher.teach('wall', [TargetSelection('panel', chosen)])
@@ -119,86 +105,114 @@ def _farthest(found: Primitive, corners: NDArray[np.float64]) -> float:
     return min(float(np.abs(np.roll(found.corners, k, axis=0) - corners).max()) for k in range(4))
 
 
-class Methods:
-    """All methods, taught with one view; ``tag`` is None where OpenCV has no AprilTags."""
+class TagPeer:
+    """One AprilTag (36h11) of known size: OpenCV's detector with sub-pixel corners, from one image or from both."""
 
-    def __init__(
-        self, place: TaughtPlace, view: LandmarkView, pipelines: list[FeaturePipeline], tag: TagPeer | None
-    ) -> None:
-        self._localizer = LandmarkLocalizer([place], LandmarkSettings(place=EXACT))
-        self._view, self._tag = view, tag
-        self._taught = [(pipeline, pipeline.teach(view.panel)) for pipeline in pipelines]
+    def __init__(self) -> None:
+        self._dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+        self._detector = cv2.aruco.ArucoDetector(self._dictionary, parameters)
+        settings = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0, gate_sigmas=20.0)
+        self._locator = PlaceLocator(CAMERAS, settings)
 
-    def fix(self, view: LandmarkView) -> PlaceFix | NoLandmarkFix:
-        """Return shirube's displacement, or why there is none."""
-        answer = self._localizer.locate(*view.panel)
-        return answer.displacement if isinstance(answer, LandmarkFix) else answer
+    def cells(self) -> NDArray[np.bool_]:
+        """Return the tag with its black border, shape (CELLS, CELLS), true for white."""
+        return np.asarray(cv2.aruco.generateImageMarker(self._dictionary, TAG, CELLS) > 127, dtype=np.bool_)
 
-    def peers(self, view: LandmarkView) -> Iterator[tuple[str, SE2 | None]]:
-        """Yield the name and the answer of each peer."""
-        for pipeline, taught in self._taught:
-            yield f'{pipeline.name} + PnP', pipeline.locate(taught, pipeline.features(view.panel[0]))
-        if self._tag is not None:
-            yield 'AprilTag, one image', self._tag.locate_from_left(self._view.tag, view.tag)
-            yield 'AprilTag, both images', self._tag.locate_from_both(self._view.tag, view.tag)
+    def corners(self, image: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+        """Return the tag's corners, shape (4, 2) [px]; None if it is not found."""
+        corners, ids, _ = self._detector.detectMarkers(image)
+        if ids is None or TAG not in np.ravel(ids):
+            return None
+        found = corners[np.ravel(ids).tolist().index(TAG)]
+        return np.asarray(found, dtype=np.float64).reshape(4, 2)
+
+    def locate_from_left(self, then: Pair, now: Pair) -> SE2 | None:
+        """Return the displacement between the left images of two pairs, in six degrees of freedom each."""
+        poses = []
+        for image in (then[0], now[0]):
+            corners = self.corners(image)
+            if corners is None:
+                return None
+            matrix = CAMERAS.left.matrix
+            is_found, *motion = cv2.solvePnP(SQUARE, corners, matrix, None, flags=cv2.SOLVEPNP_IPPE_SQUARE)
+            if not is_found:
+                return None
+            turn, shift = cv2.solvePnPRefineLM(SQUARE, corners, matrix, None, *motion)
+            poses.append((cv2.Rodrigues(turn)[0], shift.ravel()))
+        (R_then, shift_then), (R_now, shift_now) = poses
+        R_now_then = R_now @ R_then.T
+        return planar_displacement(R_now_then, shift_now - R_now_then @ shift_then, CAMERAS)
+
+    def locate_from_both(self, then: Pair, now: Pair) -> SE2 | None:
+        """Return the displacement that explains the corners in all four images best, on a level floor."""
+        seen = []
+        for left, right in (then, now):
+            here, there = self.corners(left), self.corners(right)
+            if here is None or there is None:
+                return None
+            noise = np.tile(CORNER_SIGMA**2 * np.eye(4), (4, 1, 1))
+            seen.append(StereoPoints(NAMES, np.hstack([here, there]), noise))
+        fix = self._locator.locate(seen[1], self._locator.spatial_points(seen[0]))
+        return fix.T_place_base if isinstance(fix, PlaceFix) else None
+
+
+def peer_answers(
+    taught: Taught, tag: TagPeer, lesson: LandmarkView, view: LandmarkView
+) -> Iterator[tuple[str, SE2 | None]]:
+    """Yield the name and the answer of each peer."""
+    for pipeline, known in taught:
+        yield f'{pipeline.name} + PnP', pipeline.locate(known, pipeline.features(view.panel[0]))
+    yield 'AprilTag, one image', tag.locate_from_left(lesson.tag, view.tag)
+    yield 'AprilTag, both images', tag.locate_from_both(lesson.tag, view.tag)
 
 
 def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
     """Return the errors at one distance, of so many lessons with so many repeats each."""
-    result, tag = Result(), TagPeer() if is_available() else None
+    result, tag = Result(), TagPeer()
     pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
     for number in progress(range(wanted), f'lessons at {distance:g} m'):
         rng = np.random.default_rng((run.seed, round(distance), number))
-        cells = np.zeros((1, 1), np.bool_) if tag is None else tag.cells()
-        wall = LandmarkWall(run.seed + number, cells)
+        wall = LandmarkWall(run.seed + number, tag.cells())
         lesson = wall.view(teach_pose(distance, rng), rng)
         place = taught_panel(wall, lesson)
         if place is None:
             run.note(f'{distance:g} m, lesson {number}: fewer than four fields are measured')
             continue
         result.points.append(len(place.coordinates))
-        methods = Methods(place, lesson, pipelines, tag)
+        localizer = LandmarkLocalizer([place], LandmarkSettings(place=EXACT))
+        taught = [(pipeline, pipeline.teach(lesson.panel)) for pipeline in pipelines]
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
-            fix = methods.fix(view)
-            result.add(OURS, fix.T_place_base if isinstance(fix, PlaceFix) else None, truth)
-            for name, found in methods.peers(view):
-                result.add(name, found, truth)
-            if isinstance(fix, PlaceFix):
-                off = error_of(fix.T_place_base, truth)
-                result.stated.append((off, fix.covariance[PLANAR]))
-                result.used.append(len(fix.names))
+            fix = localizer.locate(*view.panel)
+            if isinstance(fix, LandmarkFix):
+                found, covariance = fix.displacement, fix.displacement.covariance[PLANAR]
+                score = score_found(found.T_place_base, truth, ANY, covariance=covariance)
+                result.used.append(len(found.names))
             else:
+                score = PoseScore('none')
                 run.note(f'No pose: {distance:g} m, lesson {number}: {fix.reason} ({fix.detail})')
+            result.scores[OURS].append(score)
+            for name, answer in peer_answers(taught, tag, lesson, view):
+                result.scores[name].append(score_found(answer, truth, ANY))
     return result
 
 
 def main(run: Run, lessons: int, repeats: int, distances: tuple[float, ...]) -> None:
     """Measure the errors at all distances."""
     use_one_core()
-    heads: tuple[str, ...] = 'found', 'position mm: median / 95 % / max', 'heading °: the same'
-    errors = run.table('Errors', 'distance', 'method', *heads)
-    consistency = run.table('Stated covariance', 'distance', 'points taught', 'used', 'error / stated')
+    heads = 'distance | method | found | position mm: median / 95 % / max | heading °: the same'
+    errors = run.table('Errors', heads)
+    consistency = run.table('Stated covariance', 'distance | points taught | used | error / stated')
     for distance in distances:
         result, name = measure(run, distance, lessons, repeats), f'{distance:g} m'
-        for method, found in result.errors.items():
-            offs = np.array(found).reshape(-1, 3)
-            errors.add(
-                *(name, method, rate(len(found), result.views[method])),
-                error(np.hypot(offs[:, 0], offs[:, 1]), '.2f', 1e3),
-                error(np.abs(offs[:, 2]), '.4f', math.degrees(1.0)),
-            )
-        if result.stated:
-            consistency.add(
-                *(
-                    name,
-                    mean(result.points, '.1f', better='higher'),
-                    mean(result.used, '.1f', better='higher'),
-                ),
-                rms(whitened(result.stated), '.2f', better='one'),
-            )
-    if not is_available():
-        run.note('OpenCV 4.7 or later is needed to compare with AprilTags.')
+        for method, scores in result.scores.items():
+            found = rate(sum(score.verdict == 'right' for score in scores), len(scores))
+            errors.add(name, method, found, *pose_cells(scores, '.2f', '.4f', shown=(50, 95, 100))[1:])
+        if result.used:
+            points = (mean(each, '.1f', better='higher') for each in (result.points, result.used))
+            consistency.add(name, *points, rms(whitened_errors(result.scores[OURS]), '.2f', better='one'))
 
 
 if __name__ == '__main__':

@@ -15,12 +15,12 @@ import cv2
 import numpy as np
 from _figures import ratio, time
 from _harness import MissingError, Option, Run, run_benchmark, side_by_side, use_one_core
-from _landmark_corridor import TAUGHT, Pair, teach_corridor
+from _landmark_corridor import TAUGHT, teach_corridor
 from _real_pairs import load_real_pairs
+from _stereo_scenes import RIG, Pair
 from _target_choice import TargetChooser
 
 from scene_simulator.corridor.generator import CorridorDesign, corridor
-from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
@@ -52,10 +52,10 @@ def cases(run: Run, tiles: tuple[float, ...]) -> Iterator[Case]:
         yield Case('EuRoC V1_01', place, (now.left, now.right), now.tilt)
     except MissingError as missing:
         run.note(f'Photographs: {missing}')
-    taught = teach_corridor(corridor(CorridorDesign(seed=1)), Cameras())
+    taught = teach_corridor(corridor(CorridorDesign(seed=1)))
     for tile in tiles:
         seen = corridor(CorridorDesign(seed=1, tile=tile, needles=1))
-        images = render_pair(seen, taught.cameras, TAUGHT @ DISPLACEMENT, np.random.default_rng(1))
+        images = render_pair(seen, RIG, TAUGHT @ DISPLACEMENT, np.random.default_rng(1))
         yield Case(f'corridor, tiles of {tile:g} m' if tile else 'corridor', taught.place, images)
 
 
@@ -78,12 +78,10 @@ def add_case(run: Run, case: Case, repeats: int) -> None:
         },
         repeats,
     )
-    table = run.table(case.name, 'what', 'ms: median / 95 %', 'in units of ORB')
+    table = run.table(case.name, 'what | ms: median / 95 % | in units of ORB')
     for name, milliseconds in times.items():
-        units = (
-            '1' if name == orb else ratio(milliseconds, times[orb], better='' if name == sift else 'lower')
-        )
-        table.add(name, time(milliseconds, '.1f'), units)
+        units = ratio(milliseconds, times[orb], better='' if name == sift else 'lower')
+        table.add(name, time(milliseconds, '.1f'), '1' if name == orb else units)
     scenes = [detect_scene(image, case.place.processing, case.place.kinds) for image in case.images]
     seen = ' and '.join(str(len(scene.segments)) for scene in scenes)
     taught = sum(len(target.primitives) for target in case.place.targets)

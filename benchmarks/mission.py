@@ -61,15 +61,9 @@ def main(run: Run, seeds: int, first: int, resume: bool) -> None:
             summaries.append(summary)
         if summary is None or not summary['success']:
             run.note(f'Seed {seed}: {fault if summary is None else reason(summary)}')
-    heads = (
-        'goals',
-        'true error at the goals mm: median / 95 % / max',
-        'fused error at the goals mm',
-        'fused error mm',
-    )
-    table = run.table(
-        'Missions', 'seed', *heads, 'clearance mm', 'collisions', 'path m', 'simulated s', 'wall s'
-    )
+    heads = 'seed | goals | true error at the goals mm: median / 95 % / max | fused error at the goals mm'
+    more = 'fused error mm | clearance mm | collisions | path m | simulated s | wall s'
+    table = run.table('Missions', heads, more)
     for summary in summaries:
         add_row(table, str(summary['seed']), [summary])
     if summaries:

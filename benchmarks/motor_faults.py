@@ -8,25 +8,27 @@ from __future__ import annotations
 
 from _figures import count, error, measured, rate
 from _harness import Option, Run, run_benchmark
-from _motor_fuzz import fuzz
+from _motor_fuzz import FuzzedDrive
 from _motor_line import disconnect_terminal, kill_bridge, suspend_controller, wire_latency
 
 
 def main(run: Run, replies: int, disconnections: int, commands: int, stops: int) -> None:
     """Corrupt, disconnect, kill and hold."""
-    tally = fuzz(replies, 6 + run.seed)
+    drive = FuzzedDrive(6 + run.seed)
+    drive.run(replies)
+    line, statuses = drive.line, drive.odometry.status_counts
     table = run.table('Corrupted replies and commands', 'what', 'figure')
     for name, figure in (
-        ('replies of the controller', count(tally.replies)),
-        ('corrupted replies and commands', count(sum(tally.faults.values()) - tally.wrong_sent)),
-        ('exceptions out of the conversation', count(tally.exceptions, better='lower')),
-        ('commands beyond the limits', count(tally.over_limit, better='lower')),
-        ('greatest commanded wheel speed, fraction of the limit', count(tally.fastest, '.3f')),
-        ('well-formed wrong counts taken by odometry', rate(tally.wrong_accepted, tally.wrong_sent, 'lower')),
-        ('by which a wheel was wrong until the next read, mm', error(tally.wrong_mm)),
-        ('greatest step of odometry beyond the true one', count(1e3 * tally.jump, '.1f', ' mm', 'lower')),
-        ('way of the wheels', measured(tally.path, '.0f', ' m')),
-        *((f'counts {name}', count(number)) for name, number in tally.status_counts.items()),
+        ('replies of the controller', count(line.replies)),
+        ('corrupted replies and commands', count(line.faults.total())),
+        ('exceptions out of the conversation', count(drive.exceptions, better='lower')),
+        ('commands beyond the limits', count(drive.over_limit, better='lower')),
+        ('greatest commanded wheel speed, fraction of the limit', count(drive.fastest, '.3f')),
+        ('well-formed wrong counts taken by odometry', rate(len(drive.wrong_mm), line.wrong_sent, 'lower')),
+        ('by which a wheel was wrong until the next read, mm', error(drive.wrong_mm)),
+        ('greatest step of odometry beyond the true one', count(1e3 * drive.jump, '.1f', ' mm', 'lower')),
+        ('way of the wheels', measured(drive.path, '.0f', ' m')),
+        *((f'counts {status.value}', count(number)) for status, number in statuses.items()),
     ):
         table.add(name, figure)
     table = run.table('On pseudo-terminals, in real time', 'what', 'figure')

@@ -1,22 +1,17 @@
-"""The paper's tables 2 to 4 and its two failed cases again, on its conditions, with its figures.
-
-shirube bench paper_tables
-shirube bench paper_tables --matcher pole_star --places 100 --tables 4
-"""
+"""The paper's tables 2 to 4 and its two failed cases again, on its conditions, with its figures."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
-from _figures import error, outcomes, percent, time
+from _figures import percent, time
 from _harness import Option, Run, cpu_time, in_processes, run_benchmark
-from _paper_matchers import MATCHERS, Matcher
+from _paper_matchers import Matcher, constellation, indexed
 from _paper_views import PaperView, paper_floor, paper_views, spread_places
-from _pose_scores import verdict_of
+from _pose_scores import PoseScore, pose_cells, score_found
 
 RATES = (0.1, 0.2, 0.3, 0.4, 0.5)
 
@@ -31,105 +26,78 @@ class Cell(NamedTuple):
 
 
 # Right / wrong / none in percent. The paper prints 95.54 at 40 % in table 4; its row adds up with 94.54.
+PAPER = {
+    '2': ('100 / 0 / 0', '100 / 0 / 0', '100 / 0 / 0', '99.59 / 0.33 / 0.08', '99.26 / 0.66 / 0.08'),
+    '3': (
+        *('100 / 0 / 0', '99.92 / 0 / 0.08', '99.59 / 0.17 / 0.29'),
+        *('99.5 / 0.08 / 0.41', '95.95 / 0.91 / 3.14'),
+    ),
+    '4': (
+        *('99.57 / 0.08 / 0.33', '98.76 / 0.50 / 0.74', '97.35 / 1.41 / 1.24'),
+        *('94.54 / 3.39 / 2.07', '89.66 / 7.44 / 2.90'),
+    ),
+}
 TABLES = {
-    '2': [
-        Cell(0.0, rate, paper)
-        for rate, paper in zip(
-            RATES, (*['100 / 0 / 0'] * 3, '99.59 / 0.33 / 0.08', '99.26 / 0.66 / 0.08'), strict=True
-        )
-    ],
-    '3': [
-        Cell(0.1, 0.0, '100 / 0 / 0'),
-        Cell(0.2, 0.0, '99.92 / 0 / 0.08'),
-        Cell(0.3, 0.0, '99.59 / 0.17 / 0.29'),
-        Cell(0.4, 0.0, '99.5 / 0.08 / 0.41'),
-        Cell(0.5, 0.0, '95.95 / 0.91 / 3.14'),
-    ],
-    '4': [
-        Cell(0.25, 0.1, '99.57 / 0.08 / 0.33'),
-        Cell(0.25, 0.2, '98.76 / 0.50 / 0.74'),
-        Cell(0.25, 0.3, '97.35 / 1.41 / 1.24'),
-        Cell(0.25, 0.4, '94.54 / 3.39 / 2.07'),
-        Cell(0.25, 0.5, '89.66 / 7.44 / 2.90'),
-    ],
+    '2': [Cell(0.0, rate, paper) for rate, paper in zip(RATES, PAPER['2'], strict=True)],
+    '3': [Cell(rate, 0.0, paper) for rate, paper in zip(RATES, PAPER['3'], strict=True)],
+    '4': [Cell(0.25, rate, paper) for rate, paper in zip(RATES, PAPER['4'], strict=True)],
     'failed': [Cell(0.146, 0.902, 'failed (fig. 28)', 1000), Cell(0.81, 0.095, 'failed (fig. 30)', 1000)],
 }
-
-
-class Score(NamedTuple):
-    """One answer: verdict, why there is no pose, errors of position [m] and heading [rad], and time."""
-
-    verdict: str
-    reason: str
-    position_error: float
-    heading_error: float
-    milliseconds: float
 
 
 class Task(NamedTuple):
     """One view to be scored, for another process."""
 
-    matcher: str
     seed: int
     view: PaperView
 
 
 @cache
-def _matcher(name: str, seed: int) -> Matcher:
+def _matcher(seed: int) -> Matcher:
     """Return this process's matcher, its database built and its kernels compiled."""
     floor = paper_floor(seed)
-    locate = MATCHERS[name](floor)
+    locate = constellation(indexed(floor))
     for view in paper_views(floor, spread_places(2), 0.5, 0.5, seed):
         locate(view.pixels)
     return locate
 
 
-def score(task: Task) -> Score:
+def score(task: Task) -> PoseScore:
     """Score one view with this process's matcher."""
-    answer, milliseconds = cpu_time(_matcher(task.matcher, task.seed), task.view.pixels)
-    found, truth = answer.T_map_view, task.view.T_map_view
-    verdict = verdict_of(found, truth)
-    if found is None:
-        return Score(verdict, answer.reason, math.nan, math.nan, milliseconds)
-    return Score(verdict, '', found.distance_to(truth), abs(found.yaw_to(truth)), milliseconds)
+    answer, milliseconds = cpu_time(_matcher(task.seed), task.view.pixels)
+    return score_found(
+        answer.T_map_view, task.view.T_map_view, reason=answer.reason, milliseconds=milliseconds
+    )
 
 
-def tasks(matcher: str, table: str, places: int, seed: int) -> Iterator[Task]:
+def tasks(table: str, places: int, seed: int) -> Iterator[Task]:
     """Yield all views of a table in order."""
     floor = paper_floor(seed)
     for cell in TABLES[table]:
         chosen = spread_places(min(places, cell.places))
         for view in paper_views(floor, chosen, cell.missing, cell.spurious, seed):
-            yield Task(matcher, seed, view)
+            yield Task(seed, view)
 
 
-def add_table(run: Run, table: str, by_cell: list[list[Score]]) -> None:
+def add_table(run: Run, table: str, by_cell: list[list[PoseScore]]) -> None:
     """Add one of the tables 2, 3, 4 or the failed cases."""
-    heads = ('right / none / wrong', 'the paper: right / wrong / none %', 'error mm: median / 95 % / max')
-    found = run.table(
-        'The failed cases' if table == 'failed' else f'Table {table}',
-        *('missing %', 'spurious %', *heads, 'error °: the same', 'time ms: the same'),
-    )
+    heads = 'missing % | spurious % | right / none / wrong | the paper: right / wrong / none %'
+    name = 'The failed cases' if table == 'failed' else f'Table {table}'
+    found = run.table(name, heads, 'error mm: median / 95 % / max | error °: the same | time ms: the same')
     for cell, scores in zip(TABLES[table], by_cell, strict=True):
-        right = [score for score in scores if score.verdict == 'right']
-        found.add(
-            *(percent(cell.missing), percent(cell.spurious)),
-            *(outcomes(score.verdict for score in scores), cell.paper),
-            error([score.position_error for score in right], '.2f', 1e3),
-            error([score.heading_error for score in right], '.2f', math.degrees(1.0)),
-            time([score.milliseconds for score in scores], '.1f', (50, 95, 100)),
-        )
+        verdicts, *errors = pose_cells(scores, '.2f', '.2f', shown=(50, 95, 100))
+        times = time([score.milliseconds for score in scores], '.1f', (50, 95, 100))
+        found.add(percent(cell.missing), percent(cell.spurious), verdicts, cell.paper, *errors, times)
     reasons = Counter(score.reason for scores in by_cell for score in scores if score.reason)
     if reasons:
-        run.note(
-            'No pose: ' + ', '.join(f'{number} x "{reason}"' for reason, number in reasons.most_common())
-        )
+        counts = ', '.join(f'{number} x "{reason}"' for reason, number in reasons.most_common())
+        run.note(f'No pose: {counts}')
 
 
-def main(run: Run, matcher: str, tables: tuple[str, ...], places: int) -> None:
+def main(run: Run, tables: tuple[str, ...], places: int) -> None:
     """Run the tables that are asked for."""
     for table in tables:
-        scores = iter(in_processes(score, list(tasks(matcher, table, places, run.seed)), f'table {table}'))
+        scores = iter(in_processes(score, list(tasks(table, places, run.seed)), f'table {table}'))
         by_cell = [[next(scores) for _ in range(min(places, cell.places))] for cell in TABLES[table]]
         add_table(run, table, by_cell)
 
@@ -137,7 +105,6 @@ def main(run: Run, matcher: str, tables: tuple[str, ...], places: int) -> None:
 if __name__ == '__main__':
     run_benchmark(
         main,
-        matcher=Option('constellation', 'constellation', 'or pole_star'),
         tables=Option(tuple(TABLES), tuple(TABLES), 'of the paper'),
         places=Option(1209, 20, 'most views of a cell'),
     )

@@ -11,20 +11,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from _figures import error, mean, outcomes, rate, rms
-from _floor_photographs import CAMERA, Photograph, SurveyedFloor, photographer, tracked_prior, true_mount
+from _figures import mean, outcomes, rate, rms
+from _floor_photographs import CAMERA, MOUNT, Outcome, SurveyedFloor
 from _harness import Option, Run, progress, run_benchmark
-from _pose_scores import PoseScore, score_pose, whitened_errors
+from _pose_scores import pose_cells, whitened_errors
 from numpy.typing import NDArray
 
 from floor_localizer.core.fix import Fix
+from scene_simulator.floor.camera import FloorCamera
 from scene_simulator.floor.dot_floor import SURVEY_ERROR
+from scene_simulator.robot.body import apply_body_motion
 from shirube_core.geometry import SE2, wrap_angle
 
+PHOTOGRAPHER = FloorCamera(CAMERA)
 RISE, TILT = 0.05, math.radians(2.0)
 PLACES, STEP = 51, 0.012
 REPEATABILITY = 0.00002
@@ -50,63 +53,36 @@ CONDITIONS = (
 )
 
 
-@dataclass
-class Outcome:
-    """What came of one condition on one map, without and with a prior."""
-
-    scores: list[PoseScore] = field(default_factory=list)
-    tracked: list[PoseScore] = field(default_factory=list)
-
-
-def photographs(floor: SurveyedFloor, condition: Condition, count: int, seed: int) -> Iterator[Photograph]:
-    """Yield the images of a condition."""
-    camera = photographer()
+def photographs(
+    floor: SurveyedFloor, condition: Condition, count: int, seed: int
+) -> Iterator[tuple[NDArray[np.uint8], SE2]]:
+    """Yield the images of a condition and the true poses."""
     for number, pose in enumerate(floor.places(count)):
         axis = math.tau * number / math.sqrt(5.0)
-        sway = (condition.rise, condition.tilt * math.cos(axis), condition.tilt * math.sin(axis))
+        tilt = condition.tilt * math.cos(axis), condition.tilt * math.sin(axis)
+        mount = apply_body_motion(MOUNT, condition.rise * MOUNT.xyz[2], *tilt)
         rng = np.random.default_rng([seed, number])
-        photo = camera.photograph(floor.floor, [pose], true_mount(sway), rng=rng)
-        yield Photograph(photo.image, pose, sway)
+        yield PHOTOGRAPHER.photograph(floor.floor, [pose], mount, rng=rng).image, pose
 
 
 def outcome(floor: SurveyedFloor, condition: Condition, count: int, seed: int) -> Outcome:
     """Locate all images of a condition."""
-    result = Outcome()
-    images = photographs(floor, condition, count, seed)
-    for number, photograph in enumerate(progress(images, condition.name, count)):
-        dots = floor.localizer.detect(photograph.image)
-        fix = floor.localizer.locate_dots(dots, CAMERA)
-        result.scores.append(score_pose(fix, photograph.T_map_base))
-        tracked = floor.localizer.locate_dots(dots, CAMERA, tracked_prior(photograph.T_map_base, number))
-        result.tracked.append(score_pose(tracked, photograph.T_map_base))
-    return result
+    return floor.outcome(progress(photographs(floor, condition, count, seed), condition.name, count))
 
 
 def add_errors(run: Run, floor: SurveyedFloor, conditions: list[Condition], places: int) -> None:
     """Add the errors on one map."""
     table = run.table(
         'Map surveyed to 0.05 mm' if floor.survey_error else 'Map exact',
-        *(
-            'condition',
-            'right / none / wrong',
-            'tracked',
-            'position µm: median / 95 % / max',
-            'heading °: the same',
-        ),
-        *('error / stated', 'error / stated, tracked'),
+        'condition | right / none / wrong | tracked | position µm: median / 95 % / max | heading °: the same',
+        'error / stated | error / stated, tracked',
     )
     for condition in conditions:
         found = outcome(floor, condition, places, run.seed)
-        right = [score for score in found.scores if score.verdict == 'right']
-        table.add(
-            condition.name,
-            outcomes(score.verdict for score in found.scores),
-            outcomes(score.verdict for score in found.tracked),
-            error([score.distance for score in right], '.1f', 1e6),
-            error([score.turn for score in right], '.4f', math.degrees(1.0)),
-            rms(whitened_errors(found.scores), '.2f', better='one'),
-            rms(whitened_errors(found.tracked), '.2f', better='one'),
-        )
+        verdicts, position, heading = pose_cells(found.scores, '.1f', '.4f', 1e6, (50, 95, 100))
+        tracked = outcomes(score.verdict for score in found.tracked)
+        stated = (rms(whitened_errors(each), '.2f', better='one') for each in (found.scores, found.tracked))
+        table.add(condition.name, verdicts, tracked, position, heading, *stated)
 
 
 def deviations(found: list[SE2]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -125,16 +101,15 @@ def deviations(found: list[SE2]) -> tuple[NDArray[np.float64], NDArray[np.float6
 
 def add_experiment(run: Run, floor: SurveyedFloor, lines: int) -> None:
     """Add the paper's figures and ours: over several lines, and with their errors against the truth."""
-    rng, camera = np.random.default_rng(run.seed), photographer()
+    rng = np.random.default_rng(run.seed)
     away, turned, errors, number = [], [], [], 0
     for start in progress(floor.places(lines), 'lines', lines):
         # The line begins where it ends on the floor, whatever its heading.
         ahead = SE2(start.x, start.y, math.atan2(4.725 - start.y, 0.9 - start.x))
         ways = STEP * np.arange(PLACES) + rng.uniform(-REPEATABILITY, REPEATABILITY, PLACES)
         poses = [ahead @ SE2(float(way), 0.0, 0.0) for way in ways]
-        fixes = [
-            floor.localizer.locate(camera.photograph(floor.floor, [p], rng=rng).image, CAMERA) for p in poses
-        ]
+        images = (PHOTOGRAPHER.photograph(floor.floor, [pose], rng=rng).image for pose in poses)
+        fixes = [floor.localizer.locate(image, CAMERA) for image in images]
         found = [fix.T_map_base for fix in fixes if isinstance(fix, Fix)]
         number += len(found)
         if len(found) == PLACES:
@@ -142,8 +117,8 @@ def add_experiment(run: Run, floor: SurveyedFloor, lines: int) -> None:
             away.append(line[0])
             turned.append(line[1])
             errors += [pose.distance_to(truth) for pose, truth in zip(found, poses, strict=True)]
-    heads = 'places found', 'deviation mm: rms', 'heading °: rms', 'error mm: mean'
-    table = run.table("The paper's experiment", 'floor', *heads)
+    heads = 'floor | places found | deviation mm: rms | heading °: rms | error mm: mean'
+    table = run.table("The paper's experiment", heads)
     table.add('the paper, a real one', '51 of 51', '0.33', '0.09', '–')
     table.add(
         f'shirube, {lines} rendered lines',

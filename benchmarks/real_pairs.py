@@ -25,24 +25,25 @@ OURS = {
     "targets, the paper's closed form": PlaceSettings(method=CLOSED_FORM),
 }
 WAYS = (('teach', 'repeat'), ('repeat', 'teach'))
-Rows = dict[str, list[NDArray[np.float64] | None]]
+Rows = defaultdict[str, list[NDArray[np.float64]]]
 
 
 def main(run: Run, sets: int) -> None:
     """Teach and repeat both ways."""
     pairs = load_real_pairs(run.data('stereo_euroc'))
-    heads = 'found', 'position cm: median / max', 'heading °: median / max'
-    table = run.table('Real pairs', 'way', 'method', *heads)
+    heads = 'way | method | found | position cm: median / max | heading °: median / max'
+    table = run.table('Real pairs', heads)
     for begin, end in WAYS:
-        for method, errors in _run(pairs, pairs.moments[begin], pairs.moments[end], sets).items():
-            found = np.array([each for each in errors if each is not None]).reshape(-1, 2)
-            cells = (error(column, '.2f', shown=(50, 100)) for column in found.T)
-            table.add(f'{begin} to {end}', method, rate(len(found), len(errors)), *cells)
+        for method, rows in _run(pairs, pairs.moments[begin], pairs.moments[end], sets).items():
+            errors = np.array(rows)
+            cells = (error(column, '.2f', shown=(50, 100)) for column in errors.T)
+            found = rate(int(np.isfinite(errors[:, 0]).sum()), sets)
+            table.add(f'{begin} to {end}', method, found, *cells)
 
 
 def _run(pairs: RealPairs, taught: Moment, now: Moment, sets: int) -> Rows:
     """Return the errors of each method, one a set."""
-    truth, rows = true_displacement(taught, now), defaultdict[str, list[NDArray[np.float64] | None]](list)
+    truth, rows = true_displacement(taught, now), Rows(list)
     chooser = TargetChooser(taught, pairs.rig)
     for seed in progress(range(sets)):
         place = chooser.place(seed)
@@ -70,10 +71,10 @@ def _ours(place: TaughtPlace, now: Moment, settings: PlaceSettings) -> NDArray[n
     return np.array([pose.x, pose.y, answer.displacement.height, pose.yaw])
 
 
-def _error(found: NDArray[np.float64] | None, truth: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Return the errors of the position [cm], in space, and of the heading [°], shape (2,)."""
+def _error(found: NDArray[np.float64] | None, truth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the errors of the position [cm], in space, and of the heading [°], shape (2,); NaN without a pose."""
     if found is None:
-        return None
+        return np.full(2, np.nan)
     yaw = math.degrees(abs(wrap_angle(float(found[3] - truth[3]))))
     return np.array([100.0 * np.linalg.norm(found[:3] - truth[:3]), yaw])
 

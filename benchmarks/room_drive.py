@@ -99,34 +99,21 @@ def main(run: Run, instants: int, png: str) -> None:
     bag, scene = load_room_bag(), RoomDrive()
     del bag.instants[instants:]
     truth, seen = bag.truth, seen_cells(bag, bag.truth, scene)
-    heads = (
-        'precision: 0, 1, 2 cells %',
-        'recall: the same %',
-        'free cells solid',
-        'overlap mm',
-        'with unknown ground mm',
-    )
-    table = run.table('Maps', 'depth by', *heads)
-    times = run.table(
-        'Times of one frame', 'depth by', 'depth ms: median / 95 %', 'points, voxels and maps ms'
-    )
+    heads = 'depth by | precision: 0, 1, 2 cells % | recall: the same % | free cells solid | overlap mm'
+    table = run.table('Maps', heads, 'with unknown ground mm')
+    stages = 'depth', 'mapping'
+    times = run.table('Times of one frame', 'depth by | depth ms: median / 95 % | points, voxels and maps ms')
     ways = {name: (depth_of, VoxelSettings()) for name, depth_of in methods(bag, scene).items()}
     for rule in ('count', 'range_normalised'):
         ways[f'{THREE}, rule {rule}'] = (ways[THREE][0], VoxelSettings(rule=rule))
     for name, (depth_of, voxels) in progress(ways.items()):
         done = replay(bag, truth, scene, depth_of, voxels)
         result = score(done.occupancy, truth, seen, scene)
-        table.add(
-            *(
-                name,
-                shares(result.precision),
-                shares(result.recall),
-                rate(result.false_free[0], result.free, 'lower'),
-            ),
-            *(count(1e3 * gap, '.0f', better='lower') for gap in (result.overlap, result.unseen_overlap)),
-        )
+        gaps = (count(1e3 * gap, '.0f', better='lower') for gap in (result.overlap, result.unseen_overlap))
+        solid = rate(result.false_free[0], result.free, 'lower')
+        table.add(name, shares(result.precision), shares(result.recall), solid, *gaps)
         if 'cameras' in name and 'rule' not in name:
-            times.add(name, *(time(done.milliseconds[stage][2:]) for stage in ('depth', 'mapping')))
+            times.add(name, *(time(done.milliseconds[stage][2:]) for stage in stages))
         if png and name == THREE:
             cv2.imwrite(png, picture(done.occupancy, truth, seen, bag))
 

@@ -7,8 +7,8 @@ its plan; at every step where it sees a new obstacle, the plan is repaired, and 
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -28,21 +28,8 @@ EVERY = 10
 Cell = tuple[int, int]
 
 
-@dataclass
-class Replans:
-    """Times of one map [ms].
-
-    Attributes:
-        repaired: time of each replan.
-        on_route: times of the replans whose new obstacle was on the route.
-        scratch: times of `shortest_route` on the same map.
-        reinitialized: times of the incremental search restarted from scratch.
-    """
-
-    repaired: list[float] = field(default_factory=list)
-    on_route: list[float] = field(default_factory=list)
-    scratch: list[float] = field(default_factory=list)
-    reinitialized: list[float] = field(default_factory=list)
+Times = defaultdict[str, list[float]]
+"""Times of one map [ms]: of replans, of those whose new obstacle was on the route, and of searches from scratch."""
 
 
 def speed_maps(side: int) -> dict[str, NDArray[np.bool_]]:
@@ -94,7 +81,7 @@ def compare(blocked: NDArray[np.bool_], count: int, peer: Callable[..., Any]) ->
     return np.array(times)
 
 
-def drive(blocked: NDArray[np.bool_], start: Cell, goal: Cell, found: Replans) -> None:
+def drive(blocked: NDArray[np.bool_], start: Cell, goal: Cell, found: Times) -> None:
     """Drive through a map that is unknown at first, and add the times."""
     world, known, cell = GridWorld(blocked), np.zeros_like(blocked), start
     routes = DStarLite(known, goal)
@@ -110,15 +97,14 @@ def drive(blocked: NDArray[np.bool_], start: Cell, goal: Cell, found: Replans) -
         known[tuple(new.T)] = True
         if len(new):
             route, milliseconds = cpu_time(repair, new, cell)
-            found.repaired.append(milliseconds)
+            found['repaired'].append(milliseconds)
             if known[tuple(way[place:].T)].any():
-                found.on_route.append(milliseconds)
-            if len(found.repaired) % EVERY == 0:
+                found['on route'].append(milliseconds)
+            if len(found['repaired']) % EVERY == 0:
                 again, milliseconds = cpu_time(shortest_route, known, cell, goal)
-                found.scratch.append(milliseconds)
-                found.reinitialized.append(
-                    cpu_time(lambda cell=cell: DStarLite(known, goal).route_from(cell))[1]
-                )
+                found['scratch'].append(milliseconds)
+                fresh = cpu_time(lambda at=cell: DStarLite(known, goal).route_from(at))
+                found['new D* Lite'].append(fresh[1])
                 check_lengths(route.length, route_of(again).length)
             way, place = route.cells, 0
         if cell == goal:
@@ -133,27 +119,20 @@ def main(run: Run, side: int, pairs: int, drives: int) -> None:
     maps = speed_maps(side)
     peer = run.peer('nano_astar', 'nano-astar==0.1.2')
     if peer is not None:
-        table = run.table('Known maps', 'map', 'ours ms: median / 95 %', 'nano-astar', 'ours over nano-astar')
+        table = run.table('Known maps', 'map | ours ms: median / 95 % | nano-astar | ours over nano-astar')
         compared = {name: compare(blocked, pairs, peer.astar) for name, blocked in progress(maps.items())}
         compared['all'] = np.concatenate(list(compared.values()))
         for name, times in compared.items():
             table.add(name, *(time(column) for column in times.T), ratio(times[:, 0], times[:, 1], '.2f'))
-    heads = (
-        'replanned ms: median / 95 %',
-        'new obstacle on the route',
-        'from scratch',
-        'replan over from scratch',
-    )
-    table = run.table('Unknown maps', 'map', 'replans', *heads, 'new D* Lite')
+    heads = 'map | replans | replanned ms: median / 95 % | new obstacle on the route | from scratch'
+    table = run.table('Unknown maps', heads, 'replan over from scratch | new D* Lite')
     for name in progress(GRID_MAPS):
-        found = Replans()
+        found = Times(list)
         for start, goal in pairs_of(maps[name], drives):
             drive(maps[name], start, goal, found)
-        columns = (found.repaired, found.on_route, found.scratch)
-        table.add(
-            *(name, len(found.repaired), *(time(column, '.3f') for column in columns)),
-            *(ratio(found.repaired, found.scratch), time(found.reinitialized)),
-        )
+        taken = [time(found[column], '.3f') for column in ('repaired', 'on route', 'scratch')]
+        units = ratio(found['repaired'], found['scratch'])
+        table.add(name, len(found['repaired']), *taken, units, time(found['new D* Lite']))
 
 
 if __name__ == '__main__':

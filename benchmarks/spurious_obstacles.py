@@ -14,8 +14,17 @@ from typing import NamedTuple
 import numpy as np
 from _figures import count, rate
 from _harness import Option, Run, progress, run_benchmark
-from _mapping_methods import FIRST_TILE, TILES, Dense, FrameUnion, Method, OctoMapMethod, Voxels, dense_shape
-from _peer_octomap import PYOCTOMAP
+from _mapping_methods import (
+    FIRST_TILE,
+    PYOCTOMAP,
+    TILES,
+    Dense,
+    FrameUnion,
+    Method,
+    OctoMap,
+    Voxels,
+    dense_shape,
+)
 from _voxel_scenes import ROOM, moving_poses, points_at, stationary_poses, view_at
 from numpy.typing import NDArray
 
@@ -97,10 +106,9 @@ def traversed_by_clean_frames(poses: list[SE2], seed: int) -> Dense:
 
 def solid_cells() -> NDArray[np.bool_]:
     """Return the cells of the room that are solid, shape (side, side) along x and y."""
-    first, heights = FIRST_TILE * TILE_SIZE * SETTINGS.resolution, (SETTINGS.height_min, SETTINGS.height_max)
-    return ROOM.solid_cells(
-        (first, first), SETTINGS.resolution, (TILES * TILE_SIZE, TILES * TILE_SIZE), heights
-    ).T
+    first, size = FIRST_TILE * TILE_SIZE * SETTINGS.resolution, TILES * TILE_SIZE
+    heights = SETTINGS.height_min, SETTINGS.height_max
+    return ROOM.solid_cells((first, first), SETTINGS.resolution, (size, size), heights).T
 
 
 def main(run: Run, frames: int) -> None:
@@ -108,21 +116,14 @@ def main(run: Run, frames: int) -> None:
     methods, solid = dict(METHODS), solid_cells()
     pyoctomap = run.peer(*PYOCTOMAP)
     if pyoctomap is not None:
-        methods['pyoctomap'] = lambda: OctoMapMethod(pyoctomap, SETTINGS)
-    heads = (
-        'false cells after the phantoms',
-        'left after clean frames',
-        'of these with free rays',
-        'true cells lost',
-    )
-    for drive, poses in (
-        ('Stationary robot', stationary_poses(2 * frames)),
-        ('Moving robot', moving_poses(2 * frames)),
-    ):
+        methods['pyoctomap'] = lambda: OctoMap(pyoctomap, SETTINGS)
+    heads = 'phantoms | method | false cells after the phantoms | left after clean frames | of these with free rays'
+    drives = {'Stationary robot': stationary_poses(2 * frames), 'Moving robot': moving_poses(2 * frames)}
+    for drive, poses in drives.items():
         passed = traversed_by_clean_frames(poses, run.seed)
         clean_frames = frames_of(poses, None, same=False, seed=run.seed)
         clean = clean_run({name: make() for name, make in methods.items()}, clean_frames)
-        table = run.table(drive, 'phantoms', 'method', *heads)
+        table = run.table(drive, heads, 'true cells lost')
         for kind, (patch, same) in progress(PHANTOMS.items(), drive):
             spoilt = frames_of(poses, patch, same=same, seed=run.seed)
             held = occupied_over({name: make() for name, make in methods.items()}, spoilt, frames)

@@ -41,59 +41,44 @@ STEP = SE2(0.05, 0.0, 0.0)
 
 def add_maps(run: Run, size: float, maps: dict[str, MapComparison]) -> None:
     """Add how far the maps are from the true one."""
-    heads = 'scale %', 'distance mm: rms', 'median / 95 % / max', 'common', 'missing', 'extra'
-    table = run.table(f'Maps of {size:g} x {size:g} m', 'scale by', *heads)
+    heads = 'scale by | scale % | distance mm: rms | median / 95 % / max | common | missing | extra'
+    table = run.table(f'Maps of {size:g} x {size:g} m', heads)
     for name, found in maps.items():
-        distances = np.hypot(*found.residuals.T)
-        table.add(
-            *(
-                name,
-                count(100 * (found.scale - 1), '+.4f'),
-                rms(distances, '.3f', 1e3),
-                error(distances, '.3f', 1e3),
-            ),
-            *(count(len(found.pairs), better='higher'), count(len(found.missing), better='lower')),
-            count(len(found.extra), better='lower'),
-        )
+        distances, scale = np.hypot(*found.residuals.T), count(100 * (found.scale - 1), '+.4f')
+        numbers = [count(len(found.pairs), better='higher')]
+        numbers += [count(len(dots), better='lower') for dots in (found.missing, found.extra)]
+        table.add(name, scale, rms(distances, '.3f', 1e3), error(distances, '.3f', 1e3), *numbers)
 
 
 def add_survey(run: Run, survey: RenderedSurvey, found: SurveyRun, seconds: float) -> None:
     """Add what became of images and dots, and what it took."""
-    heads = 'loop closures', 'images on the map', 'wrong merges of dots', 'spurious dots', 'seconds'
-    wrong, dots = wrong_merges(found, survey)
+    heads = 'chips | loop closures | images on the map | wrong merges of dots | spurious dots | seconds'
+    (wrong, dots), result = wrong_merges(found, survey), found.result
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-    result = found.result
-    run.table('Survey', 'chips', *heads, 'peak memory MB').add(
-        *(
-            f'{len(survey.true_map)}',
-            count(result.loop_closures),
-            rate(len(result.images), len(found.images)),
-        ),
-        *(rate(wrong, dots, 'lower'), count(result.spurious_count)),
-        *(measured(seconds, '.0f'), measured(peak, '.0f')),
+    run.table('Survey', heads, 'peak memory MB').add(
+        *(len(survey.true_map), count(result.loop_closures)),
+        *(rate(len(result.images), len(found.images)), rate(wrong, dots, 'lower')),
+        *(count(result.spurious_count), measured(seconds, '.0f'), measured(peak, '.0f')),
     )
 
 
 def add_poses(run: Run, survey: RenderedSurvey, maps: dict[str, tuple[DotMap, SE2]], places: int) -> None:
     """Add how well images are located on the maps."""
-    heads = 'found', 'error mm: median / 95 %', '50 mm step error mm: median / 95 %', 'error °: the same'
-    table = run.table('Poses', 'map', *heads)
+    heads = 'map | found | error mm: median / 95 % | 50 mm step error mm: median / 95 % | error °: the same'
+    table = run.table('Poses', heads)
     for name, (dot_map, T_true_map) in maps.items():
         errors, steps = locate_on(survey, dot_map, T_true_map, places)
-        table.add(
-            *(name, rate(len(errors), 2 * places), error(errors[:, 0], '.3f', 1e3, (50, 95))),
-            *(error(steps, '.4f', 1e3, (50, 95)), error(errors[:, 1], '.4f', math.degrees(1.0), (50, 95))),
-        )
+        found, turns = rate(len(errors), 2 * places), error(errors[:, 1], '.4f', math.degrees(1.0), (50, 95))
+        position, step = error(errors[:, 0], '.3f', 1e3, (50, 95)), error(steps, '.4f', 1e3, (50, 95))
+        table.add(name, found, position, step, turns)
 
 
 def measured_length(survey: RenderedSurvey, run: SurveyRun, found: MapComparison, size: float) -> KnownLength:
     """Return the tape measurement between two dots that are 0.8 of the floor's side apart."""
     true = survey.floor.points[found.pairs[:, 0]]
     close = np.hypot(*found.residuals.T) < 2.0 * np.median(np.hypot(*found.residuals.T))
-    ends = []
-    for place in ((0.1 * size, 0.5 * size), (0.9 * size, 0.5 * size)):
-        distance = np.where(close, np.hypot(*(true - place).T), np.inf)
-        ends.append(int(np.argmin(distance)))
+    distances = (np.hypot(*(true - (share * size, 0.5 * size)).T) for share in (0.1, 0.9))
+    ends = [int(np.argmin(np.where(close, distance, np.inf))) for distance in distances]
     first, second = run.result.dot_map.points[found.pairs[ends, 1]]
     return KnownLength(first, second, float(np.hypot(*(true[ends[1]] - true[ends[0]]))) + TAPE_ERROR)
 
@@ -119,8 +104,7 @@ def locate_on(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Locate rendered images, two at each place 50 mm apart, without a prior.
 
-    Returns:
-        errors of position [m] and heading [rad] of those located, shape (n, 2), and of the steps [m], shape (m,).
+    Return errors of position [m] and heading [rad] of those located, shape (n, 2), and of the steps [m], shape (m,).
     """
     localizer, rng = FloorLocalizer(index_map(dot_map), MOUNT), np.random.default_rng(11)
     size = survey.floor.design.size
@@ -150,15 +134,13 @@ def main(run: Run, size: float, places: int, workers: int) -> None:
     before = compare(survey.true_map, found.result.dot_map)
     result, _ = scale_survey(found.result, measured_length(survey, found, before, size))
     after = compare(survey.true_map, result.dot_map)
-    add_maps(
-        run, size, {'height of the camera': before, f'a length of {0.8 * size:g} m, 0.5 mm too long': after}
-    )
+    by_length = f'a length of {0.8 * size:g} m, 0.5 mm too long'
+    add_maps(run, size, {'height of the camera': before, by_length: after})
     add_survey(run, survey, found, seconds)
-    by_height, by_length = 'surveyed, scale by the height', 'surveyed, scale by the length'
     maps = {
         'true': (survey.true_map, SE2(0.0, 0.0, 0.0)),
-        by_height: (found.result.dot_map, before.T_first_second),
-        by_length: (result.dot_map, after.T_first_second),
+        'surveyed, scale by the height': (found.result.dot_map, before.T_first_second),
+        'surveyed, scale by the length': (result.dot_map, after.T_first_second),
     }
     add_poses(run, survey, maps, places)
 

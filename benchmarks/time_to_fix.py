@@ -13,22 +13,21 @@ time. Times are processor time on one core, from centroids to the pose.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from _figures import outcomes, ratio, time
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _paper_matchers import constellation, pole_star
-from _paper_views import PaperView, paper_floor, paper_views, spread_places
+from _paper_matchers import constellation, indexed, pole_star
+from _paper_views import CONDITIONS, PaperView, paper_floor, paper_views, spread_places
 from _peer_sift import SiftMatcher, patch_floor, pictures
 from _peer_tetra3rs import StarSolver
-from _pose_scores import TimedAnswer, time_answer
+from _pose_scores import PoseScore, time_answer, time_cells
 from numpy.typing import NDArray
 
 from floor_localizer.core.compile_kernels import compile_kernels
 from shirube_core.geometry import SE2
 
-CONDITIONS = ((0.25, 0.3), (0.25, 0.5))
 OURS = 'shirube'
 TURN = 20
 
@@ -43,28 +42,26 @@ class Method(NamedTuple):
 
 def methods(run: Run, floor: NDArray[np.float64]) -> dict[str, Method]:
     """Return the methods that take dots, ready for a floor, shape (N, 2) [m]."""
-    ours, paper = constellation(floor), pole_star(floor)
+    ours, paper = constellation(indexed(floor)), pole_star(floor)
     found = {OURS: Method(lambda view: view.pixels, lambda pixels: ours(pixels).T_map_view)}
     tetra3rs = run.peer('tetra3rs', 'tetra3rs==0.14')
     if tetra3rs is not None:
         solver = StarSolver(tetra3rs, floor, run.seed)
         run.note(f'Database of tetra3rs: {solver.database_bytes / 1e6:.0f} MB')
         for name, with_sizes in (('tetra3rs, sizes of the map', True), ('tetra3rs, no sizes', False)):
-
-            def centroids(view: PaperView, with_sizes: bool = with_sizes) -> NDArray[np.float64]:
-                return solver.centroids(view, with_sizes=with_sizes)
-
-            found[name] = Method(centroids, solver.locate, not with_sizes)
+            found[name] = Method(
+                partial(solver.centroids, with_sizes=with_sizes), solver.locate, not with_sizes
+            )
     found['pole star (the paper)'] = Method(lambda view: view.pixels, lambda p: paper(p).T_map_view, True)
     return found
 
 
 def time_all(
     compared: dict[str, Method], views: list[PaperView], slow_places: int
-) -> dict[str, list[TimedAnswer]]:
+) -> dict[str, list[PoseScore]]:
     """Ask all methods about the views by turns; slow ones about some, spread over all."""
     asked = set(np.linspace(0, len(views) - 1, min(slow_places, len(views))).round().astype(int).tolist())
-    answers: dict[str, list[TimedAnswer]] = {name: [] for name in compared}
+    answers: dict[str, list[PoseScore]] = {name: [] for name in compared}
     for begin in progress(range(0, len(views), TURN)):
         for name, method in compared.items():
             for number in range(begin, min(begin + TURN, len(views))):
@@ -80,21 +77,19 @@ def main(run: Run, places: int, slow_places: int) -> None:
     compile_kernels()
     floor = paper_floor(run.seed)
     compared, sift, patch = methods(run, floor), SiftMatcher(patch_floor(1)), patch_floor(1)
-    for missing, spurious in CONDITIONS:
+    for name, (missing, spurious) in CONDITIONS.items():
         views = list(paper_views(floor, spread_places(places), missing, spurious, run.seed))
         answers = time_all(compared, views, slow_places)
         answers['SIFT on a patch of 1.8 x 1.2 m'] = [
-            time_answer(sift.locate, sift.features(view.image), view.T_map_view)
-            for view in progress(pictures(patch, slow_places, missing, spurious, 1), 'SIFT', slow_places)
+            time_answer(sift.locate, sift.features(image), pose)
+            for image, pose in progress(
+                pictures(patch, slow_places, missing, spurious, 1), 'SIFT', slow_places
+            )
         ]
-        name = f'{100 * missing:.0f} % missing, {100 * spurious:.0f} % spurious'
-        heads = 'method', 'views', 'time ms: median / 95 %', 'median in units of ours', 'right / none / wrong'
-        table = run.table(name, *heads)
-        ours = [answer.milliseconds for answer in answers[OURS]]
+        heads = 'method | views | time ms: median / 95 % | median in units of ours | right / none / wrong'
+        table = run.table(name, heads)
         for method, given in answers.items():
-            times = [answer.milliseconds for answer in given]
-            units = '1' if method == OURS else ratio(times, ours, better='higher')
-            table.add(method, len(given), time(times, '.3g'), units, outcomes(a.verdict for a in given))
+            table.add(method, len(given), *time_cells(given, answers[OURS], '.3g', 'higher'))
 
 
 if __name__ == '__main__':

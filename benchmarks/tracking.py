@@ -8,6 +8,7 @@ CPU time of this process, which is let onto one core only.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -46,10 +47,8 @@ def moments_of_points(count: int) -> tuple[FloorLocalizer, list[Moment]]:
     places = np.column_stack([np.full(count, 0.5 * FLOOR_SIZE[0]), y])
     moments = []
     for view in paper_views(floor, places, 0.25, 0.3, seed=1):
-        dots = detected(view.pixels)
-        moments.append(
-            Moment(view.T_map_view, lambda tracker, stamp, dots=dots: tracker.track_dots(stamp, dots, CAMERA))  # type: ignore[misc]
-        )
+        track = partial(FloorTracker.track_dots, dots=detected(view.pixels), camera=CAMERA)
+        moments.append(Moment(view.T_map_view, track))
     return FloorLocalizer(indexed(floor), MOUNT), moments
 
 
@@ -62,7 +61,7 @@ def moments_of_images(camera: PinholeCamera, count: int) -> tuple[FloorLocalizer
     for k in progress(range(count), 'rendering'):
         pose = SE2(0.35 + STEP * k % 0.5, 0.6, 0.1)
         image = photographer.photograph(floor, [pose], rng=rng).image
-        moments.append(Moment(pose, lambda tracker, stamp, image=image: tracker.track(stamp, image, camera)))  # type: ignore[misc]
+        moments.append(Moment(pose, partial(FloorTracker.track, image=image, camera=camera)))
     return FloorLocalizer(indexed(floor.points), MOUNT), moments
 
 
@@ -71,7 +70,7 @@ def main(run: Run, images: int) -> None:
     use_one_core()
     compile_kernels()
     few = max(images // 10, 3)
-    table = run.table('Tracking', 'from', 'dots', 'right', 'ms: median / 99 %', 'a second')
+    table = run.table('Tracking', 'from | dots | right | ms: median / 99 % | a second')
     for name, (localizer, moments) in {
         'points, 25 % missing, 30 % spurious': moments_of_points(images),
         'images of 235 x 235': moments_of_images(PAPER_CAMERA, images),
@@ -84,20 +83,19 @@ def main(run: Run, images: int) -> None:
             for k, moment in enumerate(moments):
                 if k > 0:
                     step = moments[k - 1].T_map_base.inverse() @ moment.T_map_base
-                    T_odom_base = T_odom_base @ SE2(
-                        ODOMETRY_SCALE * step.x, ODOMETRY_SCALE * step.y, step.yaw
-                    )
+                    T_odom_base @= SE2(ODOMETRY_SCALE * step.x, ODOMETRY_SCALE * step.y, step.yaw)
                 tracker.add_odometry(k * INTERVAL, T_odom_base)
                 found, milliseconds = cpu_time(moment.track, tracker, k * INTERVAL)
                 times.append(milliseconds)
-                right += (
-                    isinstance(found, Fix) and found.T_map_base.distance_to(moment.T_map_base) < RIGHT_WITHIN
-                )
+                if isinstance(found, Fix):
+                    right += found.T_map_base.distance_to(moment.T_map_base) < RIGHT_WITHIN
                 dots.append(0 if found.dots is None else len(found.dots))
-        table.add(
-            *(name, mean(dots, '.0f', better='higher'), rate(right, len(times))),
-            *(time(times, '.2f', (50, 99)), measured(1e3 / float(np.mean(times)), '.0f')),
+        rates = (
+            rate(right, len(times)),
+            time(times, '.2f', (50, 99)),
+            measured(1e3 / float(np.mean(times)), '.0f'),
         )
+        table.add(name, mean(dots, '.0f', better='higher'), *rates)
 
 
 if __name__ == '__main__':

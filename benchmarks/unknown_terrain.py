@@ -6,7 +6,6 @@ of sight and takes what it does not know for free. After 20 times the shortest r
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -42,9 +41,6 @@ class Drive(NamedTuple):
 
     ended: str
     length: float
-
-
-Driver = Callable[[NDArray[np.bool_], GridTask, float], Drive]
 
 
 def terrain_maps(run: Run, side: int, seeds: int) -> dict[str, NDArray[np.bool_]]:
@@ -89,51 +85,39 @@ def _cell(cell: NDArray[np.int64]) -> Cell:
     return int(cell[0]), int(cell[1])
 
 
-def drive_optimally(blocked: NDArray[np.bool_], task: GridTask, length_max: float) -> Drive:
-    """Follow the shortest route on the map known so far; it is replanned when the robot sees a new obstacle."""
+def drive(
+    blocked: NDArray[np.bool_], task: GridTask, length_max: float, settings: RewardSettings | None
+) -> Drive:
+    """Drive on the map known so far: by rewards, or along the shortest route, which is replanned for new obstacles.
+
+    Rewards do not tell whether the goal can be reached at all; the shortest route does.
+    """
     world, cells, length = GridWorld(blocked), [task.start], 0.0
-    routes = DStarLite(np.zeros_like(blocked), task.goal)
-    while cells[-1] != task.goal and length <= length_max:
+    routes, ended = DStarLite(np.zeros_like(blocked), task.goal), 'goal'
+    walk = None if settings is None else RewardWalk(blocked.shape, task.start, task.goal, settings)
+    while cells[-1] != task.goal:
+        if length > length_max:
+            ended = 'too long'
+            break
         routes.update_cells(*world.observe(cells[-1], SENSOR_RANGE))
         route = routes.route_from(cells[-1])
-        if isinstance(route, NoRoute):
-            return _drive('unreachable', blocked, cells)
-        cells.append(_cell(route.cells[1]))
+        if isinstance(route, NoRoute) or not (walk is None or walk.advance(routes.blocked)):
+            ended = 'unreachable'
+            break
+        cells.append(_cell(route.cells[1]) if walk is None else walk.cell)
         length += float(np.hypot(*np.subtract(cells[-1], cells[-2])))
-    return _drive('goal' if cells[-1] == task.goal else 'too long', blocked, cells)
-
-
-def reward_driver(settings: RewardSettings) -> Driver:
-    """Return a driver that goes by rewards, and looks first whether the goal can be reached at all."""
-
-    def drive(blocked: NDArray[np.bool_], task: GridTask, length_max: float) -> Drive:
-        world, cells, length = GridWorld(blocked), [task.start], 0.0
-        walk = RewardWalk(blocked.shape, task.start, task.goal, settings)
-        routes = DStarLite(np.zeros_like(blocked), task.goal)
-        while not walk.is_at_goal and length <= length_max:
-            routes.update_cells(*world.observe(walk.cell, SENSOR_RANGE))
-            if isinstance(routes.route_from(walk.cell), NoRoute) or not walk.advance(routes.blocked):
-                return _drive('unreachable', blocked, cells)
-            cells.append(walk.cell)
-            length += float(np.hypot(*np.subtract(cells[-1], cells[-2])))
-        return _drive('goal' if walk.is_at_goal else 'too long', blocked, cells)
-
-    return drive
-
-
-def _drive(ended: str, blocked: NDArray[np.bool_], cells: list[Cell]) -> Drive:
     way = np.array(cells, dtype=np.int64)
     if not is_traversable(blocked, way):
         raise AssertionError('the robot drove into an obstacle')
     return Drive(ended, route_length(way))
 
 
-METHODS: dict[str, Driver] = {
-    '`optimal`': drive_optimally,
-    '`reward`, visits once (the paper)': reward_driver(RewardSettings('once', PLANNED_MAX)),
-    '`reward`, visits counted': reward_driver(RewardSettings('counted', PLANNED_MAX)),
-    'visits once, no virtual search': reward_driver(RewardSettings('once', 0)),
-    'visits counted, no virtual search': reward_driver(RewardSettings('counted', 0)),
+METHODS: dict[str, RewardSettings | None] = {
+    '`optimal`': None,
+    '`reward`, visits once (the paper)': RewardSettings('once', PLANNED_MAX),
+    '`reward`, visits counted': RewardSettings('counted', PLANNED_MAX),
+    'visits once, no virtual search': RewardSettings('once', 0),
+    'visits counted, no virtual search': RewardSettings('counted', 0),
 }
 DETECTING = ('`optimal`', '`reward`, visits counted')
 
@@ -143,30 +127,29 @@ def main(run: Run, side: int, seeds: int, pairs: int, only: str) -> None:
     use_one_core()
     maps = terrain_maps(run, side, seeds)
     tasks = {name: solvable_tasks(blocked, pairs) for name, blocked in maps.items()}
-    methods = {name: driver for name, driver in METHODS.items() if only in name}
+    methods = {name: settings for name, settings in METHODS.items() if only in name}
     by_map = run.table('Goals reached on each map', 'map', *methods)
     ratios: dict[str, list[float]] = {method: [] for method in methods}
     for name, blocked in progress(maps.items(), 'maps', len(maps)):
         cells = []
-        for method, driver in methods.items():
-            done = [(driver(blocked, task, GIVE_UP * task.length), task) for task in tasks[name]]
-            reached = [drive.length / task.length for drive, task in done if drive.ended == 'goal']
+        for method, settings in methods.items():
+            done = [(drive(blocked, task, GIVE_UP * task.length, settings), task) for task in tasks[name]]
+            reached = [found.length / task.length for found, task in done if found.ended == 'goal']
             cells.append(rate(len(reached), len(done)))
             ratios[method] += reached
         by_map.add(name, *cells)
-    heads = 'goal reached', 'length / shortest: median / 95 % / max', 'mean'
-    table = run.table('Unknown terrain', 'method', *heads)
+    table = run.table(
+        'Unknown terrain', 'method | goal reached | length / shortest: median / 95 % / max | mean'
+    )
     for method, lengths in ratios.items():
         table.add(method, rate(len(lengths), pairs * len(maps)), error(lengths, '.2f'), mean(lengths))
-    lost = [
-        (blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, max(pairs // 8, 1))
-    ]
-    table = run.table(
-        'Unreachable goals', 'method', 'detected', 'length driven until then, cells: median / 95 %'
-    )
+    few = max(pairs // 8, 1)
+    lost = [(blocked, task) for blocked in maps.values() for task in unsolvable_tasks(blocked, few)]
+    heads = 'method | detected | length driven until then, cells: median / 95 %'
+    table = run.table('Unreachable goals', heads)
     for method in DETECTING:
-        drives = [METHODS[method](blocked, task, 1e5) for blocked, task in progress(lost, method)]
-        lengths = [drive.length for drive in drives if drive.ended == 'unreachable']
+        drives = [drive(blocked, task, 1e5, METHODS[method]) for blocked, task in progress(lost, method)]
+        lengths = [found.length for found in drives if found.ended == 'unreachable']
         table.add(method, rate(len(lengths), len(lost)), error(lengths, '.0f', shown=(50, 95)))
 
 

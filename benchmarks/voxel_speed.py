@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from _figures import ratio, time
 from _harness import Option, Run, run_benchmark, side_by_side, use_one_core
-from _peer_octomap import PYOCTOMAP, OctoMap
+from _mapping_methods import PYOCTOMAP, OctoMap
 from _voxel_scenes import CAMERA, CAMERA_HEIGHT, NEAR_WALL, ROOM, points_at, stationary_poses, view_at
 from numpy.typing import NDArray
 
@@ -70,7 +70,7 @@ def jobs_of(run: Run, room: BoxRoom, settings: VoxelSettings) -> dict[str, Calla
     if pyoctomap is not None:
         for name, discretize in (('pyoctomap, discretised', True), ('pyoctomap, full rays', False)):
             tree = OctoMap(pyoctomap, settings)  # holds the frame already, as that of a stationary robot
-            jobs[name] = partial(tree.add, points_map, view.origin, discretize=discretize)
+            jobs[name] = partial(tree.insert, points_map, view.origin, discretize=discretize)
     return jobs
 
 
@@ -84,7 +84,7 @@ def main(run: Run, rounds: int) -> None:
     ):
         times = side_by_side(jobs_of(run, room, VoxelSettings(resolution=resolution)), rounds)
         table = run.table(
-            f'{name}, voxels of {resolution} m', 'what', 'ms: median / 95 %', 'in units of bincount'
+            f'{name}, voxels of {resolution} m', 'what | ms: median / 95 % | in units of bincount'
         )
         for what, taken in times.items():
             table.add(what, time(taken), '1' if what == BINCOUNT else ratio(taken, times[BINCOUNT]))

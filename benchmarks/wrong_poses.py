@@ -28,6 +28,7 @@ OTHER_FLOORS = 10
 DUST = (5, 90)
 """Fewest and most spots in a view of dust."""
 BATCH = 100
+USUAL_EFFORT = TrackerSettings().usual_effort
 
 
 class ViewKind(NamedTuple):
@@ -129,7 +130,5 @@ if __name__ == '__main__':
     run_benchmark(
         main,
         share=Option(1.0, 0.01, 'of the views'),
-        effort=Option(
-            TrackerSettings().usual_effort, TrackerSettings().usual_effort, 'of cells_max and pairs_max'
-        ),
+        effort=Option(USUAL_EFFORT, USUAL_EFFORT, 'of cells_max and pairs_max'),
     )

@@ -15,8 +15,9 @@ def test_runs_of_white_cells_are_found():
 
 
 def test_the_harness_turns_errors_into_normal_deviates():
-    accuracy = importlib.import_module('landmark_accuracy')
+    scores = importlib.import_module('_pose_scores')
     rng = np.random.default_rng(2)
     root = np.array([[1e-3, 0.0, 0.0], [2e-3, 1e-3, 0.0], [1e-3, 0.0, 5e-4]])
-    judged = [(root @ rng.normal(size=3), root @ root.T) for _ in range(4000)]
-    np.testing.assert_allclose(np.cov(accuracy.whitened(judged).T), np.eye(3), atol=0.08)
+    errors = (root @ rng.normal(size=3) for _ in range(4000))
+    judged = [scores.PoseScore('right', error=error, covariance=root @ root.T) for error in errors]
+    np.testing.assert_allclose(np.cov(scores.whitened_errors(judged).T), np.eye(3), atol=0.08)

@@ -16,33 +16,35 @@ BENCHMARKS = Path(__file__).resolve().parents[1] / 'benchmarks'
 def benchmarks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Lets the benchmarks be imported, and shortens what lets other cases follow."""
     monkeypatch.syspath_prepend(str(BENCHMARKS))
-    driver = import_module('_motor_line').Driver
-    wait, drive = driver.wait_for_bridge, driver.drive
+    robot = import_module('_motor_line').Robot
+    wait, drive = robot.wait_for_bridge, robot.drive
     # Discovery forgets a killed process after 20 s only; no other one follows here.
-    monkeypatch.setattr(driver, 'wait_for_bridge', lambda self, is_there=True: is_there and wait(self))
+    monkeypatch.setattr(robot, 'wait_for_bridge', lambda self, is_there=True: is_there and wait(self))
     monkeypatch.setattr(
-        driver, 'drive', lambda self, seconds, forward: drive(self, min(seconds, 3.0), forward)
+        robot, 'drive', lambda self, seconds, forward: drive(self, min(seconds, 3.0), forward)
     )
     yield
-    for name in ('_motor_fuzz', '_motor_line', '_corrupted_line'):
+    for name in ('_motor_fuzz', '_motor_line'):
         sys.modules.pop(name, None)
 
 
 @pytest.mark.parametrize('seed', [1, 2])
 def test_corrupted_replies_cause_no_wrong_motion(seed: int) -> None:
-    fuzz = import_module('_motor_fuzz').fuzz
-    tally = fuzz(4000, seed)
-    assert sum(tally.faults.values()) > 100
-    assert (tally.exceptions, tally.over_limit) == (0, 0)
-    assert tally.jump < 0.02
-    assert max(tally.wrong_mm, default=0.0) < 8.0
+    drive = import_module('_motor_fuzz').FuzzedDrive(seed)
+    drive.run(4000)
+    assert sum(drive.line.faults.values()) > 100
+    assert (drive.exceptions, drive.over_limit) == (0, 0)
+    assert drive.jump < 0.02
+    assert max(drive.wrong_mm, default=0.0) < 8.0
 
 
 def test_a_line_without_faults_takes_every_count() -> None:
-    tally = import_module('_motor_fuzz').FuzzedDrive(3, 0.0, 0.0).run(2000)
-    assert tally.wrong_sent == 0
-    assert set(tally.status_counts) <= {'accepted', 'implausible, read again'}
-    assert tally.jump < 1e-3
+    drive = import_module('_motor_fuzz').FuzzedDrive(3, 0.0, 0.0)
+    drive.run(2000)
+    assert drive.line.wrong_sent == 0
+    statuses = {status.value for status in drive.odometry.status_counts}
+    assert statuses <= {'accepted', 'implausible, read again'}
+    assert drive.jump < 1e-3
 
 
 def test_a_terminal_that_is_pulled_away_comes_back() -> None:
