@@ -1,8 +1,7 @@
 """Writes a bag of stereo pairs."""
 
-from dataclasses import replace
-
 import numpy as np
+from taught_wall import CALIBRATIONS, SIDES
 
 from scene_simulator.messages import camera_info, compressed_image, imu
 from scene_simulator.robot.body import TiltReading
@@ -11,19 +10,12 @@ from shirube_bags.bag_writer import BagWriter
 IMAGE, INFO = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
 
 
-def info_message(calibration, stamp_ns):
-    """Return a CameraInfo with R and P."""
-    message = camera_info(calibration.raw, 'camera', stamp_ns)
-    return replace(message, r=np.array(calibration.rotation), p=np.array(calibration.projection))
-
-
-def write_pairs(path, entries, calibrations, tilt=None):
+def write_pairs(path, entries, calibrations=CALIBRATIONS, tilt=None):
     """Write images and calibrations.
 
     Args:
         path: path of the bag.
-        entries: stamp of the left image [ns], stamp of the right one [ns], left image, right image; bytes for an image
-            are written unchanged.
+        entries: stamp of the left image [ns], stamp of the right one [ns], left image, right image.
         calibrations: calibrations of the left and the right camera.
         tilt: roll and pitch of an IMU reading before each pair [rad], None without IMU.
     """
@@ -33,7 +25,12 @@ def write_pairs(path, entries, calibrations, tilt=None):
                 before_ns = entry[0] - 20_000_000
                 message = imu(TiltReading(before_ns * 1e-9, *tilt), 'base_link', before_ns)
                 bag.write('/imu', 'sensor_msgs/msg/Imu', message, before_ns)
-            for side, stamp_ns, image, calibration in zip(('left', 'right'), entry, entry[2:], calibrations):
-                bag.write(f'/{side}/camera_info', INFO, info_message(calibration, stamp_ns), stamp_ns)
+            for side, stamp_ns, image, calibration in zip(SIDES, entry, entry[2:], calibrations):
+                matrices = (
+                    np.reshape(calibration.rotation, (3, 3)),
+                    np.reshape(calibration.projection, (3, 4)),
+                )
+                message = camera_info(calibration.raw, 'camera', stamp_ns, *matrices)
+                bag.write(f'/{side}/camera_info', INFO, message, stamp_ns)
                 message = compressed_image(image, 'camera', stamp_ns, 100)
                 bag.write(f'/{side}/image_rect/compressed', IMAGE, message, stamp_ns)
