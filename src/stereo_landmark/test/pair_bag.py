@@ -10,22 +10,23 @@ from shirube_bags.bag_writer import BagWriter
 IMAGE, INFO = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
 
 
-def write_pairs(path, entries, calibrations=CALIBRATIONS, tilt=None):
-    """Write images and calibrations.
+def write_pairs(path, pairs, calibrations=CALIBRATIONS, tilt=None):
+    """Write images and calibrations, and return the path.
 
     Args:
         path: path of the bag.
-        entries: stamp of the left image [ns], stamp of the right one [ns], left image, right image.
+        pairs: stamp of the left image [ns], both images, and how much later the right one is [ns] if it is.
         calibrations: calibrations of the left and the right camera.
         tilt: roll and pitch of an IMU reading before each pair [rad], None without IMU.
     """
     with BagWriter(path) as bag:
-        for entry in entries:
+        for begin_ns, images, *later in pairs:
             if tilt is not None:
-                before_ns = entry[0] - 20_000_000
+                before_ns = begin_ns - 20_000_000
                 message = imu(TiltReading(before_ns * 1e-9, *tilt), 'base_link', before_ns)
                 bag.write('/imu', 'sensor_msgs/msg/Imu', message, before_ns)
-            for side, stamp_ns, image, calibration in zip(SIDES, entry, entry[2:], calibrations):
+            stamps = begin_ns, sum(later, begin_ns)
+            for side, stamp_ns, image, calibration in zip(SIDES, stamps, images, calibrations):
                 matrices = (
                     np.reshape(calibration.rotation, (3, 3)),
                     np.reshape(calibration.projection, (3, 4)),
@@ -34,3 +35,4 @@ def write_pairs(path, entries, calibrations=CALIBRATIONS, tilt=None):
                 bag.write(f'/{side}/camera_info', INFO, message, stamp_ns)
                 message = compressed_image(image, 'camera', stamp_ns, 100)
                 bag.write(f'/{side}/image_rect/compressed', IMAGE, message, stamp_ns)
+    return path

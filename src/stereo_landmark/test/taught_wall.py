@@ -36,6 +36,8 @@ T_MAP_PLACE = SE2(10.0, -4.0, 2.0)
 TAUGHT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HERE = (0.15, -0.1, 0.0, 0.06, 0.0, 0.0)
 """Pose of the repeat view: x, y, z [m], yaw, roll, pitch [rad] in the place frame."""
+LEANING = (0.15, -0.1, 0.05, 0.06, 0.04, -0.03)
+"""Pose of a tilted and raised robot."""
 
 
 def clutter(count=30):
@@ -105,15 +107,26 @@ class Files:
         for side, calibration in zip(SIDES, calibrations or ()):
             write_calibration(self.calibrations[side], calibration)
 
+    def truncate(self, side):
+        """Cut an image file in half."""
+        data = self.images[side].read_bytes()
+        self.images[side].write_bytes(data[: len(data) // 2])
+
     def write_raw(self, state):
         """Write the raw images from a robot state and their calibrations."""
         self.write(raw_pair(state), RAW)
 
 
-def write_files(folder, state=HERE):
-    """Write the place, a pair and the calibrations."""
+def write_pair(folder, state=HERE):
+    """Write a pair and the calibrations."""
     images, calibrations = ({side: folder / f'{side}.{kind}' for side in SIDES} for kind in ('png', 'yaml'))
     files = Files(folder / 'places', images, calibrations)
     files.write(seen(state), CALIBRATIONS)
+    return files
+
+
+def write_files(folder):
+    """Write the place, the pair at HERE and the calibrations."""
+    files = write_pair(folder)
     save_place(files.places, taught_place(), StereoImages(*seen(TAUGHT)))
     return files

@@ -4,14 +4,10 @@ import asyncio
 import inspect
 
 import pytest
-from aiohttp import WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
-from taught_wall import RIG
-from teaching_wall import images_of
+from teaching_wall import pairs_of_wall
 
-from stereo_landmark.page.access import is_loopback
 from stereo_landmark.page.page_server import PageServer
-from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler
 
@@ -22,8 +18,7 @@ def talking(token=''):
     def decorate(conversation):
         def test(tmp_path, **fixtures):
             async def whole():
-                source = StereoPairs(['taught', 'here'], images_of, RIG)
-                server = PageServer(RequestHandler(source, PlaceSaver(tmp_path)), token)
+                server = PageServer(RequestHandler(pairs_of_wall(), PlaceSaver(tmp_path)), token)
                 async with TestClient(TestServer(server.application())) as client:
                     await asyncio.wait_for(conversation(client, **fixtures), 110.0)
 
@@ -46,8 +41,8 @@ async def test_the_page_its_files_and_its_images_are_there(client):
         assert (await client.get(f'/static/{name}')).status == 200
     image = await client.get('/image/1/right.png')
     assert (await image.read()).startswith(b'\x89PNG')
-    assert (await client.get('/image/2/left.png')).status == 404
-    assert (await client.get('/static/../page_server.py')).status == 404
+    assert image.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
+    assert image.headers['X-Content-Type-Options'] == 'nosniff'
 
 
 @talking()
@@ -131,16 +126,28 @@ async def test_a_fault_of_the_program_ends_no_session(client, monkeypatch, caplo
     assert 'ZeroDivisionError' in caplog.text
 
 
+IMAGE = '/image/0/left.png'
+SHOWN = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch-Dest': 'image'}
+LINK = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'navigate', 'Sec-Fetch-Dest': 'document'}
+
+
 @pytest.mark.parametrize(
     ('path', 'headers', 'status'),
     [
         ('/', {'Host': '['}, 403),
+        ('/', {'Host': 'elsewhere.example'}, 403),
         ('/', {'Origin': 'http://['}, 403),
+        ('/', LINK, 200),
+        ('/socket', {'Origin': 'http://elsewhere.example'}, 403),
+        ('/static/../page_server.py', {}, 404),
+        ('/image/2/left.png', {}, 404),
         (f'/image/{"9" * 5000}/left.png', {}, 404),
+        (IMAGE, SHOWN, 403),
+        (IMAGE, {**SHOWN, 'Sec-Fetch-Site': 'same-origin'}, 200),
     ],
 )
 @talking()
-async def test_headers_and_addresses_that_are_none_are_refused(client, path, headers, status):
+async def test_other_sites_and_addresses_that_are_none_are_refused(client, path, headers, status):
     assert (await client.get(path, headers=headers)).status == status
 
 
@@ -153,60 +160,27 @@ async def test_a_cookie_that_is_no_text_is_no_token(client):
     writer.close()
 
 
-@talking()
-async def test_pages_of_other_sites_and_foreign_names_are_refused(client):
-    with pytest.raises(WSServerHandshakeError):
-        await client.ws_connect('/socket', headers={'Origin': 'http://elsewhere.example'})
-    assert (await client.get('/', headers={'Host': 'elsewhere.example'})).status == 403
-
-
-@talking()
-async def test_other_sites_cannot_show_what_the_cameras_see(client):
-    image = await client.get('/image/0/left.png')
-    assert image.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
-    assert image.headers['X-Content-Type-Options'] == 'nosniff'
-    shown = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch-Dest': 'image'}
-    assert (await client.get('/image/0/left.png', headers=shown)).status == 403
-    own = {**shown, 'Sec-Fetch-Site': 'same-origin'}
-    assert (await client.get('/image/0/left.png', headers=own)).status == 200
-    link = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'navigate', 'Sec-Fetch-Dest': 'document'}
-    assert (await client.get('/', headers=link)).status == 200
-
-
-def test_two_servers_on_one_host_keep_their_tokens_apart(tmp_path):
+def test_a_cookie_is_for_one_server_and_not_for_scripts_and_other_sites(tmp_path):
     names = set()
     for token in ('one', 'other'):
 
         async def enter(client, token=token):
-            names.update((await client.get(f'/?token={token}', allow_redirects=False)).cookies)
+            way_in = await client.get(f'/?token={token}', allow_redirects=False)
+            (cookie,) = way_in.cookies.values()
+            assert (bool(cookie['httponly']), cookie['samesite']) == (True, 'Strict')
+            assert way_in.headers['Location'] == '/'
+            names.add(cookie.key)
 
         talking(token)(enter)(tmp_path)
     assert len(names) == 2
 
 
 @talking('secret')
-async def test_scripts_and_other_sites_do_not_get_the_token(client):
-    way_in = await client.get('/?token=secret', allow_redirects=False)
-    (cookie,) = way_in.cookies.values()
-    assert cookie['httponly']
-    assert cookie['samesite'] == 'Strict'
-    assert way_in.headers['Location'] == '/'
-
-
-@talking('secret')
 async def test_requests_without_the_token_are_rejected(client):
-    for path in ('/', '/?token=wrong', '/static/main.js', '/image/0/left.png', '/socket'):
+    for path in ('/', '/?token=wrong', '/static/main.js', IMAGE, '/socket'):
         assert (await client.get(path)).status == 403
-    assert (await client.get('/?token=secret')).status == 200
-    assert (await client.get('/image/0/left.png')).status == 200
+    for path in ('/?token=secret', IMAGE):
+        assert (await client.get(path)).status == 200
     async with client.ws_connect('/socket') as socket:
         await socket.send_json({'do': 'hello'})
         assert 'state' in await socket.receive_json()
-
-
-@pytest.mark.parametrize(
-    ('host', 'expected'),
-    [('127.0.0.1', True), ('localhost', True), ('::1', True), ('0.0.0.0', False), ('robot.local', False)],
-)
-def test_only_this_machine_is_loopback(host, expected):
-    assert is_loopback(host) is expected
