@@ -7,19 +7,19 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
 from node_testing import IsolatedGraph
 from rclpy.node import Node
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
-from taught_wall import CALIBRATIONS, TAUGHT, seen
+from taught_wall import CALIBRATIONS, SIDES, TAUGHT, seen
 
 from shirube_ros.camera.image import image_from_array
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
 from stereo_landmark.node import StereoLandmarkNode
 
 MOUNT = {'camera_xyz': [0.2, 0.1, 0.6]}
-SIDES = ('left', 'right')
 
 
 class FakeStream:
@@ -53,9 +53,9 @@ class Robot:
         given = {'places_dir': str(places), **MOUNT, **parameters}
         self.node = graph.add(StereoLandmarkNode if is_real else self._with_fakes, **given)
         self.robot = graph.add(lambda **options: Node('robot', **options))
-        kinds = {f'{side}/{name}': kind for side in SIDES for name, kind in
-                 (('image_rect', Image), ('camera_info', CameraInfo))} | {'imu': Imu}  # fmt: skip
-        self._publishers = {
+        kinds = {f'{side}/image_rect': Image for side in SIDES}
+        kinds |= {f'{side}/camera_info': CameraInfo for side in SIDES} | {'imu': Imu}
+        self.publishers = {
             topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in kinds.items()
         }
         self.displacements = self.listen(TransformStamped, 'displacement')
@@ -74,10 +74,8 @@ class Robot:
         return StereoLandmarkNode(create_stream, **options)  # type: ignore[arg-type]
 
     def _is_connected(self) -> bool:
-        is_subscribed = all(
-            publisher.get_subscription_count() == 1 for publisher in self._publishers.values()
-        )
-        return is_subscribed and self.robot.count_publishers('/diagnostics') == 1
+        counts = [publisher.get_subscription_count() for publisher in self.publishers.values()]
+        return set(counts) == {1} and self.robot.count_publishers('/diagnostics') == 1
 
     @property
     def stream(self) -> FakeStream:
@@ -93,7 +91,7 @@ class Robot:
     def send(self, topic: str, message: Any) -> None:
         guard = self.node._guard
         before = guard.counts[topic].received
-        self._publishers[topic].publish(message)
+        self.publishers[topic].publish(message)
         assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
 
     def send_pair(self, stamp: float = 10.0, pair: Any = None, later: float = 0.0) -> None:
@@ -116,12 +114,14 @@ def header(stamp: float, frame: str) -> Header:
     return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
 
-def info(calibration: CameraCalibration) -> CameraInfo:
+def info(calibration: CameraCalibration, at: Header | None = None) -> CameraInfo:
     raw = calibration.raw
     return CameraInfo(
-        width=raw.width,
-        height=raw.height,
-        k=raw.matrix.ravel(),
-        r=calibration.rotation,
-        p=calibration.projection,
-    )
+        header=at, width=raw.width, height=raw.height, distortion_model='plumb_bob', d=list(raw.distortion),
+        k=raw.matrix.ravel(), r=calibration.rotation, p=calibration.projection,
+    )  # fmt: skip
+
+
+def imu(at: Header, tilt: tuple[float, ...]) -> Imu:
+    x, y, z, w = Rotation.from_euler('xyz', (*tilt, 0.0)).as_quat().tolist()
+    return Imu(header=at, orientation=Quaternion(x=x, y=y, z=z, w=w))
