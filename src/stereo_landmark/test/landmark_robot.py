@@ -117,7 +117,7 @@ def header(stamp: float, frame: str) -> Header:
 def info(calibration: CameraCalibration, at: Header | None = None) -> CameraInfo:
     raw = calibration.raw
     return CameraInfo(
-        header=at, width=raw.width, height=raw.height, distortion_model='plumb_bob', d=list(raw.distortion),
+        header=at or Header(), width=raw.width, height=raw.height, distortion_model='plumb_bob', d=list(raw.distortion),
         k=raw.matrix.ravel(), r=calibration.rotation, p=calibration.projection,
     )  # fmt: skip
 

@@ -1,5 +1,6 @@
 """State between pairs, tested with a localizer that records its calls."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -39,8 +40,11 @@ def stream(places=None, mount=MOUNT):
 
 
 def add_pair(to, seconds, calibrations=CALIBRATIONS):
-    for side, image, calibration in zip(Side, seen(TAUGHT), calibrations):
-        located = to.add_image(side, round(seconds * SECOND), image, calibration)
+    alone, located = (
+        to.add_image(side, round(seconds * SECOND), image, calibration)
+        for side, image, calibration in zip(Side, seen(TAUGHT), calibrations)
+    )
+    assert alone is None
     return located
 
 
@@ -86,10 +90,6 @@ def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_e
     assert len(checked) == 4
 
 
-def test_a_single_image_gives_no_result():
-    assert stream().add_image(Side.LEFT, 0, seen(TAUGHT)[0], CALIBRATIONS[0]) is None
-
-
 def test_a_calibration_that_changes_is_checked_again(asked):
     robot = stream()
     add_pair(robot, 0.0)
@@ -128,20 +128,13 @@ def test_the_cameras_of_the_place_are_taken():
 def test_other_cameras_are_refused_with_both_hashes(other):
     with pytest.raises(StereoLandmarkError, match='hall was taught with other cameras') as fault:
         check_cameras(PLACE, other)
-    assert calibration_hash(RIG) in str(fault.value)
-    assert calibration_hash(other) in str(fault.value)
+    assert {calibration_hash(RIG), calibration_hash(other)} <= set(re.findall(r'\w+', str(fault.value)))
 
 
-@pytest.mark.parametrize(
-    ('mount', 'name'),
-    [
-        (CameraMount((0.0, 0.0, 1.0), RIG.mount.rpy), 'camera_xyz'),
-        (CameraMount(RIG.mount.xyz, (0.0, 0.0, 0.0)), 'camera_rpy'),
-    ],
-)
-def test_another_mount_is_refused(mount, name):
-    with pytest.raises(StereoLandmarkError, match=f'was taught with {name} '):
-        check_cameras(PLACE, replace(RIG, mount=mount))
+@pytest.mark.parametrize('change', [{'xyz': (0.0, 0.0, 1.0)}, {'rpy': (0.0, 0.0, 0.0)}])
+def test_another_mount_is_refused(change):
+    with pytest.raises(StereoLandmarkError, match=f'was taught with camera_{next(iter(change))} '):
+        check_cameras(PLACE, replace(RIG, mount=replace(RIG.mount, **change)))
 
 
 MILLISECOND = 1_000_000
@@ -153,19 +146,24 @@ def run(pairing, *arrivals):
     return [pair for pair in pairs if pair is not None]
 
 
-def test_equal_stamps_make_pairs_left_first_whatever_comes_first():
-    arrivals = [(0, 0), (1, 0), (1, 50), (0, 50), (0, 100), (0, 150), (1, 100), (1, 150)]
-    assert run(StampSynchronizer(0, 5), *arrivals) == [(0, 0), (50, 50), (100, 100), (150, 150)]
+EQUAL = [(0, 0), (1, 0), (1, 50), (0, 50), (0, 100), (0, 150), (1, 100), (1, 150)]
+NEAR = [(0, 0), (1, 4), (0, 50), (1, 57), (1, 104), (0, 100)]
+SEVERAL = [(0, 0), (0, 10), (0, 25), (1, 12)]
 
 
-def test_nearly_equal_stamps_pair_only_within_the_tolerance():
-    arrivals = [(0, 0), (1, 4), (0, 50), (1, 57), (1, 104), (0, 100)]
-    assert run(StampSynchronizer(5 * MILLISECOND, 5), *arrivals) == [(0, 4), (100, 104)]
-    assert run(StampSynchronizer(0, 9), *arrivals) == []
-
-
-def test_the_nearest_of_several_is_the_partner():
-    assert run(StampSynchronizer(20 * MILLISECOND, 5), (0, 0), (0, 10), (0, 25), (1, 12)) == [(10, 12)]
+@pytest.mark.parametrize(
+    ('arrivals', 'tolerance', 'queue_size', 'pairs'),
+    [
+        (EQUAL, 0, 5, [(0, 0), (50, 50), (100, 100), (150, 150)]),
+        (NEAR, 5, 5, [(0, 4), (100, 104)]),
+        (NEAR, 0, 9, []),
+        (SEVERAL, 20, 5, [(10, 12)]),
+    ],
+)
+def test_the_nearest_stamps_within_the_tolerance_make_pairs_left_first(
+    arrivals, tolerance, queue_size, pairs
+):
+    assert run(StampSynchronizer(tolerance * MILLISECOND, queue_size), *arrivals) == pairs
 
 
 def test_every_image_is_in_one_pair_at_most_though_some_are_lost():
@@ -182,12 +180,16 @@ def test_every_image_is_in_one_pair_at_most_though_some_are_lost():
     assert pairs == [(s, s) for s in by_side[0] if s in by_side[1]]
 
 
-def test_inputs_without_common_stamps_are_reported():
-    arrivals = ((side, 100 * k + 7 * side) for k in range(5) for side in (0, 1))
-    with pytest.raises(StereoLandmarkError, match=r'no stamps in common; .*approximate_sync'):
+@pytest.mark.parametrize(
+    ('arrivals', 'words'),
+    [
+        (
+            ((side, 100 * k + 7 * side) for k in range(5) for side in (0, 1)),
+            'no stamps in common; .*approximate_sync',
+        ),
+        (((1, 100 * k) for k in range(5)), 'right images are received, but no left images'),
+    ],
+)
+def test_inputs_without_common_stamps_or_without_a_camera_are_reported(arrivals, words):
+    with pytest.raises(StereoLandmarkError, match=words):
         run(StampSynchronizer(0, 3), *arrivals)
-
-
-def test_a_camera_without_images_is_reported():
-    with pytest.raises(StereoLandmarkError, match='right images are received, but no left images'):
-        run(StampSynchronizer(0, 3), *((1, 100 * k) for k in range(5)))

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from taught_wall import HERE, T_MAP_PLACE
+from taught_wall import HERE, METERS, T_MAP_PLACE
 from teaching_wall import images_of, meters_of, new_session, pairs_of_wall
 
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
@@ -50,6 +50,10 @@ def test_a_whole_lesson(answers, tmp_path):
     assert path == str(tmp_path / 'wall.yaml')
     assert place.T_map_place == T_MAP_PLACE
     assert place.targets[0].primitives[0].name == 'ellipse 4'
+    true = sorted((3.0, meter.y, meter.z) for meter in METERS)
+    assert np.array(sorted(place.coordinates.positions.tolist(), key=lambda p: p[1])) == pytest.approx(
+        np.array(true), abs=0.01
+    )
     assert np.array_equal(load_images(tmp_path / 'wall.yaml').left, images_of(0).left)
 
 
