@@ -4,60 +4,41 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
 from node_testing import IsolatedGraph
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
-from taught_wall import CALIBRATIONS, SIDES, TAUGHT, seen
+from taught_wall import CALIBRATIONS, MOUNT, SIDES, TAUGHT, seen
 
 from shirube_ros.camera.image import image_from_array
 from stereo_landmark.core.pair.camera_calibration import CameraCalibration
+from stereo_landmark.core.pair.pair_stream import PairStream
 from stereo_landmark.node import StereoLandmarkNode
-
-MOUNT = {'camera_xyz': [0.2, 0.1, 0.6]}
-
-
-class FakeStream:
-    """Records its calls and returns a preset answer."""
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[Any, ...]] = []
-        self.answer: Any = None
-
-    def add_image(self, *call: Any) -> Any:
-        self.calls.append(('image', *call))
-        if isinstance(self.answer, Exception):
-            raise self.answer
-        return self.answer
-
-    def add_tilt(self, *call: Any) -> None:
-        self.calls.append(('tilt', *call))
-
-    def drop_prior(self) -> None:
-        self.calls.append(('drop_prior',))
 
 
 class Robot:
-    """The node under test and its publishers and subscribers."""
+    """The node under test and its publishers and subscribers.
+
+    Attributes:
+        streams: streams that a fake node asked for; their calls are recorded, and they have no fix unless one is set.
+    """
 
     def __init__(
         self, graph: IsolatedGraph, places: Path, *, is_real: bool = False, **parameters: Any
     ) -> None:
         self._graph = graph
-        self.streams: list[FakeStream] = []
-        given = {'places_dir': str(places), **MOUNT, **parameters}
+        self.streams: list[Mock] = []
+        given = {'places_dir': str(places), 'camera_xyz': list(MOUNT.xyz), **parameters}
         self.node = graph.add(StereoLandmarkNode if is_real else self._with_fakes, **given)
         self.robot = graph.add(lambda **options: Node('robot', **options))
-        kinds = {f'{side}/image_rect': Image for side in SIDES}
-        kinds |= {f'{side}/camera_info': CameraInfo for side in SIDES} | {'imu': Imu}
-        self.publishers = {
-            topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in kinds.items()
-        }
+        self.publishers = input_publishers(self.robot)
         self.displacements = self.listen(TransformStamped, 'displacement')
         self.poses = self.listen(PoseStamped, 'pose')
         self.reports: list[DiagnosticStatus] = []
@@ -67,18 +48,18 @@ class Robot:
         assert graph.spin_until(self._is_connected)
 
     def _with_fakes(self, **options: Any) -> StereoLandmarkNode:
-        def create_stream(*_: object) -> FakeStream:
-            self.streams.append(FakeStream())
+        def create_stream(*_: object) -> Mock:
+            self.streams.append(Mock(PairStream, **{'add_image.return_value': None}))
             return self.streams[-1]
 
-        return StereoLandmarkNode(create_stream, **options)  # type: ignore[arg-type]
+        return StereoLandmarkNode(create_stream, **options)
 
     def _is_connected(self) -> bool:
         counts = [publisher.get_subscription_count() for publisher in self.publishers.values()]
         return set(counts) == {1} and self.robot.count_publishers('/diagnostics') == 1
 
     @property
-    def stream(self) -> FakeStream:
+    def stream(self) -> Mock:
         return self.streams[-1]
 
     def listen(self, kind: type, name: str) -> list[Any]:
@@ -108,6 +89,13 @@ class Robot:
 
     def wait_for(self, messages: list[Any], number: int = 1) -> None:
         assert self._graph.spin_until(lambda: len(messages) >= number)
+
+
+def input_publishers(node: Node) -> dict[str, Publisher]:
+    """Return publishers of all inputs by topic."""
+    kinds = {f'{side}/image_rect': Image for side in SIDES}
+    kinds |= {f'{side}/camera_info': CameraInfo for side in SIDES} | {'imu': Imu}
+    return {topic: node.create_publisher(kind, topic, 10) for topic, kind in kinds.items()}
 
 
 def header(stamp: float, frame: str) -> Header:

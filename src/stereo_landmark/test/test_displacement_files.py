@@ -4,7 +4,8 @@ import csv
 
 import numpy as np
 import pytest
-from located_pairs import COVARIANCE, HERE, with_fix, without_fix
+from located_pairs import COVARIANCE, with_fix, without_fix
+from taught_wall import HERE
 
 from stereo_landmark.commands import locate
 from stereo_landmark.files import displacement_files

@@ -1,17 +1,22 @@
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_wall import Disc, Plate, Wall, from_left, look, teach_view, view_of
+from drawn_wall import Disc, Plate, Wall, detect_view, from_left, look, teach_view, view_of
+from scipy.spatial.transform import Rotation
+from stereo_calibrations import RealPairs
 
-from shirube_core.geometry import SE2
+from shirube_core.geometry import SE2, CameraMount, wrap_angle
 from stereo_landmark.core import landmark_localizer
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.primitives.primitive import PrimitiveKind
+from stereo_landmark.core.pair.camera_calibration import Rectifier, stereo_rig
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.settings import LandmarkSettings, SearchSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.teaching.teacher import Teacher
 
 PANELS = Wall(
     (Plate(0.35, 0.7, 0.4, 0.3, 80.0), Plate(-0.3, 0.75, 0.3, 0.4, 220.0), Disc(-0.75, 0.6, 0.08, 60.0))
@@ -112,3 +117,65 @@ def test_images_of_other_cameras_are_refused(places, images):
     words = 'right image is 376x480, place panels was taught with 752x480'
     with pytest.raises(StereoLandmarkError, match=words):
         LandmarkLocalizer(places).locate(images[0], images[1][:, ::2].copy())
+
+
+R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
+"""The body's x is up, y right and z ahead."""
+PRIMITIVES, APART, BORDER, SIZE = 16, 25.0, 45.0, np.array([752, 480])
+
+
+class Room:
+    """Teach and repeat pair: images, true position [m] and roll, pitch, yaw [rad] of the base in the room."""
+
+    def __init__(self):
+        pairs = RealPairs()
+        T = pairs.T_body_cameras[0]
+        R = R_BODY_BASE.T @ T[:3, :3] @ np.array(pairs.calibrations[0].rotation).reshape(3, 3).T
+        xyz, rpy = R_BODY_BASE.T @ T[:3, 3], Rotation.from_matrix(R).as_euler('xyz')
+        self.rig = stereo_rig(*pairs.calibrations, CameraMount(tuple(xyz.tolist()), tuple(rpy.tolist())))
+        self.images, self.positions, self.rpy = {}, {}, {}
+        for frame in pairs.truth['frames']:
+            w, x, y, z = frame['q_wxyz']
+            role, raw = frame['role'], pairs.images(frame['role'])
+            R_room_base = Rotation.from_quat([x, y, z, w]).as_matrix() @ R_BODY_BASE
+            self.rpy[role] = Rotation.from_matrix(R_room_base).as_euler('xyz')
+            self.positions[role] = np.array(frame['p'])
+            self.images[role] = [Rectifier(each).rectify(i) for each, i in zip(pairs.calibrations, raw)]
+
+    def view(self, role):
+        return replace(detect_view(self.images[role], self.rig), tilt=tuple(self.rpy[role][:2]))
+
+    def error(self, taught, now, fix):
+        """Return the error of a displacement [m, rad]."""
+        yaw = self.rpy[taught][2]
+        shift = Rotation.from_euler('z', -yaw).apply(self.positions[now] - self.positions[taught])
+        pose = fix.T_place_base
+        turn = wrap_angle(pose.yaw - (self.rpy[now][2] - yaw))
+        return np.linalg.norm([pose.x, pose.y, fix.height] - shift), abs(turn)
+
+
+def drawn(teacher, primitives, rng):
+    """Return random measurable primitives inside both images with a minimum spacing, by name."""
+    chosen = []
+    for i in rng.permutation(len(primitives)):
+        primitive = primitives[i]
+        inside = (primitive.centre > BORDER).all() and (primitive.centre < SIZE - BORDER).all()
+        is_apart = all(np.hypot(*(primitive.centre - each.centre)) >= APART for each in chosen)
+        if inside and is_apart and len(chosen) < PRIMITIVES:
+            with suppress(StereoLandmarkError):
+                teacher.measure(primitive)
+                chosen.append(primitive)
+    return {f'part {i}': each for i, each in enumerate(chosen)}
+
+
+@pytest.mark.parametrize(('taught', 'now', 'seed'), [('teach', 'repeat', 0), ('repeat', 'teach', 1)])
+def test_a_real_room_is_found_again_though_its_squares_repeat(taught, now, seed):
+    """The pairs are 0.3 m and 15° apart; a board has 36 square tags."""
+    room = Room()
+    view = room.view(taught)
+    squares = view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives
+    parts = drawn(Teacher(view, ImageProcessing()), squares, np.random.default_rng(seed))
+    answer = LandmarkLocalizer([teach_view(view, parts)]).locate(*room.images[now], tuple(room.rpy[now][:2]))
+    position, turn = room.error(taught, now, answer.displacement)
+    assert position < 0.015
+    assert turn < np.radians(0.5)

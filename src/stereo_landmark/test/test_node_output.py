@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from located_pairs import HERE, detection, with_fix, without_fix
+from located_pairs import detection, with_fix, without_fix
 from std_msgs.msg import Header
-from taught_wall import METERS
+from taught_wall import HERE, METERS
 from visualization_msgs.msg import Marker
 
 from shirube_ros.diagnostics import Level
@@ -31,19 +31,16 @@ def test_the_base_frame_leans_with_the_robot():
     assert target_markers(leaning, HEADER).markers[1].points == expected
 
 
-def test_points_too_far_away_to_be_measured_are_left_out():
+def test_points_too_far_away_to_be_measured_and_old_ones_are_left_out():
     pair = with_fix()
     seen = pair.result.detections[0]
     seen.points.pixels[1, 2] = seen.points.pixels[1, 0]
     _, points, _ = target_markers(pair, HEADER).markers
     assert len(points.points) == 3
     seen.points.pixels[:, 2] = seen.points.pixels[:, 0]
-    assert len(target_markers(pair, HEADER).markers) == 1
-
-
-def test_without_targets_the_old_ones_are_removed():
-    (marker,) = target_markers(without_fix(), HEADER).markers
-    assert marker.action == Marker.DELETEALL
+    for without in (pair, without_fix()):
+        (marker,) = target_markers(without, HEADER).markers
+        assert marker.action == Marker.DELETEALL
 
 
 def test_points_are_marked_where_they_are_seen_used_ones_in_another_colour():

@@ -32,6 +32,12 @@ def talking(token=''):
     return decorate
 
 
+async def ask(socket, **request):
+    """Send a request and return the response."""
+    await socket.send_json(request)
+    return await socket.receive_json()
+
+
 @talking()
 async def test_the_page_its_files_and_its_images_are_there(client):
     page = await client.get('/')
@@ -48,12 +54,10 @@ async def test_the_page_its_files_and_its_images_are_there(client):
 @talking()
 async def test_pages_see_the_steps_of_each_other(client):
     async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
-        await one.send_json({'id': 7, 'do': 'rename_place', 'name': 'hall'})
-        answer = await one.receive_json()
+        answer = await ask(one, id=7, do='rename_place', name='hall')
         assert (answer['id'], answer['state']['place']) == (7, 'hall')
         assert await two.receive_json() == {'changed': True}
-        await two.send_json({'id': 1, 'do': 'snapshot'})
-        assert (await two.receive_json())['state']['place'] == 'hall'
+        assert (await ask(two, do='snapshot'))['state']['place'] == 'hall'
 
 
 @talking()
@@ -87,15 +91,12 @@ async def test_other_pages_are_notified_of_a_slider_after_the_drag(client):
     async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
         for value in (7.0, 8.0):
             fields = {'name': 'edges.threshold', 'value': value, 'gesture': 'a', 'sides': []}
-            await one.send_json({'do': 'edges', **fields})
-            assert 'edges' in await one.receive_json()
+            assert 'edges' in await ask(one, do='edges', **fields)
         with pytest.raises(asyncio.TimeoutError):
             await two.receive_json(timeout=0.05)
-        await one.send_json({'do': 'snapshot'})
-        await one.receive_json()
+        await ask(one, do='snapshot')
         assert await two.receive_json() == {'changed': True}
-        await two.send_json({'do': 'snapshot'})
-        assert (await two.receive_json())['state']['processing']['edges.threshold'] == 8.0
+        assert (await ask(two, do='snapshot'))['state']['processing']['edges.threshold'] == 8.0
         with pytest.raises(asyncio.TimeoutError):
             await one.receive_json(timeout=0.05)
 
@@ -107,8 +108,7 @@ async def test_nonsense_is_answered_and_the_server_goes_on(client):
         for nonsense in ('{', '[]', '7', '"x"', '{"do": {}}', deep, f'{{"id": {"9" * 5000}}}'):
             await socket.send_str(nonsense)
             assert 'error' in await socket.receive_json()
-        await socket.send_json({'do': 'hello'})
-        assert 'configuration' in await socket.receive_json()
+        assert 'configuration' in await ask(socket, do='hello')
 
 
 @talking()
@@ -119,8 +119,7 @@ async def test_a_fault_of_the_program_ends_no_session(client, monkeypatch, caplo
     monkeypatch.setattr(RequestHandler, 'answer', fault)
     async with client.ws_connect('/socket') as socket:
         for number in (1, 2):
-            await socket.send_json({'id': number, 'do': 'hello'})
-            answer = await socket.receive_json()
+            answer = await ask(socket, id=number, do='hello')
             assert answer['id'] == number
             assert 'internal error' in answer['error']
     assert 'ZeroDivisionError' in caplog.text
@@ -182,5 +181,4 @@ async def test_requests_without_the_token_are_rejected(client):
     for path in ('/?token=secret', IMAGE):
         assert (await client.get(path)).status == 200
     async with client.ws_connect('/socket') as socket:
-        await socket.send_json({'do': 'hello'})
-        assert 'state' in await socket.receive_json()
+        assert 'state' in await ask(socket, do='hello')

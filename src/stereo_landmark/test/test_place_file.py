@@ -102,7 +102,7 @@ def test_images_of_a_copied_place_stay(tmp_path, saved):
     assert is_same(load_images(saved), random_images(3))
 
 
-PRIMITIVE = 'targets.wanted.0.primitives.0'
+PRIMITIVE, EDGES, POINTS = 'targets.wanted.0.primitives.0', 'image_processing.edges', 'corresponding_points'
 WRONG = [
     ('format', 'shirube/map', 'format is not'),
     ('version', 2, 'version is 2, this program supports up to 1; update'),
@@ -121,13 +121,9 @@ WRONG = [
     ('stereo_calibration.left.fx', 'many', "stereo_calibration.left.fx is 'many', it must be a number"),
     ('stereo_calibration.left.cx', 1.0, 'hash does not match the calibration'),
     ('stereo_calibration.baseline', lambda baseline: -baseline, 'stereo_calibration: baseline is'),
-    ('image_processing.edges.threshold', None, 'image_processing.edges.threshold is missing'),
-    (
-        'image_processing.edges.treshold',
-        5.0,
-        'setting edges.treshold does not exist, did you mean edges.threshold?',
-    ),
-    ('image_processing.edges.threshold', 9999.0, 'setting edges.threshold is 9999.0, allowed is'),
+    (f'{EDGES}.threshold', None, 'image_processing.edges.threshold is missing'),
+    (f'{EDGES}.treshold', 5.0, 'setting edges.treshold does not exist, did you mean edges.threshold?'),
+    (f'{EDGES}.threshold', 9999.0, 'setting edges.threshold is 9999.0, allowed is'),
     (f'{PRIMITIVE}.kind', 'hexagon', "kind is 'hexagon', it must be one of"),
     (f'{PRIMITIVE}.position', [1.0, 2.0], 'position is [1.0, 2.0], it must have at least 3 entries'),
     (f'{PRIMITIVE}.shape.colour', 1.0, 'colour does not exist, there are'),
@@ -135,19 +131,11 @@ WRONG = [
     ('coordinates', lambda coordinates: coordinates[1:], 'is missing; restore the file'),
     ('coordinates.0.xyz', [0.0, math.nan, 0.0], 'coordinates[0].xyz[1] is not a finite number'),
     ('coordinates.0.xyz', [0.0, 0.0, 1e308], 'coordinates[0].xyz[2] is not a finite number'),
-    (
-        'coordinates.0.covariance',
-        [[-1, 0, 0], [0, 1, 0], [0, 0, 1]],
-        'covariance is not positive semidefinite',
-    ),
-    ('corresponding_points.meter 1', None, 'corresponding_points.meter 1 is missing'),
-    ('corresponding_points.meter', ['a/b'], 'corresponding_points.meter: there is no such target'),
-    (
-        'corresponding_points.meter 1',
-        [],
-        'corresponding_points.meter 1 is [], it must have at least 1 entries',
-    ),
-    ('corresponding_points.meter 1', ['nothing/centre'], 'nothing/centre has no coordinates'),
+    ('coordinates.0.covariance', [[-1, 0, 0], [0] * 3, [0] * 3], 'covariance is not positive semidefinite'),
+    (f'{POINTS}.meter 1', None, 'corresponding_points.meter 1 is missing'),
+    (f'{POINTS}.meter', ['a/b'], 'corresponding_points.meter: there is no such target'),
+    (f'{POINTS}.meter 1', [], 'corresponding_points.meter 1 is [], it must have at least 1 entries'),
+    (f'{POINTS}.meter 1', ['nothing/centre'], 'nothing/centre has no coordinates'),
     ('T_map_place.x', 10**400, 'T_map_place.x is not a finite number'),
     ('T_map_place.yaw', None, 'T_map_place.yaw is missing'),
     ('images.tilt', [10**400, 0], 'images.tilt[0] is not a finite number'),

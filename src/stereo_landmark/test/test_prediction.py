@@ -107,13 +107,3 @@ def test_an_ellipse_fitted_to_the_outline_has_its_centre_there(seed):
     middle = CAMERA.pixels_from_points(centre[None])[0]
     (u, v), _, _ = cv2.fitEllipseDirect((pixels - middle).astype(np.float32))
     assert ellipse_centre_offset(centre, normal, 0.12, CAMERA) == pytest.approx([u, v], abs=0.003)
-
-
-def test_the_shift_is_towards_the_nearer_half_and_as_large_as_is_said():
-    angle, centre = math.radians(10.0), np.array([0.0, 0.0, 3.0])
-    # The right side is nearer.
-    normal = np.array([-math.sin(angle), 0.0, -math.cos(angle)])
-    shift = ellipse_centre_offset(centre, normal, 0.09, CAMERA)
-    assert abs(shift[0]) == pytest.approx(CAMERA.fx * 0.09**2 / 9.0 * math.sin(angle), rel=0.05)
-    near = outline(centre, normal, 0.09)
-    assert np.sign(shift[0]) == np.sign(near[np.argmin(near[:, 2]), 0])

@@ -8,8 +8,6 @@ import pytest
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
-from stereo_landmark.core.primitives.primitive import bounding_box
-from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 
 
 def test_an_ellipse_is_a_closed_line_with_its_foci():
@@ -19,14 +17,6 @@ def test_an_ellipse_is_a_closed_line_with_its_foci():
     focus = 12.0 * np.array([math.cos(0.4), math.sin(0.4)])
     sums = [np.hypot(*(line - ellipse.centre + sign * focus).T) for sign in (-1, 1)]
     assert sums[0] + sums[1] == pytest.approx(np.full(len(line), 26.0))
-
-
-def test_a_quadrilateral_goes_once_around_its_corners():
-    corners = np.array([[0.0, 0.0], [9.0, 1.0], [8.0, 7.0], [1.0, 6.0]])
-    shape = Quadrilateral(corners, 1, 1.0, np.eye(8))
-    (line,) = shape.outline()
-    assert line == pytest.approx(np.vstack([corners, corners[:1]]))
-    assert bounding_box(shape) == pytest.approx(np.array([[0.0, 0.0], [9.0, 7.0]]))
 
 
 def test_parallel_lines_are_two_and_a_corner_has_two_arms():

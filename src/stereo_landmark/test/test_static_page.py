@@ -11,7 +11,7 @@ import time
 import cv2
 import pytest
 from place_scenes import MOUNT
-from taught_wall import HERE, METERS, RIG, TAUGHT, seen, write_files
+from taught_wall import HERE, METERS, RIG, TAUGHT, seen, write_pair
 
 from stereo_landmark.files.place_file import load_place
 
@@ -26,8 +26,7 @@ needs_browser = pytest.mark.skipif(
 @pytest.fixture(scope='module')
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp('page')
-    files = write_files(folder)
-    shutil.rmtree(files.places)
+    files = write_pair(folder)
     for side, image in zip(('left', 'right'), seen(TAUGHT)):
         cv2.imwrite(str(folder / f'taught_{side}.png'), image)
     return files
