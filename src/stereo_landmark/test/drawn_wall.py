@@ -70,9 +70,8 @@ def look(wall, state, rig=RIG, noise=1.0, seed=1):
         eye = state[:3] + R_place_base @ rig.mount.xyz + R @ [shift, 0.0, 0.0]
         picture = np.empty((camera.height, camera.width))
         shade(picture, camera.matrix, R, eye, wall.distance, wall.level, things)
-        images.append(
-            np.clip(np.rint(picture + noise * rng.normal(size=picture.shape)), 0, 255).astype(np.uint8)
-        )
+        noisy = picture + noise * rng.normal(size=picture.shape)
+        images.append(np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
     return images
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -36,7 +37,8 @@ class Robot:
         self._graph = graph
         self.streams: list[Mock] = []
         given = {'places_dir': str(places), 'camera_xyz': list(MOUNT.xyz), **parameters}
-        self.node = graph.add(StereoLandmarkNode if is_real else self._with_fakes, **given)
+        create_stream = () if is_real else (self._create_stream,)
+        self.node = graph.add(partial(StereoLandmarkNode, *create_stream), **given)
         self.robot = graph.add(lambda **options: Node('robot', **options))
         self.publishers = input_publishers(self.robot)
         self.displacements = self.listen(TransformStamped, 'displacement')
@@ -47,12 +49,9 @@ class Robot:
         )
         assert graph.spin_until(self._is_connected)
 
-    def _with_fakes(self, **options: Any) -> StereoLandmarkNode:
-        def create_stream(*_: object) -> Mock:
-            self.streams.append(Mock(PairStream, **{'add_image.return_value': None}))
-            return self.streams[-1]
-
-        return StereoLandmarkNode(create_stream, **options)
+    def _create_stream(self, *_: object) -> Mock:
+        self.streams.append(Mock(PairStream, **{'add_image.return_value': None}))
+        return self.stream
 
     def _is_connected(self) -> bool:
         counts = [publisher.get_subscription_count() for publisher in self.publishers.values()]

@@ -9,10 +9,6 @@ def row_of_meters(places, radius=0.09):
 
 
 METERS = row_of_meters(0.6 - 0.28 * i for i in range(5))
-AROUND = (
-    Plate(0.0, 0.45, 1.6, 0.12, 90.0),
-    Plate(-0.75, 0.95, 0.2, 0.15, 210.0),
-    Plate(0.9, 0.75, 0.12, 0.3, 200.0),
-)
-ALL = Wall((*METERS, *AROUND))
+PLATES = (0.0, 0.45, 1.6, 0.12, 90.0), (-0.75, 0.95, 0.2, 0.15, 210.0), (0.9, 0.75, 0.12, 0.3, 200.0)
+ALL = Wall((*METERS, *(Plate(*plate) for plate in PLATES)))
 ALONE = Wall(METERS)

@@ -10,6 +10,12 @@ from shirube_bags.bag_writer import BagWriter
 IMAGE, INFO = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
 
 
+def info_of(calibration, stamp_ns=0):
+    """Return a CameraInfo with R and P."""
+    R, P = np.reshape(calibration.rotation, (3, 3)), np.reshape(calibration.projection, (3, 4))
+    return camera_info(calibration.raw, 'camera', stamp_ns, R, P)
+
+
 def write_pairs(path, pairs, calibrations=CALIBRATIONS, tilt=None):
     """Write images and calibrations, and return the path.
 
@@ -27,12 +33,7 @@ def write_pairs(path, pairs, calibrations=CALIBRATIONS, tilt=None):
                 bag.write('/imu', 'sensor_msgs/msg/Imu', message, before_ns)
             stamps = begin_ns, sum(later, begin_ns)
             for side, stamp_ns, image, calibration in zip(SIDES, stamps, images, calibrations):
-                matrices = (
-                    np.reshape(calibration.rotation, (3, 3)),
-                    np.reshape(calibration.projection, (3, 4)),
-                )
-                message = camera_info(calibration.raw, 'camera', stamp_ns, *matrices)
-                bag.write(f'/{side}/camera_info', INFO, message, stamp_ns)
+                bag.write(f'/{side}/camera_info', INFO, info_of(calibration, stamp_ns), stamp_ns)
                 message = compressed_image(image, 'camera', stamp_ns, 100)
                 bag.write(f'/{side}/image_rect/compressed', IMAGE, message, stamp_ns)
     return path

@@ -17,13 +17,9 @@ RIG = StereoRig(CAMERA, CAMERA, 0.2, MOUNT)
 def panel(distance=3.0, width=0.8, count=16, depth=0.1, seed=1):
     """Return points on a wall ahead, in the taught base frame, shape (n, 3) [m]."""
     rng = np.random.default_rng(seed)
-    return np.column_stack(
-        [
-            distance + depth * rng.uniform(-1.0, 1.0, count),
-            width * rng.uniform(-0.5, 0.5, count),
-            0.6 + 0.5 * width * rng.uniform(-0.5, 0.5, count),
-        ]
-    )
+    x = distance + depth * rng.uniform(-1.0, 1.0, count)
+    y = width * rng.uniform(-0.5, 0.5, count)
+    return np.column_stack([x, y, 0.6 + 0.5 * width * rng.uniform(-0.5, 0.5, count)])
 
 
 def view(points, state, noise=0.0, rng=None, rig=RIG):

@@ -40,9 +40,8 @@ def primitive(rng, name):
 
 def processing(rng):
     """Return settings anywhere within their limits."""
-    values = {
-        each.name: rng.uniform(each.minimum, each.maximum) for each in describe_settings(ImageProcessing)
-    }
+    settings = describe_settings(ImageProcessing)
+    values = {each.name: rng.uniform(each.minimum, each.maximum) for each in settings}
     return settings_from_values(ImageProcessing, values)
 
 

@@ -73,9 +73,8 @@ def test_rectified_images_show_points_where_the_rig_says():
     depths = np.random.default_rng(3).uniform(3.0, 4.0, (4, 3))
     rectified = np.dstack([*np.meshgrid((-0.9, -0.2, 0.5, 1.1), (-0.5, 0.1, 0.6), indexing='ij'), depths])
     rectified = rectified.reshape(-1, 3)
-    # From the left rectified frame to each raw camera frame.
-    R_left, R_right = (np.array(each.rotation).reshape(3, 3) for each in calibrations)
-    left = rectified @ R_left
+    # From the left rectified frame to the raw camera frames.
+    left = rectified @ np.reshape(calibrations[0].rotation, (3, 3))
     seen = rig.project(rectified)
     for calibration, points, expected in (
         (calibrations[0], left, seen[:, :2]),
@@ -84,7 +83,6 @@ def test_rectified_images_show_points_where_the_rig_says():
         image = Rectifier(calibration).rectify(spots(calibration.raw, points))
         found = np.array([centre(image, place) for place in expected])
         assert np.abs(found - expected).max() < 0.06
-    assert np.allclose(R_right @ (ROTATION @ left[0] + SHIFT), rectified[0] - [rig.baseline, 0.0, 0.0])
 
 
 def test_where_the_lens_shows_nothing_there_is_no_black_frame():
@@ -95,9 +93,8 @@ def test_where_the_lens_shows_nothing_there_is_no_black_frame():
 
 
 def test_an_image_of_another_size_is_refused():
-    calibration = raw_calibrations(CAMERA, CAMERA, np.eye(3), [-0.2, 0.0, 0.0])[0]
     with pytest.raises(StereoLandmarkError, match='is 320 x 240 px, the calibration is for 752 x 480 px'):
-        Rectifier(calibration).rectify(np.zeros((240, 320), np.uint8))
+        Rectifier(LEFT).rectify(np.zeros((240, 320), np.uint8))
 
 
 def test_the_rows_of_real_pairs_agree_only_after_rectification():

@@ -1,9 +1,11 @@
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pair_bag import IMAGE, INFO, info_of
 from stereo_calibrations import write_calibration
-from taught_wall import RAW
+from taught_wall import RAW, SIDES
 
 from shirube_bags.errors import BagError
 from shirube_ros.errors import CalibrationError, CameraInfoError
@@ -14,61 +16,36 @@ from stereo_landmark.files.camera_files import (
 )
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
-IMAGE, INFO, IMU = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo', 'sensor_msgs/msg/Imu'
+KINDS = {'compressed': IMAGE, 'camera_info': INFO, 'imu': 'sensor_msgs/msg/Imu'}
+NAMES = ('image_raw/compressed', 'image_rect/compressed', 'camera_info')
+BOTH = [f'/{side}/{name}' for side in SIDES for name in NAMES]
 
 
-class Bag:
-    """A fake bag that has only topic names."""
-
-    path = 'bag'
-
-    def __init__(self, *names):
-        kinds = {'compressed': IMAGE, 'camera_info': INFO, 'imu': IMU}
-        self.topics = {
-            name: SimpleNamespace(name=name, msgtype=kinds[name.rpartition('/')[2]]) for name in names
-        }
-
-
-BOTH = [
-    f'/{side}/{name}'
-    for side in ('left', 'right')
-    for name in ('image_raw/compressed', 'image_rect/compressed', 'camera_info')
-]
+def bag_of(*names):
+    """Return a fake bag that has only topics."""
+    kinds = {name: KINDS[name.rpartition('/')[2]] for name in names}
+    topics = {name: SimpleNamespace(name=name, msgtype=kind) for name, kind in kinds.items()}
+    return SimpleNamespace(path='bag', topics=topics)
 
 
 @pytest.mark.parametrize(('is_raw', 'name'), [(False, 'image_rect'), (True, 'image_raw')])
 def test_of_raw_and_rectified_images_those_are_taken_that_are_wanted(is_raw, name):
-    topics = choose_topics(Bag(*BOTH, '/imu'), {}, is_raw=is_raw)
+    topics = choose_topics(bag_of(*BOTH, '/imu'), {}, is_raw=is_raw)
     assert topics.images == (f'/left/{name}/compressed', f'/right/{name}/compressed')
     assert topics.camera_infos == ('/left/camera_info', '/right/camera_info')
     assert topics.imu == '/imu'
-    assert choose_topics(Bag(*BOTH), {}, is_raw=False).imu == ''
+    assert choose_topics(bag_of(*BOTH), {}, is_raw=False).imu == ''
 
 
 def test_ambiguous_topics_must_be_named():
-    bag = Bag('/front/a/compressed', '/front/b/compressed', '/front/a/camera_info', '/front/b/camera_info')
+    bag = bag_of('/front/a/compressed', '/front/b/compressed', '/front/a/camera_info', '/front/b/camera_info')
     with pytest.raises(BagError, match='several topics of type Image; name one of /front/a/compressed'):
         choose_topics(bag, {}, is_raw=False)
 
 
-def message(**changes):
-    """Return the CameraInfo of the right camera."""
-    calibration, raw = RAW[1], RAW[1].raw
-    fields = {
-        'width': raw.width,
-        'height': raw.height,
-        'distortion_model': 'plumb_bob',
-        'k': raw.matrix.ravel(),
-        'd': raw.distortion,
-        'r': calibration.rotation,
-        'p': calibration.projection,
-    }
-    return SimpleNamespace(**(fields | changes))
-
-
 def test_files_and_messages_give_the_same_calibration(tmp_path):
     assert load_camera_calibration(write_calibration(tmp_path / 'right.yaml', RAW[1])) == RAW[1]
-    assert calibration_from_camera_info(message(), 'right/camera_info') == RAW[1]
+    assert calibration_from_camera_info(info_of(RAW[1]), 'right/camera_info') == RAW[1]
 
 
 @pytest.mark.parametrize(
@@ -77,7 +54,7 @@ def test_files_and_messages_give_the_same_calibration(tmp_path):
 )
 def test_messages_of_cameras_that_are_not_calibrated_as_a_pair_are_refused(change, words):
     with pytest.raises(CameraInfoError, match=words):
-        calibration_from_camera_info(message(**change), 'right/camera_info')
+        calibration_from_camera_info(replace(info_of(RAW[1]), **change), 'right/camera_info')
 
 
 @pytest.mark.parametrize(

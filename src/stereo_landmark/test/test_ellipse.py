@@ -105,10 +105,8 @@ def test_tilt_counts_for_flat_ones_only():
     tolerance = Tolerances(ellipse=EllipseTolerance(axes=0.5, tilt=0.2))
 
     def differences(one, other):
-        shapes = (
-            Ellipse(np.zeros(2), np.array(axes), tilt, p, 1.0, np.eye(5)) for *axes, tilt, p in (one, other)
-        )
-        return difference(*shapes, tolerance)
+        made = (Ellipse(np.zeros(2), np.array(axes), t, p, 1.0, np.eye(5)) for *axes, t, p in (one, other))
+        return difference(*made, tolerance)
 
     assert differences((20.0, 20.0, 0.9, 1), (20.0, 20.0, 0.0, 1)) == 0.0
     assert differences((20.0, 5.0, 0.9, 1), (20.0, 5.0, 0.0, 1)) > 1.0

@@ -94,7 +94,6 @@ def test_a_wrong_file_is_one_line(files, capsys, change, words):
 @pytest.mark.parametrize(
     ('options', 'words'),
     [
-        (('--rate', '0'), '--rate must be above 0'),
         (('--rate', 'nan'), '--rate must be above 0'),
         (('--rate', '1e-300'), '--rate must be above 0'),
         (('--method', 'guess'), "setting place.method is 'guess'"),

@@ -37,11 +37,8 @@ def test_all_pairs_of_a_short_drive_are_offered_by_their_time(offered):
 
 def test_of_a_long_drive_pairs_are_offered_evenly(offered, monkeypatch):
     monkeypatch.setattr(module, 'PAIRS_MAX', 3)
-    assert list(offered([(t * SECOND, seen(TAUGHT)) for t in range(1, 9)]).labels) == [
-        '0.0 s',
-        '3.0 s',
-        '6.0 s',
-    ]
+    labels = offered([(t * SECOND, seen(TAUGHT)) for t in range(1, 9)]).labels
+    assert list(labels) == ['0.0 s', '3.0 s', '6.0 s']
 
 
 def test_raw_images_are_rectified(offered):

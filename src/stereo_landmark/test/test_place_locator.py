@@ -17,24 +17,20 @@ def pose_error(fix, state):
 
 
 @pytest.mark.parametrize('method', ['reprojection', 'closed_form'])
-@pytest.mark.parametrize(('pixel_sigma', 'tilt_sigma', 'accuracy'), [(0.0, 0.0, 0.1), (0.3, 0.02, 0.2)])
+@pytest.mark.parametrize(('pixel', 'tilt', 'accuracy'), [(0.0, 0.0, 0.1), (0.3, 0.02, 0.2)])
 @pytest.mark.newest_set_only
-def test_errors_are_within_the_covariance_of_pixels_calibration_and_tilt(
-    method, pixel_sigma, tilt_sigma, accuracy
-):
+def test_errors_are_within_the_covariance_of_pixels_calibration_and_tilt(method, pixel, tilt, accuracy):
     """Pixels are off by the noise of the detection, or by a calibration error that it does not state."""
     rng = np.random.default_rng(1)
-    settings = PlaceSettings(
-        method=method, pixel_sigma=pixel_sigma, tilt_sigma=tilt_sigma, position_sigma_max=10.0
-    )
+    settings = PlaceSettings(method=method, pixel_sigma=pixel, tilt_sigma=tilt, position_sigma_max=10.0)
     squares = []
     for _ in range(60):
         points, state = panel(seed=int(rng.integers(1000))), random_state(rng)
-        seen = view(points, state, pixel_sigma or NOISE, rng)
-        if pixel_sigma:
+        seen = view(points, state, pixel or NOISE, rng)
+        if pixel:
             seen = StereoPoints(seen.names, seen.pixels, 1e-6 * seen.covariances)
-        taught = teach(points, 0.0 if pixel_sigma else NOISE, rng)
-        fix = PlaceLocator(RIG, settings).locate(seen, taught, tuple(rng.normal(0.0, tilt_sigma, 2)))
+        taught = teach(points, 0.0 if pixel else NOISE, rng)
+        fix = PlaceLocator(RIG, settings).locate(seen, taught, tuple(rng.normal(0.0, tilt, 2)))
         assert isinstance(fix, PlaceFix)
         squares.append(mahalanobis(errors_of(fix.T_place_base, fix.height, state), fix.covariance))
     assert np.sqrt(np.mean(squares)) == pytest.approx(1.0, abs=accuracy)

@@ -73,9 +73,8 @@ def test_centres_of_circles_are_measured_where_they_were_taught():
     """From a viewpoint 15 degrees to the side, the ellipse centre of a large disc is biased by half a pixel."""
     wall = Wall((Disc(0.3, 0.7, 0.2, 60.0), Plate(-0.4, 0.7, 0.4, 0.3, 220.0)))
     view = view_of(wall, np.zeros(6), noise=0.5)
-    place = teach_view(
-        view, {'dial': from_left(view)[0], 'panel': from_left(view, PrimitiveKind.QUADRILATERAL)[0]}
-    )
+    parts = {'dial': from_left(view)[0], 'panel': from_left(view, PrimitiveKind.QUADRILATERAL)[0]}
+    place = teach_view(view, parts)
     (target,) = place.targets
     assert target.primitives[0].normal == pytest.approx([-1.0, 0.0, 0.0], abs=0.02)
     state = np.array([0.3, -0.5, 0.0, 0.26, 0.0, 0.0])

@@ -138,9 +138,8 @@ def test_differences_are_those_of_the_definition():
         for i, value in enumerate(row):
             one, other = found[i, :8].reshape(4, 2), taught[k, :8].reshape(4, 2)
             scale = np.linalg.norm(one) / np.linalg.norm(other)
-            nearest = min(
-                (np.roll(one, -s, axis=0) for s in range(4)), key=lambda c: np.linalg.norm(c - other)
-            )
+            rotated = (np.roll(one, -s, axis=0) for s in range(4))
+            nearest = min(rotated, key=lambda c: np.linalg.norm(c - other))
             shift = np.hypot(*(nearest / scale - other).T).max() / (0.5 * np.linalg.norm(other))
             assert value == pytest.approx(max(abs(np.log(scale)) / SIZE_TOLERANCE, shift / SHAPE_TOLERANCE))
 

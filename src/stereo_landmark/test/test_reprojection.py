@@ -85,9 +85,7 @@ def test_derivatives_are_those_of_the_pixels():
     points = panel()
     seen = reproject(STATE, points, RIG)
     for i, step in enumerate(1e-6 * np.eye(9)):
-        ahead, behind = (
-            reproject(STATE + sign * step[:6], points + sign * step[6:], RIG).pixels for sign in (1.0, -1.0)
-        )
+        ahead, behind = (reproject(STATE + d[:6], points + d[6:], RIG).pixels for d in (step, -step))
         jacobian = np.dstack([seen.state_jacobian, seen.point_jacobian])[:, :, i]
         assert jacobian == pytest.approx((ahead - behind) / 2e-6, rel=1e-5, abs=1e-3)
 

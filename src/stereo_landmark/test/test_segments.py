@@ -57,9 +57,8 @@ def test_no_point_is_farther_from_the_polyline_than_the_tolerance(tolerance):
 
 def test_a_straight_segment_has_its_ends_only_and_the_next_one_its_own():
     line = np.column_stack([np.arange(10.0), np.zeros(10)])
-    vertex_indices, starts = polyline_vertices(
-        np.concatenate([line, line + 50]), np.array([0, 10, 20], np.int32), 0.5
-    )
+    points = np.concatenate([line, line + 50])
+    vertex_indices, starts = polyline_vertices(points, np.array([0, 10, 20], np.int32), 0.5)
     assert vertex_indices.tolist() == [0, 9, 10, 19]
     assert starts.tolist() == [0, 2, 4]
 

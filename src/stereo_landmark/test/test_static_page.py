@@ -79,9 +79,6 @@ class Engineer:
         self.page.mouse.move(*end)
         self.page.mouse.up()
 
-    def names(self):
-        return self.look('window.__state.state.targets[0].primitives.map((part) => part.name)')
-
     def middle(self, testid):
         box = self.page.get_by_test_id(testid).bounding_box()
         return box['x'] + box['width'] / 2, box['y'] + box['height'] / 2
@@ -124,7 +121,8 @@ def choose_targets(engineer):
     for count, rim in enumerate(sorted(rims), start=1):
         page.mouse.click(*engineer.at(rim))
         engineer.wait(f'window.__state.state.targets[0].primitives.length === {count}')
-    assert engineer.names() == ['ellipse 1', 'ellipse 2', 'ellipse 3', 'ellipse 4']
+    names = engineer.look('window.__state.state.targets[0].primitives.map((part) => part.name)')
+    assert names == ['ellipse 1', 'ellipse 2', 'ellipse 3', 'ellipse 4']
     first = engineer.middle('chosen-0')
     engineer.drag(engineer.middle('handle-3'), (engineer.middle('handle-0')[0], first[1] - 30))
     engineer.wait("window.__state.state.targets[0].primitives[0].name === 'ellipse 4'")
@@ -255,12 +253,7 @@ def test_an_engineer_teaches_a_place_in_the_browser(engineer, address, files):
     name_while_saving(engineer)
     see_what_is_not_saved(engineer, address)
     place = load_place(files.places / 'wall.yaml')
-    assert [part.name for part in place.targets[0].primitives] == [
-        'ellipse 4',
-        'ellipse 1',
-        'ellipse 2',
-        'ellipse 3',
-    ]
+    assert [part.name for part in place.targets[0].primitives] == [f'ellipse {k}' for k in (4, 1, 2, 3)]
     assert place.rig == RIG
     assert engineer.faults == []
 

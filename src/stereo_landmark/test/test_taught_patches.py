@@ -24,14 +24,8 @@ PRINT = tuple(
 WALL = Wall((*PLATES, *PRINT))
 """Two plates with print."""
 EXACT = LandmarkSettings(place=PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0))
-STATES = np.array(
-    [
-        (0.3, -0.2, 0.0, 0.08, 0.0, 0.0),
-        (-0.4, 0.2, 0.0, -0.1, 0.0, 0.0),
-        (0.1, 0.3, 0.0, -0.15, 0.0, 0.0),
-        (-0.2, -0.3, 0.0, 0.12, 0.0, 0.0),
-    ]
-)
+PLANAR = (0.3, -0.2, 0.08), (-0.4, 0.2, -0.1), (0.1, 0.3, -0.15), (-0.2, -0.3, 0.12)
+STATES = np.array([(x, y, 0.0, yaw, 0.0, 0.0) for x, y, yaw in PLANAR])
 
 
 def seen(wall, state, noise=1.5, seed=1):
@@ -68,9 +62,8 @@ def test_the_points_of_patches_are_where_the_taught_ones_are_seen(place):
         found, points = measured.seen, measured.taught
         view = reproject(state, points.positions, RIG)
         error = (found.pixels - view.pixels)[:, :, None]
-        spread = found.covariances + view.point_jacobian @ points.covariances @ view.point_jacobian.transpose(
-            0, 2, 1
-        )
+        J = view.point_jacobian
+        spread = found.covariances + J @ points.covariances @ J.transpose(0, 2, 1)
         squares += (error.transpose(0, 2, 1) @ np.linalg.solve(spread, error)).ravel().tolist()
         assert not np.allclose(points.positions, place.coordinates.positions, atol=0.01)
     assert 0.4 < np.mean(squares) / 4.0 < 1.6

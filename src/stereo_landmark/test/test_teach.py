@@ -136,12 +136,6 @@ def test_a_size_selects_among_concentric_primitives(config):
         assert all(size[0] < part.shape.semi_axes[0] < size[1] for part in target.primitives)
 
 
-def test_a_quadrilateral_is_taught_by_its_corners(config):
-    config.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [266, 187]})
-    names = [name for name in config.place().coordinates.names if 'plate' in name]
-    assert names == [f'meters/plate/corner_{i}' for i in range(4)]
-
-
 def test_a_bag_teaches_the_same_as_its_images(config):
     from_files = config.place()
     config.use_bag([(SECOND, seen(HERE)), (2 * SECOND, seen(TAUGHT))], stamp=1.5)
