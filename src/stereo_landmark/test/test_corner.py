@@ -59,8 +59,9 @@ def test_refined_vertices_are_unbiased_with_consistent_covariance():
             truth = moved[np.argmin(np.hypot(*(moved - corner.vertex).T))]
             refined = refine_corner(corner, image)
             assert refined is not None
-            errors.append(refined.vertex - truth)
-            squares.append(mahalanobis(refined.vertex - truth, refined.covariance))
+            vertex = refined.image_points()['vertex']
+            errors.append(vertex.position - truth)
+            squares.append(mahalanobis(errors[-1], vertex.covariance))
     assert len(errors) >= 150
     assert np.sqrt(np.mean(np.square(errors))) < 0.03
     assert np.abs(np.mean(errors, axis=0)).max() < 0.006

@@ -1,6 +1,7 @@
 """Edits change the state as specified, and reject invalid input."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -76,7 +77,9 @@ def test_a_region_holds_what_is_wholly_inside():
     region = Region(10.0, 20.0, 30.0, 40.0)
     assert region.contains(np.array([[10.0, 20.0], [30.0, 40.0]]))
     assert not region.contains(np.array([[15.0, 25.0], [30.1, 30.0]]))
-    assert edits.set_region(TeachingState(), region).target.region == region
+    drawn = edits.set_region(TeachingState(), region)
+    assert drawn.target.region == region
+    assert edits.set_region(drawn, replace(region)) is drawn
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from stereo_landmark.core.teaching.geometry_hints import (
     count_distinct_points,
     find_skewed_shapes,
     horizontal_extent,
+    pose_sigmas,
     undetected_targets,
 )
 
@@ -39,6 +40,7 @@ def test_few_narrow_far_and_coinciding_points_are_reported_and_no_others(points,
     taught = teach(points, 0.1, np.random.default_rng(1))
     seen = view(points, np.zeros(6), 0.1, np.random.default_rng(2))
     fix = PlaceLocator(RIG, PlaceSettings(position_sigma_max=10.0)).locate(seen, taught)
+    assert pose_sigmas(fix)[0] >= np.sqrt(np.diag(fix.covariance)[:2].max())  # in the worst direction
     warnings = check_geometry(taught.positions, fix)
     assert bool(warnings) == bool(beginnings)
     for beginning in beginnings:

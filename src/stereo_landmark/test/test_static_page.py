@@ -114,9 +114,8 @@ def choose_targets(engineer):
     engineer.wait("window.__state.step === 'targets'")
     engineer.drag(engineer.at((2, 60)), engineer.at((370, 120)))
     engineer.wait('window.__state.state.targets[0].region !== null')
-    rims = engineer.look(
-        "window.__state.state.found.filter((e) => e.kind === 'ellipse').map((e) => e.outline[0][0])"
-    )
+    ellipses = "window.__state.state.found.filter((e) => e.kind === 'ellipse')"
+    rims = engineer.look(f'{ellipses}.map((e) => e.outline[0][0])')
     assert len(rims) == len(METERS)
     for count, rim in enumerate(sorted(rims), start=1):
         page.mouse.click(*engineer.at(rim))

@@ -136,6 +136,12 @@ def test_a_size_selects_among_concentric_primitives(config):
         assert all(size[0] < part.shape.semi_axes[0] < size[1] for part in target.primitives)
 
 
+def test_a_quadrilateral_is_taught_by_its_corners(config):
+    config.primitives.append({'kind': 'quadrilateral', 'name': 'plate', 'near': [266, 187]})
+    names = [name for name in config.place().coordinates.names if 'plate' in name]
+    assert names == [f'meters/plate/corner_{i}' for i in range(4)]
+
+
 def test_a_bag_teaches_the_same_as_its_images(config):
     from_files = config.place()
     config.use_bag([(SECOND, seen(HERE)), (2 * SECOND, seen(TAUGHT))], stamp=1.5)
@@ -176,13 +182,11 @@ def choice(**entry):
     return lambda config: config.primitives.append(entry)
 
 
+MISSPELT = {'edges': {'treshold': 1.0}}
 WRONG = [
     (replaced(colour=1), 'lesson.yaml: colour does not exist'),
     (replaced(bag={'path': 'bag'}), 'give either images and calibration, or bag'),
-    (
-        replaced(image_processing={'edges': {'treshold': 1.0}}),
-        'lesson.yaml: image_processing: setting edges.treshold does not exist',
-    ),
+    (replaced(image_processing=MISSPELT), 'lesson.yaml: image_processing: setting edges.treshold does not'),
     (replaced(camera_xyz=[0.0]), 'camera_xyz is [0.0], it must have at least 3 entries'),
     (replaced(camera_xyz=[0.0, 0.0, 1e6]), 'camera_xyz[2] is 1000000.0, it must be at most 10'),
     (choice(kind='corner'), 'target meters: give each primitive either near or region'),
