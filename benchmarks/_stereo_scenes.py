@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from _stereo_peers import product_rig
 from numpy.typing import NDArray
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 
 from scene_simulator.corridor.stereo_rig import StereoRig
 from shirube_core.geometry import SE2
+from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
 """Left and right image, each of shape (h, w)."""

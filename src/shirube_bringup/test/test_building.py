@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from stereo_landmark.core.landmark_fix import LandmarkFix
 
 from scene_simulator.mission.lamps import LAMPS
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bringup.building import PLACES, teach_places
 from shirube_core.geometry import SE2
 from shirube_core.waveform import steady_light
-from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.files.place_file import load_place
 
 

@@ -1,4 +1,4 @@
-"""Makes the helper modules of this folder importable; provides an isolated ROS graph as a fixture."""
+"""Helper modules of this folder become importable; fixtures are an isolated ROS graph and the files of the wall."""
 
 from __future__ import annotations
 
@@ -11,9 +11,23 @@ from node_testing import IsolatedGraph, isolated_graph
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from taught_wall import Files, write_files
+
 
 @pytest.fixture
 def graph() -> Iterator[IsolatedGraph]:
     """An isolated ROS graph."""
     with isolated_graph() as opened:
         yield opened
+
+
+@pytest.fixture(scope='session')
+def shared_files(tmp_path_factory: pytest.TempPathFactory) -> Files:
+    """Files of the wall that tests only read."""
+    return write_files(tmp_path_factory.mktemp('wall'))
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Files:
+    """Files of the wall that a test may change."""
+    return write_files(tmp_path)

@@ -1,4 +1,4 @@
-"""Renders a wall with discs and rectangles for a stereo pair; each pixel is the mean of a grid of rays."""
+"""Renders a wall with discs and rectangles for a stereo pair, and teaches it; a pixel is the mean of some rays."""
 
 from dataclasses import dataclass, replace
 
@@ -7,8 +7,10 @@ from numba import njit
 from place_scenes import RIG
 
 from shirube_core.geometry import matrix_from_rpy
-from stereo_landmark.core.primitives.primitive import ImageProcessing
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.teacher import Teacher
 
 FINE = 4
 """Rays along each side of a pixel."""
@@ -68,9 +70,8 @@ def look(wall, state, rig=RIG, noise=1.0, seed=1):
         eye = state[:3] + R_place_base @ rig.mount.xyz + R @ [shift, 0.0, 0.0]
         picture = np.empty((camera.height, camera.width))
         shade(picture, camera.matrix, R, eye, wall.distance, wall.level, things)
-        images.append(
-            np.clip(np.rint(picture + noise * rng.normal(size=picture.shape)), 0, 255).astype(np.uint8)
-        )
+        noisy = picture + noise * rng.normal(size=picture.shape)
+        images.append(np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
     return images
 
 
@@ -100,10 +101,22 @@ def shade(picture, K, R, eye, distance, level, things):
             picture[row, column] = total / (FINE * FINE)
 
 
-def view_of(wall, state, kinds, noise=1.0, seed=1, processing=None):
+def detect_view(images, rig=RIG):
     """Return the detections of both cameras."""
-    processing = processing or ImageProcessing()
-    left, right = (
-        detect_scene(image, processing, kinds) for image in look(wall, np.asarray(state), RIG, noise, seed)
-    )
-    return StereoView(left, right, RIG)
+    return StereoView(*(detect_scene(image, ImageProcessing()) for image in images), rig)
+
+
+def view_of(wall, state, noise=1.0, seed=1):
+    """Return the detections of both cameras from a robot state."""
+    return detect_view(look(wall, np.asarray(state), RIG, noise, seed))
+
+
+def from_left(view, kind=PrimitiveKind.ELLIPSE):
+    """Return the primitives of a kind in the left image, from left to right."""
+    return sorted(view.left.kinds[kind].primitives, key=lambda each: each.centre[0])
+
+
+def teach_view(view, parts, name='wall', T_map_place=None, target='target'):
+    """Teach a place with one target from the detections of both cameras."""
+    choice = TargetSelection(target, parts)
+    return Teacher(view, ImageProcessing()).teach(name, [choice], T_map_place)

@@ -2,62 +2,45 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
 from node_testing import IsolatedGraph
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header
-from taught_wall import CALIBRATIONS, TAUGHT, seen
+from taught_wall import CALIBRATIONS, MOUNT, SIDES, TAUGHT, seen
 
 from shirube_ros.camera.image import image_from_array
 from stereo_landmark.core.pair.camera_pair import CameraCalibration
+from stereo_landmark.core.pair.pair_stream import PairStream
 from stereo_landmark.node import StereoLandmarkNode
-
-MOUNT = {'camera_xyz': [0.2, 0.1, 0.6]}
-SIDES = ('left', 'right')
-
-
-class FakeStream:
-    """Records its calls and returns a preset answer."""
-
-    def __init__(self) -> None:
-        self.calls: list[tuple[Any, ...]] = []
-        self.answer: Any = None
-
-    def add_image(self, *call: Any) -> Any:
-        self.calls.append(('image', *call))
-        if isinstance(self.answer, Exception):
-            raise self.answer
-        return self.answer
-
-    def add_tilt(self, *call: Any) -> None:
-        self.calls.append(('tilt', *call))
-
-    def drop_prior(self) -> None:
-        self.calls.append(('drop_prior',))
 
 
 class Robot:
-    """The node under test and its publishers and subscribers."""
+    """The node under test and its publishers and subscribers.
+
+    Attributes:
+        streams: streams that a fake node asked for; their calls are recorded, and they have no fix unless one is set.
+    """
 
     def __init__(
         self, graph: IsolatedGraph, places: Path, *, is_real: bool = False, **parameters: Any
     ) -> None:
         self._graph = graph
-        self.streams: list[FakeStream] = []
-        given = {'places_dir': str(places), **MOUNT, **parameters}
-        self.node = graph.add(StereoLandmarkNode if is_real else self._with_fakes, **given)
+        self.streams: list[Mock] = []
+        given = {'places_dir': str(places), 'camera_xyz': list(MOUNT.xyz), **parameters}
+        create_stream = () if is_real else (self._create_stream,)
+        self.node = graph.add(partial(StereoLandmarkNode, *create_stream), **given)
         self.robot = graph.add(lambda **options: Node('robot', **options))
-        kinds = {f'{side}/{name}': kind for side in SIDES for name, kind in
-                 (('image_rect', Image), ('camera_info', CameraInfo))} | {'imu': Imu}  # fmt: skip
-        self._publishers = {
-            topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in kinds.items()
-        }
+        self.publishers = input_publishers(self.robot)
         self.displacements = self.listen(TransformStamped, 'displacement')
         self.poses = self.listen(PoseStamped, 'pose')
         self.reports: list[DiagnosticStatus] = []
@@ -66,21 +49,16 @@ class Robot:
         )
         assert graph.spin_until(self._is_connected)
 
-    def _with_fakes(self, **options: Any) -> StereoLandmarkNode:
-        def create_stream(*_: object) -> FakeStream:
-            self.streams.append(FakeStream())
-            return self.streams[-1]
-
-        return StereoLandmarkNode(create_stream, **options)  # type: ignore[arg-type]
+    def _create_stream(self, *_: object) -> Mock:
+        self.streams.append(Mock(PairStream, **{'add_image.return_value': None}))
+        return self.stream
 
     def _is_connected(self) -> bool:
-        is_subscribed = all(
-            publisher.get_subscription_count() == 1 for publisher in self._publishers.values()
-        )
-        return is_subscribed and self.robot.count_publishers('/diagnostics') == 1
+        counts = [publisher.get_subscription_count() for publisher in self.publishers.values()]
+        return set(counts) == {1} and self.robot.count_publishers('/diagnostics') == 1
 
     @property
-    def stream(self) -> FakeStream:
+    def stream(self) -> Mock:
         return self.streams[-1]
 
     def listen(self, kind: type, name: str) -> list[Any]:
@@ -93,7 +71,7 @@ class Robot:
     def send(self, topic: str, message: Any) -> None:
         guard = self.node._guard
         before = guard.counts[topic].received
-        self._publishers[topic].publish(message)
+        self.publishers[topic].publish(message)
         assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
 
     def send_pair(self, stamp: float = 10.0, pair: Any = None, later: float = 0.0) -> None:
@@ -112,16 +90,25 @@ class Robot:
         assert self._graph.spin_until(lambda: len(messages) >= number)
 
 
+def input_publishers(node: Node) -> dict[str, Publisher]:
+    """Return publishers of all inputs by topic."""
+    kinds = {f'{side}/image_rect': Image for side in SIDES}
+    kinds |= {f'{side}/camera_info': CameraInfo for side in SIDES} | {'imu': Imu}
+    return {topic: node.create_publisher(kind, topic, 10) for topic, kind in kinds.items()}
+
+
 def header(stamp: float, frame: str) -> Header:
     return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
 
-def info(calibration: CameraCalibration) -> CameraInfo:
+def info(calibration: CameraCalibration, at: Header | None = None) -> CameraInfo:
     raw = calibration.raw
     return CameraInfo(
-        width=raw.width,
-        height=raw.height,
-        k=raw.matrix.ravel(),
-        r=calibration.rotation,
-        p=calibration.projection,
-    )
+        header=at or Header(), width=raw.width, height=raw.height, distortion_model='plumb_bob', d=list(raw.distortion),
+        k=raw.matrix.ravel(), r=calibration.rotation, p=calibration.projection,
+    )  # fmt: skip
+
+
+def imu(at: Header, tilt: tuple[float, ...]) -> Imu:
+    x, y, z, w = Rotation.from_euler('xyz', (*tilt, 0.0)).as_quat().tolist()
+    return Imu(header=at, orientation=Quaternion(x=x, y=y, z=z, w=w))

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from taught_wall import HERE, RIG, TAUGHT, taught_place
+from taught_wall import HERE, RIG, taught_place
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
@@ -22,9 +22,8 @@ MISSING = NoTargetDetection('door', NoDetectionReason.AMBIGUOUS, 'log-likelihood
 def detection(state=HERE):
     """Return the detection of the meters from a robot state."""
     place = taught_place()
-    pixels = predict_pixels(np.array([state[:4]]), place.coordinates.positions, StereoView(None, None, RIG))[
-        0
-    ]
+    view = StereoView(None, None, RIG)
+    (pixels,) = predict_pixels(np.array([state[:4]]), place.coordinates.positions, view)
     points = StereoPoints(place.coordinates.names, pixels, np.tile(0.01 * np.eye(4), (len(pixels), 1, 1)))
     names = tuple(f'meters/meter {i + 1}' for i in range(4))
     return TargetDetection('meters', np.array(state[:4]), points, names, 50.0)
@@ -43,6 +42,3 @@ def without_fix(stamp_ns=10_000_000_000):
     """Return a result without a fix."""
     result = NoLandmarkFix('no similar shapes in view', 'place wall: meters', (MISSING,))
     return LocatedPair(stamp_ns, IMAGE, result, (0.0, 0.0), RIG)
-
-
-__all__ = ['COVARIANCE', 'HERE', 'IMAGE', 'TAUGHT', 'detection', 'with_fix', 'without_fix']

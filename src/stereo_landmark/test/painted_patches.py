@@ -39,11 +39,8 @@ def light(H=None, seed=1, blobs=40, fineness=(1.5, 3.0)):
     )
     level = np.full(len(x), 120.0)
     for _ in range(blobs):
-        (u, v), sigma, depth = (
-            rng.uniform(low + 5.0, high - 5.0),
-            rng.uniform(*fineness),
-            rng.uniform(-50, 50),
-        )
+        u, v = rng.uniform(low + 5.0, high - 5.0)
+        sigma, depth = rng.uniform(*fineness), rng.uniform(-50, 50)
         level += depth * np.exp(-((x - u) ** 2 + (y - v) ** 2) / (2.0 * sigma**2))
     return (60.0 + inside * (level - 60.0)).reshape(SIZE)
 

@@ -1,8 +1,7 @@
 """Writes a bag of stereo pairs."""
 
-from dataclasses import replace
-
 import numpy as np
+from taught_wall import CALIBRATIONS, SIDES
 
 from scene_simulator.messages import camera_info, compressed_image, imu
 from scene_simulator.robot.body import TiltReading
@@ -11,29 +10,30 @@ from shirube_bags.bag_writer import BagWriter
 IMAGE, INFO = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'
 
 
-def info_message(calibration, stamp_ns):
+def info_of(calibration, stamp_ns=0):
     """Return a CameraInfo with R and P."""
-    message = camera_info(calibration.raw, 'camera', stamp_ns)
-    return replace(message, r=np.array(calibration.rotation), p=np.array(calibration.projection))
+    R, P = np.reshape(calibration.rotation, (3, 3)), np.reshape(calibration.projection, (3, 4))
+    return camera_info(calibration.raw, 'camera', stamp_ns, R, P)
 
 
-def write_pairs(path, entries, calibrations, tilt=None):
-    """Write images and calibrations.
+def write_pairs(path, pairs, calibrations=CALIBRATIONS, tilt=None):
+    """Write images and calibrations, and return the path.
 
     Args:
         path: path of the bag.
-        entries: stamp of the left image [ns], stamp of the right one [ns], left image, right image; bytes for an image
-            are written unchanged.
+        pairs: stamp of the left image [ns], both images, and how much later the right one is [ns] if it is.
         calibrations: calibrations of the left and the right camera.
         tilt: roll and pitch of an IMU reading before each pair [rad], None without IMU.
     """
     with BagWriter(path) as bag:
-        for entry in entries:
+        for begin_ns, images, *later in pairs:
             if tilt is not None:
-                before_ns = entry[0] - 20_000_000
+                before_ns = begin_ns - 20_000_000
                 message = imu(TiltReading(before_ns * 1e-9, *tilt), 'base_link', before_ns)
                 bag.write('/imu', 'sensor_msgs/msg/Imu', message, before_ns)
-            for side, stamp_ns, image, calibration in zip(('left', 'right'), entry, entry[2:], calibrations):
-                bag.write(f'/{side}/camera_info', INFO, info_message(calibration, stamp_ns), stamp_ns)
+            stamps = begin_ns, sum(later, begin_ns)
+            for side, stamp_ns, image, calibration in zip(SIDES, stamps, images, calibrations):
+                bag.write(f'/{side}/camera_info', INFO, info_of(calibration, stamp_ns), stamp_ns)
                 message = compressed_image(image, 'camera', stamp_ns, 100)
                 bag.write(f'/{side}/image_rect/compressed', IMAGE, message, stamp_ns)
+    return path

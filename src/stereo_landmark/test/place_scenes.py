@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.place.place_locator import PlaceLocator
 from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.stereo import SpatialPoints, StereoPoints, StereoRig
@@ -17,18 +17,9 @@ RIG = StereoRig(CAMERA, CAMERA, 0.2, MOUNT)
 def panel(distance=3.0, width=0.8, count=16, depth=0.1, seed=1):
     """Return points on a wall ahead, in the taught base frame, shape (n, 3) [m]."""
     rng = np.random.default_rng(seed)
-    return np.column_stack(
-        [
-            distance + depth * rng.uniform(-1.0, 1.0, count),
-            width * rng.uniform(-0.5, 0.5, count),
-            0.6 + 0.5 * width * rng.uniform(-0.5, 0.5, count),
-        ]
-    )
-
-
-def state_of(pose, height=0.0, tilt=(0.0, 0.0)):
-    """Return the state of a displaced robot, shape (6,)."""
-    return np.array([pose.x, pose.y, height, pose.yaw, *tilt])
+    x = distance + depth * rng.uniform(-1.0, 1.0, count)
+    y = width * rng.uniform(-0.5, 0.5, count)
+    return np.column_stack([x, y, 0.6 + 0.5 * width * rng.uniform(-0.5, 0.5, count)])
 
 
 def view(points, state, noise=0.0, rng=None, rig=RIG):
@@ -47,6 +38,11 @@ def teach(points, noise=0.0, rng=None, rig=RIG) -> SpatialPoints:
 
 
 def random_state(rng, reach=0.4, turn=0.2):
-    """Return a random state near the taught pose."""
-    pose = SE2(*rng.uniform(-reach, reach, 2), rng.uniform(-turn, turn))
-    return state_of(pose, rng.uniform(-0.01, 0.01))
+    """Return a random state near the taught pose, shape (6,)."""
+    x, y, yaw, height = *rng.uniform(-reach, reach, 2), rng.uniform(-turn, turn), rng.uniform(-0.01, 0.01)
+    return np.array([x, y, height, yaw, 0.0, 0.0])
+
+
+def errors_of(pose, height, state):
+    """Return the errors of x, y, z [m] and yaw [rad]."""
+    return np.array([pose.x, pose.y, height, pose.yaw]) - state[:4]

@@ -10,7 +10,7 @@ from shirube_core.settings import describe_settings, settings_from_values
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
-from stereo_landmark.core.primitives.primitive import ImageProcessing, invariant_points
+from stereo_landmark.core.primitives.primitive import ImageProcessing, point_names
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
@@ -40,9 +40,8 @@ def primitive(rng, name):
 
 def processing(rng):
     """Return settings anywhere within their limits."""
-    values = {
-        each.name: rng.uniform(each.minimum, each.maximum) for each in describe_settings(ImageProcessing)
-    }
+    settings = describe_settings(ImageProcessing)
+    values = {each.name: rng.uniform(each.minimum, each.maximum) for each in settings}
     return settings_from_values(ImageProcessing, values)
 
 
@@ -58,20 +57,11 @@ def random_place(seed, name='hall'):
         CameraMount(tuple(rng.normal(size=3)), (-math.pi / 2.0, rng.normal() * 1e-9, 0.1)),
     )
     parts = [tuple(primitive(rng, name) for name in rng.permutation(NAMES)[:3].tolist()) for _ in range(2)]
-    names = tuple(
-        f'{target}/{part.name}/{point}'
-        for target, those in zip(NAMES, parts)
-        for part in those
-        for point in invariant_points(part.shape)
-    )
+    points_of = [point_names((part.name, part.shape) for part in those) for those in parts]
+    names = tuple(f'{target}/{name}' for target, those in zip(NAMES, points_of) for name in those)
     roots = awkward(rng, len(names), 3, 3)
     points = SpatialPoints(names, awkward(rng, len(names), 3), np.array([root.T @ root for root in roots]))
-    targets = tuple(
-        TaughtTarget(
-            target, those, tuple(n.split('/', 1)[1] for n in names if n.startswith(f'{target}/'))[:2]
-        )
-        for target, those in zip(NAMES, parts)
-    )
+    targets = tuple(TaughtTarget(*each) for each in zip(NAMES, parts, (those[:2] for those in points_of)))
     around = tuple(primitive(rng, f'corner {i}') for i in range(int(rng.integers(0, 4))))
     pose = SE2(*awkward(rng, 3).tolist()) if seed % 2 else None
     return TaughtPlace(name, rig, targets, points, around, processing(rng), pose)

@@ -29,21 +29,33 @@ def sides_of(image, **settings):
     return fit_line_segments(segments_of(image), PrimitiveSettings(**settings))
 
 
-def ellipse_photo(centre, axes, tilt, *, ground=180.0, contrast=-80.0, blur=0.7, noise=2.0, seed=0):
-    light = ground + contrast * coverage(ellipse_intervals(centre, axes, tilt), SIZE, blur)
-    return photograph(light, noise, seed)
+def ellipse_light(centre, axes, tilt, *, ground=180.0, contrast=-80.0, blur=0.7):
+    return ground + contrast * coverage(ellipse_intervals(centre, axes, tilt), SIZE, blur)
 
 
-def polygon_photo(corners, *, ground=180.0, contrast=-80.0, blur=0.7, noise=2.0, seed=0):
-    return photograph(ground + contrast * coverage(polygon_intervals(corners), SIZE, blur), noise, seed)
+def polygon_light(corners, *, ground=180.0, contrast=-80.0, blur=0.7):
+    return ground + contrast * coverage(polygon_intervals(corners), SIZE, blur)
+
+
+def ellipse_photo(centre, axes, tilt, *, noise=2.0, seed=0, **light):
+    return photograph(ellipse_light(centre, axes, tilt, **light), noise, seed)
+
+
+def polygon_photo(corners, *, noise=2.0, seed=0, **light):
+    return photograph(polygon_light(corners, **light), noise, seed)
+
+
+def hide(light, level, corners):
+    """Return the light with a polygon of one level in front."""
+    return light + polygon_light(corners, ground=0.0, contrast=1.0) * (level - light)
+
+
+def box(left, top, right, bottom):
+    """Return the corners of an upright rectangle."""
+    return np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
 
 
 def turned_rectangle(centre, length, height, angle):
     c, s = math.cos(angle), math.sin(angle)
     half = 0.5 * np.array([[-length, -height], [length, -height], [length, height], [-length, height]])
     return half @ np.array([[c, s], [-s, c]]) + np.asarray(centre)
-
-
-def mahalanobis(errors, covariance):
-    """Return the normalized estimation error squared (NEES) per coordinate; 1 for a consistent covariance."""
-    return float(errors @ np.linalg.solve(covariance, errors)) / len(errors)

@@ -6,19 +6,16 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from drawn_wall import Disc, Plate, Wall, look
+from drawn_wall import Disc, Plate, Wall, detect_view, from_left, look, teach_view
 from place_scenes import MOUNT
 from stereo_calibrations import rectified_calibration, write_calibration
 
 from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, stereo_rig
-from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
-from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoImages
-from stereo_landmark.core.teaching.primitive_selection import TargetSelection
-from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.files.place_file import save_place
 
+SIDES = ('left', 'right')
 CAMERA = PinholeCamera(376, 240, 350.0, 350.0, 187.5, 119.5)
 CALIBRATIONS = rectified_calibration(CAMERA), rectified_calibration(CAMERA, 0.2)
 RIG = stereo_rig(*CALIBRATIONS, MOUNT)
@@ -39,6 +36,8 @@ T_MAP_PLACE = SE2(10.0, -4.0, 2.0)
 TAUGHT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 HERE = (0.15, -0.1, 0.0, 0.06, 0.0, 0.0)
 """Pose of the repeat view: x, y, z [m], yaw, roll, pitch [rad] in the place frame."""
+LEANING = (0.15, -0.1, 0.05, 0.06, 0.04, -0.03)
+"""Pose of a tilted and raised robot."""
 
 
 def clutter(count=30):
@@ -64,12 +63,10 @@ def seen(state):
 @lru_cache
 def taught_place(name='wall'):
     """Return the place with the four meters as one target."""
-    processing = ImageProcessing()
-    left, right = (detect_scene(image, processing) for image in seen(TAUGHT))
-    meters = [e for e in left.kinds[PrimitiveKind.ELLIPSE].primitives if e.semi_axes[1] > 10.0]
-    meters = sorted(meters, key=lambda meter: meter.centre[0])
-    choice = TargetSelection('meters', {f'meter {i + 1}': meters[i] for i in range(len(METERS))})
-    return Teacher(StereoView(left, right, RIG), processing).teach(name, [choice], T_MAP_PLACE)
+    view = detect_view(seen(TAUGHT), RIG)
+    meters = [each for each in from_left(view) if each.semi_axes[1] > 10.0]
+    parts = {f'meter {i + 1}': meters[i] for i in range(len(METERS))}
+    return teach_view(view, parts, name, T_MAP_PLACE, 'meters')
 
 
 def raw_image(image, calibration):
@@ -82,6 +79,11 @@ def raw_image(image, calibration):
     return cv2.remap(image, *maps, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
 
 
+def raw_pair(state):
+    """Return the raw images from a robot state."""
+    return [raw_image(image, calibration) for image, calibration in zip(seen(state), RAW)]
+
+
 @dataclass
 class Files:
     """Paths of the written files."""
@@ -92,25 +94,39 @@ class Files:
 
     def options(self, *more):
         """Return the options of ``locate`` for the pair."""
-        return [
-            *('--places', str(self.places), '--camera-xyz', *map(str, MOUNT.xyz)),
-            *(argument for side in ('left', 'right') for argument in (f'--{side}', str(self.images[side]))),
-            *(
-                argument
-                for side in ('left', 'right')
-                for argument in (f'--{side}-calibration', str(self.calibrations[side]))
-            ),
-            *more,
-        ]
+        options = ['--places', str(self.places), '--camera-xyz', *map(str, MOUNT.xyz)]
+        for side in SIDES:
+            options += [f'--{side}', str(self.images[side])]
+            options += [f'--{side}-calibration', str(self.calibrations[side])]
+        return [*options, *more]
+
+    def write(self, images=None, calibrations=None):
+        """Write other images or calibrations."""
+        for side, image in zip(SIDES, images or ()):
+            cv2.imwrite(str(self.images[side]), image)
+        for side, calibration in zip(SIDES, calibrations or ()):
+            write_calibration(self.calibrations[side], calibration)
+
+    def truncate(self, side):
+        """Cut an image file in half."""
+        data = self.images[side].read_bytes()
+        self.images[side].write_bytes(data[: len(data) // 2])
+
+    def write_raw(self, state):
+        """Write the raw images from a robot state and their calibrations."""
+        self.write(raw_pair(state), RAW)
+
+
+def write_pair(folder, state=HERE):
+    """Write a pair and the calibrations."""
+    images, calibrations = ({side: folder / f'{side}.{kind}' for side in SIDES} for kind in ('png', 'yaml'))
+    files = Files(folder / 'places', images, calibrations)
+    files.write(seen(state), CALIBRATIONS)
+    return files
 
 
 def write_files(folder):
     """Write the place, the pair at HERE and the calibrations."""
-    left, right = seen(TAUGHT)
-    save_place(folder / 'places', taught_place(), StereoImages(left, right))
-    images, calibrations = {}, {}
-    for side, image, calibration in zip(('left', 'right'), seen(HERE), CALIBRATIONS):
-        images[side] = folder / f'{side}.png'
-        cv2.imwrite(str(images[side]), image)
-        calibrations[side] = write_calibration(folder / f'{side}.yaml', calibration)
-    return Files(folder / 'places', images, calibrations)
+    files = write_pair(folder)
+    save_place(files.places, taught_place(), StereoImages(*seen(TAUGHT)))
+    return files

@@ -5,6 +5,7 @@ from taught_wall import HERE, METERS, RIG, TAUGHT, seen
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.teaching.teaching_session import TeachingSession
+from stereo_landmark.page.pair_source import StereoPairs
 
 PAIRS = (TAUGHT, HERE)
 
@@ -14,6 +15,11 @@ def images_of(number):
     return StereoImages(*seen(PAIRS[number]))
 
 
+def pairs_of_wall():
+    """Return both pairs."""
+    return StereoPairs(['taught', 'here'], images_of, RIG)
+
+
 def new_session():
     """Return a new session."""
     return TeachingSession(images_of, RIG)
@@ -21,11 +27,8 @@ def new_session():
 
 def meters_of(session):
     """Return kind and indices of the meters in the left image, from left to right."""
-    found = [
-        each
-        for each in session.selectable()
-        if each.kind is PrimitiveKind.ELLIPSE and each.shape.semi_axes[1] > 10.0
-    ]
+    shapes = (each for each in session.selectable() if each.kind is PrimitiveKind.ELLIPSE)
+    found = [each for each in shapes if each.shape.semi_axes[1] > 10.0]
     assert len(found) == len(METERS)
     return [(each.kind, each.number) for each in sorted(found, key=lambda each: each.shape.centre[0])]
 

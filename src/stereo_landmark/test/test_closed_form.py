@@ -1,8 +1,7 @@
-import math
-
 import numpy as np
 import pytest
-from place_scenes import RIG, panel, random_state, state_of, teach, view
+from consistency import whitened_rms
+from place_scenes import RIG, errors_of, panel, random_state, teach, view
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core.place.place_locator import PlaceLocator
@@ -55,14 +54,10 @@ def test_the_covariance_is_that_of_the_errors():
         taught = teach(points, 0.1, rng)
         found = PlaceLocator(RIG).spatial_points(view(points, state, 0.1, rng))
         displacement = closed_form(found.positions, taught.positions)
-        pose = displacement.pose
-        errors.append([pose.x, pose.y, displacement.height, pose.yaw] - state[:4])
-    covariance = closed_form_covariance(found, taught)
-    whitened = np.linalg.inv(np.linalg.cholesky(covariance)) @ np.array(errors).T
-    assert np.sqrt(np.mean(whitened**2)) == pytest.approx(1.0, abs=0.08)
+        errors.append(errors_of(displacement.pose, displacement.height, state))
+    assert whitened_rms(errors, closed_form_covariance(found, taught)) == pytest.approx(1.0, abs=0.08)
 
 
 def test_exact_points_have_no_covariance():
     points = SpatialPoints(('a', 'b', 'c'), panel(count=3), np.zeros((3, 3, 3)))
     assert closed_form_covariance(points, points) == pytest.approx(np.zeros((4, 4)))
-    assert state_of(SE2(0.0, 0.0, math.pi))[3] == math.pi

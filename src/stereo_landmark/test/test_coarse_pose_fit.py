@@ -22,9 +22,8 @@ def test_it_fits_as_the_fit_of_the_displacement_does(outliers):
         seen = view(points, state, DETECTED_SIGMA, rng)
         seen.pixels[:outliers] += 20.0
         noise = np.tile(DETECTED_SIGMA**2 * np.eye(4), (len(points), 1, 1))
-        expected = fit_reprojection(
-            StereoPoints(seen.names, seen.pixels, noise), taught, RIG, np.zeros(6), KNOWN_TILT
-        )
+        weighted = StereoPoints(seen.names, seen.pixels, noise)
+        expected = fit_reprojection(weighted, taught, RIG, np.zeros(6), KNOWN_TILT)
         found = fit_coarse_pose(np.zeros(4), taught.positions, taught.covariances, seen.pixels, VIEW)
         assert found == pytest.approx(expected.state[:4], abs=1e-5)
 

@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
-from place_scenes import RIG, panel, random_state, teach, view
+from place_scenes import RIG, errors_of, panel, random_state, teach, view
 
 from stereo_landmark.core.place.place_locator import NoPlaceFix, NoPlaceFixReason, PlaceLocator
 from stereo_landmark.core.place.point_registration import consistent_points, find_consensus_set
@@ -21,40 +21,36 @@ def mismatched_points(count, seed, step=NEXT_ROW):
     return view(moved, state, NOISE, rng), teach(points, NOISE, rng), state, wrong
 
 
+def inliers_of(seen, taught):
+    """Return the inliers of the vote and those of the distances."""
+    found = PlaceLocator(RIG).spatial_points(seen)
+    return find_consensus_set(found, taught, 0.0).inliers, consistent_points(found, taught)
+
+
 def test_all_points_of_one_displacement_agree():
     for seed in range(20):
         seen, taught, _, _ = mismatched_points(0, seed)
-        found = PlaceLocator(RIG).spatial_points(seen)
-        assert find_consensus_set(found, taught, 0.0).inliers.all()
+        assert np.all(inliers_of(seen, taught))
 
 
-def test_a_family_that_was_taken_for_its_neighbours_is_outvoted():
+def test_a_family_that_was_taken_for_its_neighbours_is_outvoted_and_the_fix_is_right():
     for seed in range(20):
-        seen, taught, _, wrong = mismatched_points(5, seed, 4.0 * NEXT_ROW)
-        found = PlaceLocator(RIG).spatial_points(seen)
-        inliers = find_consensus_set(found, taught, 0.0).inliers
+        seen, taught, state, wrong = mismatched_points(5, seed, 4.0 * NEXT_ROW)
+        inliers, _ = inliers_of(seen, taught)
         assert not inliers[wrong].any()
         assert inliers.sum() == 11
+        fix = PlaceLocator(RIG).locate(seen, taught)
+        assert np.linalg.norm(errors_of(fix.T_place_base, fix.height, state)[:3]) < 0.03
+        assert len(fix.names) >= 10
 
 
 def test_a_near_family_is_seen_by_the_vote_but_not_by_the_distances():
     """Distances between two adjacent groups change little."""
-    voted = by_distance = 0
+    kept = np.zeros(2, int)
     for seed in range(20):
         seen, taught, _, wrong = mismatched_points(5, seed)
-        found = PlaceLocator(RIG).spatial_points(seen)
-        voted += int(find_consensus_set(found, taught, 0.0).inliers[wrong].sum())
-        by_distance += int(consistent_points(found, taught)[wrong].sum())
-    assert voted < 0.5 * by_distance
-
-
-def test_the_fix_is_right_where_a_third_of_the_points_is_mistaken():
-    for seed in range(20):
-        seen, taught, state, _ = mismatched_points(5, seed, 4.0 * NEXT_ROW)
-        fix = PlaceLocator(RIG).locate(seen, taught)
-        error = np.array([fix.T_place_base.x, fix.T_place_base.y, fix.height]) - state[:3]
-        assert np.linalg.norm(error) < 0.03
-        assert len(fix.names) >= 10
+        kept += [inliers[wrong].sum() for inliers in inliers_of(seen, taught)]
+    assert kept[0] < 0.5 * kept[1]
 
 
 def test_two_groups_with_equal_support_are_ambiguous():
@@ -67,8 +63,7 @@ def test_two_groups_with_equal_support_are_ambiguous():
 
 def test_points_on_one_vertical_line_determine_no_yaw():
     points = np.array([[3.0, 0.1, 0.2 * i] for i in range(4)])
-    seen = view(points, np.zeros(6))
-    found = PlaceLocator(RIG).spatial_points(seen)
+    found = PlaceLocator(RIG).spatial_points(view(points, np.zeros(6)))
     vote = find_consensus_set(found, teach(points), 0.0)
     assert not vote.inliers.any()
     assert vote.support == 0.0
@@ -87,29 +82,20 @@ def test_what_both_images_show_in_different_rows_is_left_out():
     assert answer.detail.startswith('0 of 16 points are in the same row of both images; ')
 
 
-def measured(points, state, seed, noise=0.1):
-    rng = np.random.default_rng(seed)
-    return PlaceLocator(RIG).spatial_points(view(points, state, noise, rng)), teach(panel(), noise, rng)
-
-
-def test_points_that_only_moved_together_are_consistent():
-    for seed in range(20):
-        found, taught = measured(panel(), random_state(np.random.default_rng(seed)), seed)
-        assert consistent_points(found, taught).all()
-
-
 def test_points_elsewhere_are_left_out_and_only_they():
     for seed in range(20):
+        rng = np.random.default_rng(seed)
+        wrong = rng.choice(16, 5, replace=False)
         points = panel()
-        wrong = np.random.default_rng(seed).choice(16, 5, replace=False)
-        points[wrong] += np.random.default_rng(seed).choice([-1.0, 1.0], (5, 3)) * [0.3, 0.15, 0.12]
-        found, taught = measured(points, random_state(np.random.default_rng(seed)), seed)
-        kept = consistent_points(found, taught)
+        points[wrong] += rng.choice([-1.0, 1.0], (5, 3)) * [0.3, 0.15, 0.12]
+        seen = view(points, random_state(rng), NOISE, rng)
+        _, kept = inliers_of(seen, teach(panel(), NOISE, rng))
         assert not kept[wrong].any()
         assert kept.sum() == 11
 
 
 def test_two_inconsistent_points_are_both_rejected():
-    points = panel(count=2)
-    found, taught = measured(points + np.array([[0.0, 0.0, 0.0], [0.0, 0.3, 0.0]]), np.zeros(6), 1)
-    assert not consistent_points(found, taught.select(found.names)).any()
+    points, rng = panel(count=2), np.random.default_rng(1)
+    seen = view(points + np.diag([0.0, 0.3, 0.0])[:2], np.zeros(6), NOISE, rng)
+    found, taught = PlaceLocator(RIG).spatial_points(seen), teach(points, NOISE, rng)
+    assert not consistent_points(found, taught).any()

@@ -51,8 +51,8 @@ def test_no_sides_make_no_links():
     assert len(link_corners(np.empty((0, 2, 2)), 30.0, 4.0, 0.35).gaps) == 0
 
 
-@pytest.mark.parametrize('count', [1, 2, 3])
-def test_nearest_links_are_for_each_end_its_nearest_ones(count: int) -> None:
+@pytest.mark.parametrize('count', [1, 2, 3, 1000])
+def test_nearest_links_are_for_each_end_its_nearest_ones_or_all_where_it_has_few(count):
     links = link_corners(_random_sides(200), 30.0, 4.0, 0.35)
     gaps = np.abs(links.gaps).sum(axis=1)
     nodes = 2 * links.lines + links.ends
@@ -64,15 +64,10 @@ def test_nearest_links_are_for_each_end_its_nearest_ones(count: int) -> None:
     }
     few = nearest_links(links, count)
     np.testing.assert_array_equal(few.vertices, links.vertices[sorted(wanted)])
-    assert len(few.gaps) < len(links.gaps)
+    assert (len(few.gaps) < len(links.gaps)) is (count < 1000)
 
 
-def test_all_links_are_kept_where_each_end_has_few() -> None:
-    links = link_corners(_random_sides(200), 30.0, 4.0, 0.35)
-    assert len(nearest_links(links, 1000).gaps) == len(links.gaps)
-
-
-def test_of_equally_near_links_the_first_is_kept() -> None:
+def test_of_equally_near_links_the_first_is_kept():
     pair, gaps = np.array([[0, 1]] * 3), np.array([[2.0, 1.0], [1.0, 2.0], [-1.0, 2.0]])
     links = CornerLinks(pair, np.ones_like(pair), np.arange(6.0).reshape(3, 2), gaps, np.ones(3))
     np.testing.assert_array_equal(nearest_links(links, 1).vertices, [[0.0, 1.0]])

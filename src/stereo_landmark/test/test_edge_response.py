@@ -16,10 +16,8 @@ from stereo_landmark.core.primitives.edge_response import (
 @pytest.mark.parametrize('blur', [0.5, 1.0, 2.0])
 @pytest.mark.parametrize('angle', [0.0, 0.3, math.pi / 4])
 def test_is_what_drawn_pixels_show(blur, angle):
-    normal, along = (
-        np.array([math.cos(angle), math.sin(angle)]),
-        np.array([-math.sin(angle), math.cos(angle)]),
-    )
+    cos, sin = math.cos(angle), math.sin(angle)
+    normal, along = np.array([[cos, sin], [-sin, cos]])
     middle = np.array([30.3, 29.6])
     corners = middle + 200 * np.array([-along, along, along + normal, normal - along])
     drawn = coverage(polygon_intervals(corners), (60, 60), blur)[25:35, 22:38]

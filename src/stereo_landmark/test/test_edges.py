@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from seen_shapes import ellipse_photo, polygon_photo
 
-from stereo_landmark.core.edges.edges import check_grey_image, extract_edges, gaussian_gradient
-from stereo_landmark.core.edges.linking import extract_chains, link_points
+from stereo_landmark.core.edges.edges import extract_edges, gaussian_gradient
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -24,9 +23,7 @@ def test_points_of_a_straight_edge_are_exact_and_the_gradient_points_to_the_brig
     normal = np.array([math.cos(angle), math.sin(angle)])
     along = np.array([-normal[1], normal[0]])
     middle = np.array([50.37, 44.61])
-    corners = middle + np.array(
-        [normal * 0 - 200 * along, 200 * along, 200 * along + 200 * normal, -200 * along + 200 * normal]
-    )
+    corners = middle + 200 * np.array([-along, along, along + normal, normal - along])
     edges = extract_edges(polygon_photo(corners, contrast=60.0, noise=0.0), EdgeSettings())
     inner = np.abs(edges.points - [50, 45]).max(axis=1) < 30
     assert inner.sum() > 40
@@ -40,15 +37,6 @@ def test_index_and_points_agree():
     columns, rows = np.rint(edges.points).astype(int).T
     np.testing.assert_array_equal(edges.index[rows, columns], np.arange(len(edges.points)))
     assert (edges.index >= 0).sum() == len(edges.points)
-
-
-def test_an_even_image_has_no_edges():
-    assert len(extract_edges(np.full((40, 50), 90, np.uint8), EdgeSettings()).points) == 0
-
-
-def test_colour_is_refused():
-    with pytest.raises(StereoLandmarkError, match='mono8'):
-        extract_edges(np.zeros((40, 50, 3), np.uint8), EdgeSettings())
 
 
 @pytest.mark.parametrize('sigma', [0.7, 1.0, 2.5])
@@ -76,31 +64,5 @@ def test_noise_is_reduced_as_the_filter_predicts():
 )
 def test_refuses_what_is_no_grey_image_in_one_line(image, expected):
     with pytest.raises(StereoLandmarkError, match=expected) as caught:
-        check_grey_image(image)
+        extract_edges(image, EdgeSettings())
     assert '\n' not in str(caught.value)
-
-
-def test_takes_a_grey_image():
-    check_grey_image(np.zeros((16, 16), np.uint8))
-
-
-def test_links_go_to_one_point_from_one_point():
-    edges = extract_edges(ellipse_photo((50, 45), (30.0, 20.0), 0.3, noise=8.0), EdgeSettings(threshold=3.0))
-    successors = link_points(edges.points, edges.gradients, edges.index)
-    linked = successors[successors >= 0]
-    assert len(np.unique(linked)) == len(linked)
-
-
-def test_chains_hold_each_point_once_open_ones_first():
-    successors = np.array([1, 2, -1, 4, 3, -1], np.int32)
-    order, starts, closed = extract_chains(successors, np.full(6, 10.0), 5.0, 2)
-    assert order.tolist() == [0, 1, 2, 3, 4]
-    assert starts.tolist() == [0, 3, 5]
-    assert closed.tolist() == [False, True]
-
-
-def test_one_strong_point_keeps_a_chain():
-    successors = np.array([1, 2, -1, 4, -1], np.int32)
-    order, starts, _ = extract_chains(successors, np.array([1.0, 9.0, 1.0, 4.0, 4.0]), 5.0, 2)
-    assert order.tolist() == [0, 1, 2]
-    assert starts.tolist() == [0, 3]

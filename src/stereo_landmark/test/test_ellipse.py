@@ -2,17 +2,14 @@ import math
 
 import numpy as np
 import pytest
-from antialiased_shapes import (
-    coverage,
-    ellipse_intervals,
-    photograph,
-    polygon_intervals,
-)
+from antialiased_shapes import photograph
+from consistency import mahalanobis
 from seen_shapes import (
     PRIMITIVES,
-    SIZE,
+    box,
+    ellipse_light,
     ellipse_photo,
-    mahalanobis,
+    hide,
     polygon_photo,
     segments_of,
     turned_rectangle,
@@ -24,6 +21,12 @@ from stereo_landmark.core.primitives.primitive import Tolerances, difference
 
 def _detect(image):
     return detect_ellipses(segments_of(image), PRIMITIVES)
+
+
+def _refined(image):
+    refined = refine_ellipse(_detect(image)[0], image)
+    assert refined is not None
+    return refined
 
 
 @pytest.mark.parametrize(
@@ -40,10 +43,8 @@ def test_finds_the_drawn_one_and_no_other(axes, tilt):
 
 
 def test_finds_a_broken_outline_from_arcs_of_several_segments():
-    light = 180.0 - 80.0 * coverage(ellipse_intervals((50.3, 44.7), (30.0, 24.0), 0.4), SIZE, 0.7)
-    for corners in ([[44, -5], [56, -5], [56, 95], [44, 95]], [[-5, 40], [105, 40], [105, 50], [-5, 50]]):
-        hider = coverage(polygon_intervals(corners), SIZE, 0.7)
-        light = light * (1 - hider) + 140.0 * hider
+    light = ellipse_light((50.3, 44.7), (30.0, 24.0), 0.4)
+    light = hide(hide(light, 140.0, box(44, -5, 56, 95)), 140.0, box(-5, 40, 105, 50))
     found = _detect(photograph(light, 1.0))
     assert len(found) >= 1
     np.testing.assert_allclose(found[0].parameters[:4], [50.3, 44.7, 30.0, 24.0], atol=0.4)
@@ -51,11 +52,8 @@ def test_finds_a_broken_outline_from_arcs_of_several_segments():
 
 
 def test_finds_and_refines_one_that_is_hidden_by_a_third():
-    light = 180.0 - 80.0 * coverage(ellipse_intervals((50.3, 44.7), (30.0, 24.0), 0.4), SIZE, 0.7)
-    hider = coverage(polygon_intervals([[62, -5], [105, -5], [105, 95], [62, 95]]), SIZE, 0.7)
-    image = photograph(light * (1 - hider) + 60.0 * hider, 1.0)
-    refined = refine_ellipse(_detect(image)[0], image)
-    assert refined is not None
+    light = hide(ellipse_light((50.3, 44.7), (30.0, 24.0), 0.4), 60.0, box(62, -5, 105, 95))
+    refined = _refined(photograph(light, 1.0))
     error = refined.centre - [50.3, 44.7]
     assert np.hypot(*error) < 0.2
     assert mahalanobis(error, refined.covariance[:2, :2]) < 8.0
@@ -70,11 +68,8 @@ def test_refined_centres_are_unbiased_with_consistent_covariance():
     errors, squares, axes_errors = [], [], []
     for seed in range(60):
         centre, a = rng.uniform([45, 40], [55, 50]), rng.uniform(14.0, 32.0)
-        axes = (a, a * rng.uniform(0.6, 0.95))
-        tilt = rng.uniform(-1.5, 1.5)
-        image = ellipse_photo(centre, axes, tilt, seed=seed)
-        refined = refine_ellipse(_detect(image)[0], image)
-        assert refined is not None
+        axes, tilt = (a, a * rng.uniform(0.6, 0.95)), rng.uniform(-1.5, 1.5)
+        refined = _refined(ellipse_photo(centre, axes, tilt, seed=seed))
         errors.append(refined.centre - centre)
         axes_errors.append(refined.semi_axes - axes)
         turn = math.remainder(refined.tilt - tilt, math.pi)
@@ -89,19 +84,14 @@ def test_refined_centres_are_unbiased_with_consistent_covariance():
 
 @pytest.mark.parametrize('blur', [0.0, 2.5])
 def test_blur_does_not_move_small_circles(blur):
-    image = ellipse_photo((50.3, 44.7), (10.0, 10.0), 0.0, blur=blur, noise=0.3)
-    refined = refine_ellipse(_detect(image)[0], image)
-    assert refined is not None
+    refined = _refined(ellipse_photo((50.3, 44.7), (10.0, 10.0), 0.0, blur=blur, noise=0.3))
     np.testing.assert_allclose(refined.centre, [50.3, 44.7], atol=0.02)
     np.testing.assert_allclose(refined.semi_axes, 10.0, atol=0.06)
 
 
 def test_needles_that_cross_the_outline_are_left_out():
-    light = 180.0 - 80.0 * coverage(ellipse_intervals((50.3, 44.7), (25.0, 25.0), 0.0), SIZE, 0.7)
-    needle = coverage(polygon_intervals(turned_rectangle((72, 45), 30.0, 5.0, 0.1)), SIZE, 0.7)
-    image = photograph(light * (1 - needle) + 100.0 * needle, 1.0)
-    refined = refine_ellipse(_detect(image)[0], image)
-    assert refined is not None
+    light = ellipse_light((50.3, 44.7), (25.0, 25.0), 0.0)
+    refined = _refined(photograph(hide(light, 100.0, turned_rectangle((72, 45), 30.0, 5.0, 0.1)), 1.0))
     assert np.hypot(*(refined.centre - [50.3, 44.7])) < 0.04
 
 
@@ -112,11 +102,13 @@ def test_nothing_is_refined_where_there_is_no_ellipse():
 
 
 def test_tilt_counts_for_flat_ones_only():
-    def ellipse(a, b, tilt, polarity=1):
-        return Ellipse(np.zeros(2), np.array([a, b]), tilt, polarity, 1.0, np.eye(5))
-
     tolerance = Tolerances(ellipse=EllipseTolerance(axes=0.5, tilt=0.2))
-    assert difference(ellipse(20.0, 20.0, 0.9), ellipse(20.0, 20.0, 0.0), tolerance) == 0.0
-    assert difference(ellipse(20.0, 5.0, 0.9), ellipse(20.0, 5.0, 0.0), tolerance) > 1.0
-    assert difference(ellipse(30.0, 20.0, 0.0), ellipse(20.0, 20.0, 0.0), tolerance) == pytest.approx(1.0)
-    assert difference(ellipse(20.0, 20.0, 0.0, -1), ellipse(20.0, 20.0, 0.0), tolerance) == math.inf
+
+    def differences(one, other):
+        made = (Ellipse(np.zeros(2), np.array(axes), t, p, 1.0, np.eye(5)) for *axes, t, p in (one, other))
+        return difference(*made, tolerance)
+
+    assert differences((20.0, 20.0, 0.9, 1), (20.0, 20.0, 0.0, 1)) == 0.0
+    assert differences((20.0, 5.0, 0.9, 1), (20.0, 5.0, 0.0, 1)) > 1.0
+    assert differences((30.0, 20.0, 0.0, 1), (20.0, 20.0, 0.0, 1)) == pytest.approx(1.0)
+    assert differences((20.0, 20.0, 0.0, -1), (20.0, 20.0, 0.0, 1)) == math.inf

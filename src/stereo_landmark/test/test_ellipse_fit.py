@@ -1,5 +1,6 @@
 import math
 
+import cv2
 import numpy as np
 import pytest
 
@@ -27,10 +28,8 @@ def test_exact_points_give_the_ellipse_back(axes, tilt):
 
 
 def test_agrees_with_a_second_implementation_on_noisy_points():
-    cv2 = pytest.importorskip('cv2')
-    points = _points(np.array([400.0, 321.0, 30.0, 18.0, 0.4])) + np.random.default_rng(0).normal(
-        0, 0.3, (40, 2)
-    )
+    points = _points(np.array([400.0, 321.0, 30.0, 18.0, 0.4]))
+    points += np.random.default_rng(0).normal(0, 0.3, (40, 2))
     fitted = np.empty(5)
     assert fit_ellipse(points, fitted)
     centre, size, _ = cv2.fitEllipseDirect(points.astype(np.float32))

@@ -2,8 +2,8 @@ import math
 
 import numpy as np
 import pytest
-from antialiased_shapes import coverage, photograph, polygon_intervals
-from seen_shapes import SIZE, ellipse_photo, polygon_photo, sides_of, turned_rectangle
+from antialiased_shapes import photograph
+from seen_shapes import box, ellipse_photo, hide, polygon_light, polygon_photo, sides_of, turned_rectangle
 
 BAR = turned_rectangle((50, 45), 80.0, 20.0, 0.2)
 
@@ -34,9 +34,7 @@ def test_the_bright_side_is_on_the_right():
 
 
 def test_runs_on_both_sides_of_a_gap_are_joined_and_kept():
-    light = 180.0 - 80.0 * coverage(polygon_intervals(BAR), SIZE, 0.7)
-    hider = coverage(polygon_intervals([[42, -5], [54, -5], [54, 95], [42, 95]]), SIZE, 0.7)
-    sides = sides_of(photograph(light * (1 - hider) + 130.0 * hider, 1.0))
+    sides = sides_of(photograph(hide(polygon_light(BAR), 130.0, box(42, -5, 54, 95)), 1.0))
     assert (_longest(sides)[:2] > 70).all()
     assert np.sum((_longest(sides) > 25) & (_longest(sides) < 45)) >= 4
     joined = np.hypot(*(sides.ends[:, 1] - sides.ends[:, 0]).T) > 70
@@ -44,7 +42,7 @@ def test_runs_on_both_sides_of_a_gap_are_joined_and_kept():
 
 
 def test_a_wide_gap_is_not_joined():
-    light = 180.0 - 80.0 * coverage(polygon_intervals(BAR), SIZE, 0.7)
+    light = polygon_light(BAR)
     light[:, 25:75] = 120.0
     assert _longest(sides_of(photograph(light, 1.0), side_gap_max=0.3))[0] < 55
 

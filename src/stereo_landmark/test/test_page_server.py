@@ -4,14 +4,10 @@ import asyncio
 import inspect
 
 import pytest
-from aiohttp import WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
-from taught_wall import RIG
-from teaching_wall import images_of
+from teaching_wall import pairs_of_wall
 
-from stereo_landmark.page.access import is_loopback
 from stereo_landmark.page.page_server import PageServer
-from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler
 
@@ -22,8 +18,7 @@ def talking(token=''):
     def decorate(conversation):
         def test(tmp_path, **fixtures):
             async def whole():
-                source = StereoPairs(['taught', 'here'], images_of, RIG)
-                server = PageServer(RequestHandler(source, PlaceSaver(tmp_path)), token)
+                server = PageServer(RequestHandler(pairs_of_wall(), PlaceSaver(tmp_path)), token)
                 async with TestClient(TestServer(server.application())) as client:
                     await asyncio.wait_for(conversation(client, **fixtures), 110.0)
 
@@ -37,6 +32,12 @@ def talking(token=''):
     return decorate
 
 
+async def ask(socket, **request):
+    """Send a request and return the response."""
+    await socket.send_json(request)
+    return await socket.receive_json()
+
+
 @talking()
 async def test_the_page_its_files_and_its_images_are_there(client):
     page = await client.get('/')
@@ -46,19 +47,17 @@ async def test_the_page_its_files_and_its_images_are_there(client):
         assert (await client.get(f'/static/{name}')).status == 200
     image = await client.get('/image/1/right.png')
     assert (await image.read()).startswith(b'\x89PNG')
-    assert (await client.get('/image/2/left.png')).status == 404
-    assert (await client.get('/static/../page_server.py')).status == 404
+    assert image.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
+    assert image.headers['X-Content-Type-Options'] == 'nosniff'
 
 
 @talking()
 async def test_pages_see_the_steps_of_each_other(client):
     async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
-        await one.send_json({'id': 7, 'do': 'rename_place', 'name': 'hall'})
-        answer = await one.receive_json()
+        answer = await ask(one, id=7, do='rename_place', name='hall')
         assert (answer['id'], answer['state']['place']) == (7, 'hall')
         assert await two.receive_json() == {'changed': True}
-        await two.send_json({'id': 1, 'do': 'snapshot'})
-        assert (await two.receive_json())['state']['place'] == 'hall'
+        assert (await ask(two, do='snapshot'))['state']['place'] == 'hall'
 
 
 @talking()
@@ -92,15 +91,12 @@ async def test_other_pages_are_notified_of_a_slider_after_the_drag(client):
     async with client.ws_connect('/socket') as one, client.ws_connect('/socket') as two:
         for value in (7.0, 8.0):
             fields = {'name': 'edges.threshold', 'value': value, 'gesture': 'a', 'sides': []}
-            await one.send_json({'do': 'edges', **fields})
-            assert 'edges' in await one.receive_json()
+            assert 'edges' in await ask(one, do='edges', **fields)
         with pytest.raises(asyncio.TimeoutError):
             await two.receive_json(timeout=0.05)
-        await one.send_json({'do': 'snapshot'})
-        await one.receive_json()
+        await ask(one, do='snapshot')
         assert await two.receive_json() == {'changed': True}
-        await two.send_json({'do': 'snapshot'})
-        assert (await two.receive_json())['state']['processing']['edges.threshold'] == 8.0
+        assert (await ask(two, do='snapshot'))['state']['processing']['edges.threshold'] == 8.0
         with pytest.raises(asyncio.TimeoutError):
             await one.receive_json(timeout=0.05)
 
@@ -112,8 +108,7 @@ async def test_nonsense_is_answered_and_the_server_goes_on(client):
         for nonsense in ('{', '[]', '7', '"x"', '{"do": {}}', deep, f'{{"id": {"9" * 5000}}}'):
             await socket.send_str(nonsense)
             assert 'error' in await socket.receive_json()
-        await socket.send_json({'do': 'hello'})
-        assert 'configuration' in await socket.receive_json()
+        assert 'configuration' in await ask(socket, do='hello')
 
 
 @talking()
@@ -124,23 +119,34 @@ async def test_a_fault_of_the_program_ends_no_session(client, monkeypatch, caplo
     monkeypatch.setattr(RequestHandler, 'answer', fault)
     async with client.ws_connect('/socket') as socket:
         for number in (1, 2):
-            await socket.send_json({'id': number, 'do': 'hello'})
-            answer = await socket.receive_json()
+            answer = await ask(socket, id=number, do='hello')
             assert answer['id'] == number
             assert 'internal error' in answer['error']
     assert 'ZeroDivisionError' in caplog.text
+
+
+IMAGE = '/image/0/left.png'
+SHOWN = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch-Dest': 'image'}
+LINK = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'navigate', 'Sec-Fetch-Dest': 'document'}
 
 
 @pytest.mark.parametrize(
     ('path', 'headers', 'status'),
     [
         ('/', {'Host': '['}, 403),
+        ('/', {'Host': 'elsewhere.example'}, 403),
         ('/', {'Origin': 'http://['}, 403),
+        ('/', LINK, 200),
+        ('/socket', {'Origin': 'http://elsewhere.example'}, 403),
+        ('/static/../page_server.py', {}, 404),
+        ('/image/2/left.png', {}, 404),
         (f'/image/{"9" * 5000}/left.png', {}, 404),
+        (IMAGE, SHOWN, 403),
+        (IMAGE, {**SHOWN, 'Sec-Fetch-Site': 'same-origin'}, 200),
     ],
 )
 @talking()
-async def test_headers_and_addresses_that_are_none_are_refused(client, path, headers, status):
+async def test_other_sites_and_addresses_that_are_none_are_refused(client, path, headers, status):
     assert (await client.get(path, headers=headers)).status == status
 
 
@@ -153,60 +159,26 @@ async def test_a_cookie_that_is_no_text_is_no_token(client):
     writer.close()
 
 
-@talking()
-async def test_pages_of_other_sites_and_foreign_names_are_refused(client):
-    with pytest.raises(WSServerHandshakeError):
-        await client.ws_connect('/socket', headers={'Origin': 'http://elsewhere.example'})
-    assert (await client.get('/', headers={'Host': 'elsewhere.example'})).status == 403
-
-
-@talking()
-async def test_other_sites_cannot_show_what_the_cameras_see(client):
-    image = await client.get('/image/0/left.png')
-    assert image.headers['Cross-Origin-Resource-Policy'] == 'same-origin'
-    assert image.headers['X-Content-Type-Options'] == 'nosniff'
-    shown = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch-Dest': 'image'}
-    assert (await client.get('/image/0/left.png', headers=shown)).status == 403
-    own = {**shown, 'Sec-Fetch-Site': 'same-origin'}
-    assert (await client.get('/image/0/left.png', headers=own)).status == 200
-    link = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'navigate', 'Sec-Fetch-Dest': 'document'}
-    assert (await client.get('/', headers=link)).status == 200
-
-
-def test_two_servers_on_one_host_keep_their_tokens_apart(tmp_path):
+def test_a_cookie_is_for_one_server_and_not_for_scripts_and_other_sites(tmp_path):
     names = set()
     for token in ('one', 'other'):
 
         async def enter(client, token=token):
-            names.update((await client.get(f'/?token={token}', allow_redirects=False)).cookies)
+            way_in = await client.get(f'/?token={token}', allow_redirects=False)
+            (cookie,) = way_in.cookies.values()
+            assert (bool(cookie['httponly']), cookie['samesite']) == (True, 'Strict')
+            assert way_in.headers['Location'] == '/'
+            names.add(cookie.key)
 
         talking(token)(enter)(tmp_path)
     assert len(names) == 2
 
 
 @talking('secret')
-async def test_scripts_and_other_sites_do_not_get_the_token(client):
-    way_in = await client.get('/?token=secret', allow_redirects=False)
-    (cookie,) = way_in.cookies.values()
-    assert cookie['httponly']
-    assert cookie['samesite'] == 'Strict'
-    assert way_in.headers['Location'] == '/'
-
-
-@talking('secret')
 async def test_requests_without_the_token_are_rejected(client):
-    for path in ('/', '/?token=wrong', '/static/main.js', '/image/0/left.png', '/socket'):
+    for path in ('/', '/?token=wrong', '/static/main.js', IMAGE, '/socket'):
         assert (await client.get(path)).status == 403
-    assert (await client.get('/?token=secret')).status == 200
-    assert (await client.get('/image/0/left.png')).status == 200
+    for path in ('/?token=secret', IMAGE):
+        assert (await client.get(path)).status == 200
     async with client.ws_connect('/socket') as socket:
-        await socket.send_json({'do': 'hello'})
-        assert 'state' in await socket.receive_json()
-
-
-@pytest.mark.parametrize(
-    ('host', 'expected'),
-    [('127.0.0.1', True), ('localhost', True), ('::1', True), ('0.0.0.0', False), ('robot.local', False)],
-)
-def test_only_this_machine_is_loopback(host, expected):
-    assert is_loopback(host) is expected
+        assert 'state' in await ask(socket, do='hello')

@@ -1,5 +1,7 @@
 """State between pairs, tested with a localizer that records its calls."""
 
+import re
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +11,6 @@ from place_scenes import MOUNT
 from random_places import random_place
 from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
 
-from shirube_core.geometry import CameraMount
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair import pair_stream
 from stereo_landmark.core.pair.camera_pair import PairFault, Side, StampSynchronizer
@@ -34,13 +35,16 @@ def asked(monkeypatch):
     return questions
 
 
-def stream(places=None, mount=MOUNT):
-    return PairStream(places or [taught_place()], mount, PairSettings(), LandmarkSettings())
+def stream():
+    return PairStream([taught_place()], MOUNT, PairSettings(), LandmarkSettings())
 
 
 def add_pair(to, seconds, calibrations=CALIBRATIONS):
-    for side, image, calibration in zip(Side, seen(TAUGHT), calibrations):
-        located = to.add_image(side, round(seconds * SECOND), image, calibration)
+    alone, located = (
+        to.add_image(side, round(seconds * SECOND), image, calibration)
+        for side, image, calibration in zip(Side, seen(TAUGHT), calibrations)
+    )
+    assert alone is None
     return located
 
 
@@ -50,9 +54,8 @@ def test_the_place_of_late_is_asked_first_until_it_is_forgotten_or_long_ago(aske
         add_pair(robot, seconds)
     assert [likely for _, likely in asked] == [(), ('wall',), ('wall',), ('wall',)]
     robot.drop_prior()
-    add_pair(robot, 4.0)
-    add_pair(robot, 5.0)
-    add_pair(robot, 20.0)
+    for seconds in (4.0, 5.0, 20.0):
+        add_pair(robot, seconds)
     assert [likely for _, likely in asked[4:]] == [(), ('wall',), ()]
 
 
@@ -75,19 +78,13 @@ def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_e
     monkeypatch.setattr(pair_stream, 'pair_fault', fault)
     monkeypatch.setattr(LandmarkLocalizer, 'locate', lambda *_: without_fix().result)
     robot = stream()
-    for seconds in (0.0, 1.0, 2.0):
-        add_pair(robot, seconds)
-    assert len(checked) == 1
-    for seconds in (3.0, 4.0):
-        with pytest.raises(StereoLandmarkError, match='swapped'):
+    counts = []
+    for seconds in range(7):
+        fault = pytest.raises(StereoLandmarkError, match='swapped') if seconds in {3, 4} else nullcontext()
+        with fault:
             add_pair(robot, seconds)
-    for seconds in (5.0, 6.0):
-        add_pair(robot, seconds)
-    assert len(checked) == 4
-
-
-def test_a_single_image_gives_no_result():
-    assert stream().add_image(Side.LEFT, 0, seen(TAUGHT)[0], CALIBRATIONS[0]) is None
+        counts.append(len(checked))
+    assert counts == [1, 1, 1, 2, 3, 4, 4]
 
 
 def test_a_calibration_that_changes_is_checked_again(asked):
@@ -100,12 +97,6 @@ def test_a_calibration_that_changes_is_checked_again(asked):
         add_pair(robot, 1.0, (other, CALIBRATIONS[1]))
     add_pair(robot, 2.0)
     assert len(asked) == 2
-
-
-def test_all_places_must_be_of_these_cameras():
-    places = [taught_place(), replace(taught_place(), name='door')]
-    with pytest.raises(StereoLandmarkError, match=r'was taught with camera_xyz \[0.2, 0.1, 0.6\]'):
-        add_pair(stream(places, CameraMount((0.0, 0.0, 0.6), MOUNT.rpy)), 0.0)
 
 
 PLACE = random_place(1)
@@ -128,20 +119,13 @@ def test_the_cameras_of_the_place_are_taken():
 def test_other_cameras_are_refused_with_both_hashes(other):
     with pytest.raises(StereoLandmarkError, match='hall was taught with other cameras') as fault:
         check_cameras(PLACE, other)
-    assert calibration_hash(RIG) in str(fault.value)
-    assert calibration_hash(other) in str(fault.value)
+    assert {calibration_hash(RIG), calibration_hash(other)} <= set(re.findall(r'\w+', str(fault.value)))
 
 
-@pytest.mark.parametrize(
-    ('mount', 'name'),
-    [
-        (CameraMount((0.0, 0.0, 1.0), RIG.mount.rpy), 'camera_xyz'),
-        (CameraMount(RIG.mount.xyz, (0.0, 0.0, 0.0)), 'camera_rpy'),
-    ],
-)
-def test_another_mount_is_refused(mount, name):
-    with pytest.raises(StereoLandmarkError, match=f'was taught with {name} '):
-        check_cameras(PLACE, replace(RIG, mount=mount))
+@pytest.mark.parametrize('change', [{'xyz': (0.0, 0.0, 1.0)}, {'rpy': (0.0, 0.0, 0.0)}])
+def test_another_mount_is_refused(change):
+    with pytest.raises(StereoLandmarkError, match=f'was taught with camera_{next(iter(change))} '):
+        check_cameras(PLACE, replace(RIG, mount=replace(RIG.mount, **change)))
 
 
 MILLISECOND = 1_000_000
@@ -153,19 +137,24 @@ def run(pairing, *arrivals):
     return [pair for pair in pairs if pair is not None]
 
 
-def test_equal_stamps_make_pairs_left_first_whatever_comes_first():
-    arrivals = [(0, 0), (1, 0), (1, 50), (0, 50), (0, 100), (0, 150), (1, 100), (1, 150)]
-    assert run(StampSynchronizer(0, 5), *arrivals) == [(0, 0), (50, 50), (100, 100), (150, 150)]
+EQUAL = [(0, 0), (1, 0), (1, 50), (0, 50), (0, 100), (0, 150), (1, 100), (1, 150)]
+NEAR = [(0, 0), (1, 4), (0, 50), (1, 57), (1, 104), (0, 100)]
+SEVERAL = [(0, 0), (0, 10), (0, 25), (1, 12)]
 
 
-def test_nearly_equal_stamps_pair_only_within_the_tolerance():
-    arrivals = [(0, 0), (1, 4), (0, 50), (1, 57), (1, 104), (0, 100)]
-    assert run(StampSynchronizer(5 * MILLISECOND, 5), *arrivals) == [(0, 4), (100, 104)]
-    assert run(StampSynchronizer(0, 9), *arrivals) == []
-
-
-def test_the_nearest_of_several_is_the_partner():
-    assert run(StampSynchronizer(20 * MILLISECOND, 5), (0, 0), (0, 10), (0, 25), (1, 12)) == [(10, 12)]
+@pytest.mark.parametrize(
+    ('arrivals', 'tolerance', 'queue_size', 'pairs'),
+    [
+        (EQUAL, 0, 5, [(0, 0), (50, 50), (100, 100), (150, 150)]),
+        (NEAR, 5, 5, [(0, 4), (100, 104)]),
+        (NEAR, 0, 9, []),
+        (SEVERAL, 20, 5, [(10, 12)]),
+    ],
+)
+def test_the_nearest_stamps_within_the_tolerance_make_pairs_left_first(
+    arrivals, tolerance, queue_size, pairs
+):
+    assert run(StampSynchronizer(tolerance * MILLISECOND, queue_size), *arrivals) == pairs
 
 
 def test_every_image_is_in_one_pair_at_most_though_some_are_lost():
@@ -182,12 +171,16 @@ def test_every_image_is_in_one_pair_at_most_though_some_are_lost():
     assert pairs == [(s, s) for s in by_side[0] if s in by_side[1]]
 
 
-def test_inputs_without_common_stamps_are_reported():
-    arrivals = ((side, 100 * k + 7 * side) for k in range(5) for side in (0, 1))
-    with pytest.raises(StereoLandmarkError, match=r'no stamps in common; .*approximate_sync'):
+@pytest.mark.parametrize(
+    ('arrivals', 'words'),
+    [
+        (
+            ((side, 100 * k + 7 * side) for k in range(5) for side in (0, 1)),
+            'no stamps in common; .*approximate_sync',
+        ),
+        (((1, 100 * k) for k in range(5)), 'right images are received, but no left images'),
+    ],
+)
+def test_inputs_without_common_stamps_or_without_a_camera_are_reported(arrivals, words):
+    with pytest.raises(StereoLandmarkError, match=words):
         run(StampSynchronizer(0, 3), *arrivals)
-
-
-def test_a_camera_without_images_is_reported():
-    with pytest.raises(StereoLandmarkError, match='right images are received, but no left images'):
-        run(StampSynchronizer(0, 3), *((1, 100 * k) for k in range(5)))

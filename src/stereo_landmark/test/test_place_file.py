@@ -1,9 +1,9 @@
 """Taught places survive a round trip through their files; malformed files give a one-line error."""
 
 import copy
-import dataclasses
+import math
+from dataclasses import replace
 
-import numpy as np
 import pytest
 import yaml
 from random_places import is_same, random_images, random_place
@@ -18,15 +18,23 @@ def saved(tmp_path):
     return save_place(tmp_path, random_place(1), random_images(1))
 
 
+def save_again(folder, **options):
+    """Save another place of the same name."""
+    return save_place(folder, random_place(3), random_images(3), **options)
+
+
+def is_place(path, seed):
+    """Return whether a file and its images are those of a random place."""
+    return is_same(load_place(path), random_place(seed)) and is_same(load_images(path), random_images(seed))
+
+
 @pytest.mark.parametrize('seed', range(12))
 def test_a_place_is_loaded_as_it_was_saved_to_the_last_bit(tmp_path, seed):
-    place, images = random_place(seed), random_images(seed)
-    path = save_place(tmp_path, place, images)
-    assert is_same(load_place(path), place)
-    assert is_same(load_images(path), images)
+    path = save_place(tmp_path, random_place(seed), random_images(seed))
+    assert is_place(path, seed)
     text = path.read_bytes()
     assert save_place(tmp_path, load_place(path), load_images(path)).read_bytes() == text
-    assert is_same(load_images(path), images)
+    assert is_place(path, seed)
 
 
 def test_all_places_of_a_folder_are_loaded_in_the_order_of_their_names(tmp_path):
@@ -36,9 +44,8 @@ def test_all_places_of_a_folder_are_loaded_in_the_order_of_their_names(tmp_path)
 
 
 def test_saving_again_replaces_the_images_and_leaves_nothing_behind(tmp_path, saved):
-    save_place(tmp_path, random_place(3), random_images(3))
-    assert is_same(load_place(saved), random_place(3))
-    assert is_same(load_images(saved), random_images(3))
+    save_again(tmp_path)
+    assert is_place(saved, 3)
     assert len(list(tmp_path.iterdir())) == 3
 
 
@@ -55,10 +62,9 @@ def test_what_was_taught_before_survives_a_failure_at_any_file(tmp_path, saved, 
     fdopen = atomic_file.os.fdopen
     monkeypatch.setattr(atomic_file.os, 'fdopen', disk_full)
     with pytest.raises(OSError, match='No space'):
-        save_place(tmp_path, random_place(3), random_images(3))
+        save_again(tmp_path)
     assert len(calls) == failing
-    assert is_same(load_place(saved), random_place(1))
-    assert is_same(load_images(saved), random_images(1))
+    assert is_place(saved, 1)
 
 
 @pytest.mark.parametrize('damage', ['', '{', 'format: shirube/taught_place\nversion: 1\nname: 7'])
@@ -66,9 +72,9 @@ def test_a_damaged_place_is_replaced_only_on_purpose(tmp_path, saved, damage):
     text = damage or saved.read_text()[:500]
     saved.write_text(text)
     with pytest.raises(LandmarkFileError):
-        save_place(tmp_path, random_place(3), random_images(3))
+        save_again(tmp_path)
     assert saved.read_text() == text
-    save_place(tmp_path, random_place(3), random_images(3), replace_damaged=True)
+    save_again(tmp_path, replace_damaged=True)
     assert is_same(load_place(saved), random_place(3))
 
 
@@ -82,115 +88,73 @@ def test_a_setting_of_older_files_that_had_no_effect_is_no_fault(saved):
 def test_a_foreign_file_is_never_written_over(tmp_path):
     path = place_path(tmp_path, 'hall')
     path.write_text('hall: opening hours')
-    with pytest.raises(LandmarkFileError, match='not a taught place; move it elsewhere'):
-        save_place(tmp_path, random_place(1), random_images(1), replace_damaged=True)
-    with pytest.raises(LandmarkFileError, match='not a taught place; move it elsewhere'):
-        load_places(tmp_path)
+    for work in (lambda: save_again(tmp_path, replace_damaged=True), lambda: load_places(tmp_path)):
+        with pytest.raises(LandmarkFileError, match='not a taught place; move it elsewhere'):
+            work()
     assert path.read_text() == 'hall: opening hours'
 
 
 def test_images_of_a_copied_place_stay(tmp_path, saved):
     copied = tmp_path / 'copy.yaml'
     copied.write_text(saved.read_text().replace('name: hall', 'name: copy', 1))
-    save_place(tmp_path, random_place(3), random_images(3))
+    save_again(tmp_path)
     assert is_same(load_images(copied), random_images(1))
     assert is_same(load_images(saved), random_images(3))
 
 
-def changed(*path_and_value):
-    """Return a change of one value, or its removal."""
-    *path, last, value = path_and_value
-
-    def change(content):
-        for part in path:
-            content = content[part]
-        if value is None:
-            del content[last]
-        else:
-            content[last] = value
-
-    return change
-
-
-def first_of(content):
-    return content['targets']['wanted'][0]
-
-
-def doubled(content):
-    content['targets']['wanted'].append(copy.deepcopy(first_of(content)))
-
-
-def without_coordinates(content):
-    content['coordinates'] = content['coordinates'][1:]
-
-
-def swapped(content):
-    content['stereo_calibration']['baseline'] *= -1.0
-
-
-WRONG = {
-    'format is not': changed('format', 'shirube/map'),
-    'version is 2, this program supports up to 1; update': changed('version', 2),
-    'version is 0, it must be 1': changed('version', 0),
-    'version is missing': changed('version', None),
-    'colour does not exist': changed('colour', 'red'),
-    'coordinate does not exist, did you mean coordinates?': changed('coordinate', []),
-    'targets is missing': changed('targets', None),
-    'targets.wanted is [], it must have at least 1 entries': changed('targets', 'wanted', []),
-    'name is stairs, but the file is called hall': changed('name', 'stairs'),
-    "name is '../hall', it must match": changed('name', '../hall'),
-    "name is 'hall\\n', it must match": changed('name', 'hall\n'),
-    "name is 'xxxxx": changed('name', 'x' * 65),
-    "targets.wanted[0].name is 'a\\tb', it must match": changed('targets', 'wanted', 0, 'name', 'a\tb'),
-    "targets.wanted[0].name is 'a\\n', it must match": changed('targets', 'wanted', 0, 'name', 'a\n'),
-    "stereo_calibration.left.fx is '7 hundred', it must be a number": changed(
-        'stereo_calibration', 'left', 'fx', '7 hundred'
-    ),
-    'hash does not match the calibration': changed('stereo_calibration', 'left', 'cx', 1.0),
-    'stereo_calibration: baseline is': swapped,
-    'image_processing.edges.threshold is missing': changed('image_processing', 'edges', 'threshold', None),
-    'setting edges.treshold does not exist, did you mean edges.threshold?': changed(
-        'image_processing', 'edges', 'treshold', 5.0
-    ),
-    'setting edges.threshold is 9999.0, allowed is': changed(
-        'image_processing', 'edges', 'threshold', 9999.0
-    ),
-    "kind is 'hexagon', it must be one of": changed(
-        'targets', 'wanted', 0, 'primitives', 0, 'kind', 'hexagon'
-    ),
-    'position is [1.0, 2.0], it must have at least 3 entries': changed(
-        'targets', 'wanted', 0, 'primitives', 0, 'position', [1.0, 2.0]
-    ),
-    'colour does not exist, there are': changed(
-        'targets', 'wanted', 0, 'primitives', 0, 'shape', 'colour', 1.0
-    ),
-    'targets.wanted: meter 1 is duplicate': doubled,
-    'is missing; restore the file': without_coordinates,
-    'corresponding_points.meter 1 is missing': changed('corresponding_points', 'meter 1', None),
-    'corresponding_points.meter: there is no such target': changed('corresponding_points', 'meter', ['a/b']),
-    'corresponding_points.meter 1 is [], it must have at least 1 entries': changed(
-        'corresponding_points', 'meter 1', []
-    ),
-    'nothing/centre has no coordinates': changed('corresponding_points', 'meter 1', ['nothing/centre']),
-    'coordinates[0].xyz[1] is not a finite number': changed(
-        'coordinates', 0, 'xyz', [0.0, float('nan'), 0.0]
-    ),
-    'coordinates[0].xyz[2] is not a finite number': changed('coordinates', 0, 'xyz', [0.0, 0.0, 1e308]),
-    'T_map_place.x is not a finite number': changed('T_map_place', 'x', 10**400),
-    'images.tilt[0] is not a finite number': changed('images', 'tilt', [10**400, 0]),
-    'covariance is not positive semidefinite': changed(
-        'coordinates', 0, 'covariance', [[-1.0, 0, 0], [0, 1, 0], [0, 0, 1]]
-    ),
-    'T_map_place.yaw is missing': changed('T_map_place', 'yaw', None),
-    'images.left is': changed('images', 'left', '../left.png'),
-}
+PRIMITIVE, EDGES, POINTS = 'targets.wanted.0.primitives.0', 'image_processing.edges', 'corresponding_points'
+WRONG = [
+    ('format', 'shirube/map', 'format is not'),
+    ('version', 2, 'version is 2, this program supports up to 1; update'),
+    ('version', 0, 'version is 0, it must be 1'),
+    ('version', None, 'version is missing'),
+    ('colour', 'red', 'colour does not exist'),
+    ('coordinate', [], 'coordinate does not exist, did you mean coordinates?'),
+    ('targets', None, 'targets is missing'),
+    ('targets.wanted', [], 'targets.wanted is [], it must have at least 1 entries'),
+    ('name', 'stairs', 'name is stairs, but the file is called hall'),
+    ('name', '../hall', "name is '../hall', it must match"),
+    ('name', 'hall\n', "name is 'hall\\n', it must match"),
+    ('name', 'x' * 65, "name is 'xxxxx"),
+    ('targets.wanted.0.name', 'a\tb', "targets.wanted[0].name is 'a\\tb', it must match"),
+    ('targets.wanted.0.name', 'a\n', "targets.wanted[0].name is 'a\\n', it must match"),
+    ('stereo_calibration.left.fx', 'many', "stereo_calibration.left.fx is 'many', it must be a number"),
+    ('stereo_calibration.left.cx', 1.0, 'hash does not match the calibration'),
+    ('stereo_calibration.baseline', lambda baseline: -baseline, 'stereo_calibration: baseline is'),
+    (f'{EDGES}.threshold', None, 'image_processing.edges.threshold is missing'),
+    (f'{EDGES}.treshold', 5.0, 'setting edges.treshold does not exist, did you mean edges.threshold?'),
+    (f'{EDGES}.threshold', 9999.0, 'setting edges.threshold is 9999.0, allowed is'),
+    (f'{PRIMITIVE}.kind', 'hexagon', "kind is 'hexagon', it must be one of"),
+    (f'{PRIMITIVE}.position', [1.0, 2.0], 'position is [1.0, 2.0], it must have at least 3 entries'),
+    (f'{PRIMITIVE}.shape.colour', 1.0, 'colour does not exist, there are'),
+    ('targets.wanted', lambda one: [*one, copy.deepcopy(one[0])], 'targets.wanted: meter 1 is duplicate'),
+    ('coordinates', lambda coordinates: coordinates[1:], 'is missing; restore the file'),
+    ('coordinates.0.xyz', [0.0, math.nan, 0.0], 'coordinates[0].xyz[1] is not a finite number'),
+    ('coordinates.0.xyz', [0.0, 0.0, 1e308], 'coordinates[0].xyz[2] is not a finite number'),
+    ('coordinates.0.covariance', [[-1, 0, 0], [0] * 3, [0] * 3], 'covariance is not positive semidefinite'),
+    (f'{POINTS}.meter 1', None, 'corresponding_points.meter 1 is missing'),
+    (f'{POINTS}.meter', ['a/b'], 'corresponding_points.meter: there is no such target'),
+    (f'{POINTS}.meter 1', [], 'corresponding_points.meter 1 is [], it must have at least 1 entries'),
+    (f'{POINTS}.meter 1', ['nothing/centre'], 'nothing/centre has no coordinates'),
+    ('T_map_place.x', 10**400, 'T_map_place.x is not a finite number'),
+    ('T_map_place.yaw', None, 'T_map_place.yaw is missing'),
+    ('images.tilt', [10**400, 0], 'images.tilt[0] is not a finite number'),
+    ('images.left', '../left.png', 'images.left is'),
+]
+"""Field, its value (None without the field, or a function of the right value), and words of the message."""
 
 
-@pytest.mark.parametrize('words', WRONG)
+@pytest.mark.parametrize('change', WRONG, ids=lambda change: change[-1])
 @pytest.mark.newest_set_only
-def test_a_wrong_file_is_refused_in_one_line_with_file_and_field(saved, words):
-    content = yaml.safe_load(saved.read_text())
-    WRONG[words](content)
+def test_a_wrong_file_is_refused_in_one_line_with_file_and_field(saved, change):
+    field, value, words = change
+    content = part = yaml.safe_load(saved.read_text())
+    *path, last = (int(name) if name.isdigit() else name for name in field.split('.'))
+    for name in path:
+        part = part[name]
+    part[last] = value(part[last]) if callable(value) else value
+    if value is None:
+        del part[last]
     saved.write_text(yaml.safe_dump(content))
     with pytest.raises(LandmarkFileError) as fault:
         load_place(saved)
@@ -202,15 +166,18 @@ def test_a_wrong_file_is_refused_in_one_line_with_file_and_field(saved, words):
 
 
 @pytest.mark.parametrize(
-    ('text', 'words'),
-    [('', 'holds no fields'), ('[1, 2', 'is no YAML'), ('a: "\n', 'is no YAML'), ('\xff', 'format is not')],
+    ('data', 'words'),
+    [
+        (b'', 'holds no fields'),
+        (b'[1, 2', 'is no YAML'),
+        (b'a: "\n', 'is no YAML'),
+        (b'format: x', 'format is not'),
+        (b'\xff\xfe\x00', 'is no YAML'),
+    ],
 )
-def test_what_is_no_yaml_is_refused(saved, text, words):
-    saved.write_text(text if text != '\xff' else 'format: x', encoding='utf-8')
+def test_what_is_no_yaml_is_refused(saved, data, words):
+    saved.write_bytes(data)
     with pytest.raises(LandmarkFileError, match=words):
-        load_place(saved)
-    saved.write_bytes(b'\xff\xfe\x00')
-    with pytest.raises(LandmarkFileError, match='is no YAML'):
         load_place(saved)
 
 
@@ -234,13 +201,12 @@ def test_missing_files_and_folders_are_named(tmp_path, saved):
 def test_a_place_that_could_not_be_loaded_again_is_not_saved(tmp_path):
     place = random_place(1)
     positions = place.coordinates.positions.copy()
-    positions[0, 0] = np.nan
-    endless = dataclasses.replace(place.coordinates, positions=positions)
+    positions[0, 0] = math.nan
     for wrong, words in (
-        (dataclasses.replace(place, name='a/b'), 'name is'),
-        (dataclasses.replace(place, targets=place.targets[:1] * 2), 'is duplicate'),
-        (dataclasses.replace(place, coordinates=endless), 'not a finite number'),
+        ({'name': 'a/b'}, 'name is'),
+        ({'targets': place.targets[:1] * 2}, 'is duplicate'),
+        ({'coordinates': replace(place.coordinates, positions=positions)}, 'not a finite number'),
     ):
         with pytest.raises(LandmarkFileError, match=words):
-            save_place(tmp_path, wrong, random_images(1))
+            save_place(tmp_path, replace(place, **wrong), random_images(1))
     assert list(tmp_path.iterdir()) == []

@@ -1,8 +1,9 @@
-from dataclasses import replace
+import re
 
 import numpy as np
 import pytest
-from place_scenes import RIG, panel, random_state, teach, view
+from consistency import mahalanobis
+from place_scenes import RIG, errors_of, panel, random_state, teach, view
 
 from stereo_landmark.core.place.place_locator import NoPlaceFix, NoPlaceFixReason, PlaceFix, PlaceLocator
 from stereo_landmark.core.settings import PlaceSettings
@@ -12,42 +13,27 @@ NOISE = 0.1
 
 
 def pose_error(fix, state):
-    return np.hypot(fix.T_place_base.x - state[0], fix.T_place_base.y - state[1])
+    return np.hypot(*errors_of(fix.T_place_base, fix.height, state)[:2])
 
 
 @pytest.mark.parametrize('method', ['reprojection', 'closed_form'])
+@pytest.mark.parametrize(('pixel', 'tilt', 'accuracy'), [(0.0, 0.0, 0.1), (0.3, 0.02, 0.2)])
 @pytest.mark.newest_set_only
-def test_the_displacement_is_found_within_its_covariance(method):
+def test_errors_are_within_the_covariance_of_pixels_calibration_and_tilt(method, pixel, tilt, accuracy):
+    """Pixels are off by the noise of the detection, or by a calibration error that it does not state."""
     rng = np.random.default_rng(1)
-    locator = PlaceLocator(RIG, PlaceSettings(method=method, pixel_sigma=0.0, tilt_sigma=0.0))
-    normalised = []
+    settings = PlaceSettings(method=method, pixel_sigma=pixel, tilt_sigma=tilt, position_sigma_max=10.0)
+    squares = []
     for _ in range(60):
         points, state = panel(seed=int(rng.integers(1000))), random_state(rng)
-        fix = locator.locate(view(points, state, NOISE, rng), teach(points, NOISE, rng))
-        error = (
-            np.array([fix.T_place_base.x, fix.T_place_base.y, fix.height, fix.T_place_base.yaw]) - state[:4]
-        )
-        normalised.append(error @ np.linalg.solve(fix.covariance, error) / 4.0)
-    assert np.sqrt(np.mean(normalised)) == pytest.approx(1.0, abs=0.1)
-
-
-@pytest.mark.parametrize('method', ['reprojection', 'closed_form'])
-@pytest.mark.newest_set_only
-def test_the_covariance_holds_for_a_calibration_and_a_tilt_that_are_off(method):
-    rng = np.random.default_rng(7)
-    settings = PlaceSettings(method=method, pixel_sigma=0.3, tilt_sigma=0.02, position_sigma_max=10.0)
-    locator = PlaceLocator(RIG, settings)
-    normalised = []
-    for _ in range(60):
-        points, state = panel(seed=int(rng.integers(1000))), random_state(rng)
-        seen = view(points, state, 0.3, rng)
-        seen = StereoPoints(seen.names, seen.pixels, 1e-6 * seen.covariances)
-        fix = locator.locate(seen, teach(points), tuple(rng.normal(0.0, 0.02, 2)))
+        seen = view(points, state, pixel or NOISE, rng)
+        if pixel:
+            seen = StereoPoints(seen.names, seen.pixels, 1e-6 * seen.covariances)
+        taught = teach(points, 0.0 if pixel else NOISE, rng)
+        fix = PlaceLocator(RIG, settings).locate(seen, taught, tuple(rng.normal(0.0, tilt, 2)))
         assert isinstance(fix, PlaceFix)
-        pose = fix.T_place_base
-        error = np.array([pose.x, pose.y, fix.height, pose.yaw]) - state[:4]
-        normalised.append(error @ np.linalg.solve(fix.covariance, error) / 4.0)
-    assert np.sqrt(np.mean(normalised)) == pytest.approx(1.0, abs=0.2)
+        squares.append(mahalanobis(errors_of(fix.T_place_base, fix.height, state), fix.covariance))
+    assert np.sqrt(np.mean(squares)) == pytest.approx(1.0, abs=accuracy)
 
 
 @pytest.mark.newest_set_only
@@ -77,18 +63,6 @@ def test_a_known_lean_is_taken_out():
     assert free.tilt == pytest.approx((0.02, -0.03), abs=0.01)
 
 
-def test_hidden_and_wrong_points_are_left_out():
-    rng = np.random.default_rng(4)
-    points, state = panel(), random_state(rng)
-    seen, taught = view(points, state, NOISE, rng), teach(points, NOISE, rng)
-    seen = seen.subset(np.arange(16) >= 4)
-    seen.pixels[2:5] += [25.0, 0.0, 25.0, 0.0]
-    fix = PlaceLocator(RIG).locate(seen, taught)
-    assert pose_error(fix, state) < 0.02
-    assert not {'point 6', 'point 7', 'point 8'} & set(fix.names)
-    assert len(fix.names) == 9
-
-
 @pytest.mark.parametrize(('rows', 'where'), [(0.8, 'lower'), (-0.8, 'higher')])
 def test_a_row_mismatch_is_reported_with_its_remedy(rows, where):
     rng = np.random.default_rng(5)
@@ -98,9 +72,7 @@ def test_a_row_mismatch_is_reported_with_its_remedy(rows, where):
     answer = PlaceLocator(RIG).locate(seen, teach(points))
     assert isinstance(answer, NoPlaceFix)
     assert answer.reason is NoPlaceFixReason.ROW_MISMATCH
-    assert f'0.8 px {where}' in answer.detail.replace('0.79', '0.8').replace('0.81', '0.8').replace(
-        '0.80', '0.8'
-    )
+    assert re.search(rf'0\.(79|8|80|81) px {where}', answer.detail)
 
 
 def test_unknown_points_do_not_count():
@@ -126,7 +98,7 @@ def test_points_that_do_not_fit_together_give_no_displacement(seed):
 def test_what_is_too_uncertain_is_no_fix():
     rng = np.random.default_rng(6)
     points = panel(5.0, 0.2, 4, depth=0.0)
-    settings = replace(PlaceSettings(), position_sigma_max=0.02)
+    settings = PlaceSettings(position_sigma_max=0.02)
     answer = PlaceLocator(RIG, settings).locate(view(points, np.zeros(6), 0.3, rng), teach(points, 0.3, rng))
     assert isinstance(answer, NoPlaceFix)
     assert answer.reason is NoPlaceFixReason.UNCERTAIN

@@ -1,6 +1,7 @@
 """Two sessions and one folder: no changes are overwritten without confirmation, and no stale files remain."""
 
-from threading import Barrier, Thread
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
 
 import numpy as np
 import pytest
@@ -14,9 +15,9 @@ from stereo_landmark.page.place_saver import PlaceExistsError, PlaceSaver
 
 def images_with(level):
     """Return the taught pair with a unique mark."""
-    left, right = (image.copy() for image in (images_of(0).left, images_of(0).right))
+    left = images_of(0).left.copy()
     left[:4, :4] = level
-    return StereoImages(left, right)
+    return StereoImages(left, images_of(0).right)
 
 
 def test_what_another_saved_since_is_replaced_only_on_purpose(tmp_path):
@@ -39,10 +40,7 @@ def test_images_of_places_that_were_saved_at_once_are_not_left_behind(tmp_path):
             together.wait()
             savers[number].save(taught_place(), images_with(10 * turn + number), replace=True)
 
-    threads = [Thread(target=work, args=(number,)) for number in range(2)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(work, range(2)))
     assert len(list(tmp_path.glob('*.png'))) == 2
     assert np.array_equal(load_images(tmp_path / 'wall.yaml').right, images_of(0).right)

@@ -4,17 +4,15 @@ import warnings
 import cv2
 import numpy as np
 import pytest
-from drawn_wall import Disc, Plate, Wall, view_of
+from drawn_wall import Disc, Plate, Wall, from_left, teach_view, view_of
 from place_scenes import CAMERA, RIG, panel
 
 from stereo_landmark.core.place.reprojection import reproject
-from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.coarse_pose import image_distances, poses_from_match, predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView
-from stereo_landmark.core.procedure.target_search import TargetDetection, TargetSearch
+from stereo_landmark.core.procedure.target_search import TargetSearch
 from stereo_landmark.core.procedure.taught_place import centre_correction, ellipse_centre_offset, wall_normal
-from stereo_landmark.core.teaching.primitive_selection import TargetSelection
-from stereo_landmark.core.teaching.teacher import Teacher
 
 TILT = (0.04, -0.06)
 VIEW = StereoView(None, None, RIG, TILT)
@@ -35,9 +33,8 @@ def test_poses_through_a_point_see_it_where_it_was_found():
 
 
 def test_poses_are_apart_by_what_they_have_before_them_in_common():
-    states = np.array(
-        [[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.01], [0.0, 0.0, 0.0, math.pi], [3.5, 0.0, 0.0, 0.0]]
-    )
+    states = np.zeros((4, 4))
+    states[1:3, 3], states[3, 0] = (0.01, math.pi), 3.5
     points = np.vstack([panel(), [[6.0, 0.0, 0.6]]])
     with warnings.catch_warnings():
         warnings.simplefilter('error')
@@ -69,23 +66,17 @@ def test_a_thing_alone_faces_the_robot():
 def test_centres_of_circles_are_measured_where_they_were_taught():
     """From a viewpoint 15 degrees to the side, the ellipse centre of a large disc is biased by half a pixel."""
     wall = Wall((Disc(0.3, 0.7, 0.2, 60.0), Plate(-0.4, 0.7, 0.4, 0.3, 220.0)))
-    view = view_of(wall, np.zeros(6), tuple(PrimitiveKind), noise=0.5)
-    seen = view.left.kinds
-    parts = {
-        'dial': seen[PrimitiveKind.ELLIPSE].primitives[0],
-        'panel': seen[PrimitiveKind.QUADRILATERAL].primitives[0],
-    }
-    place = Teacher(view, ImageProcessing()).teach('wall', [TargetSelection('target', parts)])
-    assert place.targets[0].primitives[0].normal == pytest.approx([-1.0, 0.0, 0.0], abs=0.02)
+    view = view_of(wall, np.zeros(6), noise=0.5)
+    parts = {'dial': from_left(view)[0], 'panel': from_left(view, PrimitiveKind.QUADRILATERAL)[0]}
+    place = teach_view(view, parts)
+    (target,) = place.targets
+    assert target.primitives[0].normal == pytest.approx([-1.0, 0.0, 0.0], abs=0.02)
     state = np.array([0.3, -0.5, 0.0, 0.26, 0.0, 0.0])
-    found = TargetSearch(place).search(place.targets[0], view_of(wall, state, place.kinds, noise=0.5))
-    assert isinstance(found, TargetDetection)
+    found = TargetSearch(place).search(target, view_of(wall, state, noise=0.5))
     seen = found.points.pixels[found.points.names.index('target/dial/centre')]
     true = reproject(state, np.array([[3.0, 0.3, 0.7]]), place.rig).pixels[0]
     assert seen == pytest.approx(true, abs=0.08)
-    moved = centre_correction(
-        place.targets[0].primitives[0], state[:4], StereoView(view.left, view.right, place.rig)
-    )
+    moved = centre_correction(target.primitives[0], state[:4], view)
     assert np.hypot(*moved[:2]) > 0.4
 
 
@@ -109,13 +100,3 @@ def test_an_ellipse_fitted_to_the_outline_has_its_centre_there(seed):
     middle = CAMERA.pixels_from_points(centre[None])[0]
     (u, v), _, _ = cv2.fitEllipseDirect((pixels - middle).astype(np.float32))
     assert ellipse_centre_offset(centre, normal, 0.12, CAMERA) == pytest.approx([u, v], abs=0.003)
-
-
-def test_the_shift_is_towards_the_nearer_half_and_as_large_as_is_said():
-    angle, centre = math.radians(10.0), np.array([0.0, 0.0, 3.0])
-    # The right side is nearer.
-    shift = ellipse_centre_offset(centre, np.array([-math.sin(angle), 0.0, -math.cos(angle)]), 0.09, CAMERA)
-    size = CAMERA.fx * 0.09**2 / 9.0 * math.sin(angle)
-    assert abs(shift[0]) == pytest.approx(size, rel=0.05)
-    near = outline(centre, np.array([-math.sin(angle), 0.0, -math.cos(angle)]), 0.09)
-    assert np.sign(shift[0]) == np.sign(near[np.argmin(near[:, 2]), 0])

@@ -8,7 +8,6 @@ import pytest
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
-from stereo_landmark.core.primitives.primitive import bounding_box
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 
 
@@ -21,17 +20,12 @@ def test_an_ellipse_is_a_closed_line_with_its_foci():
     assert sums[0] + sums[1] == pytest.approx(np.full(len(line), 26.0))
 
 
-def test_a_quadrilateral_goes_once_around_its_corners():
-    corners = np.array([[0.0, 0.0], [9.0, 1.0], [8.0, 7.0], [1.0, 6.0]])
-    shape = Quadrilateral(corners, 1, 1.0, np.eye(8))
-    (line,) = shape.outline()
-    assert line == pytest.approx(np.vstack([corners, corners[:1]]))
-    assert bounding_box(shape) == pytest.approx(np.array([[0.0, 0.0], [9.0, 7.0]]))
-
-
-def test_parallel_lines_are_two_and_a_corner_has_two_arms():
+def test_parallel_lines_are_two_a_corner_has_two_arms_and_a_quadrilateral_is_closed():
     lines = ParallelLines(6.0, 20.0, 0.0, np.array([30.0, 40.0]), 1, np.eye(3), 1.0).outline()
     assert [line.tolist() for line in lines] == [[[20.0, 37.0], [40.0, 37.0]], [[20.0, 43.0], [40.0, 43.0]]]
     corner = Corner(np.array([5.0, 5.0]), math.pi / 2, math.pi / 4, np.array([3.0, 4.0]), 1, np.eye(2))
     (line,) = corner.outline()
     assert line == pytest.approx(np.array([[8.0, 5.0], [5.0, 5.0], [5.0, 9.0]]))
+    corners = np.array([[0.0, 0.0], [9.0, 1.0], [8.0, 7.0], [1.0, 6.0]])
+    (line,) = Quadrilateral(corners, 1, 1.0, np.eye(8)).outline()
+    assert line == pytest.approx(np.vstack([corners, corners[:1]]))

@@ -4,12 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from taught_wall import HERE, RIG, T_MAP_PLACE
-from teaching_wall import PAIRS, images_of, meters_of, new_session
+from taught_wall import HERE, METERS, T_MAP_PLACE
+from teaching_wall import images_of, meters_of, new_session, pairs_of_wall
 
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.files.place_file import load_images, load_place
-from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler
 
@@ -18,8 +17,7 @@ pytestmark = pytest.mark.newest_set_only
 
 @pytest.fixture
 def answers(tmp_path):
-    source = StereoPairs(['taught', 'here'], images_of, RIG)
-    return RequestHandler(source, PlaceSaver(tmp_path))
+    return RequestHandler(pairs_of_wall(), PlaceSaver(tmp_path))
 
 
 def ask(answers, what, **fields):
@@ -29,26 +27,20 @@ def ask(answers, what, **fields):
 
 def choose_meters(answers, count=4):
     for kind, number in meters_of(new_session())[:count]:
-        answer = ask(answers, 'toggle', kind=kind.value, number=number)
-    return answer['state']
+        ask(answers, 'toggle', kind=kind.value, number=number)
 
 
 def test_a_whole_lesson(answers, tmp_path):
     configuration = ask(answers, 'hello')['configuration']
     assert (configuration['width'], configuration['baseline']) == (376, pytest.approx(0.2))
-    assert {each['name'] for each in configuration['settings']} >= {
-        'edges.threshold',
-        'tolerances.corner.angle',
-    }
-    state = choose_meters(answers)
-    assert [part['name'] for part in state['targets'][0]['primitives']] == [
-        f'ellipse {k}' for k in (1, 2, 3, 4)
-    ]
-    state = ask(answers, 'move', name='ellipse 4', place=0)['state']
-    assert state['targets'][0]['primitives'][0]['name'] == 'ellipse 4'
-    assert state['targets'][0]['expected']['position_sigma'] < 0.02
-    trials = ask(answers, 'check', target=0)
-    assert {trial['outcome'] for trial in trials['trials']} == {'found'}
+    names = {each['name'] for each in configuration['settings']}
+    assert names >= {'edges.threshold', 'tolerances.corner.angle'}
+    choose_meters(answers)
+    (target,) = ask(answers, 'move', name='ellipse 4', place=0)['state']['targets']
+    assert [part['name'] for part in target['primitives']] == [f'ellipse {k}' for k in (4, 1, 2, 3)]
+    assert target['expected']['position_sigma'] < 0.02
+    trials = ask(answers, 'check', target=0)['trials']
+    assert {trial['outcome'] for trial in trials} == {'found'}
     found = ask(answers, 'test', pair=1)['answer']
     assert [found['x'], found['y'], found['yaw']] == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
     ask(answers, 'rename_place', name='wall')
@@ -58,6 +50,8 @@ def test_a_whole_lesson(answers, tmp_path):
     assert path == str(tmp_path / 'wall.yaml')
     assert place.T_map_place == T_MAP_PLACE
     assert place.targets[0].primitives[0].name == 'ellipse 4'
+    true = np.array([[3.0, meter.y, meter.z] for meter in METERS])
+    assert place.coordinates.positions == pytest.approx(true[[3, 0, 1, 2]], abs=0.01)
     assert np.array_equal(load_images(tmp_path / 'wall.yaml').left, images_of(0).left)
 
 
@@ -67,8 +61,7 @@ def test_sliders_get_edges_at_once_and_are_one_step(answers):
     for value in (4.0, 40.0, 100.0):
         fields = {'name': 'edges.threshold', 'value': value, 'gesture': 'a', 'sides': ['left']}
         counts.append(ask(answers, 'edges', **fields)['edges']['left']['count'])
-    assert counts == sorted(counts, reverse=True)
-    assert counts[0] > counts[2]
+    assert counts[0] >= counts[1] >= counts[2] < counts[0]
     state = ask(answers, 'undo')['state']
     assert state['processing']['edges.threshold'] == 6.0
     assert not state['can_undo']
@@ -86,7 +79,6 @@ def test_sliders_get_edges_at_once_and_are_one_step(answers):
         ({'do': 'set_region', 'region': [1, 2, 'x', 4]}, 'region must be a number'),
         ({'do': 'set', 'name': 'edges.threshold', 'value': 1e9}, 'allowed is'),
         ({'do': 'set', 'name': 'edges.threshold', 'value': float('nan')}, 'value must be a number'),
-        ({'do': 'move', 'name': 'nobody', 'place': 0}, 'has no primitive nobody'),
         ({'do': 'select_pair', 'pair': 9}, 'there is no pair 10, there are 2'),
         ({'do': 'take'}, '--live only'),
         ({'do': 'check', 'target': 4}, 'there is no target 5'),
@@ -115,19 +107,19 @@ def test_too_few_points_are_not_saved(answers, tmp_path):
 
 
 def test_what_is_not_saved_is_known_whoever_asks(answers):
-    def save_status(what, **fields):
-        return ask(answers, what, **fields)['state']['save_status']
-
-    assert save_status('hello') == 'new'
+    assert ask(answers, 'hello')['state']['save_status'] == 'new'
     choose_meters(answers)
-    assert save_status('hello') == 'unsaved'
-    assert save_status('save', replace=False) == 'saved'
-    assert save_status('show_kind', kind='corner', shown=True) == 'saved'
-    assert save_status('set', name='edges.threshold', value=7.0) == 'unsaved'
-    assert save_status('reset', group='edges.') == 'saved'
-    assert save_status('undo') == 'unsaved'
-    assert save_status('undo') == 'saved'
-    assert save_status('set_map_pose', pose=[1.0, 2.0, 3.0]) == 'unsaved'
+    for command, status in (
+        ({'do': 'hello'}, 'unsaved'),
+        ({'do': 'save', 'replace': False}, 'saved'),
+        ({'do': 'show_kind', 'kind': 'corner', 'shown': True}, 'saved'),
+        ({'do': 'set', 'name': 'edges.threshold', 'value': 7.0}, 'unsaved'),
+        ({'do': 'reset', 'group': 'edges.'}, 'saved'),
+        ({'do': 'undo'}, 'unsaved'),
+        ({'do': 'undo'}, 'saved'),
+        ({'do': 'set_map_pose', 'pose': [1.0, 2.0, 3.0]}, 'unsaved'),
+    ):
+        assert answers.answer(command)['state']['save_status'] == status
 
 
 def test_red_hints_stop_a_place_from_being_saved_until_the_choice_is_another(answers, tmp_path, monkeypatch):
@@ -153,9 +145,8 @@ def test_red_hints_stop_a_place_from_being_saved_until_the_choice_is_another(ans
 def test_a_place_from_elsewhere_is_replaced_only_on_purpose(answers, tmp_path):
     choose_meters(answers)
     path = tmp_path / 'place_1.yaml'
-    assert ask(answers, 'save', replace=False)['saved']
-    assert ask(answers, 'save', replace=False)['saved']
-    other = RequestHandler(StereoPairs(['taught'], images_of, RIG), PlaceSaver(tmp_path))
+    assert all(ask(answers, 'save', replace=False)['saved'] for _ in range(2))
+    other = RequestHandler(pairs_of_wall(), PlaceSaver(tmp_path))
     choose_meters(other, 3)
     answer = ask(other, 'save', replace=False)
     assert answer['exists']
@@ -166,7 +157,6 @@ def test_a_place_from_elsewhere_is_replaced_only_on_purpose(answers, tmp_path):
 
 
 def test_another_pair_may_be_taught_and_that_can_be_undone(answers):
-    assert len(PAIRS) == 2
     assert ask(answers, 'select_pair', pair=1)['state']['pair'] == 1
     assert ask(answers, 'undo')['state']['pair'] == 0
     assert ask(answers, 'redo')['state']['pair'] == 1

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 from seen_shapes import ellipse_photo, polygon_photo, segments_of, turned_rectangle
 
-from stereo_landmark.core.edges.linking import polyline_vertices
+from stereo_landmark.core.edges.edges import extract_edges
+from stereo_landmark.core.edges.linking import extract_chains, link_points, polyline_vertices
+from stereo_landmark.core.settings import EdgeSettings
 
 
 def test_a_disc_is_one_closed_segment_with_the_bright_side_to_the_right():
@@ -37,9 +39,9 @@ def test_noise_and_weak_lines_are_removed_by_length_and_threshold():
     assert len(segments_of(image, length_min=500.0)) == 0
 
 
-def test_nothing_is_lost_in_an_empty_image():
-    segments = segments_of(np.full((40, 50), 90, np.uint8))
-    assert len(segments) == 0
+def test_an_even_image_has_no_edges_and_no_segments():
+    even = np.full((40, 50), 90, np.uint8)
+    assert len(extract_edges(even, EdgeSettings())) == len(segments_of(even)) == 0
 
 
 @pytest.mark.parametrize('tolerance', [0.3, 1.0, 4.0])
@@ -55,8 +57,29 @@ def test_no_point_is_farther_from_the_polyline_than_the_tolerance(tolerance):
 
 def test_a_straight_segment_has_its_ends_only_and_the_next_one_its_own():
     line = np.column_stack([np.arange(10.0), np.zeros(10)])
-    vertex_indices, starts = polyline_vertices(
-        np.concatenate([line, line + 50]), np.array([0, 10, 20], np.int32), 0.5
-    )
+    points = np.concatenate([line, line + 50])
+    vertex_indices, starts = polyline_vertices(points, np.array([0, 10, 20], np.int32), 0.5)
     assert vertex_indices.tolist() == [0, 9, 10, 19]
     assert starts.tolist() == [0, 2, 4]
+
+
+def test_links_go_to_one_point_from_one_point():
+    edges = extract_edges(ellipse_photo((50, 45), (30.0, 20.0), 0.3, noise=8.0), EdgeSettings(threshold=3.0))
+    successors = link_points(edges.points, edges.gradients, edges.index)
+    linked = successors[successors >= 0]
+    assert len(np.unique(linked)) == len(linked)
+
+
+def test_chains_hold_each_point_once_open_ones_first():
+    successors = np.array([1, 2, -1, 4, 3, -1], np.int32)
+    order, starts, closed = extract_chains(successors, np.full(6, 10.0), 5.0, 2)
+    assert order.tolist() == [0, 1, 2, 3, 4]
+    assert starts.tolist() == [0, 3, 5]
+    assert closed.tolist() == [False, True]
+
+
+def test_one_strong_point_keeps_a_chain():
+    successors = np.array([1, 2, -1, 4, -1], np.int32)
+    order, starts, _ = extract_chains(successors, np.array([1.0, 9.0, 1.0, 4.0, 4.0]), 5.0, 2)
+    assert order.tolist() == [0, 1, 2]
+    assert starts.tolist() == [0, 3]

@@ -53,11 +53,9 @@ def test_what_was_detected_twice_is_no_rival_of_itself():
 
 
 def test_rows_shapes_and_depths_part_what_looks_the_same():
-    left, right = row(3, 50.0)
-    assert (
-        len(candidate_pairs(left, np.zeros((3, 1)), right + np.array([0.0, 5.0]), np.zeros((3, 1)), ANY)) == 0
-    )
-    assert len(candidate_pairs(left, np.zeros((3, 1)), right, np.ones((3, 1)), ANY)) == 0
-    only = candidate_pairs(left, np.zeros((3, 1)), right, np.zeros((3, 1)), (40.0, 60.0))
+    (left, right), same = row(3, 50.0), np.zeros((3, 1))
+    assert len(candidate_pairs(left, same, right + np.array([0.0, 5.0]), same, ANY)) == 0
+    assert len(candidate_pairs(left, same, right, np.ones((3, 1)), ANY)) == 0
+    assert len(candidate_pairs(left[:0], same[:0], right, same, ANY)) == 0
+    only = candidate_pairs(left, same, right, same, (40.0, 60.0))
     assert only.tolist() == [[0, 0], [1, 1], [2, 2]]
-    assert len(candidate_pairs(left[:0], np.zeros((0, 1)), right, np.zeros((3, 1)), ANY)) == 0

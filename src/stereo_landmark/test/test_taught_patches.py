@@ -3,18 +3,16 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
-from drawn_wall import Plate, Wall, look
-from place_scenes import RIG
+from drawn_wall import Plate, Wall, detect_view, look, teach_view
+from place_scenes import RIG, errors_of
+from random_places import is_same
 
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.reprojection import reproject
-from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind, primitive_size
-from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
+from stereo_landmark.core.primitives.primitive import PrimitiveKind, primitive_size
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo import StereoPoints
-from stereo_landmark.core.teaching.primitive_selection import TargetSelection
-from stereo_landmark.core.teaching.teacher import Teacher
 
 PLATES = (Plate(0.45, 0.7, 0.4, 0.3, 60.0), Plate(-0.35, 0.75, 0.36, 0.44, 230.0))
 PRINT = tuple(
@@ -25,38 +23,27 @@ PRINT = tuple(
 WALL = Wall((*PLATES, *PRINT))
 """Two plates with print."""
 EXACT = LandmarkSettings(place=PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0))
-STATES = tuple(
-    np.array(state)
-    for state in (
-        (0.3, -0.2, 0.0, 0.08, 0.0, 0.0),
-        (-0.4, 0.2, 0.0, -0.1, 0.0, 0.0),
-        (0.1, 0.3, 0.0, -0.15, 0.0, 0.0),
-        (-0.2, -0.3, 0.0, 0.12, 0.0, 0.0),
-    )
-)
+PLANAR = (0.3, -0.2, 0.08), (-0.4, 0.2, -0.1), (0.1, 0.3, -0.15), (-0.2, -0.3, 0.12)
+STATES = np.array([(x, y, 0.0, yaw, 0.0, 0.0) for x, y, yaw in PLANAR])
 
 
 def seen(wall, state, noise=1.5, seed=1):
     """Return both images with lens blur, so that they are not undersampled."""
     rng = np.random.default_rng(seed)
-    clear = [
-        cv2.GaussianBlur(np.float64(image), (0, 0), 0.6) for image in look(wall, np.asarray(state), noise=0.0)
-    ]
+    clear = [cv2.GaussianBlur(np.float64(each), (0, 0), 0.6) for each in look(wall, state, noise=0.0)]
     return tuple(np.uint8(np.clip(np.rint(i + noise * rng.normal(size=i.shape)), 0, 255)) for i in clear)
 
 
-def taught(seed=1, state=(0.0,) * 6):
-    view = StereoView(*(detect_scene(each, ImageProcessing()) for each in seen(WALL, state, seed=seed)), RIG)
-    plates = sorted(
-        view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives, key=lambda each: -primitive_size(each)
-    )
-    parts = {'one': plates[0], 'other': plates[1]}
-    return Teacher(view, ImageProcessing(), 0.0).teach('wall', [TargetSelection('plates', parts)])
+def taught(state, seed=1):
+    view = detect_view(seen(WALL, state, seed=seed))
+    plates = view.left.kinds[PrimitiveKind.QUADRILATERAL].primitives
+    one, other, *_ = sorted(plates, key=primitive_size, reverse=True)
+    return teach_view(view, {'one': one, 'other': other}, target='plates')
 
 
 @pytest.fixture(scope='module')
 def place():
-    return taught()
+    return taught(np.zeros(6))
 
 
 def outlines(place, state, off=0.0):
@@ -74,9 +61,8 @@ def test_the_points_of_patches_are_where_the_taught_ones_are_seen(place):
         found, points = measured.seen, measured.taught
         view = reproject(state, points.positions, RIG)
         error = (found.pixels - view.pixels)[:, :, None]
-        spread = found.covariances + view.point_jacobian @ points.covariances @ view.point_jacobian.transpose(
-            0, 2, 1
-        )
+        J = view.point_jacobian
+        spread = found.covariances + J @ points.covariances @ J.transpose(0, 2, 1)
         squares += (error.transpose(0, 2, 1) @ np.linalg.solve(spread, error)).ravel().tolist()
         assert not np.allclose(points.positions, place.coordinates.positions, atol=0.01)
     assert 0.4 < np.mean(squares) / 4.0 < 1.6
@@ -88,8 +74,7 @@ def test_the_displacement_follows_from_patches(place):
         fix = LandmarkLocalizer([place], EXACT).locate(*seen(WALL, state, seed=seed))
         assert isinstance(fix, LandmarkFix)
         assert len(fix.matched_patches) == len(set(fix.matched_patches)) > 0
-        pose = fix.displacement.T_place_base
-        error = np.array([pose.x - state[0], pose.y - state[1], pose.yaw - state[3]])
+        error = errors_of(fix.displacement.T_place_base, 0.0, state)[[0, 1, 3]]
         planar = fix.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
         errors.append(np.hypot(*error[:2]))
         squares.append(error @ np.linalg.solve(planar, error) / 3.0)
@@ -110,9 +95,8 @@ def test_without_patches_or_beside_them_the_outlines_stay(place, images_of, off)
     """No images, images of another size, or outlines that disagree with the patches."""
     corners, images = outlines(place, STATES[0], off), seen(WALL, STATES[0])
     measured = TaughtPatches(replace(place, images=images_of(place.images)), 0.0).measure(corners, images)
-    assert np.array_equal(measured.seen.pixels, corners.pixels)
-    assert np.array_equal(measured.seen.covariances, corners.covariances)
-    assert np.array_equal(measured.taught.positions, place.coordinates.positions)
+    assert is_same(measured.seen, corners)
+    assert is_same(measured.taught, place.coordinates)
 
 
 def test_a_pair_leaves_no_trace(place):
@@ -122,8 +106,7 @@ def test_a_pair_leaves_no_trace(place):
     first = patches.measure(corners, images).seen
     patches.measure(outlines(place, STATES[1]), others)
     again = patches.measure(corners, images).seen
-    assert np.array_equal(first.pixels, again.pixels)
-    assert np.array_equal(first.covariances, again.covariances)
+    assert is_same(first, again)
 
 
 def test_a_plate_with_another_print_is_measured_by_its_outline(place):
@@ -152,13 +135,12 @@ def test_points_that_were_not_seen_are_not_asked_for(place):
 
 def test_there_and_back_are_inverse(place):
     """Swapping the teach and the repeat pose inverts the displacement."""
-    state = np.array([0.3, -0.2, 0.0, 0.08, 0.0, 0.0])
-    back = taught(seed=3, state=state)
-    fixes = [
-        LandmarkLocalizer([lesson]).locate(*seen(WALL, from_where, seed=seed))
+    state = STATES[0]
+    back = taught(state, seed=3)
+    forward, backward = (
+        LandmarkLocalizer([lesson]).locate(*seen(WALL, from_where, seed=seed)).displacement.T_place_base
         for lesson, from_where, seed in ((place, state, 3), (back, np.zeros(6), 1))
-    ]
-    forward, backward = (fix.displacement.T_place_base for fix in fixes if isinstance(fix, LandmarkFix))
+    )
     whole = forward @ backward
     assert np.hypot(whole.x, whole.y) < 0.003
     assert abs(whole.yaw) < 0.001
