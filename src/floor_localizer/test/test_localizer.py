@@ -12,7 +12,8 @@ from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
-from floor_localizer.core.localizer import FloorLocalizer, check_mount
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 

@@ -72,7 +72,7 @@ def run_mission(
         folder: existing folder for logs.
         log: called with a line for each event.
         record_to: folder of the recorded bag; None records no bag.
-        launched: whether the nodes are started elsewhere, on the default ROS domain, with the written parameter files.
+        launched: whether the nodes are started elsewhere, on the default ROS domain; their parameter files are written.
         planner: one of `PLANNERS`.
 
     Raises:
@@ -85,8 +85,8 @@ def run_mission(
     sensors = MissionSensors(seed, waveforms)
     controller, lock = _controller(seed, sensors.layout.start), Lock()
     with ExitStack() as stack:
-        terminal = stack.enter_context(PseudoTerminal(controller, lock))
-        nodes = mission_nodes(files, terminal.path, planner)
+        port = stack.enter_context(PseudoTerminal(controller, lock)).path
+        nodes = mission_nodes(files, port, planner)
         domain, processes = _start_nodes(stack, nodes, folder, log, launched=launched)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
@@ -96,13 +96,12 @@ def run_mission(
         watch = Stopwatch(processes, worker)
         mission = Mission(sensors, controller, subscribers, steps, MissionRecord(seed), processes, watch)
         _wait_for_nodes(mission, executor)
-        ready = monotonic()
         watch.start()
-        log(f'all nodes are ready after {ready - began:.0f} s')
+        log(f'all nodes are ready after {(ready := monotonic()) - began:.0f} s')
         mission.run(log)
         finished = monotonic()
         watch.stop()
-        if bag is not None:
+        if bag:
             log(f'recorded {bag.write()} messages in {bag.path}')
     timing = {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
     return _make_outcome(mission, timing)

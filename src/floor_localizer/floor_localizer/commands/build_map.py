@@ -16,7 +16,7 @@ from floor_localizer.commands.options import (
     task_runner,
 )
 from floor_localizer.core.errors import FloorLocalizerError
-from floor_localizer.core.localizer import check_mount
+from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.floor_survey import KnownLength, SurveyResult, scale_survey
 from floor_localizer.files.array_file import DISK_FULL_ERRORS

@@ -32,6 +32,7 @@ from floor_localizer.core.dots import (
 )
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
+from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.pole_star.pole_star_matcher import PoleStarMatcher
 from floor_localizer.core.pose_fit import MountedRays, refine_pose
 from floor_localizer.core.settings import LocalizerSettings
@@ -42,8 +43,6 @@ _PRIOR_PAIRS = 12
 _MIRROR_CELLS = 40000
 # Priors with a larger radius [m] are searched with the whole map.
 _MAX_PRIOR_RADIUS = 0.5
-# Smallest sine of the angle by which the optical axis points below the horizon.
-_MIN_SLOPE = 0.1
 
 
 class FloorLocalizer:
@@ -71,7 +70,7 @@ class FloorLocalizer:
         self._floor, self._mount = floor, mount
         self._settings, self._detector = settings or LocalizerSettings(), detector or DotDetector()
         self._pole_star = (
-            PoleStarMatcher(floor.grid.points, self._settings.pole_star)
+            PoleStarMatcher(floor.grid.points.astype(np.float64), self._settings.pole_star)
             if self._settings.matcher == 'pole_star'
             else None
         )
@@ -302,21 +301,3 @@ def _describe_pose(pose: ScoredPose) -> str:
 def _is_in_area(pose: SE2, prior: PosePrior) -> bool:
     expected = prior.T_map_base
     return pose.distance_to(expected) <= prior.radius and abs(pose.yaw_to(expected)) <= prior.yaw_tolerance
-
-
-def check_mount(mount: CameraMount) -> None:
-    """Reject a camera below the floor or one that does not look at it.
-
-    Raises:
-        FloorLocalizerError: invalid mount; the message names the parameter and the remedy.
-    """
-    height = mount.xyz[2]
-    if height <= 0.0:
-        raise FloorLocalizerError(
-            f'camera_xyz: z is {height:g} m, it must be above the floor, which is the plane z = 0 of base_frame'
-        )
-    if -mount.rotation[2, 2] < _MIN_SLOPE:
-        raise FloorLocalizerError(
-            f'camera_rpy: {", ".join(f"{angle:g}" for angle in mount.rpy)} rad does not look at the floor; '
-            f'{", ".join(f"{angle:.4f}" for angle in CameraMount().rpy)} looks straight down'
-        )

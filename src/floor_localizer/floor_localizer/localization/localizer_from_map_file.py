@@ -9,7 +9,8 @@ import numpy as np
 from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.constellation.indexed_map import IndexedMap
 from floor_localizer.core.dot_extraction.detector import DotDetector
-from floor_localizer.core.localizer import FloorLocalizer, check_mount
+from floor_localizer.core.localizer import FloorLocalizer
+from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.settings import DotDetectorSettings, LocalizerSettings, TrackerSettings
 from floor_localizer.files.dot_map_file import load_indexed_map
 from shirube_core.settings import setting

@@ -113,7 +113,7 @@ def _detected_cells(frame: FrameVoxels) -> NDArray[np.bool_]:
     is_traversed = np.zeros(side * side * layers, dtype=np.bool_)
     is_traversed[frame.traversed] = True
     lower = math.ceil(_FREE_LAYER_FRACTION * layers)
-    return is_traversed.reshape(side, side, layers)[:, :, :lower].all(axis=2).T
+    return np.asarray(is_traversed.reshape(side, side, layers)[:, :, :lower].all(axis=2)).T
 
 
 @njit(cache=True)
