@@ -63,7 +63,7 @@ class Voxels:
             if settings.rule == 'log_odds':
                 confirmed = tiles.values[slot] >= settings.log_odds_occupied
             else:
-                confirmed = tiles.values[slot] >= settings.value_min * max(float(tiles.frames[slot]), 1.0)
+                confirmed = tiles.values[slot] >= settings.value_min * np.maximum(tiles.frames[slot], 1.0)
             dense[TILE_SIZE * i : TILE_SIZE * (i + 1), TILE_SIZE * j : TILE_SIZE * (j + 1)] = confirmed
         return dense
 

@@ -44,15 +44,15 @@ def test_what_is_not_in_the_detection_range_stays_unknown() -> None:
 
 @pytest.mark.parametrize(('frames_with_phantom', 'is_obstacle'), [(1, False), (10, True)])
 def test_an_obstacle_is_one_of_the_mean_over_the_frames(frames_with_phantom: int, is_obstacle: bool) -> None:
-    """A phantom before the box with the highest count of its frame has V = 1 there, a tenth as the mean over ten."""
+    """A phantom with the highest count of its frame has V = 1 there, a tenth as the mean over ten."""
     mapper = ObstacleMapper(
         MOUNT, VoxelSettings('count', 0.1, range_max=3.0, value_min=0.2), MappingSettings()
     )
-    phantom = np.tile(np.float32([0.0, 0.0, 2.2]), (3000, 1))
+    phantom = np.tile(np.float32([0.0, 0.0, 1.0]), (3000, 1))
     for k in range(10):
         points = points_at(AHEAD)
         if k < frames_with_phantom:
             points = np.concatenate([points, phantom])
         local, _ = mapper.add(0.1 * k, points, AHEAD, CAMERA.fx)
-    row, column = local.frame.cell_of(np.array([[AHEAD.x + 0.1 + 2.2, 0.02]]))[0]
+    row, column = local.frame.cell_of(np.array([[AHEAD.x + 0.1 + 1.0, 0.02]]))[0]
     assert (local.occupancy[row, column] == OCCUPIED) == is_obstacle

@@ -97,7 +97,7 @@ def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap, fr
     is_detected = _detected_cells(frame) if is_mean else np.zeros(grid.shape, dtype=np.bool_)
     occupancy, observed = _project(
         voxels.tiles.values,
-        voxels.tiles.frames if is_mean else np.ones(len(voxels.tiles.frames), dtype=np.float32),
+        voxels.tiles.frames,
         slots,
         limits,
         global_map.occupancy_in(grid) >= OCCUPIED_THRESHOLD,
@@ -128,28 +128,31 @@ def _project(
 ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
     """Return occupancy and observed cells of the window; rows along y.
 
-    Values, shape (slots, TILE_SIZE, TILE_SIZE, layers), are divided by the numbers of frames, shape (slots,). The
-    limits are the lowest value of an obstacle and the highest of free space. ``was_occupied`` are cells of the
-    global map; ``has_obstacle`` are columns whose obstacle rays may clear, updated in place. ``is_detected`` are cells
-    in the detection range of the frame, which are movable unless occupied; with log-odds there are none.
+    Values have the shape (slots, TILE_SIZE, TILE_SIZE, layers); if frames are counted, their numbers have it, too, and
+    divide the values. The limits are the lowest value of an obstacle and the highest of free space. ``was_occupied``
+    are cells of the global map; ``has_obstacle`` are columns whose obstacle rays may clear, updated in place.
+    ``is_detected`` are cells in the detection range of the frame, which are movable unless occupied; with log-odds
+    there are none.
     """
-    side = TILE_SIZE * len(slots)
+    side, is_mean = TILE_SIZE * len(slots), frames.shape[3] > 1
     occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)
     observed = np.zeros((side, side), dtype=np.bool_)
     for i, j in np.ndindex(slots.shape):
         slot = slots[i, j]
         if slot == NO_TILE:
             continue
-        frame_count = max(float(frames[slot]), 1.0)
         for column in range(TILE_SIZE):
             for row in range(TILE_SIZE):
                 highest, free_layers, free_from_bottom = np.float32(0.0), 0, 0
                 for layer, value in enumerate(values[slot, column, row]):
-                    highest = max(highest, value)
+                    if is_mean:
+                        highest = max(highest, value / max(frames[slot, column, row, layer], np.float32(1.0)))
+                    else:
+                        highest = max(highest, value)
                     free_layers += value <= limits[1]
                     free_from_bottom += free_layers == layer + 1
                 cell = (j * TILE_SIZE + row, i * TILE_SIZE + column)
-                if highest >= limits[0] * frame_count:
+                if highest >= limits[0]:
                     occupancy[cell], observed[cell] = OCCUPIED, True
                     has_obstacle[slot, column, row] |= not was_occupied[cell]
                 elif is_detected[cell]:

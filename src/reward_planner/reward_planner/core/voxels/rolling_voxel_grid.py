@@ -189,17 +189,18 @@ class RollingVoxelGrid:
 
     Attributes:
         values: voxel values, shape (slots, TILE_SIZE, TILE_SIZE, layers), along x, y and z.
-        frames: number of frames with points in the tile, shape (slots,).
+        frames: number of frames that observed the voxel, of the shape of the values; (slots, 1, 1, 1) if not counted.
         stamps: time of the last decay of the tile [s], shape (slots,).
         has_obstacle: columns with an uncleared obstacle of points, shape (slots, TILE_SIZE, TILE_SIZE).
     """
 
-    def __init__(self, layers: int, tiles_max: int) -> None:
+    def __init__(self, layers: int, tiles_max: int, *, counts_frames: bool = False) -> None:
         """Start without tiles, for voxels in so many layers along z; a window has at most ``tiles_max`` tiles."""
         self._tiles_max = tiles_max
         self._slots: dict[tuple[int, int], int] = {}
         self.values = np.empty((0, TILE_SIZE, TILE_SIZE, layers), dtype=np.float32)
-        self.frames = np.empty(0, dtype=np.float32)
+        frames_shape = self.values.shape if counts_frames else (0, 1, 1, 1)
+        self.frames = np.empty(frames_shape, dtype=np.float32)
         self.stamps = np.empty(0)
         self.has_obstacle = np.empty((0, TILE_SIZE, TILE_SIZE), dtype=np.bool_)
         self._grow(min(_INITIAL_TILES, tiles_max))

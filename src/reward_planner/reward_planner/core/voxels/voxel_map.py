@@ -1,8 +1,8 @@
 """Voxel values over time, from points at known poses (2.2.2).
 
-With ``count`` and ``range_normalised`` the value is the mean of the frames' values (step 3); a frame counts for a tile
-if it has points or rays there. With ``log_odds`` a frame adds log-odds once to each hit voxel and subtracts once from
-each traversed voxel, within limits, so that obstacles that disappear are cleared after a few frames.
+With ``count`` and ``range_normalised`` the value is the mean of the frames' values (step 3); a frame counts for a voxel
+if it has points in it or rays through it. With ``log_odds`` a frame adds log-odds once to each hit voxel and subtracts
+once from each traversed voxel, within limits, so that obstacles that disappear are cleared after a few frames.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ class VoxelMap:
         """Start without voxels; errors are those of `check_voxel_settings`."""
         self.settings = settings
         self._voxelizer = FrameVoxelizer(settings)
-        self.tiles = RollingVoxelGrid(window_shape(settings)[1], settings.tiles_max)
+        layers, is_mean = window_shape(settings)[1], settings.rule != 'log_odds'
+        self.tiles = RollingVoxelGrid(layers, settings.tiles_max, counts_frames=is_mean)
 
     def add(self, stamp: float, points: ArrayLike, view: SensorView) -> FrameVoxels:
         """Add a frame and return its voxels; an occluded frame (`PointCounts.is_occluded`) adds nothing.
@@ -66,13 +67,15 @@ class VoxelMap:
         # The tiles of the window: their values decay, and tiles that the frame touches are allocated.
         slots = self.tiles.slots_of(frame.window)
         self._decay(slots[slots != NO_TILE], stamp)
-        with_points = touched_tiles(frame.window, frame.cells)
-        needed = with_points | touched_tiles(frame.window, frame.traversed)
+        needed = touched_tiles(frame.window, frame.cells) | touched_tiles(frame.window, frame.traversed)
         self.tiles.allocate_missing(frame.window, slots, needed, stamp)
         # Steps 2 and 3: add the values of the frame, eq. (3); over the number of frames they are the mean over time.
-        self.tiles.frames[slots[with_points]] += 1.0
         s = self.settings
         limits = (s.log_odds_min, s.log_odds_max) if s.rule == 'log_odds' else (0.0, math.inf)
+        if s.rule != 'log_odds':
+            once = np.ones(1, dtype=np.float32)
+            for cells in (frame.cells, frame.traversed):
+                add_to_voxels(self.tiles.frames, slots, frame.window, cells, once, limits)
         for cells, amounts in self._values_of(frame):
             add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
         return frame
@@ -96,7 +99,7 @@ class VoxelMap:
         decay = np.exp2((tiles.stamps[due] - stamp) / self.settings.half_life).astype(np.float32)
         values = tiles.values[due]
         tiles.values[due] = np.maximum(values * decay[:, None, None, None], np.minimum(values, _RESIDUAL))
-        tiles.frames[due] *= decay
+        tiles.frames[due] *= decay[:, None, None, None]
         tiles.stamps[due] = stamp
 
     def _values_of(self, frame: FrameVoxels) -> list[tuple[NDArray[np.int32], NDArray[np.float32]]]:
