@@ -27,14 +27,15 @@ class Answer(NamedTuple):
     reason: str = ''
 
 
-Matcher = Callable[[NDArray[np.float64]], Answer]
+Matcher = Callable[..., Answer]
+"""From pixels, shape (n, 2), and perhaps their noise [px], which only the localizer uses."""
 
 
 def pole_star(floor: NDArray[np.float64]) -> Matcher:
     """Return the paper's own method on a floor, shape (N, 2) [m]."""
     matcher = PoleStarMatcher(floor, PoleStarSettings())
 
-    def locate(pixels: NDArray[np.float64]) -> Answer:
+    def locate(pixels: NDArray[np.float64], _noise: float = NOISE) -> Answer:
         poses = matcher.congruent_poses(MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels)))
         found = matcher.select_pose(poses)
         if isinstance(found, NoPose):
@@ -44,10 +45,10 @@ def pole_star(floor: NDArray[np.float64]) -> Matcher:
     return locate
 
 
-def detected(pixels: NDArray[np.float64]) -> DetectedDots:
+def detected(pixels: NDArray[np.float64], noise: float = NOISE) -> DetectedDots:
     """Return centroids, shape (n, 2) [px], as the detector gives them."""
     diameters = np.full(len(pixels), DOT_DIAMETER / MOUNT.xyz[2] * CAMERA.fx)
-    return DetectedDots(pixels, diameters, np.full(len(pixels), NOISE))
+    return DetectedDots(pixels, diameters, np.full(len(pixels), noise))
 
 
 def indexed(floor: NDArray[np.float64]) -> IndexedMap:
@@ -59,8 +60,8 @@ def constellation(floor: IndexedMap) -> Matcher:
     """Return the suite's localizer on a map."""
     localizer = FloorLocalizer(floor, MOUNT)
 
-    def locate(pixels: NDArray[np.float64]) -> Answer:
-        found = localizer.locate_dots(detected(pixels), CAMERA)
+    def locate(pixels: NDArray[np.float64], noise: float = NOISE) -> Answer:
+        found = localizer.locate_dots(detected(pixels, noise), CAMERA)
         if isinstance(found, Fix):
             return Answer(found.T_map_base)
         return Answer(None, found.reason.value)

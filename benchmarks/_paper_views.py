@@ -67,7 +67,12 @@ def spread_places(count: int) -> NDArray[np.float64]:
 
 
 def paper_views(
-    floor: NDArray[np.float64], places: NDArray[np.float64], missing: float, spurious: float, seed: int
+    floor: NDArray[np.float64],
+    places: NDArray[np.float64],
+    missing: float,
+    spurious: float,
+    seed: int,
+    noise: float = NOISE,
 ) -> Iterator[PaperView]:
     """Yield a view for each place.
 
@@ -77,6 +82,7 @@ def paper_views(
         missing: dots removed, as a share of the floor's dots in view.
         spurious: dots added, as a share of the floor's dots in view.
         seed: the same seed gives the same views.
+        noise: standard deviation of a centroid along each axis [px].
     """
     tree = KDTree(floor)
     for number, place in enumerate(places):
@@ -91,4 +97,4 @@ def paper_views(
         dirt = rng.uniform(-0.5, CAMERA.width - 0.5, (round(spurious * len(in_view)), 2))
         shown = np.vstack([pixels[kept], dirt])
         map_dots = np.concatenate([in_view[kept], np.full(len(dirt), -1)])
-        yield PaperView(shown + rng.normal(0.0, NOISE, shown.shape), T_map_view, map_dots)
+        yield PaperView(shown + rng.normal(0.0, noise, shown.shape), T_map_view, map_dots)

@@ -9,10 +9,14 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 from l_rig import BASELINE, CAMERA, picture, projection
 from numba.core.dispatcher import Dispatcher
+
+sys.path.append(str(Path(__file__).parents[3] / 'tests'))
+
 from test_navigator import MOUNT, ROOMS, SETTINGS, RoomDrive
 
 from reward_planner.core.compile_kernels import compile_kernels

@@ -80,8 +80,7 @@ def run_mission(
         ReplayError: a node does not respond before the first step.
         BagError: the bag exists, or cannot be written.
     """
-    began = monotonic()
-    waveforms = lamp_waveforms(read_key(files.key))
+    began, waveforms = monotonic(), lamp_waveforms(read_key(files.key))
     sensors = MissionSensors(seed, waveforms)
     controller, lock = _controller(seed, sensors.layout.start), Lock()
     with ExitStack() as stack:

@@ -41,7 +41,7 @@ def test_noise_and_weak_lines_are_removed_by_length_and_threshold():
 
 def test_an_even_image_has_no_edges_and_no_segments():
     even = np.full((40, 50), 90, np.uint8)
-    assert len(extract_edges(even, EdgeSettings())) == len(segments_of(even)) == 0
+    assert len(extract_edges(even, EdgeSettings()).points) == len(segments_of(even)) == 0
 
 
 @pytest.mark.parametrize('tolerance', [0.3, 1.0, 4.0])

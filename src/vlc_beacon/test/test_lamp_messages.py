@@ -16,8 +16,9 @@ GREETING = replace(LAMPS[0], message='診察室 "3"')
 UNCONFIRMED = replace(LAMPS[0], beacon=None, message=b'\x00\xff')
 
 
-def test_a_received_message_is_published_and_reported(graph: IsolatedGraph, beacons_file: Path) -> None:
-    robot = Robot(graph, beacons_file)
+def test_a_received_message_is_published_and_reported(graph: IsolatedGraph, tmp_path: Path) -> None:
+    (tmp_path / 'beacons.yaml').write_text('beacons: [{id: 1, xyz: [0, 0, 2.5], radius: 0.03}]')
+    robot = Robot(graph, tmp_path / 'beacons.yaml')
     data = robot.listen(String, 'data')
     robot.receiver.answer = replace(with_fix(), lamps=(GREETING, UNCONFIRMED))
     robot.send_image()

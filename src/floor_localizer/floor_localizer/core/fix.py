@@ -25,6 +25,11 @@ class PosePrior:
     yaw_tolerance: float
     is_strict: bool = False
 
+    def contains(self, pose: SE2) -> bool:
+        """Return whether a pose is within the tolerances."""
+        expected = self.T_map_base
+        return pose.distance_to(expected) <= self.radius and abs(pose.yaw_to(expected)) <= self.yaw_tolerance
+
 
 @dataclass(frozen=True)
 class Fix:

@@ -131,7 +131,7 @@ class FloorLocalizer:
         # 7. It must be within a strict prior, and
         poses = [search.best] if used_prior else search.plausible_poses()
         if prior is not None and prior.is_strict:
-            poses = [pose for pose in poses if _is_in_area(pose.pose, prior)]
+            poses = [pose for pose in poses if prior.contains(pose.pose)]
         if not poses:
             return NoFix(NoFixReason.OUTSIDE_AREA, _describe_pose(search.best), dots)
         # 8. no other place may match about as well (2.3.3: the region with the highest match rate is chosen).
@@ -296,8 +296,3 @@ def _upright_state(pose: ScoredPose, mount: CameraMount) -> Floats:
 
 def _describe_pose(pose: ScoredPose) -> str:
     return f'{pose.matched:.0f} dots match at ({pose.b.real:.2f}, {pose.b.imag:.2f}) m'
-
-
-def _is_in_area(pose: SE2, prior: PosePrior) -> bool:
-    expected = prior.T_map_base
-    return pose.distance_to(expected) <= prior.radius and abs(pose.yaw_to(expected)) <= prior.yaw_tolerance
