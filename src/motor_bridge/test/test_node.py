@@ -10,6 +10,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
 from node_testing import run_in_process
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.node import MotorBridgeNode, main
@@ -84,6 +85,33 @@ def test_a_controller_that_hung_runs_one_command_at_most_and_then_stops(robot):
     assert not robot.report.is_connected
     robot.until(lambda: robot.report.is_connected)
     assert robot.is_stopped() or robot.controller._firmware.pwm == (0, 0)
+
+
+def test_a_lower_speed_limit_holds_at_once_without_a_jerk(robot):
+    robot.drive(1.0, 0.4)
+    assert robot.node.set_parameters([Parameter('max_linear_velocity', value=0.1)])[0].successful
+    assert robot.node._session.drive.velocity.forward > 0.3
+    robot.drive(1.2, 0.4)
+    assert robot.node._session.drive.velocity.forward == pytest.approx(0.1)
+    refusal = robot.node.set_parameters([Parameter('wheel_radius', value=0.05)])[0]
+    assert refusal.reason.startswith('wheel_radius can only be set at start')
+
+
+def test_the_motors_stop_when_the_node_is_deactivated_and_an_emergency_stop_then_is_not_lost(robot):
+    robot.drive(0.8, 0.3)
+    robot.node.trigger_deactivate()
+    assert robot.is_stopped() or robot.controller._firmware.pwm == (0, 0)
+    seen = len(robot.odometry)
+    robot.stop()
+    robot.wait(0.3)
+    assert len(robot.odometry) <= seen + 1  # one may have been on its way
+    robot.node.trigger_activate()
+    robot.until(lambda: len(robot.odometry) > seen + 2)
+    robot.drive(0.4, 0.3)
+    assert robot.is_stopped()
+    robot.stop(is_on=False)
+    robot.drive(0.8, 0.3)
+    assert robot.is_driving()
 
 
 def test_odometry_is_reset_on_request(robot):

@@ -241,7 +241,8 @@ class RewardPlannerNode(ManagedNode):
             self._cmd_vel.send(velocity.forward, velocity.turn_rate)
 
     def halt(self) -> None:
-        """Stop the robot."""
+        """Stop the robot and cancel its goal."""
+        self._navigator.controller.halt()
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 

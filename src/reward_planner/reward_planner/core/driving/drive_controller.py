@@ -146,6 +146,11 @@ class DriveController:
         """Cancel the goal and stop."""
         self._goal, self.replanner, self._is_goal_reached = None, None, False
 
+    def halt(self) -> None:
+        """Cancel the goal of a robot that was stopped."""
+        self.cancel_goal()
+        self._smoother.halt()
+
     def apply_command(self, command: LightCommand) -> None:
         """Apply a command of a lamp; a turn is ignored without a goal or a pose."""
         is_on_its_way = self._goal is not None and not self._is_goal_reached and self._pose is not None
