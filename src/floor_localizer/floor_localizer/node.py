@@ -13,6 +13,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from floor_localizer.core.arrays import Pixels
+from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
@@ -168,9 +169,10 @@ class FloorLocalizerNode(ManagedNode):
 
     def apply_settings(self) -> None:
         """Use changed settings from the next image on."""
-        settings = self.settings(NodeSettings)
-        self._localizer.apply_settings(settings.mount, self.settings(LocalizerSettings), settings.dots)
-        self._tracker.apply_settings(settings.tracker)
+        settings, method = self.settings(NodeSettings), self.settings(LocalizerSettings)
+        detector = DotDetector(settings.dots)
+        self._localizer = FloorLocalizer(self._localizer.floor, settings.mount, method, detector)
+        self._tracker.apply_settings(self._localizer, settings.tracker)
         self._settings = settings
 
     def status(self) -> Status:

@@ -10,7 +10,7 @@ from nav_msgs.msg import Path
 from std_msgs.msg import Header, String
 
 from reward_planner.core.compile_kernels import compile_kernels
-from reward_planner.core.driving.drive_controller import DriveCommand, DriveState
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import parse_light_command
 from reward_planner.core.driving.velocity_smoother import Velocity
