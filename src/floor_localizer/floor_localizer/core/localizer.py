@@ -46,7 +46,7 @@ _MAX_PRIOR_RADIUS = 0.5
 
 
 class FloorLocalizer:
-    """Finds the pose of a robot on one floor. Has no state between images."""
+    """Finds the pose of a robot on one ``floor``. Has no state between images."""
 
     def __init__(
         self,
@@ -67,7 +67,8 @@ class FloorLocalizer:
             FloorLocalizerError: a camera that does not look at the floor.
         """
         check_mount(mount)
-        self._floor, self._mount = floor, mount
+        self.floor = self._floor = floor
+        self._mount = mount
         self._settings, self._detector = settings or LocalizerSettings(), detector or DotDetector()
         self._pole_star = (
             PoleStarMatcher(floor.grid.points.astype(np.float64), self._settings.pole_star)
