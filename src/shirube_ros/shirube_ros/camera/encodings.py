@@ -82,7 +82,8 @@ def decode(name: str, numbers: NDArray[np.uint8] | NDArray[np.uint16], width: in
 
     Args:
         name: one of `ENCODINGS`.
-        numbers: its rows, shape (`Encoding.row_count`, numbers per row), in native byte order.
+        numbers: its rows, shape (`Encoding.row_count`, numbers per row), in native byte order; those of nv24 with their
+            padding.
         width: width of the image [px].
         height: height of the image [px].
     """
@@ -115,8 +116,7 @@ def _even_height(rows: Bytes, height: int) -> Bytes:
 
 def _bgr_from_nv24(rows: Bytes, width: int, height: int) -> Bytes:
     """Convert a brightness for each pixel, then U and V for each pixel; OpenCV has no code for it."""
-    y, colours = rows[:height], rows[height:].reshape(height, width, 2)
+    y, colours = rows[:height, :width], rows[height:].reshape(height, -1)[:, : 2 * width]
     # At twice the size, each U and V of 4:2:0 belongs to one pixel.
-    twice = np.repeat(np.repeat(y, 2, axis=0), 2, axis=1)
-    packed = np.vstack([twice, colours.reshape(height, 2 * width)])
+    packed = np.vstack([np.repeat(np.repeat(y, 2, axis=0), 2, axis=1), colours])
     return np.ascontiguousarray(cv2.cvtColor(packed, cv2.COLOR_YUV2BGR_NV12)[::2, ::2], dtype=np.uint8)

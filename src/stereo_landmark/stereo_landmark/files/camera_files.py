@@ -35,7 +35,7 @@ def load_grey_image(path: Path) -> NDArray[np.uint8]:
     """Load an image as grey, shape (h, w).
 
     Raises:
-        ImageFileError: the file is not an image, is truncated, or has more than 8 bits per channel.
+        ImageFileError: the file is not an image, or is truncated.
     """
     return to_grey(load_image(path))
 

@@ -75,7 +75,9 @@ class BearingCollector:
     def _make_bearings(self, observations: list[_Observation]) -> LampBearings:
         observations.sort(key=lambda observation: observation[0])
         stamps, positions, rotations, centres, sigmas = zip(*observations, strict=True)
-        rays = lamp_rays(self._camera, np.zeros(len(centres), dtype=np.int64), np.array(centres), np.array(sigmas))
+        rays = lamp_rays(
+            self._camera, np.zeros(len(centres), dtype=np.int64), np.array(centres), np.array(sigmas)
+        )
         variances = 0.5 * np.trace(rays.covariances(0.0), axis1=1, axis2=2)
         bearings = LampBearings(
             np.array(stamps), np.array(positions), np.array(rotations), rays.rays, np.sqrt(variances)
