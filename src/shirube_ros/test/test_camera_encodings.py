@@ -13,11 +13,12 @@ from shirube_ros.camera.encodings import ENCODINGS
 from shirube_ros.camera.image import array_from_compressed_image, array_from_image, depth_from_image
 
 # As image_encodings.hpp lists them, without those of other numbers than images hold.
-NAMES = (
-    'mono8 mono16 8UC1 8UC3 8UC4 16UC1 16UC3 16UC4 rgb8 bgr8 rgba8 bgra8 rgb16 bgr16 rgba16 bgra16 '
-    'bayer_rggb8 bayer_bggr8 bayer_gbrg8 bayer_grbg8 bayer_rggb16 bayer_bggr16 bayer_gbrg16 bayer_grbg16 '
-    'uyvy yuv422 yuyv yuv422_yuy2 nv12 nv21 nv24'
-).split()
+NAMES = [
+    *('8UC1', '8UC3', '8UC4', '16UC1', '16UC3', '16UC4'),
+    *(f'{name}{bits}' for name in ('mono', 'rgb', 'bgr', 'rgba', 'bgra') for bits in (8, 16)),
+    *(f'bayer_{name}{bits}' for name in ('rggb', 'bggr', 'gbrg', 'grbg') for bits in (8, 16)),
+    *('uyvy', 'yuv422', 'yuyv', 'yuv422_yuy2', 'nv12', 'nv21', 'nv24'),
+]
 SIZES = [(48, 64), (47, 63)]
 ORDERS = {'bgr': (0, 1, 2), 'rgb': (2, 1, 0), 'bgra': (0, 1, 2, 3), 'rgba': (2, 1, 0, 3)}
 ORDERS |= {'mono': (0,), '8UC1': (0,), '16UC1': (0,), '8UC3': (0, 1, 2), '8UC4': (0, 1, 2, 3)}

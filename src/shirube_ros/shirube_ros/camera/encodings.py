@@ -6,7 +6,6 @@ not, its images are dark. YUV is that of ITU-R BT.601 with 16 to 235 for black t
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 

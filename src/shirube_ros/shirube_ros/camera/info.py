@@ -87,7 +87,7 @@ def sensor_window(message: CameraInfo, topic: str) -> SensorWindow:
     """Return the part of the sensor that a CameraInfo's image is of.
 
     As in image_geometry, K and P are those of the full image; the region is in its pixels, before binning, also of the
-    rectified image. Unlike there, the middle of a pixel of n x n stays in its middle: not u / n, but (u + 1/2) / n - 1/2.
+    rectified image. Unlike there, the middle of n x n pixels stays in the middle: not u / n, but (u + 1/2) / n - 1/2.
 
     Raises:
         CameraInfoError: the region is not in the image.

@@ -52,8 +52,8 @@ class LampDiscs:
     def undistorted(self, camera: PinholeCamera) -> LampDiscs:
         """Return the discs in the image of a camera with the same K and no distortion (section 3.1).
 
-        The outline of each disc is undistorted; its area and centroid give the new disc. Discs beyond the valid range of
-        the lens model are dropped.
+        The outline of each disc is undistorted; its area and centroid give the new disc. Discs beyond the valid range
+        of the lens model are dropped.
         """
         if not camera.has_distortion:
             return self
