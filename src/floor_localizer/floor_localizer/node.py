@@ -3,13 +3,11 @@
 import sys
 from collections import Counter
 from collections.abc import Callable
-from functools import partial
-from time import monotonic, perf_counter
+from time import perf_counter
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
-from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
@@ -27,43 +25,41 @@ from floor_localizer.localization.localizer_from_map_file import (
 )
 from floor_localizer.localization.visualization import debug_picture, delete_markers, dot_markers
 from shirube_core.geometry import PinholeCamera
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_ros.callback_guard import create_trigger_service
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.camera.input import ImageInput
-from shirube_ros.diagnostics import Diagnostics, Level, Status
+from shirube_ros.diagnostics import Level, Status
 from shirube_ros.errors import PoseError
+from shirube_ros.input_watch import Need
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
-from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import (
     planar_pose,
     planar_pose_with_covariance,
     pose_stamped,
     pose_with_covariance_stamped,
 )
-from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.stamps import StampValidator
 
-_IMAGE_TIMEOUT = 2.0  # timeout of the images [s]
 _LOG_INTERVAL = 1.0  # minimum interval between log messages about found and lost poses [s]
 
 
 class LocalizerReport:
     """Stores the latest result and counts all results."""
 
-    def __init__(self, map_name: str, now: Callable[[], float] = monotonic) -> None:
-        """Start without results; ``now`` is a monotonic clock [s]."""
+    def __init__(self, map_name: str) -> None:
+        """Start without results."""
         self._map_name = map_name
-        self._now = now
         self._latest: Fix | NoFix | None = None
-        self._latest_at = -float('inf')
         self._duration = 0.0
         self._fixes = 0
         self._no_fixes: Counter[str] = Counter()
 
     def add(self, result: Fix | NoFix, duration: float) -> None:
         """Add the result of an image and its processing time [s]."""
-        self._latest, self._latest_at, self._duration = result, self._now(), duration
+        self._latest, self._duration = result, duration
         if isinstance(result, Fix):
             self._fixes += 1
         else:
@@ -75,10 +71,8 @@ class LocalizerReport:
         for reason, number in self._no_fixes.items():
             values[f'images without: {reason}'] = str(number)
         if self._latest is None:
-            return Status(Level.WARN, 'no image received; check the topics image_raw and camera_info', values)
+            return Status(Level.WARN, 'no image received', values)
         values['time for the latest image [ms]'] = f'{1e3 * self._duration:.1f}'
-        if self._now() - self._latest_at > _IMAGE_TIMEOUT:
-            return Status(Level.WARN, 'no images for 2 s; check the camera', values)
         if isinstance(self._latest, NoFix):
             values |= _no_fix_values(self._latest)
             return Status(Level.WARN, f'no fix: {self._latest.reason.value}', values)
@@ -107,7 +101,7 @@ def _fix_values(fix: Fix) -> dict[str, str]:
     }
 
 
-class FloorLocalizerNode(Node):
+class FloorLocalizerNode(ManagedNode):
     """Publishes the robot's pose, from the floor's dots in the images of its belly camera.
 
     =========================  ============================  =============================================
@@ -132,6 +126,9 @@ class FloorLocalizerNode(Node):
     The service ``~/relocalize`` (Trigger) drops the prior: the next image is searched in the whole map.
     """
 
+    SETTINGS = (NodeSettings, LocalizerSettings)
+    ERRORS = (FloorLocalizerError,)
+
     def __init__(
         self,
         create_localizer: Callable[
@@ -140,7 +137,7 @@ class FloorLocalizerNode(Node):
         create_tracker: Callable[[FloorLocalizer, TrackerSettings], FloorTracker] = FloorTracker,
         **options: Any,
     ) -> None:
-        """Load the map and subscribe.
+        """Declare the parameters, and start.
 
         Args:
             create_localizer: loads the map and compiles the kernels.
@@ -152,20 +149,33 @@ class FloorLocalizerNode(Node):
             FloorLocalizerError: an invalid map.
         """
         super().__init__('floor_localizer', **options)
-        self._settings = declare_parameters(self, NodeSettings)
-        localizer_settings = declare_parameters(self, LocalizerSettings)
-        reject_misspelled_parameters(self)
+        self._create_localizer, self._create_tracker = create_localizer, create_tracker
+        self.start()
+
+    def configure(self) -> None:
+        """Load the map and subscribe."""
+        self._settings = self.settings(NodeSettings)
         self._report = LocalizerReport(self._map_name())
         self.get_logger().info(STARTUP_NOTICE)
-        localizer = create_localizer(self._settings, localizer_settings, self.get_logger().info)
+        self._localizer = self._create_localizer(
+            self._settings, self.settings(LocalizerSettings), self.get_logger().info
+        )
         self._had_fix: bool | None = None
-        self._create_tracker = partial(create_tracker, localizer, self._settings.tracker)
-        self._tracker = self._create_tracker()
+        self._tracker = self._create_tracker(self._localizer, self._settings.tracker)
         self._stamps = StampValidator(self._reset)
-        self._guard = CallbackGuard(self, (FloorLocalizerError,))
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
         self._subscribe()
+
+    def apply_settings(self) -> None:
+        """Use changed settings from the next image on."""
+        settings = self.settings(NodeSettings)
+        self._localizer.apply_settings(settings.mount, self.settings(LocalizerSettings), settings.dots)
+        self._tracker.apply_settings(settings.tracker)
+        self._settings = settings
+
+    def status(self) -> Status:
+        """Return the latest result."""
+        return self._report.status()
 
     def _map_name(self) -> str:
         if self._settings.map_file:
@@ -185,21 +195,13 @@ class FloorLocalizerNode(Node):
         create_trigger_service(self, self._guard, '~/relocalize', self._relocalize)
 
     def _subscribe(self) -> None:
-        transport = self._settings.image_transport
-        ImageInput(
-            self,
-            self._guard,
-            ('image_raw', 'camera_info'),
-            transport,
-            camera_from_camera_info,
-            self._on_image,
+        topics, transport = ('image_raw', 'camera_info'), self._settings.image_transport
+        ImageInput(self, self._guard, topics, transport, camera_from_camera_info, self._on_image)
+        self._inputs.add_images(*topics)
+        self.subscribe(Odometry, 'odom', self._on_odometry, odometry_profile(), Need.OPTIONAL)
+        self.subscribe(
+            PoseWithCovarianceStamped, 'initialpose', self._on_initial_pose, pose_profile(), Need.REQUEST
         )
-        on_odometry = self._guard.guard('odom', self._on_odometry)
-        self.create_subscription(
-            Odometry, 'odom', on_odometry, odometry_profile(), qos_overriding_options=overridable()
-        )
-        on_initial_pose = self._guard.guard('initialpose', self._on_initial_pose)
-        self.create_subscription(PoseWithCovarianceStamped, 'initialpose', on_initial_pose, pose_profile())
 
     def _on_image(self, header: Header, pixels: Pixels, camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
@@ -270,12 +272,12 @@ class FloorLocalizerNode(Node):
 
     def _reset(self) -> None:
         self.get_logger().warning('clock jumped back; pose and odometry were reset')
-        self._tracker = self._create_tracker()
+        self._tracker = self._create_tracker(self._localizer, self._settings.tracker)
 
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run_node('floor_localizer', FloorLocalizerNode, (FloorLocalizerError,))
+    return run_node('floor_localizer', FloorLocalizerNode)
 
 
 if __name__ == '__main__':

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from motor_bridge.core.encoder_monitor import CountStatus
 from motor_bridge.link.controller_session import ControllerSession
 from shirube_ros.diagnostics import Level, Status
 
 
-def bridge_status(
-    session: ControllerSession, now: float, expected_type: str, published_types: Sequence[str]
-) -> Status:
-    """Return the diagnostic status of the serial link, the wheels and cmd_vel.
+def bridge_status(session: ControllerSession, now: float, publishers: int) -> Status:
+    """Return the diagnostic status of the serial link, the wheels and cmd_vel, which has a number of publishers.
 
-    ``now`` is 0 before simulated time starts; types are those of the node's cmd_vel subscription and of its publishers.
+    ``now`` is 0 before simulated time starts.
     """
     report = session.report
     with session.lock:
@@ -28,16 +24,10 @@ def bridge_status(
         level, message = Level.ERROR, report.state
     elif is_stopped:
         level, message = Level.WARN, 'stopped by estop'
-    elif len(published_types) > 1:
-        level, message = (
-            Level.WARN,
-            f'{len(published_types)} nodes publish cmd_vel, all are ignored; keep one',
-        )
-    elif published_types and published_types[0] != expected_type:
-        level = Level.WARN
-        message = f'cmd_vel is published as {published_types[0]}, not as {expected_type}; change stamped'
+    elif publishers > 1:
+        level, message = Level.WARN, f'{publishers} nodes publish cmd_vel, all are ignored; keep one'
     elif is_timed_out:
-        message = 'stopped, cmd_vel timed out' if published_types else 'stopped, no publisher of cmd_vel'
+        message = 'stopped, cmd_vel timed out' if publishers else 'stopped, no publisher of cmd_vel'
     values = {
         'forward [m/s]': f'{velocity.forward:.3f}',
         'turn rate [rad/s]': f'{velocity.turn_rate:.3f}',

@@ -8,8 +8,6 @@ from time import monotonic
 from typing import Any
 
 from geometry_msgs.msg import Twist, TwistStamped
-from rclpy.node import Node
-from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from motor_bridge.bridge_report import bridge_status
@@ -24,14 +22,15 @@ from motor_bridge.link.motor_loop import MotorLoop
 from motor_bridge.link.serial_port import SerialPort
 from motor_bridge.node_settings import NodeSettings
 from motor_bridge.odometry_publisher import OdometryPublisher
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
-from shirube_ros.diagnostics import Diagnostics, Status
+from shirube_ros.callback_guard import create_trigger_service
+from shirube_ros.diagnostics import Status
+from shirube_ros.input_watch import Need
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
-from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
-from shirube_ros.quality_of_service import overridable, pose_profile
+from shirube_ros.quality_of_service import pose_profile
 
 
-class MotorBridgeNode(Node):
+class MotorBridgeNode(ManagedNode):
     """Drives a differential drive robot over a serial motor controller.
 
     =====================  =================  ========================================================================
@@ -53,36 +52,62 @@ class MotorBridgeNode(Node):
     Service (Trigger): ``~/reset_odometry`` sets the current pose to the origin.
     """
 
+    SETTINGS = (NodeSettings, DriveSettings)
+    ERRORS = (MotorBridgeError,)
+
     def __init__(self, **options: Any) -> None:
-        """Subscribe and connect to the controller; options are those of ``rclpy.node.Node``.
+        """Declare the parameters, and start; options are those of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: an invalid parameter.
             MotorBridgeError: contradictory parameters.
         """
         super().__init__('motor_bridge', **options)
-        self._settings = declare_parameters(self, NodeSettings)
-        drive = declare_parameters(self, DriveSettings)
-        reject_misspelled_parameters(self)
-        if not self._settings.port:
+        self._loop: MotorLoop | None = None
+        self.start()
+
+    def check_settings(self) -> None:
+        """Raise a MotorBridgeError for contradictory parameters."""
+        settings = self.settings(NodeSettings)
+        if not settings.port:
             raise MotorBridgeError('port is empty; set it to the serial port of the motor controller')
-        if self._settings.odom_frame == self._settings.base_frame:
+        if settings.odom_frame == settings.base_frame:
             raise MotorBridgeError('odom_frame and base_frame are equal; give them different names')
-        if self._settings.left_wheel_joint == self._settings.right_wheel_joint:
+        if settings.left_wheel_joint == settings.right_wheel_joint:
             raise MotorBridgeError(
                 'left_wheel_joint and right_wheel_joint are equal; give them different names'
             )
+        DiffDriveKinematics(self.settings(DriveSettings))
+
+    def configure(self) -> None:
+        """Subscribe to velocity commands."""
+        self._settings, drive = self.settings(NodeSettings), self.settings(DriveSettings)
         self._timeout = drive.cmd_vel_timeout
         self._is_simulated = bool(self.get_parameter('use_sim_time').value)
-        self._guard = CallbackGuard(self, (MotorBridgeError,))
         self._output = OdometryPublisher(self, self._settings)
         self._session = self._make_session(drive)
-        self._loop = self._make_loop()
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._status)
         self._subscribe()
         create_trigger_service(self, self._guard, '~/reset_odometry', self._reset_odometry)
-        self.create_timer(1.0 / self._settings.update_rate, self._loop.cycle)
+        self.create_timer(1.0 / self._settings.update_rate, self._cycle)
+
+    def activate(self) -> None:
+        """Connect to the controller."""
+        self._loop = self._make_loop()
         self._loop.start()
+
+    def halt(self) -> None:
+        """Stop the motors and close the port."""
+        if self._loop is not None:
+            self._loop.close()
+            self._loop = None
+
+    def apply_settings(self) -> None:
+        """Use changed velocity limits from the next cycle on."""
+        drive = self.settings(DriveSettings)
+        with self._session.lock:
+            self._session.drive.apply_settings(drive)
+            self._session.odometry.motion_bounds.apply_settings(DiffDriveKinematics(drive), drive)
+        self._timeout = drive.cmd_vel_timeout
 
     def _make_session(self, drive: DriveSettings) -> ControllerSession:
         kinematics = DiffDriveKinematics(drive)
@@ -103,14 +128,14 @@ class MotorBridgeNode(Node):
         kind, take = (
             (TwistStamped, self._take_stamped) if self._settings.stamped else (Twist, self._take_twist)
         )
-        self._cmd_vel_subscription = self._subscribe_to(kind, 'cmd_vel', take)
-        self._subscribe_to(Bool, 'estop', self._take_estop)
+        self._cmd_vel_subscription = self.subscribe(kind, 'cmd_vel', take, pose_profile())
+        self._inputs.add('cmd_vel', Need.COMMAND, remedy='change stamped')
+        # An emergency stop also holds for the time after the node is activated.
+        self.subscribe(Bool, 'estop', self._take_estop, pose_profile(), Need.REQUEST, while_inactive=True)
 
-    def _subscribe_to(self, kind: type, topic: str, take: Any) -> Subscription:
-        guarded = self._guard.guard(topic, take)
-        return self.create_subscription(
-            kind, topic, guarded, pose_profile(), qos_overriding_options=overridable()
-        )
+    def _cycle(self) -> None:
+        if self._loop is not None:
+            self._loop.cycle()
 
     def _now(self) -> float:
         """Return simulated time or a monotonic clock [s], so that setting the wall clock has no effect."""
@@ -141,38 +166,36 @@ class MotorBridgeNode(Node):
         velocity = check_velocity(message.linear.x, message.angular.z)
         if self._publisher_count() > 1:
             raise MotorBridgeError('more than one node publishes cmd_vel, all are ignored; keep one of them')
-        self._loop.set_target(velocity)
+        if self._loop is not None:
+            self._loop.set_target(velocity)
 
     def _publisher_count(self) -> int:
         return int(self.count_publishers(self._cmd_vel_subscription.topic_name))
 
     def _take_estop(self, message: Bool) -> None:
-        self._loop.set_emergency_stop(is_on=message.data)
+        if self._loop is not None:
+            self._loop.set_emergency_stop(is_on=message.data)
+        else:
+            self._session.drive.set_emergency_stop(is_on=message.data)
 
     def _reset_odometry(self) -> str:
         with self._session.lock:
             self._session.odometry.reset()
         return 'odometry reset to the origin'
 
-    def _status(self) -> Status:
-        publishers = self.get_publishers_info_by_topic(self._cmd_vel_subscription.topic_name)
-        kind = 'TwistStamped' if self._settings.stamped else 'Twist'
-        published_types = [str(offer.topic_type) for offer in publishers]
-        return bridge_status(self._session, self._now(), f'geometry_msgs/msg/{kind}', published_types)
-
-    def stop(self) -> None:
-        """Stop the motors when the node ends."""
-        self._loop.close()
+    def status(self) -> Status:
+        """Return the status of the serial link, the wheels and cmd_vel."""
+        return bridge_status(self._session, self._now(), self._publisher_count())
 
     def destroy_node(self) -> None:
         """Stop the motors and destroy the node."""
-        self._loop.close()
+        self.halt()
         super().destroy_node()
 
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run_node('motor_bridge', MotorBridgeNode, (MotorBridgeError,))
+    return run_node('motor_bridge', MotorBridgeNode)
 
 
 if __name__ == '__main__':

@@ -54,7 +54,7 @@ class Robot:
         return self
 
     def __exit__(self, *_):
-        self.node._loop.close()
+        self.node.stop()
         self._stack.close()
 
     @property

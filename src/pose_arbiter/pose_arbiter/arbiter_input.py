@@ -15,10 +15,11 @@ from pose_arbiter.core.kalman_filter import Covariance
 from pose_arbiter.core.measurement import RejectReason
 from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings
-from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.errors import MessageError
+from shirube_ros.input_watch import Need
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
-from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+from shirube_ros.quality_of_service import odometry_profile, pose_profile
 
 ODOMETRY, INITIAL_POSE = 'odom', 'initialpose'
 _REMEDIES = {
@@ -63,8 +64,7 @@ class ArbiterInput:
 
     def __init__(
         self,
-        node: Node,
-        guard: CallbackGuard,
+        node: ManagedNode,
         arbiter: Arbiter,
         sources: dict[str, SourceSettings],
         frames: NodeSettings,
@@ -73,8 +73,7 @@ class ArbiterInput:
         """Subscribe.
 
         Args:
-            node: node that subscribes.
-            guard: counts received and rejected messages by source name.
+            node: node that subscribes; it counts received and rejected messages by source name.
             arbiter: receives the poses and odometry.
             sources: settings of the sources, by name.
             frames: required frames of the initial pose and of odometry.
@@ -86,16 +85,12 @@ class ArbiterInput:
         for index, (name, source) in enumerate(sources.items()):
             kind = PoseWithCovarianceStamped if source.with_covariance else PoseStamped
             callback = partial(self._on_pose, index, name, source)
-            self._subscribe(node, kind, source.topic, guard.guard(name, callback), pose_profile())
-        odometry = guard.guard(ODOMETRY, self._on_odometry)
-        self._subscribe(node, Odometry, ODOMETRY, odometry, odometry_profile())
-        initial_pose = guard.guard(INITIAL_POSE, self._on_initial_pose)
-        self._subscribe(node, PoseWithCovarianceStamped, INITIAL_POSE, initial_pose, pose_profile())
-
-    def _subscribe(
-        self, node: Node, kind: Any, topic: str, callback: Callable[[Any], None], profile: Any
-    ) -> None:
-        node.create_subscription(kind, topic, callback, profile, qos_overriding_options=overridable())
+            node.subscribe(kind, source.topic, callback, pose_profile(), Need.EXPECTED, name=name)
+        node.subscribe(
+            Odometry, ODOMETRY, self._on_odometry, odometry_profile(), Need.EXPECTED, name=ODOMETRY
+        )
+        set_pose = self._on_initial_pose
+        node.subscribe(PoseWithCovarianceStamped, INITIAL_POSE, set_pose, pose_profile(), Need.REQUEST)
 
     def _on_pose(self, index: int, name: str, source: SourceSettings, message: Any) -> None:
         if message.header.frame_id != source.frame:

@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-from pose_arbiter.arbiter_input import ODOMETRY
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.kalman_filter import Estimate
 from pose_arbiter.core.localization_status import LocalizationStatus
@@ -25,7 +24,6 @@ _LEVELS = {
 }
 _ACCEPTED = (MeasurementStatus.USED, MeasurementStatus.RESET)
 _ODOMETRY_TIMEOUT = 0.5  # [s]
-_PUBLISHER_CHECK_REPORTS = 5  # number of reports after which topics without publisher are logged
 
 
 class ArbiterReport:
@@ -44,9 +42,12 @@ class ArbiterReport:
         """
         self._node, self._arbiter, self._sources, self._now = node, arbiter, sources, now
         self._status, self._resets = LocalizationStatus.WAITING, 0
-        self._reports = 0
         self._state: FilterState | None = None
         self._estimate: Estimate | None = None
+
+    def apply_settings(self, sources: dict[str, SourceSettings]) -> None:
+        """Use changed settings of the sources."""
+        self._sources = sources
 
     def observe(self, state: FilterState, estimate: Estimate | None, status: LocalizationStatus) -> None:
         """Store the current state; log a reset, and when the pose is lost or found again."""
@@ -63,9 +64,7 @@ class ArbiterReport:
 
     def status(self) -> Status:
         """Return the status for the diagnostics."""
-        self._reports += 1
         now = self._now()
-        self._log_topics_without_publisher()
         values = {'state': self._status.value, 'resets': str(self._resets)}
         if self._estimate is not None:
             values['sigma'] = self._sigmas(self._estimate)
@@ -97,16 +96,6 @@ class ArbiterReport:
             return 'unknown'
         xx, _, _, yy, _, tt = estimate.covariance
         return f'{math.sqrt(max(xx, yy)):.3f} m, {math.degrees(math.sqrt(tt)):.2f} deg'
-
-    def _log_topics_without_publisher(self) -> None:
-        """Log once which topics have no publisher."""
-        if self._reports != _PUBLISHER_CHECK_REPORTS:
-            return
-        topics = {name: source.topic for name, source in self._sources.items()} | {ODOMETRY: ODOMETRY}
-        for name, topic in topics.items():
-            if self._node.count_publishers(topic) == 0:
-                resolved = self._node.resolve_topic_name(topic)
-                self._node.get_logger().warning(f'{resolved} ({name}) has no publisher; check the topic name')
 
 
 def _source_status(source_state: SourceState, source: SourceSettings, now: int) -> tuple[str, bool]:

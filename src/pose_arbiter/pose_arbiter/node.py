@@ -5,26 +5,24 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from rclpy.node import Node
-
 from pose_arbiter.arbiter_input import ArbiterInput, ClockMonitor
 from pose_arbiter.arbiter_output import ArbiterOutput, TickSchedule
 from pose_arbiter.arbiter_report import ArbiterReport
 from pose_arbiter.core.arbiter import Arbiter
 from pose_arbiter.core.localization_status import localization_status
-from pose_arbiter.core.settings import ArbiterSettings
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from pose_arbiter.node_settings import NodeSettings
-from pose_arbiter.source_parameters import declare_sources
+from pose_arbiter.source_parameters import declare_sources, fill_defaults, reject_shared_topics
 from shirube_core.settings import SettingsError
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
-from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.callback_guard import create_trigger_service
+from shirube_ros.diagnostics import Status
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
-from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 
 _OUTPUT = 'output'  # name of the timer callback in the diagnostics
 
 
-class PoseArbiterNode(Node):
+class PoseArbiterNode(ManagedNode):
     """Publishes one pose fused from all sources and odometry.
 
     =========================  ==========================  ===================================================
@@ -44,11 +42,14 @@ class PoseArbiterNode(Node):
     ``/diagnostics``           DiagnosticArray             1 Hz
     =========================  ==========================  ===================================================
 
-    Service (Trigger): ``~/reset`` clears the pose and the states of the sources.
+    Service (Trigger): ``~/reset`` clears the pose and the states of the sources. The parameter ``sources`` has the
+    names of the pose sources; each has ``<name>.topic``, ``<name>.sigma_xy`` and so on.
     """
 
+    SETTINGS = (NodeSettings, ArbiterSettings)
+
     def __init__(self, **options: Any) -> None:
-        """Subscribe to the sources.
+        """Declare the parameters, and start.
 
         Args:
             options: keyword arguments of ``rclpy.node.Node``.
@@ -57,31 +58,52 @@ class PoseArbiterNode(Node):
             SettingsError: a bad parameter, or two parameters that contradict each other.
         """
         super().__init__('pose_arbiter', **options)
-        self._settings = declare_parameters(self, NodeSettings)
-        self._filter_settings = declare_parameters(self, ArbiterSettings)
-        sources = declare_sources(self, self._settings.map_frame)
-        reject_misspelled_parameters(self)
-        frames = (self._settings.map_frame, self._settings.odom_frame, self._settings.base_frame)
+        self.start()
+
+    def declare_settings(self) -> None:
+        """Declare the parameters, also those of the sources."""
+        super().declare_settings()
+        self._source_class = declare_sources(self)
+
+    def check_settings(self) -> None:
+        """Raise a SettingsError for frames or topics that are the same."""
+        settings = self.settings(NodeSettings)
+        frames = (settings.map_frame, settings.odom_frame, settings.base_frame)
         if len(set(frames)) < len(frames):
             raise SettingsError(
                 'two of map_frame, odom_frame and base_frame are the same; give each frame its own name'
             )
+        reject_shared_topics(self, self._source_settings())
+
+    def _source_settings(self) -> dict[str, SourceSettings]:
+        return fill_defaults(self.settings(self._source_class), self.settings(NodeSettings).map_frame)
+
+    def configure(self) -> None:
+        """Subscribe to the sources."""
+        self._settings, self._filter_settings = self.settings(NodeSettings), self.settings(ArbiterSettings)
+        sources = self._source_settings()
         self._sources = tuple(sources.values())
         self._arbiter = Arbiter(self._sources, self._filter_settings)
         self._clock_monitor = ClockMonitor(self, self._on_clock_jump)
-        self._guard = CallbackGuard(self)
         self._schedule = TickSchedule(self._settings.rate)
         self._report = ArbiterReport(self, self._arbiter, sources, self._clock_monitor.now)
         self._output = ArbiterOutput(self, self._settings)
-        self._input = ArbiterInput(
-            self, self._guard, self._arbiter, sources, self._settings, self._clock_monitor.now
-        )
+        self._input = ArbiterInput(self, self._arbiter, sources, self._settings, self._clock_monitor.now)
         create_trigger_service(self, self._guard, '~/reset', self._reset)
-        publish_due = self._guard.guard(_OUTPUT, self._publish_due)
-        self.create_timer(1.0 / self._settings.rate, lambda: publish_due(None))
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
+        self.create_guarded_timer(1.0 / self._settings.rate, _OUTPUT, self._publish_due)
 
-    def _publish_due(self, _: None) -> None:
+    def apply_settings(self) -> None:
+        """Use changed settings from the next pose on."""
+        sources, settings = self._source_settings(), self.settings(ArbiterSettings)
+        self._arbiter.apply_settings(tuple(sources.values()), settings)
+        self._sources, self._filter_settings = tuple(sources.values()), settings
+        self._report.apply_settings(sources)
+
+    def status(self) -> Status:
+        """Return the state of the pose and of the sources."""
+        return self._report.status()
+
+    def _publish_due(self) -> None:
         """Publish all due poses."""
         for stamp in self._schedule.due(self._clock_monitor.now()):
             state, estimate = self._arbiter.state_at(stamp), self._arbiter.estimate_at(stamp)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import field, make_dataclass, replace
+from dataclasses import field, fields, make_dataclass, replace
 from keyword import iskeyword
 from typing import Any
 
@@ -14,23 +14,27 @@ from rclpy.validate_topic_name import validate_topic_name
 
 from pose_arbiter.core.settings import SourceSettings
 from shirube_core.settings import SettingsError
-from shirube_ros.parameters import declare_parameters
+from shirube_ros.managed_node import ManagedNode
 
 DEFAULT_SOURCES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon')
 """The localizers of this suite."""
 _PARAMETER = 'sources'
-_RESERVED_NAMES = ('odom', 'initialpose', 'output', 'state', 'sigma')  # reserved as keys of the diagnostics
+_RESERVED_NAMES = (
+    'odom',
+    'initialpose',
+    'output',
+    'state',
+    'sigma',
+    'lifecycle',
+    'input',
+)  # reserved as keys of the diagnostics
 
 
-def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
-    """Declare the parameters of the sources; return their settings by name, with default topics and frames filled in.
-
-    Args:
-        node: node that declares the parameters.
-        map_frame: required frame of the poses of sources without their own ``frame``.
+def declare_sources(node: ManagedNode) -> type:
+    """Declare the parameters of the sources; return the class of their settings, which has one group a source.
 
     Raises:
-        SettingsError: no names, an invalid or duplicate name, an invalid, shared or own topic, or an invalid value.
+        SettingsError: no names, an invalid or duplicate name, or an invalid value.
     """
     names = _declare_names(node)
     groups = make_dataclass(
@@ -38,16 +42,15 @@ def declare_sources(node: Node, map_frame: str) -> dict[str, SourceSettings]:
         [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names],
         frozen=True,
     )
-    settings: Any = declare_parameters(node, groups)
-    sources = {name: _fill_defaults(name, getattr(settings, name), map_frame) for name in names}
-    _reject_shared_topics(node, sources)
-    return sources
+    node.declare(groups)
+    return groups
 
 
 def _declare_names(node: Node) -> list[str]:
     descriptor = ParameterDescriptor(
         description='names of the pose sources; each has the parameters <name>.topic and so on',
         dynamic_typing=True,
+        read_only=True,
     )
     value = node.declare_parameter(_PARAMETER, list(DEFAULT_SOURCES), descriptor).value
     if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value) or not value:
@@ -72,12 +75,18 @@ def _declare_names(node: Node) -> list[str]:
     return names
 
 
-def _fill_defaults(name: str, source: SourceSettings, map_frame: str) -> SourceSettings:
+def fill_defaults(groups: Any, map_frame: str) -> dict[str, SourceSettings]:
+    """Return the settings of the sources by name; topics and frames that are empty have their defaults."""
+    return {each.name: _fill(each.name, getattr(groups, each.name), map_frame) for each in fields(groups)}
+
+
+def _fill(name: str, source: SourceSettings, map_frame: str) -> SourceSettings:
     default_topic = f'/{name}/pose_with_covariance' if source.with_covariance else f'/{name}/pose'
     return replace(source, topic=source.topic or default_topic, frame=source.frame or map_frame)
 
 
-def _reject_shared_topics(node: Node, sources: dict[str, SourceSettings]) -> None:
+def reject_shared_topics(node: Node, sources: dict[str, SourceSettings]) -> None:
+    """Raise a SettingsError for an invalid topic, one of two sources, or one of this node."""
     own = {node.resolve_topic_name(topic) for topic in ('~/pose', '~/odometry')}
     owners: dict[str, str] = {}
     for name, source in sources.items():

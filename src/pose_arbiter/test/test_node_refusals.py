@@ -13,6 +13,7 @@ from node_testing import run_in_process
 from pose_arbiter.node import PoseArbiterNode, main
 from shirube_core.geometry import SE2
 from shirube_core.settings import SettingsError
+from shirube_ros import input_watch
 from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
 
 pytestmark = pytest.mark.newest_set_only
@@ -80,10 +81,11 @@ def test_what_comes_before_simulated_time_has_begun_is_refused_and_harms_nothing
     assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
 
 
-def test_an_unknown_parameter_and_topics_without_a_publisher_are_logged_once(graph, capfd):
+def test_an_unknown_parameter_and_topics_without_a_publisher_are_logged_once(graph, capfd, monkeypatch):
+    monkeypatch.setattr(input_watch, '_START_TIME', -1.0)
     node = graph.add(PoseArbiterNode, sources=['a', 'b'], wheel_radius=0.1)
     for _ in range(10):
-        node._report.status()
+        node._diagnostics.publish()
     words = capfd.readouterr().err
     assert words.count('parameter wheel_radius does not exist in this node and is ignored') == 1
     for topic in ('/a/pose_with_covariance (a)', '/b/pose_with_covariance (b)', '/odom (odom)'):

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import sys
-from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from rclpy.node import Node
 from std_msgs.msg import Header, String
 
 from reward_planner.core.compile_kernels import compile_kernels
@@ -21,6 +19,7 @@ from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.voxels.rolling_voxel_grid import check_voxel_settings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.interface.compute_path_server import create_compute_path_server
 from reward_planner.interface.map_server import MapServer, load_static_map
@@ -28,14 +27,14 @@ from reward_planner.interface.planner_report import PlannerReport
 from reward_planner.interface.sensor_inputs import DepthInput, PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings, check_source
 from shirube_core.geometry import SE2
-from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.diagnostics import Status
 from shirube_ros.errors import PoseError
+from shirube_ros.input_watch import Need
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.map_conversion import path_message
 from shirube_ros.node import run_node
-from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import planar_pose, pose_stamped
-from shirube_ros.quality_of_service import map_profile, overridable, pose_profile
+from shirube_ros.quality_of_service import map_profile, pose_profile
 from shirube_ros.stamps import StampSynchronizer, StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
 
@@ -44,7 +43,7 @@ _MAP_PERIOD = 1.0  # publishing period of the map [s]
 _CONTROL = 'control loop'  # its name in the diagnostics
 
 
-class RewardPlannerNode(Node):
+class RewardPlannerNode(ManagedNode):
     """Maps obstacles, plans a route to the goal and, with ``drive``, follows it.
 
     =========================  ======================  ===================================================
@@ -73,24 +72,43 @@ class RewardPlannerNode(Node):
     installed, the node also serves Nav2's action ``compute_path_to_pose``.
     """
 
+    SETTINGS = (
+        NodeSettings,
+        VoxelSettings,
+        MappingSettings,
+        PlannerSettings,
+        RewardSettings,
+        DrivingSettings,
+    )
+    ERRORS = (RewardPlannerError,)
+
     def __init__(self, **options: Any) -> None:
-        """Load the map, if map_file is set, and subscribe; options are those of ``rclpy.node.Node``.
+        """Declare the parameters, and start; options are those of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: an invalid parameter.
             RewardPlannerError: an invalid map or contradictory parameters.
         """
         super().__init__('reward_planner', **options)
-        self._settings = declare_parameters(self, NodeSettings)
-        method = NavigatorSettings(
-            declare_parameters(self, VoxelSettings),
-            declare_parameters(self, MappingSettings),
-            declare_parameters(self, PlannerSettings),
-            declare_parameters(self, RewardSettings),
-            declare_parameters(self, DrivingSettings),
+        self.start()
+
+    def check_settings(self) -> None:
+        """Raise a RewardPlannerError for contradictory parameters."""
+        check_source(self.settings(NodeSettings))
+        check_voxel_settings(self.settings(VoxelSettings))
+
+    def _navigator_settings(self) -> NavigatorSettings:
+        return NavigatorSettings(
+            self.settings(VoxelSettings),
+            self.settings(MappingSettings),
+            self.settings(PlannerSettings),
+            self.settings(RewardSettings),
+            self.settings(DrivingSettings),
         )
-        reject_misspelled_parameters(self)
-        check_source(self._settings)
+
+    def configure(self) -> None:
+        """Load the map, if map_file is set, and subscribe."""
+        self._settings, method = self.settings(NodeSettings), self._navigator_settings()
         self._navigator = Navigator(self._settings.mount, method)
         warning = load_static_map(self._navigator, self._settings)
         if warning:
@@ -101,44 +119,57 @@ class RewardPlannerNode(Node):
         self._plan_number: tuple[int, int] | None = None
         self._goal_yaw = 0.0
         self._stamps = StampValidator(self._handle_time_jump, self._now)
-        self._guard = CallbackGuard(self, (RewardPlannerError,))
         self._groups = self._subscribe_to_source()
         self._subscribe()
         self._report = PlannerReport(self._navigator, self._now, method.driving.map_timeout, self._groups)
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._maps = MapServer(self, self._guard, self._navigator, self._settings)
         self._plan = self.create_publisher(Path, '~/plan', map_profile())
         self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
         is_driver, base_frame = self._settings.drive, self._settings.base_frame
         self._cmd_vel = VelocityPublisher(self, 'cmd_vel', base_frame) if is_driver else None
         for period, work in ((_DRIVE_PERIOD, self._run_cycle), (_MAP_PERIOD, self._maps.publish_map)):
-            guarded = self._guard.guard(_CONTROL, lambda _, work=work: work())  # type: ignore[misc]
-            self.create_timer(period, partial(guarded, None))
+            self.create_guarded_timer(period, _CONTROL, work)
         self._path_server = create_compute_path_server(
             self, self._settings.map_frame, self._navigator.route_between
         )
 
+    def apply_settings(self) -> None:
+        """Use changed settings from the next frame and control cycle on."""
+        settings, method = self.settings(NodeSettings), self._navigator_settings()
+        self._navigator.apply_settings(settings.mount, method)
+        if self._points is not None:
+            self._points.mount = settings.mount
+        self._report.frame_period_max = method.driving.map_timeout
+        self._settings = settings
+
+    def status(self) -> Status:
+        """Return the state of the controller and counters."""
+        return self._report.status()
+
     def _subscribe_to_source(self) -> StampSynchronizer[Any] | None:
         """Subscribe to the source; return the synchronizer of its images, if it has one."""
+        self._points: PointsInput | None = None
         match self._settings.source:
             case 'depth':
                 DepthInput(self, self._guard, self._take_frame)
+                for topic in ('depth/image', 'depth/camera_info'):
+                    self._inputs.add(topic, Need.REQUIRED)
             case 'trinocular':
+                for name in ('left', 'right', 'top'):
+                    self._inputs.add_images(f'{name}/image_rect', f'{name}/camera_info')
                 return TrinocularInput(self, self._guard, self._settings, self._take_frame).groups
             case _:
-                PointsInput(self, self._guard, self._settings, self._take_frame)
+                self._points = PointsInput(self, self._guard, self._settings, self._take_frame)
+                self._inputs.add('points', Need.REQUIRED)
         return None
 
     def _subscribe(self) -> None:
-        for kind, topic, take in (
-            (PoseStamped, 'pose', self._take_pose),
-            (PoseStamped, 'goal_pose', self._take_goal),
-            (String, 'command', self._take_command),
+        for kind, topic, take, need in (
+            (PoseStamped, 'pose', self._take_pose, Need.REQUIRED),
+            (PoseStamped, 'goal_pose', self._take_goal, Need.REQUEST),
+            (String, 'command', self._take_command, Need.REQUEST),
         ):
-            guarded = self._guard.guard(topic, take)
-            self.create_subscription(
-                kind, topic, guarded, pose_profile(), qos_overriding_options=overridable()
-            )
+            self.subscribe(kind, topic, take, pose_profile(), need)
 
     def _now(self) -> float:
         return float(self.get_clock().now().nanoseconds * 1e-9)
@@ -209,8 +240,8 @@ class RewardPlannerNode(Node):
         if self._cmd_vel is not None:
             self._cmd_vel.send(velocity.forward, velocity.turn_rate)
 
-    def stop(self) -> None:
-        """Stop the robot when the node ends."""
+    def halt(self) -> None:
+        """Stop the robot."""
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 
@@ -246,7 +277,7 @@ class RewardPlannerNode(Node):
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run_node('reward_planner', RewardPlannerNode, (RewardPlannerError,))
+    return run_node('reward_planner', RewardPlannerNode)
 
 
 if __name__ == '__main__':

@@ -39,7 +39,12 @@ class TopicCount:
 
 
 class CallbackGuard:
-    """Wraps a node's callbacks so that none of them can end the node."""
+    """Wraps a node's callbacks so that none of them can end the node.
+
+    Attributes:
+        counts: message counts by topic.
+        is_active: whether callbacks are called; an inactive node drops messages and refuses services.
+    """
 
     def __init__(self, node: Node, package_errors: tuple[type[Exception], ...] = ()) -> None:
         """Start without counts; ``package_errors`` are those that the node's package raises for malformed
@@ -48,8 +53,11 @@ class CallbackGuard:
         self._node = node
         self._input_errors: tuple[type[Exception], ...] = (MessageError, *package_errors)
         self.counts: dict[str, TopicCount] = {}
+        self.is_active = True
 
-    def guard(self, topic: str, callback: Callable[[Any], None]) -> Callable[[Any], None]:
+    def guard(
+        self, topic: str, callback: Callable[[Any], None], *, while_inactive: bool = False
+    ) -> Callable[[Any], None]:
         """Wrap a subscription's callback: errors are caught, counted by topic, and logged once per reason.
 
         A MessageError or an error of the package rejects the message; any other error is a bug, logged with traceback.
@@ -57,7 +65,8 @@ class CallbackGuard:
         self.counts.setdefault(topic, TopicCount())
 
         def guarded(message: object) -> None:
-            self.run(topic, lambda: callback(message))
+            if self.is_active or while_inactive:
+                self.run(topic, lambda: callback(message))
 
         return guarded
 
@@ -90,7 +99,7 @@ def create_trigger_service(node: Node, guard: CallbackGuard, name: str, function
         def call() -> None:
             response.message = function()
 
-        fault = guard.run(name, call)
+        fault = guard.run(name, call) if guard.is_active else 'the node is not active; activate it'
         response.success = fault is None
         if fault is not None:
             response.message = fault

@@ -11,6 +11,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from shirube_ros.callback_guard import TopicCount
+from shirube_ros.input_watch import InputWatch
 
 _PERIOD = 1.0  # [s]
 
@@ -36,13 +37,18 @@ class Diagnostics:
     """Publishes a node's status with its message counts."""
 
     def __init__(
-        self, node: Node, counts: Mapping[str, TopicCount], current_status: Callable[[], Status]
+        self,
+        node: Node,
+        counts: Mapping[str, TopicCount],
+        current_status: Callable[[], Status],
+        inputs: InputWatch | None = None,
     ) -> None:
-        """Start publishing the status, asked for once per report, and the message counts of the node's
-        guard, by topic.
+        """Start publishing the status, asked for once per report, the message counts of the node's guard, by topic,
+        and the problems of its inputs.
         """
         self._node = node
         self._counts = counts
+        self._inputs = inputs
         self._current_status = current_status
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         # A steady clock: publish also while simulated time is paused.
@@ -50,6 +56,8 @@ class Diagnostics:
 
     def publish(self) -> None:
         """Publish the status now."""
+        if self._inputs is not None:
+            self._inputs.check()
         report = DiagnosticArray(status=[self._report()])
         report.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(report)
@@ -57,11 +65,17 @@ class Diagnostics:
     def _report(self) -> DiagnosticStatus:
         status = self._current_status()
         level, message = status.level, status.message
-        rejections = self._new_rejections()
-        if rejections:
+        warnings = self._new_rejections()
+        if self._inputs is not None:
+            warnings = [*self._inputs.mismatches, *warnings]
+            # Without its input, what a node found last is no longer true.
+            message = '; '.join(self._inputs.missing) or message
+        if warnings or message != status.message:
             level = Level.WARN if level is Level.OK else level
-            message = '; '.join([message, *rejections])
+            message = '; '.join([message, *warnings])
         values = [KeyValue(key=key, value=value) for key, value in status.values.items()]
+        if self._inputs is not None:
+            values += [KeyValue(key='input', value=problem) for problem in self._inputs.problems.values()]
         return DiagnosticStatus(
             level=level.value,
             name=f'{self._node.get_name()}: status',

@@ -20,7 +20,9 @@ from rclpy.qos_overriding_options import InvalidQosOverridesError
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 
+from shirube_core.read_only import ensure_log_folder
 from shirube_core.settings import SettingsError
+from shirube_ros.command_line import check_arguments, help_text, wants_help
 
 try:
     from rclpy.experimental import EventsExecutor
@@ -64,16 +66,27 @@ class StoppableNode(Protocol):
 def run_node(
     name: str, create_node: Callable[[], Node], start_errors: tuple[type[Exception], ...] = ()
 ) -> int:
-    """Run a node until a signal ends it; a `StoppableNode` is stopped then.
+    """Run a node until a signal ends it; a `StoppableNode` is stopped then. ``--help`` prints help instead.
 
     Args:
         name: node name, for the error message.
         create_node: creates the node; called after rclpy.init.
-        start_errors: errors of the node's package that the user can fix.
+        start_errors: errors of the node's package that the user can fix; a `ManagedNode` has them in ``ERRORS``.
 
     Returns:
         exit code: 0 after SIGINT or SIGTERM, 1 after a start error, which is printed to stderr as one line.
     """
+    start_errors = (*_START_ERRORS, *start_errors, *getattr(create_node, 'ERRORS', ()))
+    arguments = sys.argv[1:]
+    if wants_help(name, arguments):
+        print(help_text(name, create_node))  # noqa: T201 the user asked for it
+        return 0
+    try:
+        for warning in check_arguments(name, arguments):
+            _print_line(name, f'warning: {warning}')
+    except SettingsError as error:
+        return _print_error(name, error)
+    ensure_log_folder()
     with _TerminationSignals() as signals:
         try:
             # rclpy's own handlers would shut the context down before the node's final action.
@@ -82,7 +95,7 @@ def run_node(
             return _print_error(name, error)
         try:
             _spin(create_node(), signals)
-        except (*_START_ERRORS, *start_errors) as error:
+        except start_errors as error:
             if not signals.received:
                 return _print_error(name, error)
         except KeyboardInterrupt:
@@ -184,6 +197,9 @@ def drain_subscription(subscription: Subscription) -> None:
 
 
 def _print_error(name: str, error: Exception) -> int:
-    one_line = ' '.join(str(error).split())
-    print(f'{name}: {one_line}', file=sys.stderr)  # noqa: T201 the error message for the user
+    _print_line(name, ' '.join(str(error).split()))
     return 1
+
+
+def _print_line(name: str, line: str) -> None:
+    print(f'{name}: {line}', file=sys.stderr)  # noqa: T201 for the user, before there is a logger

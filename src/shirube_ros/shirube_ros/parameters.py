@@ -1,13 +1,16 @@
-"""Declares a node's parameters from a settings class: with descriptions and ranges, read-only."""
+"""Declares a node's parameters from a settings class, with descriptions and ranges, and checks changes of them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+from functools import reduce
 from typing import TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from shirube_core.settings import (
     SettingDescription,
@@ -22,11 +25,12 @@ Settings = TypeVar('Settings')
 _INT64_MAX = 2**63 - 1
 
 
-def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
+def declare_parameters(node: Node, cls: type[Settings], *, allow_tuning: bool = False) -> Settings:
     """Declare all settings of a settings class as parameters of a node; return them with the user's values.
 
     A setting of a nested class is the parameter ``group.name``. Integers are converted to floats, so that
-    ``height:=1`` works as well as ``height:=1.0``.
+    ``height:=1`` works as well as ``height:=1.0``. Parameters are read-only, but for tunable ones with
+    ``allow_tuning``.
 
     Raises:
         SettingsError: a value of a wrong type or out of range, or a former name; names parameter and remedy.
@@ -39,8 +43,47 @@ def declare_parameters(node: Node, cls: type[Settings]) -> Settings:
     settings = settings_from_values(cls, values)
     for description in descriptions:
         value = _value_of(settings, description.name)
-        node.declare_parameter(description.name, value, _descriptor(description), ignore_override=True)
+        descriptor = _descriptor(description)
+        descriptor.read_only = not (allow_tuning and description.is_tunable)
+        node.declare_parameter(description.name, value, descriptor, ignore_override=True)
     return settings
+
+
+def change_settings(
+    node: Node, settings: Mapping[type, object], parameters: Sequence[Parameter]
+) -> dict[type, object]:
+    """Return the settings, by class, that changed parameters of a node belong to, with the new values.
+
+    Raises:
+        SettingsError: a parameter that can only be set at start, or a value of a wrong type or out of range.
+    """
+    for parameter in parameters:
+        name, value = parameter.name, parameter.value
+        if node.has_parameter(name) and node.describe_parameter(name).read_only:
+            raise SettingsError(f'{name} can only be set at start: restart the node with {name}:={value}')
+    changes: dict[type, object] = {}
+    for cls, current in settings.items():
+        descriptions = {description.name: description for description in describe_settings(cls)}
+        given = {
+            parameter.name: _as_setting(descriptions[parameter.name], parameter.value)
+            for parameter in parameters
+            if parameter.name in descriptions
+        }
+        if given:
+            values = {name: _value_of(current, name) for name in descriptions}
+            changes[cls] = settings_from_values(cls, values | given)
+    return changes
+
+
+def parameters_of(settings: Mapping[type, object], parameters: Sequence[Parameter]) -> list[Parameter]:
+    """Return parameters with the values of the settings, whose types are those that were declared."""
+    names = {description.name: cls for cls in settings for description in describe_settings(cls)}
+    return [
+        Parameter(each.name, value=_value_of(settings[names[each.name]], each.name))
+        if each.name in names
+        else each
+        for each in parameters
+    ]
 
 
 def reject_misspelled_parameters(node: Node) -> None:
@@ -65,6 +108,10 @@ def _given_value(node: Node, description: SettingDescription) -> object:
     untyped = ParameterDescriptor(dynamic_typing=True)
     value = node.declare_parameter(description.name, _as_parameter(description.default), untyped).value
     node.undeclare_parameter(description.name)
+    return _as_setting(description, value)
+
+
+def _as_setting(description: SettingDescription, value: object) -> object:
     if description.is_tuple and value is not None and not isinstance(value, (str, bytes, bool, int, float)):
         return list(value)
     if description.is_tuple and value is None:
@@ -73,10 +120,7 @@ def _given_value(node: Node, description: SettingDescription) -> object:
 
 
 def _value_of(settings: object, name: str) -> object:
-    value = settings
-    for part in name.split('.'):
-        value = getattr(value, part)
-    return _as_parameter(value)
+    return _as_parameter(reduce(getattr, name.split('.'), settings))
 
 
 def _as_parameter(value: object) -> object:
@@ -85,7 +129,7 @@ def _as_parameter(value: object) -> object:
 
 def _descriptor(description: SettingDescription) -> ParameterDescriptor:
     unit = f' [{description.unit}]' if description.unit else ''
-    descriptor = ParameterDescriptor(description=f'{description.description}{unit}', read_only=True)
+    descriptor = ParameterDescriptor(description=f'{description.description}{unit}')
     if description.limits != 'any':
         descriptor.additional_constraints = description.limits
     low, high = description.minimum, description.maximum

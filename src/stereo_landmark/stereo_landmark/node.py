@@ -12,20 +12,20 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
 from numpy.typing import NDArray
-from rclpy.node import Node
 from sensor_msgs.msg import Image, Imu
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from shirube_core.settings import SettingsError
-from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
+from shirube_ros.callback_guard import create_trigger_service
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.input import ImageInput
-from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.diagnostics import Status
+from shirube_ros.input_watch import Need
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import drain_subscription, run_node
-from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped, tilt_from_imu
-from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.stamps import StampValidator
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side
@@ -45,7 +45,7 @@ _NANOSECONDS = 1_000_000_000
 CreateStream = Callable[..., PairStream]
 
 
-class StereoLandmarkNode(Node):
+class StereoLandmarkNode(ManagedNode):
     """Publishes the robot's pose relative to its taught places from stereo images of their targets.
 
     =========================  ============================  =============================================
@@ -72,8 +72,11 @@ class StereoLandmarkNode(Node):
     The service ``~/relocalize`` (std_srvs/Trigger) drops the prior: all places are searched again.
     """
 
+    SETTINGS = (NodeSettings, LandmarkSettings)
+    ERRORS = (StereoLandmarkError,)
+
     def __init__(self, create_stream: CreateStream = PairStream, **options: Any) -> None:
-        """Load and validate the places, then subscribe.
+        """Declare the parameters, and start.
 
         Args:
             create_stream: factory of the localizer, called at the start and after a jump back in time.
@@ -84,28 +87,41 @@ class StereoLandmarkNode(Node):
             StereoLandmarkError: a place file is invalid.
         """
         super().__init__('stereo_landmark', **options)
-        self._settings = declare_parameters(self, NodeSettings)
-        method_settings = declare_parameters(self, LandmarkSettings)
-        reject_misspelled_parameters(self)
-        if not self._settings.places_dir:
+        self._create_stream = create_stream
+        self.start()
+
+    def check_settings(self) -> None:
+        """Raise a SettingsError if there is no folder of places."""
+        if not self.settings(NodeSettings).places_dir:
             raise SettingsError('places_dir is not set; give the folder of the taught places')
+
+    def configure(self) -> None:
+        """Load and validate the places, then subscribe."""
+        self._settings = self.settings(NodeSettings)
         folder = Path(self._settings.places_dir)
-        places = load_places(folder)
-        _check_frames(places, self._settings)
-        for line in validate_places(folder, places, method_settings):
+        self._places = load_places(folder)
+        _check_frames(self._places, self._settings)
+        for line in validate_places(folder, self._places, self.settings(LandmarkSettings)):
             self.get_logger().warning(line)
-        self._new_stream = partial(
-            create_stream, places, self._settings.mount, self._settings, method_settings
-        )
         self._stream = self._new_stream()
         self._last_place_name: str | None = ''
         self._left_frame = ''
         self._report = LocalizerReport(self._settings.places_dir)
         self._stamps = StampValidator(self._reset_stream)
-        self._guard = CallbackGuard(self, (StereoLandmarkError,))
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._advertise()
         self._subscribe()
+
+    def apply_settings(self) -> None:
+        """Use changed settings from the next pair on."""
+        self._stream.apply_settings(self.settings(LandmarkSettings))
+
+    def status(self) -> Status:
+        """Return the latest result."""
+        return self._report.status()
+
+    def _new_stream(self) -> PairStream:
+        settings = self._settings
+        return self._create_stream(self._places, settings.mount, settings, self.settings(LandmarkSettings))
 
     def _advertise(self) -> None:
         self._displacement = self.create_publisher(TransformStamped, '~/displacement', pose_profile())
@@ -120,21 +136,17 @@ class StereoLandmarkNode(Node):
     def _subscribe(self) -> None:
         for side in Side:
             name = side.name.lower()
+            topics = f'{name}/image_rect', f'{name}/camera_info'
+            self._inputs.add_images(*topics)
             ImageInput(
                 self,
                 self._guard,
-                (f'{name}/image_rect', f'{name}/camera_info'),
+                topics,
                 self._settings.image_transport,
                 calibration_from_camera_info,
                 partial(self._take_image, side),
             )
-        self._imu = self.create_subscription(
-            Imu,
-            'imu',
-            self._guard.guard('imu', self._take_imu),
-            odometry_profile(),
-            qos_overriding_options=overridable(),
-        )
+        self._imu = self.subscribe(Imu, 'imu', self._take_imu, odometry_profile(), Need.OPTIONAL)
 
     def _take_image(
         self, side: Side, header: Header, pixels: NDArray[np.uint8], calibration: CameraCalibration
@@ -236,7 +248,7 @@ def _check_frames(places: Sequence[TaughtPlace], settings: NodeSettings) -> None
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run_node('stereo_landmark', StereoLandmarkNode, (StereoLandmarkError,))
+    return run_node('stereo_landmark', StereoLandmarkNode)
 
 
 if __name__ == '__main__':

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 from shirube_ros.camera.settings import CameraSettings
 from stereo_landmark.core.settings import PairSettings
 
 
+@tunable('queue_size', fixed=('queue_size',))  # none: the mount must equal that of the teaching
 @dataclass(frozen=True)
 class NodeSettings(PairSettings, CameraSettings):
     """Camera mount, frames, places and synchronization."""

@@ -11,20 +11,19 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, QuaternionStamped
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
-from rclpy.node import Node
 from sensor_msgs.msg import Image, Imu
 from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
 from shirube_core.geometry import CameraMount, PinholeCamera
-from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.camera.input import ImageInput
-from shirube_ros.diagnostics import Diagnostics
+from shirube_ros.diagnostics import Status
 from shirube_ros.errors import PoseError
+from shirube_ros.input_watch import Need
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
-from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import (
     planar_pose,
     pose_stamped,
@@ -32,7 +31,7 @@ from shirube_ros.pose_conversion import (
     tilt_from_imu,
     tilt_from_quaternion,
 )
-from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.stamps import StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
@@ -67,7 +66,7 @@ def create_compiled_receiver(
     return receiver
 
 
-class VlcBeaconNode(Node):
+class VlcBeaconNode(ManagedNode):
     """Publishes the robot's pose and the received commands, from lamps seen by an upward camera.
 
     =========================  ============================  =============================================
@@ -94,8 +93,11 @@ class VlcBeaconNode(Node):
     =========================  ============================  =============================================
     """
 
+    SETTINGS = (NodeSettings, ReceiverSettings, AuthorizationSettings)
+    ERRORS = (VlcBeaconError,)
+
     def __init__(self, create_receiver: CreateReceiver = create_compiled_receiver, **options: Any) -> None:
-        """Load beacons, key and counters, and subscribe.
+        """Declare the parameters, and start.
 
         Args:
             create_receiver: factory of the receiver, called at the start and after a jump back in time.
@@ -106,37 +108,49 @@ class VlcBeaconNode(Node):
             VlcBeaconError: invalid file.
         """
         super().__init__('vlc_beacon', **options)
-        self._settings = declare_parameters(self, NodeSettings)
-        self._receiver_settings = declare_parameters(self, ReceiverSettings)
-        self._authorization_settings = declare_parameters(self, AuthorizationSettings)
-        reject_misspelled_parameters(self)
+        self._create_receiver = create_receiver
+        self.start()
+
+    def configure(self) -> None:
+        """Load beacons, key and counters, and subscribe."""
+        self._settings = self.settings(NodeSettings)
         self._beacons = beacons_from_settings(self._settings)
         self._authorizer = authorizer_from_settings(
-            self._settings, self._authorization_settings, self._beacons
+            self._settings, self.settings(AuthorizationSettings), self._beacons
         )
-        self._create_receiver = create_receiver
         self._receiver = self._new_receiver()
         self._had_fix: bool | None = None
         self._command_executor = self._new_executor()
         self._report = ReceiverDiagnostics(self._settings.beacons_file, self._authorizer)
         self._stamps = StampValidator(self._reset)
-        self._guard = CallbackGuard(self, (VlcBeaconError,))
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._report.status)
         self._create_publishers()
         self._create_subscriptions()
         rejection = self._authorizer.permanent_rejection
         if rejection is not None:
             self.get_logger().warning(rejection.message)
 
+    def apply_settings(self) -> None:
+        """Use changed settings from the next image on."""
+        settings, authorization = self.settings(NodeSettings), self.settings(AuthorizationSettings)
+        self._receiver.apply_settings(settings.mount, self.settings(ReceiverSettings))
+        self._authorizer.apply_settings(authorization)
+        if self._command_executor is not None:
+            self._command_executor.apply_settings(settings.driving, authorization.speed_limit)
+        self._settings = settings
+
+    def status(self) -> Status:
+        """Return lamps, pose and commands."""
+        return self._report.status()
+
     def _new_receiver(self) -> BeaconReceiver:
         return self._create_receiver(
-            self._beacons, self._settings.mount, self._authorizer, self._receiver_settings
+            self._beacons, self._settings.mount, self._authorizer, self.settings(ReceiverSettings)
         )
 
     def _new_executor(self) -> CommandExecutor | None:
         if not self._settings.drive:
             return None
-        return CommandExecutor(self._settings.driving, self._authorization_settings.speed_limit)
+        return CommandExecutor(self._settings.driving, self.settings(AuthorizationSettings).speed_limit)
 
     def _create_publishers(self) -> None:
         self._pose = self.create_publisher(PoseStamped, '~/pose', pose_profile())
@@ -150,7 +164,7 @@ class VlcBeaconNode(Node):
         self._cmd_vel = None
         if self._settings.drive:
             self._cmd_vel = VelocityPublisher(self, '~/cmd_vel', self._settings.base_frame)
-            self.create_timer(_DRIVE_PERIOD, self._drive)
+            self.create_guarded_timer(_DRIVE_PERIOD, '~/cmd_vel', self._drive)
 
     def _drive(self) -> None:
         """Publish the velocity of the command executor."""
@@ -159,21 +173,21 @@ class VlcBeaconNode(Node):
         if velocity is not None and self._cmd_vel is not None:
             self._cmd_vel.send(velocity.forward, velocity.turn_rate)
 
-    def stop(self) -> None:
-        """Stop the robot at shutdown."""
+    def halt(self) -> None:
+        """Stop the robot."""
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 
     def _create_subscriptions(self) -> None:
         topics, transport = ('image_raw', 'camera_info'), self._settings.image_transport
         ImageInput(self, self._guard, topics, transport, camera_from_camera_info, self._on_image)
+        self._inputs.add_images(*topics)
         for kind, topic, callback in (
             (Odometry, 'odom', self._on_odometry),
             (Imu, 'imu', self._on_imu),
             (QuaternionStamped, 'attitude', self._on_attitude),
         ):
-            guarded, options = self._guard.guard(topic, callback), overridable()
-            self.create_subscription(kind, topic, guarded, odometry_profile(), qos_overriding_options=options)
+            self.subscribe(kind, topic, callback, odometry_profile(), Need.OPTIONAL)
 
     def _on_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
@@ -263,7 +277,7 @@ class VlcBeaconNode(Node):
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run_node('vlc_beacon', VlcBeaconNode, (VlcBeaconError,))
+    return run_node('vlc_beacon', VlcBeaconNode)
 
 
 if __name__ == '__main__':

@@ -12,8 +12,6 @@ from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
 from vlc_beacon.core.pose.pose_fix import BeaconAnomaly, BeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 
-_IMAGE_TIMEOUT = 2.0
-"""Time without images after which a warning is published [s]."""
 _ALARM_DURATION = 60.0
 """Duration of the warning after a suspicious command [s]."""
 
@@ -29,7 +27,6 @@ class ReceiverDiagnostics:
         self._authorizer = authorizer
         self._now = now
         self._latest: ReceiverOutput | None = None
-        self._latest_at = -float('inf')
         self._duration = 0.0
         self._fixes = 0
         self._no_fixes: Counter[str] = Counter()
@@ -39,7 +36,7 @@ class ReceiverDiagnostics:
 
     def add(self, output: ReceiverOutput, duration: float) -> None:
         """Add the output of an image with its processing time ``duration`` [s]."""
-        self._latest, self._latest_at, self._duration = output, self._now(), duration
+        self._latest, self._duration = output, duration
         if isinstance(output.result, BeaconFix):
             self._fixes += 1
         else:
@@ -54,7 +51,7 @@ class ReceiverDiagnostics:
             # A genuine lamp may send commands before its ID is confirmed.
             is_unconfirmed = outcome.reason is RejectionReason.WRONG_BEACON and decision.sender is None
             if outcome.reason.is_suspicious and not is_unconfirmed:
-                self._alarm, self._alarm_at = outcome.message, self._latest_at
+                self._alarm, self._alarm_at = outcome.message, self._now()
 
     def status(self) -> Status:
         """Return the current diagnostics."""
@@ -63,12 +60,10 @@ class ReceiverDiagnostics:
         values |= {f'commands {kind}': str(number) for kind, number in self._commands.items()}
         values |= {f'{sender} message': text for sender, text in self._messages.items()}
         if self._latest is None:
-            return Status(Level.WARN, 'no image yet; check the topics image_raw and camera_info', values)
+            return Status(Level.WARN, 'no image yet', values)
         values |= _reception_values(self._latest) | {
             'processing time of the latest image [ms]': f'{1e3 * self._duration:.1f}'
         }
-        if self._now() - self._latest_at > _IMAGE_TIMEOUT:
-            return Status(Level.WARN, 'images have stopped; check the camera', values)
         warnings = self._warnings(self._latest)
         result = self._latest.result
         if not isinstance(result, BeaconFix):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class PoleStarSettings:
     match_rate_min: float = setting(0.31, 'minimum match rate of a pose', minimum=0.0, maximum=1.0)
 
 
+@tunable(fixed=('matcher',))
 @dataclass(frozen=True)
 class LocalizerSettings:
     """Settings of the matching."""
@@ -83,6 +84,7 @@ class LocalizerSettings:
     pole_star: PoleStarSettings = field(default_factory=PoleStarSettings)
 
 
+@tunable()
 @dataclass(frozen=True)
 class TrackerSettings:
     """Settings of the pose prediction and of the search between images."""
@@ -152,6 +154,7 @@ class TrackerSettings:
     )
 
 
+@tunable()
 @dataclass(frozen=True)
 class DotDetectorSettings:
     """Criteria for a dot. Lengths are in pixels or fractions of the typical dot of the current image."""

@@ -17,7 +17,7 @@ from shirube_core.motion import NoPoseReason, OdometryBuffer
 
 
 class PosePredictor:
-    """Buffers odometry and the last two poses, and predicts the next pose."""
+    """Buffers odometry and the last two poses, and predicts the next pose; ``settings`` are its tolerances."""
 
     def __init__(self, settings: TrackerSettings) -> None:
         """Start with empty buffers.
@@ -25,7 +25,7 @@ class PosePredictor:
         Args:
             settings: tolerances of the prediction.
         """
-        self._settings = settings
+        self.settings = settings
         self._odometry = OdometryBuffer()
         self._poses: deque[tuple[float, SE2]] = deque(maxlen=2)
 
@@ -55,10 +55,10 @@ class PosePredictor:
         prior = (
             self._predict_from_velocity(stamp) if step is None else self._predict_from_odometry(last, step)
         )
-        return prior if prior.radius <= self._settings.prior_radius_max else None
+        return prior if prior.radius <= self.settings.prior_radius_max else None
 
     def _predict_from_odometry(self, last: SE2, step: SE2) -> PosePrior:
-        settings = self._settings
+        settings = self.settings
         distance = math.hypot(step.x, step.y)
         error = settings.odometry_error
         return PosePrior(
@@ -69,7 +69,7 @@ class PosePredictor:
 
     def _predict_from_velocity(self, stamp: float) -> PosePrior:
         """Predict with the velocity between the last two poses; the tolerances cover the maximum acceleration."""
-        settings = self._settings
+        settings = self.settings
         last_stamp, last = self._poses[-1]
         dt = stamp - last_stamp
         first_stamp, first = self._poses[0]
@@ -107,6 +107,11 @@ class FloorTracker:
             maxlen=self._settings.joined_views - 1
         )
         self._last_thorough = -math.inf
+
+    def apply_settings(self, settings: TrackerSettings) -> None:
+        """Use other settings; poses and odometry are kept."""
+        self._settings = self._predictor.settings = settings
+        self._unlocated_views = deque(self._unlocated_views, maxlen=settings.joined_views - 1)
 
     def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
         """Add an odometry pose at a time [s]."""

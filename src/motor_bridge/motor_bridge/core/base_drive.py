@@ -27,6 +27,11 @@ class BaseDrive:
         self._target, self._target_time = _STOPPED, -math.inf
         self._last_time: float | None = None
 
+    def apply_settings(self, settings: DriveSettings) -> None:
+        """Use another timeout and other velocity limits."""
+        self._timeout = settings.cmd_vel_timeout
+        self._limiter.apply_settings(settings)
+
     @property
     def velocity(self) -> Velocity:
         """Velocity that is commanded now."""

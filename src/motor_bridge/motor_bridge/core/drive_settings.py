@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 
 
+@tunable(
+    'cmd_vel_timeout',
+    'max_linear_velocity',
+    'max_angular_velocity',
+    'max_linear_acceleration',
+    'max_angular_acceleration',
+    'max_linear_jerk',
+)
 @dataclass(frozen=True)
 class DriveSettings:
     """A differential drive base and its motor controller."""

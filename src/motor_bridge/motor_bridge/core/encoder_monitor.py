@@ -37,13 +37,17 @@ class WheelMotionBounds:
     def __init__(self, kinematics: DiffDriveKinematics, settings: DriveSettings) -> None:
         """Start with stopped wheels."""
         self._frame, self._auto_stop = kinematics.frame, settings.auto_stop
+        self.apply_settings(kinematics, settings)
+        self._ripple = _RIPPLE / kinematics.frame
+        self._commanded = np.zeros(2)
+        self.start((0.0, 0.0))
+
+    def apply_settings(self, kinematics: DiffDriveKinematics, settings: DriveSettings) -> None:
+        """Use other velocity limits."""
         fastest = kinematics.to_wheel_ticks(
             Velocity(settings.max_linear_velocity, -settings.max_angular_velocity)
         )[0]
         self._pushed_speed_max = _PUSH_FACTOR * fastest / kinematics.frame
-        self._ripple = _RIPPLE / kinematics.frame
-        self._commanded = np.zeros(2)
-        self.start((0.0, 0.0))
 
     def set_commanded(self, left: int, right: int) -> None:
         """Set the commanded speeds [ticks per frame]."""

@@ -25,13 +25,22 @@ class VelocityLimiter:
 
     def __init__(self, settings: DriveSettings) -> None:
         """Start at rest."""
+        self._unit = 1.0, 1.0
+        self.halt()
+        self.apply_settings(settings)
+
+    def apply_settings(self, settings: DriveSettings) -> None:
+        """Use other limits from the present velocity on, which brakes to a lower maximum speed."""
+        before, u, acceleration = self._unit, self._u, self._acceleration
         self._unit = settings.max_linear_acceleration, settings.max_angular_acceleration
         self._fastest = (
             settings.max_linear_velocity / self._unit[0],
             settings.max_angular_velocity / self._unit[1],
         )
         self._jerk = settings.max_linear_jerk / settings.max_linear_acceleration
-        self.halt()
+        scale = before[0] / self._unit[0], before[1] / self._unit[1]
+        self._u = u[0] * scale[0], u[1] * scale[1]
+        self._acceleration = acceleration[0] * scale[0], acceleration[1] * scale[1]
 
     @property
     def velocity(self) -> Velocity:

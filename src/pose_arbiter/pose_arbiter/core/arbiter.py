@@ -37,12 +37,16 @@ class Arbiter:
             sources: settings of each source; its position in the sequence is the source index.
             settings: filter settings.
         """
+        self.apply_settings(sources, settings)
+        self._history_length = round(settings.history_seconds * 1e9)
+        self.reset()
+
+    def apply_settings(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
+        """Process later poses with changed settings; states that are computed already stay."""
         self._settings = settings
         self._offsets = [SE2(*source.offset) for source in sources]
         self._sigmas = [diagonal(source.sigma_xy**2, source.sigma_yaw**2) for source in sources]
         self._rejection = OutlierRejection(sources, settings)
-        self._history_length = round(settings.history_seconds * 1e9)
-        self.reset()
 
     def reset(self) -> None:
         """Clear the state, the measurements and the odometry."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 
 
+@tunable(fixed=('history_seconds', 'speed_max', 'turn_rate_max'))
 @dataclass(frozen=True)
 class ArbiterSettings:
     """History length, gate, odometry noise, source bias, and the rules that accept or reject a source."""
@@ -122,6 +123,7 @@ class ArbiterSettings:
     )
 
 
+@tunable('sigma_xy', 'sigma_yaw', 'timeout', 'priority', 'offset')
 @dataclass(frozen=True)
 class SourceSettings:
     """Settings of one localizer; its parameters are called ``<name>.topic`` and so on."""

@@ -86,6 +86,16 @@ class Navigator:
         self._pose_buffer = PoseBuffer(settings.mapping)
         self._static_map_frame: GridFrame | None = None
 
+    def apply_settings(self, mount: CameraMount, settings: NavigatorSettings) -> None:
+        """Use another mount and other settings, but those of poses, map and voxel sizes; the maps are kept.
+
+        Raises:
+            RewardPlannerError: contradictory settings; the former ones stay.
+        """
+        self.mapper.apply_settings(mount, settings.voxels)
+        self.controller.apply_settings(settings.planner, settings.reward, settings.driving)
+        self._settings = settings
+
     def set_static_map(self, static_map: OccupancyMap) -> None:
         """Load a static map; goals must be on it or on cells observed since.
 

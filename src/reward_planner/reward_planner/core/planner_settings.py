@@ -7,9 +7,10 @@ from dataclasses import astuple, dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 
 
+@tunable()
 @dataclass(frozen=True)
 class PlannerSettings:
     """Planning mode and robot radius."""
@@ -28,6 +29,7 @@ class PlannerSettings:
     )
 
 
+@tunable()
 @dataclass(frozen=True)
 class RewardTable:
     """Table 1 of the paper: rewards and penalties of one step, in the rows of the table."""
@@ -50,6 +52,7 @@ class RewardTable:
         return np.array(astuple(self), dtype=np.float64)
 
 
+@tunable()
 @dataclass(frozen=True)
 class RewardSettings:
     """Penalties, virtual search and the reward table."""

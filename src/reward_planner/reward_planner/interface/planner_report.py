@@ -14,7 +14,11 @@ from shirube_ros.stamps import StampSynchronizer
 
 
 class PlannerReport:
-    """Collects the state of the controller and counters."""
+    """Collects the state of the controller and counters.
+
+    Attributes:
+        frame_period_max: time without a mapped frame after which the map is stale [s].
+    """
 
     def __init__(
         self,
@@ -28,10 +32,10 @@ class PlannerReport:
         Args:
             navigator: source of map, pose and route counters.
             now: current time [s], 0 before simulated time starts.
-            frame_period_max: time without a mapped frame after which the map is stale [s].
+            frame_period_max: initial value of the attribute [s].
             groups: synchronizer of the images, if there are several cameras.
         """
-        self._navigator, self._now, self._frame_period_max = navigator, now, frame_period_max
+        self._navigator, self._now, self.frame_period_max = navigator, now, frame_period_max
         self._groups = groups
         self._last_frame_time: float | None = None
         self._groups_at_last_frame = 0
@@ -85,7 +89,7 @@ class PlannerReport:
         if self._last_frame_time is None or now < self._last_frame_time:
             self._last_frame_time = now
         age = now - self._last_frame_time
-        if age <= self._frame_period_max:
+        if age <= self.frame_period_max:
             return None
         line = f'no frame mapped for {age:.1f} s'
         if self._groups is None or self._groups.completed > self._groups_at_last_frame:

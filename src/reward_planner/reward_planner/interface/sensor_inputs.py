@@ -38,14 +38,18 @@ _SYNC_TOLERANCE = 0.005  # largest difference of stamps of one trigger [s]
 
 
 class PointsInput:
-    """Subscribes to ``points`` (PointCloud2) in the camera's optical frame or in ``base_frame``."""
+    """Subscribes to ``points`` (PointCloud2) in the camera's optical frame or in ``base_frame``.
+
+    Attributes:
+        mount: pose of the camera on the robot.
+    """
 
     def __init__(
         self, node: Node, guard: CallbackGuard, settings: NodeSettings, on_frame: FrameCallback
     ) -> None:
         """Subscribe; `guard` counts the messages and catches their errors."""
         self._on_frame = on_frame
-        self._mount = settings.mount  # origin of rays also for points in the base frame
+        self.mount = settings.mount  # origin of rays also for points in the base frame
         # An empty camera frame takes the first one received.
         self._base_frame, self._camera_frame = settings.base_frame, settings.camera_frame
         _subscribe(node, guard, PointCloud2, _POINTS, self._take)
@@ -57,8 +61,8 @@ class PointsInput:
         if frame != self._base_frame:
             self._camera_frame = frame  # the mount belongs to one camera
         else:
-            shifted = points - np.asarray(self._mount.xyz, dtype=np.float32)
-            points = shifted @ self._mount.rotation.astype(np.float32)
+            shifted = points - np.asarray(self.mount.xyz, dtype=np.float32)
+            points = shifted @ self.mount.rotation.astype(np.float32)
         self._on_frame(message.header, SensorFrame(points, equivalent_focal_length(points)))
 
     def _check_frame(self, frame: str) -> None:

@@ -12,6 +12,7 @@ from shirube_core.settings.definition import (
     describe_settings,
     setting,
     settings_table,
+    tunable,
 )
 
 __all__ = [
@@ -24,4 +25,5 @@ __all__ = [
     'setting',
     'settings_from_values',
     'settings_table',
+    'tunable',
 ]

@@ -15,14 +15,16 @@ A settings class is a frozen dataclass in which every field has a default::
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 _METADATA_KEY = 'shirube_setting'
+_TUNABLE_FIELDS = '_tunable_fields'
 _SCALARS = (float, int, bool, str)
 
 Value = TypeVar('Value')
+Settings = TypeVar('Settings')
 
 
 class SettingsError(ValueError):
@@ -44,6 +46,7 @@ class SettingDescription:
         maximum: largest allowed value (of each element of a tuple), None without a limit.
         choices: allowed values, empty if any value is allowed.
         former_name: name in earlier versions, empty if it was never renamed.
+        is_tunable: whether the value may change at run time, see `tunable`.
     """
 
     name: str
@@ -55,6 +58,7 @@ class SettingDescription:
     maximum: float | None = None
     choices: tuple[Any, ...] = ()
     former_name: str = ''
+    is_tunable: bool = False
 
     @property
     def type_name(self) -> str:
@@ -122,6 +126,22 @@ def setting(
     return dataclasses.field(default=default, metadata={_METADATA_KEY: facts})
 
 
+def tunable(*names: str, fixed: Collection[str] = ()) -> Callable[[type[Settings]], type[Settings]]:
+    """Mark settings of a dataclass as tunable: their values may change at run time, the others only at start.
+
+    Args:
+        names: names of the fields, empty for all of the class that are no groups.
+        fixed: names of fields that are not tunable.
+    """
+
+    def mark(cls: type[Settings]) -> type[Settings]:
+        fields = names or [field.name for field in dataclasses.fields(cast('Any', cls))]
+        setattr(cls, _TUNABLE_FIELDS, frozenset(fields) - set(fixed))
+        return cls
+
+    return mark
+
+
 def describe_settings(cls: type) -> list[SettingDescription]:
     """Return the descriptions of all settings of a class, in the order of its fields.
 
@@ -147,7 +167,8 @@ def _describe(defaults: object, prefix: str) -> Iterator[SettingDescription]:
         else:
             facts = dict(field.metadata[_METADATA_KEY])
             facts['former_name'] = facts['former_name'] and prefix + facts['former_name']
-            yield SettingDescription(name, kind, default, **facts)
+            is_tunable = field.name in getattr(type(defaults), _TUNABLE_FIELDS, ())
+            yield SettingDescription(name, kind, default, **facts, is_tunable=is_tunable)
 
 
 def _is_supported(kind: object) -> bool:
@@ -162,7 +183,10 @@ def settings_table(cls: type) -> str:
     Args:
         cls: a settings dataclass; the settings of a nested one are named ``group.name``.
     """
-    rows: list[tuple[str, ...]] = [('setting', 'type', 'default', 'unit', 'allowed', 'meaning'), ('---',) * 6]
+    rows: list[tuple[str, ...]] = [
+        ('setting', 'type', 'default', 'unit', 'allowed', 'at run time', 'meaning'),
+        ('---',) * 7,
+    ]
     rows += [_row(description) for description in describe_settings(cls)]
     return ''.join('| ' + ' | '.join(_escape(cell) for cell in row) + ' |\n' for row in rows)
 
@@ -174,6 +198,7 @@ def _row(description: SettingDescription) -> tuple[str, ...]:
         f'`{_format_default(description.default)}`',
         description.unit,
         description.limits,
+        'yes' if description.is_tunable else '',
         description.description,
     )
 

@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 from shirube_core.geometry import CameraMount
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 
 _DOWNWARD = CameraMount()
 
 
+@tunable('camera_xyz', 'camera_rpy')
 @dataclass(frozen=True)
 class CameraSettings:
     """Camera extrinsics, frames and image transport."""

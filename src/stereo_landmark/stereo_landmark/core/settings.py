@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,7 @@ class PrimitiveSettings:
     )
 
 
+@tunable()
 @dataclass(frozen=True)
 class SearchSettings:
     """Search region of the pose, and acceptance thresholds of a target."""
@@ -153,6 +154,7 @@ class SearchSettings:
 REPROJECTION, CLOSED_FORM = 'reprojection', 'closed_form'
 
 
+@tunable()
 @dataclass(frozen=True)
 class PlaceSettings:
     """Settings of the displacement estimate."""

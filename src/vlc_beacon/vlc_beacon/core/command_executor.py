@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 
 from shirube_core.geometry import SE2, wrap_angle
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 from vlc_beacon.core.packet.command_packet import Operation
 
 
+@tunable()
 @dataclass(frozen=True)
 class DriveSettings:
     """Motion parameters used when `drive` is true."""
@@ -139,6 +140,11 @@ class CommandExecutor:
         self._line: ReferenceLine | None = None
         self._pose_stamp = -math.inf
         self._last: tuple[float, Velocity] | None = None
+
+    def apply_settings(self, settings: DriveSettings, speed_limit: float) -> None:
+        """Use other drive parameters; the speed is the cruise speed until the next command."""
+        self._settings, self._speed_limit = settings, speed_limit
+        self._speed = min(settings.cruise_speed, speed_limit)
 
     @property
     def is_stopped(self) -> bool:

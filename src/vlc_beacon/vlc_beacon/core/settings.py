@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 from vlc_beacon.core.light_code.manchester import SEGMENT_BYTES_MAX, SegmentFormat
 
 
+@tunable()
 @dataclass(frozen=True)
 class LampSettings:
     """Lamp detection in an image."""
@@ -49,6 +50,7 @@ class LampSettings:
     )
 
 
+@tunable()
 @dataclass(frozen=True)
 class PoseSettings:
     """Noise settings of the pose estimation.
@@ -86,6 +88,7 @@ class PoseSettings:
     )
 
 
+@tunable()
 @dataclass(frozen=True)
 class OdometrySettings:
     """Errors of the odometry, and limits of dead reckoning between lamps.
@@ -139,6 +142,7 @@ class OdometrySettings:
 CENTROID, RADIUS_INTERVAL, RADIUS_INTERVAL_PRINTED = 'centroid', 'radius_interval', 'radius_interval_printed'
 
 
+@tunable('method', 'blooming')
 @dataclass(frozen=True)
 class ReceiverSettings:
     """Camera shutter and pose method, with groups for lamps, pose and odometry."""
@@ -199,6 +203,7 @@ class ReceiverSettings:
         return SegmentFormat(self.segment_bytes, frame_rate=self.lamp_frame_rate)
 
 
+@tunable('speed_limit', 'zone_radius', 'position_age_max')
 @dataclass(frozen=True)
 class AuthorizationSettings:
     """Conditions for accepting a command."""

@@ -105,6 +105,18 @@ class DriveController:
         self._pose_stamp = self._map_stamp = -math.inf
         self._last_step_time = math.nan
 
+    def apply_settings(
+        self, planner: PlannerSettings, reward: RewardSettings, driving: DrivingSettings
+    ) -> None:
+        """Use other settings, but for ``look_around``; the route to the goal is planned again."""
+        self._planner, self._reward, self._settings = planner, reward, driving
+        self._smoother.settings = driving
+        self.command_state.set_speed_max(driving.max_linear_velocity)
+        if self.replanner is not None and self._goal is not None:
+            count, goal = self.replanner.replan_count, (self._goal.x, self._goal.y)
+            self.replanner = Replanner(self._global_map, goal, planner, reward, driving)
+            self.replanner.replan_count = count
+
     @property
     def points_map(self) -> NDArray[np.float64]:
         """Points of the route [m], shape (n, 2); n is 0 if there is none."""

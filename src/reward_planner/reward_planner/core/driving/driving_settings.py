@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 
 
+@tunable(fixed=('look_around',))
 @dataclass(frozen=True)
 class DrivingSettings:
     """Velocity limits, distances to obstacles and goal, timeouts and replanning."""

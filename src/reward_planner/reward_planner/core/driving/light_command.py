@@ -65,6 +65,11 @@ class LightCommandState:
         self._speed_max = speed_max
         self._yaw = math.nan
 
+    def set_speed_max(self, speed_max: float) -> None:
+        """Change the robot's maximum speed [m/s]; a lower limit that a lamp set stays."""
+        was_free, self._speed_max = self.speed_limit >= self._speed_max, speed_max
+        self.speed_limit = speed_max if was_free else min(self.speed_limit, speed_max)
+
     def apply_command(self, command: LightCommand) -> None:
         """Apply a command."""
         match command.operation:

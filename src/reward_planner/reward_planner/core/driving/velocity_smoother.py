@@ -23,17 +23,18 @@ class VelocitySmoother:
 
     Attributes:
         velocity: latest velocity command.
+        settings: the limits.
     """
 
     def __init__(self, settings: DrivingSettings) -> None:
         """Start at rest."""
         self.velocity = Velocity()
-        self._settings = settings
+        self.settings = settings
         self._acceleration = 0.0
 
     def step_toward(self, target: Velocity, elapsed: float) -> Velocity:
         """Return the next velocity towards a target, clamped to the limits, some time [s] after the last call."""
-        settings = self._settings
+        settings = self.settings
         step = min(max(elapsed, 0.0), _STEP_MAX)
         forward = _clamp(target.forward, settings.max_linear_velocity)
         turn_rate = _clamp(target.turn_rate, settings.max_angular_velocity)
@@ -46,7 +47,7 @@ class VelocitySmoother:
 
     def braking_distance(self) -> float:
         """Return the stopping distance if braking starts now [m]."""
-        acceleration, jerk = self._settings.max_linear_acceleration, self._settings.max_linear_jerk
+        acceleration, jerk = self.settings.max_linear_acceleration, self.settings.max_linear_jerk
         # The speed still grows until the acceleration has dropped to zero.
         delay = (acceleration + max(self._acceleration, 0.0)) / jerk
         speed = max(self.velocity.forward, 0.0)
@@ -55,7 +56,7 @@ class VelocitySmoother:
 
     def _next_speed(self, target: float, step: float) -> float:
         """Change the acceleration so that it reaches 0 together with the target speed."""
-        speed, settings = self.velocity.forward, self._settings
+        speed, settings = self.velocity.forward, self.settings
         error = target - speed
         limit = min(settings.max_linear_acceleration, math.sqrt(2.0 * settings.max_linear_jerk * abs(error)))
         target_acceleration = math.copysign(limit, error)

@@ -31,9 +31,17 @@ class ObstacleMapper:
 
     def __init__(self, mount: CameraMount, voxels: VoxelSettings, mapping: MappingSettings) -> None:
         """Start with empty maps; ``mount`` is the pose of the sensor's optical frame in the base frame."""
-        self._T_base_sensor = _rigid_transform(mount.rotation, mount.xyz)
+        self._set_mount(mount)
         self.voxels = VoxelMap(voxels)
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
+
+    def apply_settings(self, mount: CameraMount, voxels: VoxelSettings) -> None:
+        """Use another mount and other thresholds from the next frame on; errors are those of `VoxelMap`."""
+        self.voxels.apply_settings(voxels)
+        self._set_mount(mount)
+
+    def _set_mount(self, mount: CameraMount) -> None:
+        self._T_base_sensor = _rigid_transform(mount.rotation, mount.xyz)
 
     def add(
         self, stamp: float, points: ArrayLike, T_map_base: SE2, focal_length: float

@@ -52,12 +52,12 @@ class FrameVoxels:
 
 
 class FrameVoxelizer:
-    """Converts frames to voxels; owns the work space, whose size does not depend on the points."""
+    """Converts frames to voxels by its ``settings``; owns the work space, whose size does not depend on the points."""
 
     def __init__(self, settings: VoxelSettings) -> None:
         """Allocate the work space; errors are those of `check_voxel_settings`."""
         check_voxel_settings(settings)
-        self._settings = settings
+        self.settings = settings
         self._ranges = settings.range_min, settings.range_max
         side, layers = window_shape(settings)
         self._counts = np.zeros((side, side, layers), dtype=np.int32)
@@ -73,7 +73,7 @@ class FrameVoxelizer:
         Raises:
             RewardPlannerError: points of a wrong shape.
         """
-        window = window_around(view, self._settings)
+        window = window_around(view, self.settings)
         T = _window_from_sensor(view, window)
         filled, point_counts = count_points(_as_points(points), T, self._ranges, self._counts, self._cells)
         cells = self._cells[:filled].copy()
@@ -103,7 +103,7 @@ class FrameVoxelizer:
         exit_cells = self._cells[:exit_count]
         rays_min = _EXIT_RAYS_MIN if view.focal_length > 0.0 else 1
         exits = exit_cells[pop_counts(exit_cells, self._counts) >= rays_min]
-        ends = frame.cells[is_hit(frame, self._settings.hit_fraction_min)]
+        ends = frame.cells[is_hit(frame, self.settings.hit_fraction_min)]
         # One ray for each end marks the voxels on its way; those with points stay unmarked.
         origin = (view.origin - window.corner) / window.resolution
         marks[frame.cells] = HIT

@@ -21,6 +21,7 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
     FrameWindow,
     RollingVoxelGrid,
     SensorView,
+    check_voxel_settings,
     unravel_cell,
     window_around,
     window_shape,
@@ -46,6 +47,11 @@ class VoxelMap:
         self._voxelizer = FrameVoxelizer(settings)
         layers, is_mean = window_shape(settings)[1], settings.rule != 'log_odds'
         self.tiles = RollingVoxelGrid(layers, settings.tiles_max, counts_frames=is_mean)
+
+    def apply_settings(self, settings: VoxelSettings) -> None:
+        """Use other thresholds and log-odds, but the same sizes; errors are those of `check_voxel_settings`."""
+        check_voxel_settings(settings)
+        self.settings = self._voxelizer.settings = settings
 
     def add(self, stamp: float, points: ArrayLike, view: SensorView) -> FrameVoxels:
         """Add a frame and return its voxels; an occluded frame (`PointCounts.is_occluded`) adds nothing.

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from shirube_core.settings import setting
+from shirube_core.settings import setting, tunable
 
 FREE_FRACTION = 0.5
 """A voxel is free below minus this fraction of log_odds_pass; higher values are decayed evidence."""
 
 
+@tunable(
+    'value_min',
+    'hit_fraction_min',
+    'log_odds_hit',
+    'log_odds_pass',
+    'log_odds_max',
+    'log_odds_min',
+    'log_odds_occupied',
+    'half_life',
+)
 @dataclass(frozen=True)
 class VoxelSettings:
     """Size and extent of the voxels, and the rule of their values.

@@ -81,6 +81,10 @@ class PairLocalizer:
         self.last_place: tuple[int, str] | None = None  # stamp [ns] and name
         self._last_valid_stamp: int | None = None  # last stamp with a valid rectified pair [ns]
 
+    def apply_settings(self, settings: LandmarkSettings) -> None:
+        """Use other settings from the next pair on; the last place is kept."""
+        self._localizer = LandmarkLocalizer(self._localizer.places, settings)
+
     def locate(
         self, stamp_ns: int, left: GreyImage, right: GreyImage, tilt: tuple[float, float]
     ) -> LocatedPair:
@@ -177,6 +181,12 @@ class PairStream:
         self._has_imu = False
         self._calibrations: tuple[CameraCalibration, CameraCalibration] | None = None
         self._localizer: PairLocalizer | None = None
+
+    def apply_settings(self, settings: LandmarkSettings) -> None:
+        """Use other settings from the next pair on."""
+        self._settings = settings
+        if self._localizer is not None:
+            self._localizer.apply_settings(settings)
 
     def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
         """Add an IMU reading.

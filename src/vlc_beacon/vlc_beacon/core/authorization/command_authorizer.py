@@ -63,13 +63,13 @@ class ZoneVisits:
 
     def __init__(self, positions: Mapping[int, tuple[float, float]], radius: float) -> None:
         self._positions = dict(positions)
-        self._radius = radius
+        self.radius = radius
         self._executed: dict[int, set[tuple[int, int]]] = {}
 
     def update_position(self, position: tuple[float, float]) -> None:
         """Update the robot's position [m] and end the visits of zones that it left."""
         for beacon in list(self._executed):
-            if not math.dist(position, self._positions[beacon]) <= EXIT_FACTOR * self._radius:
+            if not math.dist(position, self._positions[beacon]) <= EXIT_FACTOR * self.radius:
                 del self._executed[beacon]
 
     def is_executed(self, command: Command) -> bool:
@@ -114,6 +114,11 @@ class CommandAuthorizer:
             self._counters = store.read()
         except VlcBeaconError as error:
             self._permanent_rejection = _counters_lost(error)
+
+    def apply_settings(self, settings: AuthorizationSettings) -> None:
+        """Use other settings; counters, lockout and visits are kept."""
+        self._settings = settings
+        self._visits.radius = settings.zone_radius
 
     @property
     def permanent_rejection(self) -> Rejected | None:

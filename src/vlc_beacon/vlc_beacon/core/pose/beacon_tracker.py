@@ -32,14 +32,19 @@ class BeaconTracker:
         odometry_settings: OdometrySettings | None = None,
     ) -> None:
         """Start without a pose; arguments as in `BeaconLocator` and `PoseFilter`."""
-        self._settings = settings or PoseSettings()
-        self._odometry_settings = odometry_settings or OdometrySettings()
-        self.locator = BeaconLocator(beacons, mount, known_height, self._settings)
-        self._mount = mount
+        self._beacons, self._known_height = list(beacons), known_height
         self._filter: PoseFilter | None = None
+        self.apply_settings(mount, settings or PoseSettings(), odometry_settings or OdometrySettings())
         self._T_odom_base: SE2 | None = None
         self._keyframes = KeyframeBuffer()
         self._lost_images = 0
+
+    def apply_settings(self, mount: CameraMount, settings: PoseSettings, odometry: OdometrySettings) -> None:
+        """Use another mount and other settings; the pose is kept."""
+        self._mount, self._settings, self._odometry_settings = mount, settings, odometry
+        self.locator = BeaconLocator(self._beacons, mount, self._known_height, settings)
+        if self._filter is not None:
+            self._filter.apply_settings(settings, odometry)
 
     def reset(self) -> None:
         """Reset the pose."""

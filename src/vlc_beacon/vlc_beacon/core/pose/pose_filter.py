@@ -50,11 +50,8 @@ class PoseFilter:
             settings: measurement noise, None for the defaults.
             odometry_settings: odometry noise, None for the defaults.
         """
-        self._settings = settings or PoseSettings()
-        self._odometry = odometry_settings or OdometrySettings()
+        self.apply_settings(settings or PoseSettings(), odometry_settings or OdometrySettings())
         self._state = np.array([T_map_base.x, T_map_base.y, height, T_map_base.yaw, 0.0, 0.0, 0.0])
-        errors = [self._odometry.scale_error, self._odometry.scale_error, self._odometry.turn_error]
-        self._bias_variance = np.array(errors) ** 2
         self._P = np.zeros((7, 7))
         self._P[:4, :4] = covariance
         self._P[range(4, 7), range(4, 7)] = self._bias_variance
@@ -64,6 +61,12 @@ class PoseFilter:
         self._cluster_distance = 0.0
         self._cluster_images = 0
         self._cluster_lamps: set[int] = set()
+
+    def apply_settings(self, settings: PoseSettings, odometry: OdometrySettings) -> None:
+        """Use other noise from the next step on; the state and its covariance are kept."""
+        self._settings, self._odometry = settings, odometry
+        errors = [odometry.scale_error, odometry.scale_error, odometry.turn_error]
+        self._bias_variance = np.array(errors) ** 2
 
     @property
     def pose(self) -> SE2:

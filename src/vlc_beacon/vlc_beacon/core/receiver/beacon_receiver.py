@@ -70,10 +70,7 @@ class BeaconReceiver:
         Raises:
             VlcBeaconError: the camera does not look up, or the tones of the lamps are not separable.
         """
-        if mount.rotation[2, 2] < _UP_MIN:
-            raise VlcBeaconError(
-                f'camera_rpy is {list(mount.rpy)}: the camera does not look up; [0, 0, 1.5708] does'
-            )
+        check_looks_up(mount)
         known, settings = list(beacons), settings or ReceiverSettings()
         self._authorizer = authorizer
         self._light = LightReceiver(known, settings)
@@ -82,6 +79,15 @@ class BeaconReceiver:
         self._odometry, self._tilt = LampOdometry(), TiltBuffer()
         self._pose_check = PoseConsistencyCheck()
         self._last_image: tuple[float, SE2 | None] | None = None
+
+    def apply_settings(self, mount: CameraMount, settings: ReceiverSettings) -> None:
+        """Use another mount and other settings from the next image on; tracked lamps and the pose are kept.
+
+        The pose is found anew after a change of the mount. Errors are those of the constructor.
+        """
+        check_looks_up(mount)
+        self._light.apply_settings(settings)
+        self._localizer.apply_settings(mount, settings)
 
     def add_odometry(self, stamp: float, T_odom_base: SE2) -> None:
         """Add an odometry pose at a time [s]."""
@@ -136,6 +142,14 @@ class BeaconReceiver:
         return last[1].inverse() @ T_odom_base
 
 
+def check_looks_up(mount: CameraMount) -> None:
+    """Raise a VlcBeaconError for a camera that does not look up."""
+    if mount.rotation[2, 2] < _UP_MIN:
+        raise VlcBeaconError(
+            f'camera_rpy is {list(mount.rpy)}: the camera does not look up; [0, 0, 1.5708] does'
+        )
+
+
 class LampLocalizer:
     """Computes the robot's pose from the lamps in view, by the configured method.
 
@@ -148,6 +162,13 @@ class LampLocalizer:
         self._mount = mount
         known_height = 0.0 if settings.camera_height_known else None
         self._tracker = BeaconTracker(beacons, mount, known_height, settings.pose, settings.odometry)
+
+    def apply_settings(self, mount: CameraMount, settings: ReceiverSettings) -> None:
+        """Use another mount, which resets the tracked pose, and other settings."""
+        if mount != self._mount:
+            self.reset()
+        self._settings, self._mount = settings, mount
+        self._tracker.apply_settings(mount, settings.pose, settings.odometry)
 
     def reset(self) -> None:
         """Reset the tracked pose."""

@@ -43,15 +43,19 @@ class LightReceiver:
         """
         known, is_rolling = list(beacons), settings.is_rolling
         self._known = frozenset(beacon.id for beacon in known)
-        self._settings = settings
         self._beacon_tones = _beacon_tones(known) if is_rolling else {}
         self._profile = (
             rs_fsk_profile(settings.lamp_frame_rate, settings.row_time) if is_rolling else ufsook_profile()
         )
-        stripe_rows = band_rows(settings, self._beacon_tones.values()) if is_rolling else 0.0
-        self._detector = LampDetector(replace(settings.lamps, stripe_rows=stripe_rows))
+        self.apply_settings(settings)
         self._tracker = LampTracker(split_lamps=not is_rolling)
         self._lamps: dict[int, TrackedLamp] = {}
+
+    def apply_settings(self, settings: ReceiverSettings) -> None:
+        """Detect lamps by other settings; tracked lamps are kept."""
+        self._settings = settings
+        rows = band_rows(settings, self._beacon_tones.values()) if settings.is_rolling else 0.0
+        self._detector = LampDetector(replace(settings.lamps, stripe_rows=rows))
 
     def receive(
         self, stamp: float, image: NDArray[np.uint8], image_rotation: float = 0.0
