@@ -32,7 +32,7 @@ class TransformPublisher:
         self._publisher = node.create_publisher(self._kind, topic, _STATIC if is_static else _TF)
 
     def publish(self, stamp: Time, parent: str, child: str, pose: Pose) -> None:
-        """Publish the pose of a child frame in its parent; static ones are published together and kept for late nodes."""
+        """Publish the pose of a child frame in its parent; static ones are kept for nodes that start later."""
         if self._publisher is None:
             return
         place = pose.position

@@ -68,7 +68,7 @@ class PointsInput:
             mount = self._frames.mount(message.header, self.mount)
         elif frame != self._base_frame:
             # The rays start at the sensor; its axes may be any, so those of the camera are used.
-            T_base_cloud = self._T_base_cloud(message.header)
+            T_base_cloud = self._cloud_pose(message.header)
             x, y, z = T_base_cloud.position.tolist()
             mount = CameraMount((x, y, z), mount.rpy)
         points = points_from_cloud(message, _POINTS)
@@ -81,7 +81,7 @@ class PointsInput:
             points = shifted @ mount.rotation.astype(np.float32)
         self._on_frame(message.header, SensorFrame(points, equivalent_focal_length(points), mount))
 
-    def _T_base_cloud(self, header: Header) -> SE3:
+    def _cloud_pose(self, header: Header) -> SE3:
         """Return the pose of a cloud of another frame than the camera's; raise a FrameError if TF has none."""
         frame = header.frame_id
         if self._camera_frame:

@@ -31,14 +31,14 @@ class ObstacleMapper:
 
     def __init__(self, mount: CameraMount, voxels: VoxelSettings, mapping: MappingSettings) -> None:
         """Start with empty maps; ``mount`` is the pose of the sensor's optical frame in the base frame."""
-        self._T_base_sensor = _T_base_sensor(mount)
+        self._T_base_sensor = _sensor_pose(mount)
         self.voxels = VoxelMap(voxels)
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
 
     def apply_settings(self, mount: CameraMount, voxels: VoxelSettings) -> None:
         """Use another mount and other thresholds from the next frame on; errors are those of `VoxelMap`."""
         self.voxels.apply_settings(voxels)
-        self._T_base_sensor = _T_base_sensor(mount)
+        self._T_base_sensor = _sensor_pose(mount)
 
     def add(
         self,
@@ -64,7 +64,7 @@ class ObstacleMapper:
         cos, sin = np.cos(T_map_base.yaw), np.sin(T_map_base.yaw)
         rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         T_map_robot = _rigid_transform(rotation, (T_map_base.x, T_map_base.y, 0.0))
-        T_base_sensor = self._T_base_sensor if mount is None else _T_base_sensor(mount)
+        T_base_sensor = self._T_base_sensor if mount is None else _sensor_pose(mount)
         view = SensorView(T_map_robot @ T_base_sensor, focal_length)
         # 2.2.2: voxels from the points.
         frame = self.voxels.add(stamp, points, view)
@@ -80,7 +80,7 @@ class ObstacleMapper:
         self.map.clear()
 
 
-def _T_base_sensor(mount: CameraMount) -> NDArray[np.float64]:
+def _sensor_pose(mount: CameraMount) -> NDArray[np.float64]:
     return _rigid_transform(mount.rotation, mount.xyz)
 
 
