@@ -6,6 +6,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from floor_views import CAMERA, MOUNT
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from localizer_results import COVARIANCE, POSE, REASON, a_fix, no_fix
+from memory_tf import MemoryTf
 from nav_msgs.msg import Odometry
 from node_testing import IsolatedGraph, run_in_process
 from rclpy.node import Node
@@ -22,6 +24,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
+from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.localization.visualization import delete_markers, dot_markers
 from floor_localizer.node import FloorLocalizerNode, main
@@ -277,3 +280,20 @@ def test_a_refused_parameter_is_all_that_is_said():
     environment = os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
     program = subprocess.run(command, env=environment, capture_output=True, timeout=60, check=False)
     assert len(program.stderr.splitlines()) == 1
+
+
+def test_the_mount_is_that_of_tf_and_a_bad_one_is_refused(graph, monkeypatch):
+    tf = MemoryTf(monkeypatch)
+    tf.join('base_link', 'belly_optical_frame', (0.1, 0.0, 0.2), MOUNT.rpy)
+    robot = Robot(graph)
+    robot.node._localizer = localizer = Mock()
+    for stamp in (10.0, 10.1):
+        robot.send_image(stamp)
+    (call,) = localizer.apply_settings.call_args_list
+    assert call.args[0].xyz == pytest.approx((0.1, 0.0, 0.2))
+    localizer.apply_settings.side_effect = FloorLocalizerError('camera_rpy: does not look at the floor')
+    tf.join('base_link', 'belly_optical_frame', (0.1, 0.0, 0.2))
+    for stamp in (10.2, 10.3):
+        robot.send_image(stamp)
+    assert len(robot.tracker.calls) == 2
+    assert robot.node._guard.counts['image_raw'].rejected['camera_rpy: does not look at the floor'] == 2
