@@ -143,9 +143,7 @@ class Frames:
         if frame in ('', self._base_frame) or self._published.get(frame) == mount:
             return
         known = self._look_up(self._base_frame, frame, Stamp())
-        is_same = known is not None and np.allclose(known.position, mount.xyz, rtol=0.0, atol=_SAME)
-        is_same = is_same and np.allclose(known.rotation, mount.rotation, rtol=0.0, atol=_SAME)
-        if not is_same or frame in self._published:
+        if known is None or not _is_same(known, mount) or frame in self._published:
             x, y, z, w = _rotations().from_matrix(mount.rotation).as_quat().tolist()
             position = Point(x=mount.xyz[0], y=mount.xyz[1], z=mount.xyz[2])
             pose = Pose(position=position, orientation=Quaternion(x=x, y=y, z=z, w=w))
@@ -172,6 +170,11 @@ def _mount_of(T_base_camera: SE3) -> CameraMount:
     x, y, z = T_base_camera.position.tolist()
     roll, pitch, yaw = _rotations().from_matrix(T_base_camera.rotation).as_euler('xyz').tolist()
     return CameraMount((x, y, z), (roll, pitch, yaw))
+
+
+def _is_same(T_base_camera: SE3, mount: CameraMount) -> bool:
+    change = T_base_camera.inverse() @ SE3(mount.rotation, np.array(mount.xyz))
+    return bool(np.abs(change.rotation - np.eye(3)).max() < _SAME and np.abs(change.position).max() < _SAME)
 
 
 def _planar(T: SE3) -> SE2:

@@ -61,9 +61,9 @@ class LampDiscs:
         circle = np.column_stack([np.cos(angles), np.sin(angles)])
         outlines = self.pixels[:, None] + self.radii[:, None, None] * circle
         rays = camera.rays_from_pixels(outlines.reshape(-1, 2))[:, :2].reshape(outlines.shape)
-        is_valid = np.isfinite(rays).all(axis=(1, 2))
-        beacons = [beacon for beacon, valid in zip(self.beacons, is_valid, strict=True) if valid]
-        rays, outlines, radii = rays[is_valid], outlines[is_valid], self.radii[is_valid]
+        valid = np.flatnonzero(np.isfinite(rays).all(axis=(1, 2)))
+        beacons = [self.beacons[i] for i in valid]
+        rays, outlines, radii = rays[valid], outlines[valid], self.radii[valid]
         centres, areas = _polygon_centroids(rays * (camera.fx, camera.fy) + (camera.cx, camera.cy))
         scales = np.sqrt(areas / _polygon_centroids(outlines)[1])
         return LampDiscs(beacons, centres, radii * scales, self.sigma * float(scales.max(initial=1.0)))
