@@ -107,6 +107,12 @@ def format_names(package: str, node: Node) -> dict[str, Any]:
     return {'publishes': topics[0], 'subscribes': topics[1], 'services': services, 'parameters': parameters}
 
 
+def is_discovered(node: Node) -> bool:
+    """Return whether the graph has all topics of a node."""
+    publishers = all(node.count_publishers(publisher.topic_name) for publisher in node.publishers)
+    return publishers and all(node.count_subscribers(each.topic_name) for each in node.subscriptions)
+
+
 def short(package: str, name: str) -> str:
     """Return a resolved name as the source has it: relative, or private to the node."""
     private = f'/{package}/'
@@ -123,7 +129,7 @@ def interface(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         more = {'places_dir': str(places)} if package == 'stereo_landmark' else {}
         with isolated_graph() as graph:
             node = graph.add(create, **parameters, **more)
-            graph.spin_until(lambda: False, 0.3)
+            graph.spin_until(lambda node=node: is_discovered(node))  # type: ignore[misc]
             found[package] = format_names(package, node)
     return found
 

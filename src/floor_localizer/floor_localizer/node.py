@@ -13,6 +13,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from floor_localizer.core.arrays import Pixels
+from floor_localizer.core.dot_extraction.detector import DotDetector
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
@@ -24,7 +25,7 @@ from floor_localizer.localization.localizer_from_map_file import (
     localizer_from_map_file,
 )
 from floor_localizer.localization.visualization import debug_picture, delete_markers, dot_markers
-from shirube_core.geometry import PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_ros.callback_guard import create_trigger_service
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
@@ -171,9 +172,13 @@ class FloorLocalizerNode(ManagedNode):
     def apply_settings(self) -> None:
         """Use changed settings from the next image on."""
         settings = self.settings(NodeSettings)
-        self._localizer.apply_settings(settings.mount, self.settings(LocalizerSettings), settings.dots)
-        self._tracker.apply_settings(settings.tracker)
-        self._settings, self._mount = settings, settings.mount
+        self._use(settings, settings.mount)
+
+    def _use(self, settings: NodeSettings, mount: CameraMount) -> None:
+        method, detector = self.settings(LocalizerSettings), DotDetector(settings.dots)
+        self._localizer = FloorLocalizer(self._localizer.floor, mount, method, detector)
+        self._tracker.apply_settings(self._localizer, settings.tracker)
+        self._settings, self._mount = settings, mount
 
     def status(self) -> Status:
         """Return the latest result."""
@@ -209,8 +214,7 @@ class FloorLocalizerNode(ManagedNode):
         stamp = self._stamps.check(header, 'image_raw')
         mount = self._frames.mount(header, self._settings.mount)
         if mount != self._mount:
-            self._localizer.apply_settings(mount, self.settings(LocalizerSettings), self._settings.dots)
-            self._mount = mount
+            self._use(self._settings, mount)
         started = perf_counter()
         result = self._tracker.track(stamp, pixels, camera)
         self._report.add(result, perf_counter() - started)

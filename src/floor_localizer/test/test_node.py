@@ -283,15 +283,17 @@ def test_a_refused_parameter_is_all_that_is_said():
 
 
 def test_the_mount_is_that_of_tf_and_a_bad_one_is_refused(graph, monkeypatch):
-    tf = MemoryTf(monkeypatch)
+    tf, localizer = MemoryTf(monkeypatch), Mock()
     tf.join('base_link', 'belly_optical_frame', (0.1, 0.0, 0.2), MOUNT.rpy)
     robot = Robot(graph)
-    robot.node._localizer = localizer = Mock()
+    robot.node._localizer, robot.tracker.apply_settings = Mock(), Mock()
+    monkeypatch.setattr('floor_localizer.node.FloorLocalizer', localizer)
     for stamp in (10.0, 10.1):
         robot.send_image(stamp)
-    (call,) = localizer.apply_settings.call_args_list
-    assert call.args[0].xyz == pytest.approx((0.1, 0.0, 0.2))
-    localizer.apply_settings.side_effect = FloorLocalizerError('camera_rpy: does not look at the floor')
+    (call,) = localizer.call_args_list
+    assert call.args[1].xyz == pytest.approx((0.1, 0.0, 0.2))
+    assert robot.tracker.apply_settings.call_count == 1
+    localizer.side_effect = FloorLocalizerError('camera_rpy: does not look at the floor')
     tf.join('base_link', 'belly_optical_frame', (0.1, 0.0, 0.2))
     for stamp in (10.2, 10.3):
         robot.send_image(stamp)

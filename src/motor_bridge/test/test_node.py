@@ -10,10 +10,12 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist, TwistStamped
 from node_testing import run_in_process
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.node import MotorBridgeNode, main
 from shirube_core.settings import SettingsError
+from shirube_ros import input_watch
 from shirube_ros.pose_conversion import planar_pose
 
 pytestmark = pytest.mark.newest_set_only
@@ -85,6 +87,33 @@ def test_a_controller_that_hung_runs_one_command_at_most_and_then_stops(robot):
     assert robot.is_stopped() or robot.controller._firmware.pwm == (0, 0)
 
 
+def test_a_lower_speed_limit_holds_at_once_without_a_jerk(robot):
+    robot.drive(1.0, 0.4)
+    assert robot.node.set_parameters([Parameter('max_linear_velocity', value=0.1)])[0].successful
+    assert robot.node._session.drive.velocity.forward > 0.3
+    robot.drive(1.2, 0.4)
+    assert robot.node._session.drive.velocity.forward == pytest.approx(0.1)
+    refusal = robot.node.set_parameters([Parameter('wheel_radius', value=0.05)])[0]
+    assert refusal.reason.startswith('wheel_radius can only be set at start')
+
+
+def test_the_motors_stop_when_the_node_is_deactivated_and_an_emergency_stop_then_is_not_lost(robot):
+    robot.drive(0.8, 0.3)
+    robot.node.trigger_deactivate()
+    assert robot.is_stopped() or robot.controller._firmware.pwm == (0, 0)
+    seen = len(robot.odometry)
+    robot.stop()
+    robot.wait(0.3)
+    assert len(robot.odometry) <= seen + 1  # one may have been on its way
+    robot.node.trigger_activate()
+    robot.until(lambda: len(robot.odometry) > seen + 2)
+    robot.drive(0.4, 0.3)
+    assert robot.is_stopped()
+    robot.stop(is_on=False)
+    robot.drive(0.8, 0.3)
+    assert robot.is_driving()
+
+
 def test_odometry_is_reset_on_request(robot):
     robot.drive(0.6, 0.3)
     robot.until(robot.is_stopped)
@@ -110,9 +139,10 @@ def test_velocities_of_the_other_type_are_reported(robot, monkeypatch):
     # Publishers of both types cannot share this process.
     offer = SimpleNamespace(topic_type='geometry_msgs/msg/Twist')
     monkeypatch.setattr(robot.node, 'get_publishers_info_by_topic', lambda _: [offer])
+    monkeypatch.setattr(input_watch, '_START_TIME', -1.0)
     robot.until(lambda: robot.report.is_connected)
-    words = 'cmd_vel is published as geometry_msgs/msg/Twist, not as geometry_msgs/msg/TwistStamped; change stamped'
-    assert robot.message().message.startswith(words)
+    words = '/cmd_vel is published as geometry_msgs/msg/Twist, not as geometry_msgs/msg/TwistStamped; change stamped'
+    assert words in robot.message().message
 
 
 def test_what_cannot_be_obeyed_is_refused_in_one_line(robot):

@@ -11,7 +11,7 @@ from nav_msgs.msg import Path
 from std_msgs.msg import Header, String
 
 from reward_planner.core.compile_kernels import compile_kernels
-from reward_planner.core.driving.drive_controller import DriveCommand, DriveState
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import parse_light_command
 from reward_planner.core.driving.velocity_smoother import Velocity
@@ -245,7 +245,8 @@ class RewardPlannerNode(ManagedNode):
             self._cmd_vel.send(velocity.forward, velocity.turn_rate)
 
     def halt(self) -> None:
-        """Stop the robot."""
+        """Stop the robot and cancel its goal."""
+        self._navigator.controller.halt()
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 from simulated_robot import MotorLimits, SimulatedRobot
 
-from reward_planner.core.driving.drive_controller import DriveController, DriveState
+from reward_planner.core.driving.drive_controller import DriveController
+from reward_planner.core.driving.drive_state import DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame, clearance

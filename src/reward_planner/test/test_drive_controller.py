@@ -19,7 +19,7 @@ from grid_drive import (
     wall_with_door,
 )
 
-from reward_planner.core.driving.drive_controller import DriveState
+from reward_planner.core.driving.drive_state import DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.occupancy_map import clearance

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from simulated_robot import MotorLimits, SimulatedRobot
 
-from reward_planner.core.driving.drive_controller import DriveState
+from reward_planner.core.driving.drive_state import DriveState
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import DropReason, PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame

@@ -9,6 +9,7 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Path
 from node_robot import AHEAD, CAMERA, ROOM, START, Robot, stamp
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
@@ -138,6 +139,25 @@ def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     monkeypatch.setattr(robot.node._navigator.controller, 'step', fail)
     robot.tick(0.2)
     assert graph.spin_until(lambda: robot.speed == 0.0)
+
+
+def test_a_lower_speed_limit_and_deactivation_hold_at_once(graph):
+    robot = Robot(graph, drive=True)
+    robot.drive_to(AHEAD, 1.5)
+    assert robot.speed > 0.2
+    results = robot.node.set_parameters(
+        [Parameter('max_linear_velocity', value=0.1), Parameter('robot_radius', value=0.25)]
+    )
+    assert all(result.successful for result in results)
+    robot.drive(1.5)
+    assert 0.0 < robot.speed <= 0.1
+    robot.node.trigger_deactivate()
+    assert graph.spin_until(lambda: robot.speed == 0.0)
+    seen = len(robot.velocities)
+    robot.tick(0.3)
+    robot.node.trigger_activate()
+    robot.drive(0.5)  # the goal is cancelled
+    assert {message.twist.linear.x for message in robot.velocities[seen:]} <= {0.0}
 
 
 def test_the_robot_stops_while_simulated_time_is_paused(graph):

@@ -14,7 +14,7 @@ from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth
-from reward_planner.core.driving.drive_controller import DriveState
+from reward_planner.core.driving.drive_state import DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.navigator import NavigatorSettings
 from reward_planner.core.occupancy_map import FREE, OCCUPIED

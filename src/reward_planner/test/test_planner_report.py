@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reward_planner.core.driving.drive_controller import DriveCommand, DriveState
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.interface.planner_report import PlannerReport
 from shirube_core.geometry import SE2, CameraMount

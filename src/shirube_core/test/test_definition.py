@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from shirube_core.settings import describe_settings, setting, settings_table
+from shirube_core.settings import describe_settings, setting, settings_table, tunable
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,11 @@ def test_every_fact_of_a_definition_is_read_back_in_order() -> None:
     assert types == ['str', 'tuple[float, float, float]', 'tuple[float, ...]']
 
 
+def test_tunable_settings_are_those_that_are_named_or_all_but_the_fixed_ones() -> None:
+    marked = tunable(fixed=('mode',))(Camera)
+    assert [each.name for each in describe_settings(marked) if each.is_tunable] == ['name', 'size', 'gains']
+
+
 def test_an_undescribed_field_and_an_unknown_type_are_refused() -> None:
     @dataclass(frozen=True)
     class Undescribed:
@@ -52,6 +57,7 @@ def test_an_undescribed_field_and_an_unknown_type_are_refused() -> None:
         describe_settings(Unsupported)
 
 
+@tunable('rpy')
 @dataclass(frozen=True)
 class Mounted:
     rpy: tuple[float, float, float] = setting((math.pi, 0.0, -math.pi / 2), 'how it is turned', unit='rad')
@@ -60,8 +66,8 @@ class Mounted:
 
 def test_the_table_has_a_row_of_equal_cells_for_each_setting() -> None:
     assert settings_table(Mounted).splitlines() == [
-        '| setting | type | default | unit | allowed | meaning |',
-        '| --- | --- | --- | --- | --- | --- |',
-        '| `rpy` | tuple[float, float, float] | `(3.14159, 0, -1.5708)` | rad | any | how it is turned |',
-        "| `mode` | str | `'a'` |  | 'a' or 'b' | either a\\|b |",
+        '| setting | type | default | unit | allowed | at run time | meaning |',
+        '| --- | --- | --- | --- | --- | --- | --- |',
+        '| `rpy` | tuple[float, float, float] | `(3.14159, 0, -1.5708)` | rad | any | yes | how it is turned |',
+        "| `mode` | str | `'a'` |  | 'a' or 'b' |  | either a\\|b |",
     ]

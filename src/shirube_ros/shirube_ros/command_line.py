@@ -31,7 +31,8 @@ class Arguments:
         others: arguments outside of ``--ros-args``.
         files: parameter files.
         parameters: values given by ``-p``, by name.
-        name, namespace: of the node, as remapped.
+        name: name of the node, as remapped.
+        namespace: its namespace, as remapped.
     """
 
     name: str

@@ -42,6 +42,7 @@ class _Input:
     need: Need
     keys: tuple[str, ...]
     remedy: str
+    accepted: int = 0
     received: int = 0
     latest: float = 0.0
     problem: str = ''
@@ -79,8 +80,7 @@ class InputWatch:
         """Start anew, as the node was activated."""
         self.is_active = True
         for each in self._inputs:
-            each.received, each.latest = self._received(each), monotonic()
-            each.problem, each.is_wrong = '', False
+            self._count(each, monotonic())
 
     def clear(self) -> None:
         """Forget all inputs."""
@@ -105,19 +105,27 @@ class InputWatch:
     def check(self) -> None:
         """Look for new messages and log new problems; call it once a second."""
         for each in self._inputs if self.is_active else ():
-            received, now = self._received(each), monotonic()
-            if received != each.received:
-                if each.problem:
+            accepted, had_problem, now = each.accepted, each.problem, monotonic()
+            if self._accepted(each) != accepted:
+                self._count(each, now)
+                if had_problem:
                     self._node.get_logger().info(f'{each.name} is received')
-                each.received, each.latest, each.problem, each.is_wrong = received, now, '', False
-            elif now - each.latest > (_TIMEOUT if received else _START_TIME):
+            elif now - each.latest > (_TIMEOUT if accepted else _START_TIME):
                 each.problem, each.is_wrong = self._diagnose(each)
                 if each.problem and now - each.logged.get(each.problem, -_REPEAT_TIME) >= _REPEAT_TIME:
                     each.logged[each.problem] = now
                     self._node.get_logger().warning(each.problem)
 
+    def _count(self, each: _Input, now: float) -> None:
+        each.accepted, each.received, each.latest = self._accepted(each), self._received(each), now
+        each.problem, each.is_wrong = '', False
+
     def _received(self, each: _Input) -> int:
         return sum(self._counts[key].received for key in each.keys if key in self._counts)
+
+    def _accepted(self, each: _Input) -> int:
+        counts = [self._counts[key] for key in each.keys if key in self._counts]
+        return sum(count.received - count.rejected.total() for count in counts)
 
     def _diagnose(self, each: _Input) -> tuple[str, bool]:
         """Return why no message arrives, and whether a publisher is wrong; empty if nothing must arrive."""
@@ -128,13 +136,17 @@ class InputWatch:
                     if wrong:
                         return f'{wrong}; {each.remedy}' if each.remedy and ' as ' in wrong else wrong, True
                     publishers += 1
-        if each.need is Need.REQUEST or (each.need is Need.OPTIONAL and not each.received):
+        is_optional = each.need is Need.OPTIONAL and not each.accepted
+        if each.need is Need.REQUEST or is_optional:
             return '', False
+        if self._received(each) != each.received:
+            each.received = self._received(each)
+            return f'{each.name}: all messages are rejected', False
         if not publishers:
             return f'{each.name} has no publisher; check the topic name', False
         if each.need is Need.COMMAND:
             return '', False
-        silence = f'no message for {_TIMEOUT:g} s' if each.received else 'published, but no message arrives'
+        silence = f'no message for {_TIMEOUT:g} s' if each.accepted else 'published, but no message arrives'
         return f'{each.name}: {silence}; check its publisher', False
 
 
@@ -147,7 +159,7 @@ def _mismatches(node: Node, subscription: Subscription) -> Iterator[str]:
             yield f'{topic} is published as {publisher.topic_type}, not as {expected}'
             continue
         compatibility, reason = qos_check_compatible(publisher.qos_profile, subscription.qos_profile)
-        if compatibility is QoSCompatibility.ERROR:
+        if compatibility == QoSCompatibility.ERROR:
             why = ' '.join(reason.replace('ERROR: ', '').rstrip(';').split())
             yield (
                 f'{topic} is published by {publisher.node_name} with incompatible QoS ({why}); '

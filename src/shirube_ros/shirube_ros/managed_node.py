@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar, TypeVar, cast
 
 from rcl_interfaces.msg import SetParametersResult
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.subscription import Subscription
@@ -26,8 +27,6 @@ from shirube_ros.quality_of_service import overridable
 
 Settings = TypeVar('Settings')
 
-USER_ERRORS = (SettingsError, OSError)
-"""Errors of parameters and files that the user can repair, beside those of a node's package."""
 _ENTITIES = ('subscription', 'publisher', 'timer', 'service', 'client')
 
 
@@ -64,9 +63,11 @@ class ManagedNode(LifecycleNode):
             SettingsError: an invalid parameter.
         """
         super().__init__(name, **options)
+        self._survive_invalid_transitions()
         self._settings_by_class: dict[type, object] = {}
         self._fault: Exception | None = None
         self._is_starting = False
+        self._user_errors: tuple[type[Exception], ...] = (SettingsError, OSError, *self.ERRORS)
         self.declare(LifecycleSettings)
         self.declare_settings()
         reject_misspelled_parameters(self)
@@ -203,11 +204,23 @@ class ManagedNode(LifecycleNode):
         self._release()
         return TransitionCallbackReturn.SUCCESS
 
+    def _survive_invalid_transitions(self) -> None:
+        """Refuse a transition that the state does not have; rclpy would end the node."""
+        change_state = self._service_change_state.callback
+
+        def respond(request: Any, response: Any) -> Any:
+            try:
+                return change_state(request, response)
+            except RCLError:
+                return response  # without success
+
+        self._service_change_state.callback = respond
+
     def _attempt(self, step: Callable[[], None]) -> TransitionCallbackReturn:
         """Run a step of a transition; its error is logged, but with ``autostart`` raised by `start`."""
         try:
             step()
-        except (*USER_ERRORS, *self.ERRORS) as fault:
+        except self._user_errors as fault:
             self._fault, outcome = fault, TransitionCallbackReturn.FAILURE
             words = ' '.join(str(fault).split())
         except Exception as fault:  # noqa: BLE001 a bug must not end a managed node
@@ -247,7 +260,7 @@ class ManagedNode(LifecycleNode):
         try:
             changes = change_settings(self, before, parameter_list)
             self._use(before | changes)
-        except (*USER_ERRORS, *self.ERRORS) as fault:
+        except self._user_errors as fault:
             return SetParametersResult(successful=False, reason=' '.join(str(fault).split()))
         result = super().set_parameters_atomically(parameters_of(changes, parameter_list))
         if not result.successful:

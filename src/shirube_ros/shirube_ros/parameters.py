@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import reduce
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
@@ -113,7 +113,7 @@ def _given_value(node: Node, description: SettingDescription) -> object:
 
 def _as_setting(description: SettingDescription, value: object) -> object:
     if description.is_tuple and value is not None and not isinstance(value, (str, bytes, bool, int, float)):
-        return list(value)
+        return list(cast('Iterable[object]', value))
     if description.is_tuple and value is None:
         return []  # ROS reads an empty list as a parameter without a value
     return value

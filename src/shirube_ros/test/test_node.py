@@ -84,6 +84,14 @@ def test_stop_is_called_after_an_internal_error(environment: dict[str, str]) -> 
         (['-p', 'rate:=7.0'], 'minimal: setting rate is 7.0, allowed is 0 to 1 (rate)'),
         (['-p', 'fault:=file'], "minimal: [Errno 2] No such file or directory: 'no_such_file.csv'"),
         (['-p', 'fault:=package'], 'minimal: map.csv is empty; build a map'),
+        (
+            ['-p', 'rates:=[0, 0.5]'],
+            'minimal: -p rates is [0, 0.5], which mixes whole and decimal numbers; write [0.0, 0.5]',
+        ),
+        (
+            ['--', '-p', 'rate:=0.5'],
+            'minimal: -p rate:=0.5 has no effect here; write --ros-args -p rate:=0.5 (--help shows how)',
+        ),
     ],
 )
 def test_a_start_error_is_one_line_and_exit_code_1(
@@ -93,6 +101,26 @@ def test_a_start_error_is_one_line_and_exit_code_1(
     _, errors = program.communicate(timeout=20)
     assert program.returncode == 1
     assert errors.splitlines() == [line]
+
+
+def test_help_starts_no_node(environment: dict[str, str]) -> None:
+    program = start(environment, '--help')
+    words, errors = program.communicate(timeout=20)
+    assert (program.returncode, errors) == (0, '')
+    assert words.startswith('usage: ')
+
+
+@pytest.mark.parametrize('home', ['/proc/none', '/dev/null/none'])
+def test_a_home_that_cannot_be_written_to_is_a_warning(environment: dict[str, str], home: str) -> None:
+    environment = {name: value for name, value in environment.items() if name != 'ROS_LOG_DIR'}
+    program = start(environment | {'HOME': home}, '--ros-args', '-p', 'fault:=none')
+    assert program.stdout is not None
+    assert program.stdout.readline() == 'alive\n'
+    os.killpg(program.pid, signal.SIGTERM)
+    _, errors = program.communicate(timeout=20)
+    assert program.returncode == 0
+    (line,) = errors.splitlines()
+    assert 'set ROS_LOG_DIR to a writable folder' in line
 
 
 @pytest.mark.parametrize('arguments', [['-p', 'rate'], ['--params-file', 'none.yaml'], ['-r', '__node:=a b']])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
+from time import monotonic
 
 import cv2
 import numpy as np
@@ -119,19 +121,25 @@ def _draw_text(
         cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, _TEXT_SCALE, shade, width, cv2.LINE_AA)
 
 
+_PAIR_TIMEOUT = 2.0
+"""A pose is stale when no image pair was received for this time [s]."""
+
+
 class LocalizerReport:
     """Keeps the latest result and counts the results by place and failure reason."""
 
-    def __init__(self, places_dir: str) -> None:
+    def __init__(self, places_dir: str, now: Callable[[], float] = monotonic) -> None:
         self._places_dir = places_dir
+        self._now = now
         self._latest: LocatedPair | None = None
+        self._latest_at = -float('inf')
         self._duration = 0.0
         self._fixes: Counter[str] = Counter()
         self._no_fixes: Counter[str] = Counter()
 
     def add(self, located: LocatedPair, duration: float) -> None:
         """Add the result of a pair and its processing time [s]."""
-        self._latest, self._duration = located, duration
+        self._latest, self._latest_at, self._duration = located, self._now(), duration
         if isinstance(located.result, LandmarkFix):
             self._fixes[located.result.place.name] += 1
         else:
@@ -148,6 +156,8 @@ class LocalizerReport:
         values |= {'processing time [ms]': f'{1e3 * self._duration:.1f}'}
         if self._latest.is_tilt_missing:
             values |= {'tilt': 'assumed level'}
+        if self._now() - self._latest_at > _PAIR_TIMEOUT:
+            return Status(Level.WARN, 'image pairs timed out; check the cameras', values)
         if not isinstance(result, LandmarkFix):
             return Status(Level.WARN, f'no fix: {result.reason}', values | {'detail': result.detail})
         if self._latest.is_tilt_missing:

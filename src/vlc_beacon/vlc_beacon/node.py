@@ -177,6 +177,8 @@ class VlcBeaconNode(ManagedNode):
 
     def halt(self) -> None:
         """Stop the robot."""
+        if self._command_executor is not None:
+            self._command_executor.halt()
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 

@@ -35,7 +35,7 @@ from floor_localizer.core.fix import Fix, NoFix, NoFixReason, PosePrior
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.pole_star.pole_star_matcher import PoleStarMatcher
 from floor_localizer.core.pose_fit import MountedRays, refine_pose
-from floor_localizer.core.settings import DotDetectorSettings, LocalizerSettings
+from floor_localizer.core.settings import LocalizerSettings
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, wrap_angle
 
 _MIN_DOTS = 5
@@ -46,7 +46,7 @@ _MAX_PRIOR_RADIUS = 0.5
 
 
 class FloorLocalizer:
-    """Finds the pose of a robot on one floor. Has no state between images."""
+    """Finds the pose of a robot on one ``floor``. Has no state between images."""
 
     def __init__(
         self,
@@ -67,26 +67,14 @@ class FloorLocalizer:
             FloorLocalizerError: a camera that does not look at the floor.
         """
         check_mount(mount)
-        self._floor, self._mount = floor, mount
+        self.floor = self._floor = floor
+        self._mount = mount
         self._settings, self._detector = settings or LocalizerSettings(), detector or DotDetector()
         self._pole_star = (
             PoleStarMatcher(floor.grid.points.astype(np.float64), self._settings.pole_star)
             if self._settings.matcher == 'pole_star'
             else None
         )
-
-    def apply_settings(
-        self, mount: CameraMount, settings: LocalizerSettings, detector: DotDetectorSettings
-    ) -> None:
-        """Use another mount and other settings from the next image on; ``matcher`` and ``pole_star`` stay.
-
-        Raises:
-            FloorLocalizerError: a camera that does not look at the floor.
-            SettingsError: contradictory settings; the former ones stay.
-        """
-        check_mount(mount)
-        self._detector = DotDetector(detector)
-        self._mount, self._settings = mount, settings
 
     def locate(self, image: Pixels, camera: PinholeCamera, prior: PosePrior | None = None) -> Fix | NoFix:
         """Find the pose from one image, on a map of several levels in the frame of its level.

@@ -108,8 +108,9 @@ class FloorTracker:
         )
         self._last_thorough = -math.inf
 
-    def apply_settings(self, settings: TrackerSettings) -> None:
-        """Use other settings; poses and odometry are kept."""
+    def apply_settings(self, localizer: FloorLocalizer, settings: TrackerSettings) -> None:
+        """Use another localizer of the same floor and other settings; poses and odometry are kept."""
+        self._localizer = localizer
         self._settings = self._predictor.settings = settings
         self._unlocated_views = deque(self._unlocated_views, maxlen=settings.joined_views - 1)
 

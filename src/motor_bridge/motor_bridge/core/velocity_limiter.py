@@ -26,7 +26,9 @@ class VelocityLimiter:
     def __init__(self, settings: DriveSettings) -> None:
         """Start at rest."""
         self._unit = 1.0, 1.0
-        self.halt()
+        self._u: _Components = (0.0, 0.0)
+        self._acceleration: _Components = (0.0, 0.0)
+        self._unused_time = 0.0
         self.apply_settings(settings)
 
     def apply_settings(self, settings: DriveSettings) -> None:
@@ -49,8 +51,7 @@ class VelocityLimiter:
 
     def halt(self) -> None:
         """Stop at once, without limits."""
-        self._u: _Components = (0.0, 0.0)
-        self._acceleration: _Components = (0.0, 0.0)
+        self._u = self._acceleration = (0.0, 0.0)
         self._unused_time = 0.0
 
     def step_toward(self, target_velocity: Velocity, elapsed: float) -> Velocity:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from reward_planner.core.driving.drive_controller import DriveCommand, DriveState
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState
 from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import MappedFrame, Navigator
 from shirube_ros.diagnostics import Level, Status

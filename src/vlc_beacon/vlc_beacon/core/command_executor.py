@@ -146,6 +146,10 @@ class CommandExecutor:
         self._settings, self._speed_limit = settings, speed_limit
         self._speed = min(settings.cruise_speed, speed_limit)
 
+    def halt(self) -> None:
+        """Restart at rest with the next pose; a stop command stays in effect."""
+        self._line, self._last, self._is_turning = None, None, False
+
     @property
     def is_stopped(self) -> bool:
         """Whether a stop command is active, not yet followed by resume."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from enum import Enum
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import LightCommand, LightCommandState
 from reward_planner.core.driving.look_around import LookAround
@@ -35,43 +35,6 @@ _STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _CELL_MARGIN = 0.75  # from the centre of an occupied cell to its edge, rounded up [cells]
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
-
-
-class DriveState(Enum):
-    """State of the drive controller."""
-
-    IDLE = 'no goal'
-    DRIVING = 'driving to the goal'
-    LOOKING_AROUND = 'looking around'
-    TURNING = 'turning on command of a lamp'
-    STOPPED_BY_LAMP = 'stopped on command of a lamp'
-    GOAL_REACHED = 'goal reached'
-    UNREACHABLE = 'no path to the goal'
-    LOST = 'no valid pose'
-    MAP_STALE = 'the map is out of date'
-    STUCK = 'stuck'
-
-    @property
-    def needs_attention(self) -> bool:
-        """Whether the robot is stopped by a problem that somebody must look at."""
-        return self in (DriveState.UNREACHABLE, DriveState.LOST, DriveState.MAP_STALE, DriveState.STUCK)
-
-
-@dataclass(frozen=True)
-class DriveCommand:
-    """Output of one control cycle.
-
-    Attributes:
-        state: state of the controller.
-        detail: reason, one line for logs and diagnostics.
-        velocity: velocity command; None leaves cmd_vel to other nodes.
-        waypoint_map: lookahead point (x, y) [m], None if there is none.
-    """
-
-    state: DriveState
-    detail: str
-    velocity: Velocity | None
-    waypoint_map: tuple[float, float] | None = None
 
 
 class DriveController:
@@ -145,6 +108,11 @@ class DriveController:
     def cancel_goal(self) -> None:
         """Cancel the goal and stop."""
         self._goal, self.replanner, self._is_goal_reached = None, None, False
+
+    def halt(self) -> None:
+        """Cancel the goal of a robot that was stopped."""
+        self.cancel_goal()
+        self._smoother.halt()
 
     def apply_command(self, command: LightCommand) -> None:
         """Apply a command of a lamp; a turn is ignored without a goal or a pose."""

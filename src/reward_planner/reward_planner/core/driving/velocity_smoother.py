@@ -28,8 +28,12 @@ class VelocitySmoother:
 
     def __init__(self, settings: DrivingSettings) -> None:
         """Start at rest."""
-        self.velocity = Velocity()
         self.settings = settings
+        self.halt()
+
+    def halt(self) -> None:
+        """Restart at rest."""
+        self.velocity = Velocity()
         self._acceleration = 0.0
 
     def step_toward(self, target: Velocity, elapsed: float) -> Velocity:
