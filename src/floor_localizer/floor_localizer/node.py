@@ -172,9 +172,9 @@ class FloorLocalizerNode(ManagedNode):
     def apply_settings(self) -> None:
         """Use changed settings from the next image on."""
         settings = self.settings(NodeSettings)
-        self._use(settings, settings.mount)
+        self._use_mount(settings, settings.mount)
 
-    def _use(self, settings: NodeSettings, mount: CameraMount) -> None:
+    def _use_mount(self, settings: NodeSettings, mount: CameraMount) -> None:
         method, detector = self.settings(LocalizerSettings), DotDetector(settings.dots)
         self._localizer = FloorLocalizer(self._localizer.floor, mount, method, detector)
         self._tracker.apply_settings(self._localizer, settings.tracker)
@@ -214,7 +214,7 @@ class FloorLocalizerNode(ManagedNode):
         stamp = self._stamps.check(header, 'image_raw')
         mount = self._frames.mount(header, self._settings.mount)
         if mount != self._mount:
-            self._use(self._settings, mount)
+            self._use_mount(self._settings, mount)
         started = perf_counter()
         result = self._tracker.track(stamp, pixels, camera)
         self._report.add(result, perf_counter() - started)

@@ -61,7 +61,7 @@ class LampDiscs:
         circle = np.column_stack([np.cos(angles), np.sin(angles)])
         outlines = self.pixels[:, None] + self.radii[:, None, None] * circle
         rays = camera.rays_from_pixels(outlines.reshape(-1, 2))[:, :2].reshape(outlines.shape)
-        valid = np.flatnonzero(np.isfinite(rays).all(axis=(1, 2)))
+        valid = np.flatnonzero(np.isfinite(rays).all(axis=(1, 2))).tolist()
         beacons = [self.beacons[i] for i in valid]
         rays, outlines, radii = rays[valid], outlines[valid], self.radii[valid]
         centres, areas = _polygon_centroids(rays * (camera.fx, camera.fy) + (camera.cx, camera.cy))
