@@ -15,6 +15,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
         (f'share/{NAME}/launch', sorted(map(str, Path('launch').glob('*.launch.py')))),
+        (f'share/{NAME}/urdf', ['urdf/demo_robot.urdf.xacro']),
         (f'share/{NAME}/rviz', ['rviz/shirube.rviz']),
         (f'share/{NAME}/foxglove', ['foxglove/shirube.json']),
         # `config` is a link to the folder at the repository's root, where robot owners look for it.

@@ -25,13 +25,14 @@ from floor_localizer.localization.localizer_from_map_file import (
     localizer_from_map_file,
 )
 from floor_localizer.localization.visualization import debug_picture, delete_markers, dot_markers
-from shirube_core.geometry import PinholeCamera
+from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_ros.callback_guard import create_trigger_service
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Level, Status
 from shirube_ros.errors import PoseError
+from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
@@ -161,6 +162,7 @@ class FloorLocalizerNode(ManagedNode):
         self._localizer = self._create_localizer(
             self._settings, self.settings(LocalizerSettings), self.get_logger().info
         )
+        self._mount, self._frames = self._settings.mount, Frames(self, self._settings.base_frame)
         self._had_fix: bool | None = None
         self._tracker = self._create_tracker(self._localizer, self._settings.tracker)
         self._stamps = StampValidator(self._reset)
@@ -169,11 +171,14 @@ class FloorLocalizerNode(ManagedNode):
 
     def apply_settings(self) -> None:
         """Use changed settings from the next image on."""
-        settings, method = self.settings(NodeSettings), self.settings(LocalizerSettings)
-        detector = DotDetector(settings.dots)
-        self._localizer = FloorLocalizer(self._localizer.floor, settings.mount, method, detector)
+        settings = self.settings(NodeSettings)
+        self._use_mount(settings, settings.mount)
+
+    def _use_mount(self, settings: NodeSettings, mount: CameraMount) -> None:
+        method, detector = self.settings(LocalizerSettings), DotDetector(settings.dots)
+        self._localizer = FloorLocalizer(self._localizer.floor, mount, method, detector)
         self._tracker.apply_settings(self._localizer, settings.tracker)
-        self._settings = settings
+        self._settings, self._mount = settings, mount
 
     def status(self) -> Status:
         """Return the latest result."""
@@ -207,6 +212,9 @@ class FloorLocalizerNode(ManagedNode):
 
     def _on_image(self, header: Header, pixels: Pixels, camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
+        mount = self._frames.mount(header, self._settings.mount)
+        if mount != self._mount:
+            self._use_mount(self._settings, mount)
         started = perf_counter()
         result = self._tracker.track(stamp, pixels, camera)
         self._report.add(result, perf_counter() - started)
@@ -248,7 +256,7 @@ class FloorLocalizerNode(ManagedNode):
         if self._dots.get_subscription_count() > 0:
             markers = delete_markers(header)
             if isinstance(result, Fix):
-                markers = dot_markers(result, camera, self._settings.mount, header)
+                markers = dot_markers(result, camera, self._mount, header)
             self._dots.publish(markers)
 
     def _on_odometry(self, message: Odometry) -> None:
@@ -265,8 +273,13 @@ class FloorLocalizerNode(ManagedNode):
         map_frame, frame = self._settings.map_frame, message.header.frame_id or self._settings.map_frame
         root, _, level = frame.partition(f'{map_frame}/')
         if frame != map_frame and (root or not level):
-            raise PoseError(f'initialpose is in {frame!r}, it must be in {map_frame!r} or one of its levels')
-        self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'), level)
+            refusal = f'initialpose is in {frame!r}, it must be in {map_frame!r} or one of its levels'
+            area = self._frames.pose_with_covariance_to(
+                map_frame, message, 'initialpose', refusal, is_latest_valid=True
+            )
+            self._tracker.set_area(*area)
+        else:
+            self._tracker.set_area(*planar_pose_with_covariance(message.pose, 'initialpose'), level)
 
     def _relocalize(self) -> str:
         self._tracker.relocalize()

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from floor_views import CAMERA, MOUNT
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from localizer_results import COVARIANCE, POSE, REASON, a_fix, no_fix
+from memory_tf import MemoryTf
 from nav_msgs.msg import Odometry
 from node_testing import IsolatedGraph, run_in_process
 from rclpy.node import Node
@@ -277,3 +279,16 @@ def test_a_refused_parameter_is_all_that_is_said():
     environment = os.environ | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
     program = subprocess.run(command, env=environment, capture_output=True, timeout=60, check=False)
     assert len(program.stderr.splitlines()) == 1
+
+
+def test_the_mount_is_that_of_tf(graph, monkeypatch):
+    tf, localizer = MemoryTf(monkeypatch), Mock()
+    tf.join('base_link', 'belly_optical_frame', (0.1, 0.0, 0.2), MOUNT.rpy)
+    robot = Robot(graph)
+    robot.node._localizer, robot.tracker.apply_settings = Mock(), Mock()
+    monkeypatch.setattr('floor_localizer.node.FloorLocalizer', localizer)
+    for stamp in (10.0, 10.1):
+        robot.send_image(stamp)
+    (call,) = localizer.call_args_list
+    assert call.args[1].xyz == pytest.approx((0.1, 0.0, 0.2))
+    assert robot.tracker.apply_settings.call_count == 1

@@ -45,7 +45,7 @@ class MotorBridgeNode(ManagedNode):
     =====================  =================  ========================================================================
     ``odom``               Odometry           after each valid read of the encoders
     ``joint_states``       JointState         likewise
-    ``/tf``                TFMessage          likewise, with ``publish_tf`` and if tf2 is installed
+    ``/tf``                TFMessage          likewise, with ``publish_tf`` and if tf2_msgs is installed
     ``/diagnostics``       DiagnosticArray    once a second
     =====================  =================  ========================================================================
 

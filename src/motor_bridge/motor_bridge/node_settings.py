@@ -29,7 +29,7 @@ class NodeSettings:
     )
     stamped: bool = setting(True, 'whether cmd_vel is TwistStamped; otherwise it is Twist')
     publish_tf: bool = setting(
-        True, 'whether odom_frame to base_frame is published on /tf, if tf2 is installed'
+        True, 'whether odom_frame to base_frame is published on /tf, if tf2_msgs is installed'
     )
     odom_frame: str = setting('odom', 'frame of odometry')
     base_frame: str = setting('base_link', 'frame of the robot, midway between its wheels')

@@ -15,10 +15,11 @@ from pose_arbiter.core.kalman_filter import Covariance
 from pose_arbiter.core.measurement import RejectReason
 from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.node_settings import NodeSettings
-from shirube_ros.errors import MessageError
+from shirube_ros.errors import FrameError, MessageError
+from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
+from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 
 ODOMETRY, INITIAL_POSE = 'odom', 'initialpose'
@@ -81,6 +82,10 @@ class ArbiterInput:
         """
         self._arbiter, self._now = arbiter, now
         self._map_frame, self._odom_frame = frames.map_frame, frames.odom_frame
+        self._own_frames, self._frames = (
+            (frames.odom_frame, frames.base_frame),
+            Frames(node, frames.base_frame),
+        )
         self.twist: Any = None  # twist of the latest odometry message
         for index, (name, source) in enumerate(sources.items()):
             kind = PoseWithCovarianceStamped if source.with_covariance else PoseStamped
@@ -93,17 +98,19 @@ class ArbiterInput:
         node.subscribe(PoseWithCovarianceStamped, INITIAL_POSE, set_pose, pose_profile(), Need.REQUEST)
 
     def _on_pose(self, index: int, name: str, source: SourceSettings, message: Any) -> None:
-        if message.header.frame_id != source.frame:
-            raise MessageError(
-                f'poses of {name} have frame_id {message.header.frame_id!r}, expected '
-                f'{source.frame!r}; set {name}.frame or map_frame'
-            )
+        frame = message.header.frame_id
+        refusal = f'poses of {name} have frame_id {frame!r}, expected {source.frame!r}; set {name}.frame or map_frame'
+        # A transform through map to odom would be a pose of this node itself.
+        if frame != source.frame and frame in ('', *self._own_frames):
+            raise FrameError(refusal)
         noise = None
         if source.with_covariance:
-            pose, covariance = planar_pose_with_covariance(message.pose, name)
+            pose, covariance = self._frames.pose_with_covariance_to(source.frame, message, name, refusal)
             noise = _covariance_tuple(covariance)
         else:
-            pose = planar_pose(message.pose, name)
+            pose = self._frames.pose_to(
+                source.frame, message.header, planar_pose(message.pose, name), refusal
+            )
         stamp = _nanoseconds(message)
         _raise_if_rejected(name, self._arbiter.add_pose(index, stamp, pose, noise, self._time()))
 
@@ -119,12 +126,13 @@ class ArbiterInput:
         self.twist = message.twist
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
-        if message.header.frame_id not in ('', self._map_frame):
-            raise MessageError(
-                f'{INITIAL_POSE} has frame_id {message.header.frame_id!r}, expected {self._map_frame!r}; '
-                'publish it in map_frame'
-            )
-        pose, covariance = planar_pose_with_covariance(message.pose, INITIAL_POSE)
+        refusal = (
+            f'{INITIAL_POSE} has frame_id {message.header.frame_id!r}, expected {self._map_frame!r}; '
+            'publish it in map_frame'
+        )
+        pose, covariance = self._frames.pose_with_covariance_to(
+            self._map_frame, message, INITIAL_POSE, refusal, is_latest_valid=True
+        )
         now = self._time()
         stamp = _nanoseconds(message) or now
         _raise_if_rejected(

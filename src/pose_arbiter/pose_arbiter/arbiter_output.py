@@ -1,12 +1,11 @@
-"""Output of the arbiter at a fixed rate: the fused pose, and map to odom on /tf if tf2_ros is installed."""
+"""Output of the arbiter at a fixed rate: the fused pose, and map to odom on /tf."""
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped, TransformStamped
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from std_msgs.msg import Header
@@ -16,6 +15,7 @@ from pose_arbiter.node_settings import NodeSettings
 from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import odometry_message, pose_message, pose_stamped
 from shirube_ros.quality_of_service import pose_profile
+from shirube_ros.transform_publisher import TransformPublisher
 
 _BACKLOG_MAX = 500_000_000  # older ticks are dropped [ns]
 
@@ -43,7 +43,7 @@ class TickSchedule:
 
 
 class ArbiterOutput:
-    """Publishers of the fused pose; without tf2_ros there is no transform."""
+    """Publishers of the fused pose and of the transform."""
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
         """Create the publishers.
@@ -55,12 +55,7 @@ class ArbiterOutput:
         self._settings = settings
         self._pose = node.create_publisher(PoseStamped, '~/pose', pose_profile())
         self._odometry = node.create_publisher(Odometry, '~/odometry', pose_profile())
-        self._broadcaster: Any = None
-        if settings.publish_tf:
-            try:
-                self._broadcaster = import_module('tf2_ros').TransformBroadcaster(node)
-            except ImportError:
-                node.get_logger().info('tf2_ros is not installed; map to odom is not published')
+        self._transforms = TransformPublisher(node) if settings.publish_tf else None
 
     def publish_pose(self, stamp: int, estimate: Estimate, twist: Any) -> None:
         """Publish the pose at a stamp [ns], with the twist of the latest odometry message or None."""
@@ -74,14 +69,10 @@ class ArbiterOutput:
 
     def publish_transform(self, stamp: int, T_map_odom: SE2) -> None:
         """Publish the pose of the odometry frame in the map, stamped ``transform_tolerance`` ahead of a stamp [ns]."""
-        if self._broadcaster is None:
-            return
-        pose, message = pose_message(T_map_odom), TransformStamped()
-        message.header.stamp = _time(stamp + round(1e9 * self._settings.transform_tolerance))
-        message.header.frame_id, message.child_frame_id = self._settings.map_frame, self._settings.odom_frame
-        message.transform.translation.x, message.transform.translation.y = pose.position.x, pose.position.y
-        message.transform.rotation = pose.orientation
-        self._broadcaster.sendTransform(message)
+        if self._transforms is not None:
+            ahead = _time(stamp + round(1e9 * self._settings.transform_tolerance))
+            parent, child = self._settings.map_frame, self._settings.odom_frame
+            self._transforms.publish(ahead, parent, child, pose_message(T_map_odom))
 
 
 def _time(stamp: int) -> Time:

@@ -38,7 +38,7 @@ class PoseArbiterNode(ManagedNode):
     =========================  ==========================  ===================================================
     ``~/pose``                 PoseStamped                 50 Hz (``rate``), while the pose is known
     ``~/odometry``             Odometry                    with each pose: covariance, and the twist of ``odom``
-    ``/tf``                    TFMessage                   with each pose, map to odom (needs tf2_ros)
+    ``/tf``                    TFMessage                   with each pose, map to odom (needs tf2_msgs)
     ``/diagnostics``           DiagnosticArray             1 Hz
     =========================  ==========================  ===================================================
 

@@ -6,12 +6,12 @@ import os
 import signal
 import subprocess
 import sys
-from types import ModuleType
 
 import numpy as np
 import pytest
 from arbiter_graph import START, Robot, seconds_of
 from diagnostic_msgs.msg import DiagnosticStatus
+from memory_tf import MemoryTf
 from node_testing import isolated_graph
 from rclpy.node import Node
 
@@ -90,25 +90,29 @@ def test_a_person_can_say_where_the_robot_is_and_reset_forgets_it(graph):
 
 
 def test_the_transform_joins_map_and_odometry(graph, monkeypatch):
-    sent = []
-
-    class Broadcaster:
-        def __init__(self, node):
-            pass
-
-        def sendTransform(self, message):
-            sent.append(message)
-
-    module = ModuleType('tf2_ros')
-    module.TransformBroadcaster = Broadcaster
-    monkeypatch.setitem(sys.modules, 'tf2_ros', module)
+    tf = MemoryTf(monkeypatch)
     robot = Robot(graph)
     robot.drive(1.0)
-    last = sent[-1]
+    (last,) = tf.published['/tf'][-1].transforms
     assert (last.header.frame_id, last.child_frame_id) == ('map', 'odom')
     assert last.transform.translation.x == pytest.approx(-5.0, abs=0.02)
     assert last.transform.translation.y == pytest.approx(-5.0, abs=0.02)
     assert seconds_of(last) == pytest.approx(robot.now + 0.1, abs=0.03)
+
+
+def test_a_source_in_another_frame_is_taken_by_tf_but_not_through_the_own_transform(graph, monkeypatch):
+    tf = MemoryTf(monkeypatch)
+    tf.join('hall', 'map', (1.0, 0.0, 0.0))
+    tf.join('map', 'odom', (0.0, 0.0, 0.0))
+    robot = Robot(graph, sources=['a'])
+    for _ in range(10):
+        robot.drive(0.1, a=False)
+        robot.publish_a(SE2(1.0, 0.0, 0.0) @ robot.pose, frame='hall')
+    robot.drive(0.1, a=False)
+    assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
+    robot.publish_a(frame='odom')
+    (reason,) = robot.refusals('a')
+    assert "frame_id 'odom', expected 'map'" in reason
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

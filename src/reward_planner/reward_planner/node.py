@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -28,7 +29,7 @@ from reward_planner.interface.sensor_inputs import DepthInput, PointsInput, Trin
 from reward_planner.node_settings import NodeSettings, check_source
 from shirube_core.geometry import SE2
 from shirube_ros.diagnostics import Status
-from shirube_ros.errors import PoseError
+from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
 from shirube_ros.map_conversion import path_message
@@ -119,6 +120,7 @@ class RewardPlannerNode(ManagedNode):
         self._plan_number: tuple[int, int] | None = None
         self._goal_yaw = 0.0
         self._stamps = StampValidator(self._handle_time_jump, self._now)
+        self._frames = Frames(self, self._settings.base_frame)
         self._groups = self._subscribe_to_source()
         self._subscribe()
         self._report = PlannerReport(self._navigator, self._now, method.driving.map_timeout, self._groups)
@@ -159,7 +161,7 @@ class RewardPlannerNode(ManagedNode):
                     self._inputs.add_images(f'{name}/image_rect', f'{name}/camera_info')
                 return TrinocularInput(self, self._guard, self._settings, self._take_frame).groups
             case _:
-                self._points = PointsInput(self, self._guard, self._settings, self._take_frame)
+                self._points = PointsInput(self, self._guard, self._settings, self._frames, self._take_frame)
                 self._inputs.add('points', Need.REQUIRED)
         return None
 
@@ -179,10 +181,12 @@ class RewardPlannerNode(ManagedNode):
 
     def _take_frame(self, header: Header, frame: SensorFrame) -> None:
         stamp = self._stamps.check(header, self._settings.source)
+        if frame.mount is None:
+            frame = replace(frame, mount=self._frames.mount(header, self._settings.mount))
         self._navigator.add_frame(stamp, self._now(), frame)
 
     def _take_pose(self, message: PoseStamped) -> None:
-        pose = self._in_map(message, 'pose')
+        pose = self._in_map(message, 'pose', is_latest_valid=False)
         status = self._navigator.add_pose(self._stamps.check(message.header, 'pose'), pose)
         if status is PoseStatus.JUMPED:
             self.get_logger().warning(
@@ -194,17 +198,17 @@ class RewardPlannerNode(ManagedNode):
 
     def _take_goal(self, message: PoseStamped) -> None:
         self._navigator.controller.cancel_goal()  # a rejected goal also cancels the previous one
-        goal = self._in_map(message, 'goal_pose')
+        goal = self._in_map(message, 'goal_pose', is_latest_valid=True)
         self._navigator.set_goal(goal)
         self._goal_yaw = goal.yaw
 
-    def _in_map(self, message: PoseStamped, topic: str) -> SE2:
-        frame, map_frame = message.header.frame_id, self._settings.map_frame
-        if frame not in ('', map_frame):
-            raise PoseError(
-                f'{topic} is in the frame {frame!r}, map_frame is {map_frame!r}; make them the same'
-            )
-        return planar_pose(message.pose, topic)
+    def _in_map(self, message: PoseStamped, topic: str, *, is_latest_valid: bool) -> SE2:
+        header, map_frame = message.header, self._settings.map_frame
+        refusal = (
+            f'{topic} is in the frame {header.frame_id!r}, map_frame is {map_frame!r}; make them the same'
+        )
+        pose = planar_pose(message.pose, topic)
+        return self._frames.pose_to(map_frame, header, pose, refusal, is_latest_valid=is_latest_valid)
 
     def _take_command(self, message: String) -> None:
         command = parse_light_command(message.data)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
+from memory_tf import MemoryTf
 from node_robot import AHEAD, START, Robot
 from node_testing import cloud_from_points, run_in_process
 from sensor_msgs.msg import PointCloud2
@@ -74,6 +75,16 @@ def test_a_refused_goal_stops_the_robot(graph, tmp_path, goal, frame, words):
     robot.drive(2.5)
     assert graph.spin_until(lambda: abs(robot.speed) < 1e-3)
     assert robot.node._navigator.controller.replanner is None
+
+
+def test_a_goal_in_a_frame_of_tf_is_where_it_is_in_the_map(graph, monkeypatch):
+    tf = MemoryTf(monkeypatch)
+    tf.join('map', 'odom', (1.0, 0.5, 0.0), (0.0, 0.0, math.pi / 2.0))
+    robot = Robot(graph)
+    robot.send_goal(SE2(-0.5, -1.0, 0.0), 'odom')
+    assert robot.refusals('goal_pose') == []
+    goal = robot.node._navigator.controller._goal
+    assert (goal.x, goal.y, goal.yaw) == pytest.approx((2.0, 0.0, math.pi / 2.0))
 
 
 def test_frames_of_nan_do_not_keep_the_robot_driving(graph):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
 from l_rig import BASELINE, CAMERA, picture, projection, true_depth
+from memory_tf import MemoryTf
 from node_testing import cloud_from_points
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
@@ -18,6 +19,7 @@ from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import CameraMount
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera.image import image_from_array
+from shirube_ros.frames import Frames
 
 MOUNT = CameraMount((0.2, 0.1, 0.5), (-1.7, 0.1, -1.4))
 
@@ -30,7 +32,8 @@ class Input:
         host = graph.add(lambda **options: Node('host', **options))
         self.guard = CallbackGuard(host)
         settings = NodeSettings(camera_xyz=MOUNT.xyz, camera_rpy=MOUNT.rpy, camera_frame=camera_frame)
-        PointsInput(host, self.guard, settings, lambda _, frame: self.frames.append(frame))
+        frames = Frames(host, 'base_link')
+        PointsInput(host, self.guard, settings, frames, lambda _, frame: self.frames.append(frame))
         camera = graph.add(lambda **options: Node('camera', **options))
         self._publisher = camera.create_publisher(PointCloud2, 'points', 10)
         assert graph.spin_until(lambda: self._publisher.get_subscription_count() == 1)
@@ -52,6 +55,21 @@ def test_clouds_in_both_frames_are_the_same_points(graph):
     assert len(given.frames) == 2
     for frame in given.frames:
         np.testing.assert_allclose(frame.points, IN_CAMERA, atol=1e-5)
+
+
+def test_a_cloud_in_any_frame_of_tf_is_the_same_points_from_its_sensor(graph, monkeypatch):
+    tf, at = MemoryTf(monkeypatch), CameraMount((-0.3, 0.0, 1.1), (0.0, 0.0, 2.0))
+    tf.join('base_link', 'laser', at.xyz, at.rpy)
+    given = Input(graph)
+    in_base = IN_CAMERA @ MOUNT.rotation.T + MOUNT.xyz
+    given.send(((in_base - at.xyz) @ at.rotation).astype(np.float32), 'laser')
+    (frame,) = given.frames
+    assert frame.mount.xyz == pytest.approx(at.xyz)
+    np.testing.assert_allclose(frame.points @ frame.mount.rotation.T + frame.mount.xyz, in_base, atol=1e-5)
+    given.send(IN_CAMERA, 'attic')
+    assert len(given.frames) == 1
+    (reason,) = given.guard.counts['points'].rejected
+    assert "TF has no transform from 'attic'" in reason
 
 
 @pytest.mark.parametrize('camera_frame', ['', 'head'])

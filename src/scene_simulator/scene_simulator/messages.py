@@ -69,7 +69,7 @@ def camera_info(
         header=_header(frame, stamp_ns),
         height=camera.height,
         width=camera.width,
-        distortion_model='plumb_bob',
+        distortion_model=camera.model.value,
         d=np.array(camera.distortion),
         k=camera.matrix.ravel(),
         r=R.ravel(),

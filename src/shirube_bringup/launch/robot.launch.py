@@ -2,9 +2,10 @@
 
 Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (nodes to start; all by default), `config` (folder with your
 copies of all parameter files), `places_dir` (taught places, for `stereo`) and `beacons_file` (lamps, for `vlc`; both
-default to the parameter files), `use_sim_time`, and `driver`, the publisher of `cmd_vel`: `planner` (drives to goals on
-`goal_pose`), `lamps` (drives as the lamps command) or `none` (you drive, for example with a joystick). Use only one:
-motor_bridge rejects `cmd_vel` from two publishers.
+default to the parameter files), `description` (URDF or xacro file of your robot, such as the installed
+`urdf/demo_robot.urdf.xacro`, for robot_state_publisher), `use_sim_time`, and `driver`, the publisher of `cmd_vel`:
+`planner` (drives to goals on `goal_pose`), `lamps` (drives as the lamps command) or `none` (you drive, for example with
+a joystick). Use only one: motor_bridge rejects `cmd_vel` from two publishers.
 
 The belly camera publishes in the namespace `floor_camera` (default `belly`), the ceiling camera in `ceiling_camera`
 (default `ceiling`), the stereo pair in `left` and `right`; the planner's sensor is set in its parameter file.
@@ -14,7 +15,10 @@ from functools import partial
 from typing import Any
 
 from launch.actions import DeclareLaunchArgument, GroupAction
-from launch.substitutions import EqualsSubstitution, LaunchConfiguration
+from launch.conditions import IfCondition
+from launch.substitutions import Command, EqualsSubstitution, LaunchConfiguration, NotEqualsSubstitution
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
 from launch import LaunchDescription
 from shirube_bringup.launching import declare, share
@@ -40,9 +44,10 @@ def generate_launch_description() -> LaunchDescription:
         'beacons_file': ('', 'file with the positions of the lamps'),
         'floor_camera': ('belly', 'namespace of the belly camera'),
         'ceiling_camera': ('ceiling', 'namespace of the ceiling camera'),
+        'description': ('', 'URDF or xacro file of the robot; empty for none'),
         'use_sim_time': ('false', 'use /clock'),
     }
-    return LaunchDescription([driver, *declare(arguments), *parts()])
+    return LaunchDescription([driver, *declare(arguments), *parts(), description()])
 
 
 def parts() -> list[GroupAction]:
@@ -69,6 +74,17 @@ def parts() -> list[GroupAction]:
         ),
         include('bridge', 'motor_bridge', condition='motors'),
     ]
+
+
+def description() -> Node:
+    """Return the publisher of the frames of the robot's description, if there is one."""
+    urdf = ParameterValue(Command(['xacro ', given('description')]), value_type=str)
+    return Node(
+        package='robot_state_publisher',
+        executable='robot_state_publisher',
+        parameters=[{'robot_description': urdf, 'use_sim_time': given('use_sim_time')}],
+        condition=IfCondition(NotEqualsSubstitution(given('description'), '')),
+    )
 
 
 def camera(argument: str) -> dict[str, list[Any]]:

@@ -20,6 +20,10 @@ class PoseError(MessageError):
     """A pose or its covariance is invalid."""
 
 
+class FrameError(MessageError):
+    """A message is in a frame from which there is no transform."""
+
+
 class PointCloudError(MessageError):
     """A point cloud lacks coordinates, is truncated, or is in an unknown frame."""
 

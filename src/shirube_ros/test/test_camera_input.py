@@ -105,11 +105,11 @@ def test_bad_images_and_calibrations_are_counted_and_the_next_good_one_works(gra
     pair.send('image_raw', good)
     pair.send('camera_info', INFO)
     pair.send('image_raw', image_from_array(PIXELS[1:], Header()))
-    pair.send('image_raw', Image(encoding='mono16'))
+    pair.send('image_raw', Image(encoding='32FC1'))
     pair.send('camera_info', CameraInfo())
     pair.send('image_raw', good)
     assert pair.seen == []
-    words = ['without a valid camera_info', '50 x 39 px', 'mono16', 'not calibrated']
+    words = ['without a valid camera_info', '50 x 39 px', '32FC1', 'not calibrated']
     assert all(any(word in reason for reason in pair.refusals()) for word in words)
     pair.send('camera_info', INFO)
     pair.send('image_raw', good)

@@ -21,6 +21,7 @@ from shirube_ros.callback_guard import create_trigger_service
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Status
+from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import drain_subscription, run_node
@@ -103,6 +104,7 @@ class StereoLandmarkNode(ManagedNode):
         _check_frames(self._places, self._settings)
         for line in validate_places(folder, self._places, self.settings(LandmarkSettings)):
             self.get_logger().warning(line)
+        self._mount, self._frames = self._settings.mount, Frames(self, self._settings.base_frame)
         self._stream = self._new_stream()
         self._last_place_name: str | None = ''
         self._left_frame = ''
@@ -120,8 +122,8 @@ class StereoLandmarkNode(ManagedNode):
         return self._report.status()
 
     def _new_stream(self) -> PairStream:
-        settings = self._settings
-        return self._create_stream(self._places, settings.mount, settings, self.settings(LandmarkSettings))
+        method = self.settings(LandmarkSettings)
+        return self._create_stream(self._places, self._mount, self._settings, method)
 
     def _advertise(self) -> None:
         self._displacement = self.create_publisher(TransformStamped, '~/displacement', pose_profile())
@@ -155,6 +157,10 @@ class StereoLandmarkNode(ManagedNode):
         stamp_ns = header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
         if side is Side.LEFT:
             self._left_frame = header.frame_id
+            mount = self._frames.mount(header, self._settings.mount)
+            if mount != self._mount:
+                self._mount = mount
+                self._stream = self._new_stream()
         # The IMU reading of this stamp may still be in the queue.
         drain_subscription(self._imu)
         started = perf_counter()

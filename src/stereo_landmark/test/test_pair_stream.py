@@ -9,8 +9,9 @@ import pytest
 from located_pairs import with_fix, without_fix
 from place_scenes import MOUNT
 from random_places import random_place
-from taught_wall import CALIBRATIONS, TAUGHT, seen, taught_place
+from taught_wall import CALIBRATIONS, HERE, RAW, TAUGHT, raw_image, seen, taught_place
 
+from shirube_core.geometry import LensModel
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair import pair_stream
 from stereo_landmark.core.pair.camera_pair import PairFault, Side, StampSynchronizer
@@ -46,6 +47,16 @@ def add_pair(to, seconds, calibrations=CALIBRATIONS):
     )
     assert alone is None
     return located
+
+
+def test_raw_images_of_fisheye_lenses_give_the_pose():
+    lens = {'distortion': (-0.012, 0.021, -0.018, 0.004), 'model': LensModel.EQUIDISTANT}
+    wide = [replace(each, raw=replace(each.raw, **lens)) for each in RAW]
+    robot = PairStream([taught_place()], MOUNT, PairSettings(rectify=True), LandmarkSettings())
+    for side, image, calibration in zip(Side, seen(HERE), wide):
+        located = robot.add_image(side, SECOND, raw_image(image, calibration), calibration)
+    found = located.result.displacement.T_place_base
+    assert (found.x, found.y, found.yaw) == pytest.approx((HERE[0], HERE[1], HERE[3]), abs=0.004)
 
 
 def test_the_place_of_late_is_asked_first_until_it_is_forgotten_or_long_ago(asked):

@@ -1,11 +1,12 @@
 import math
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, UNEVEN, normalised_square, pixels_of, random_pose
 
-from shirube_core.geometry import SE2, PinholeCamera
+from shirube_core.geometry import SE2, LensModel, PinholeCamera
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.lamp_rays import Beacon, row_motions
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconFix, ExpectedPose, NoBeaconFix, NoFixReason
@@ -42,6 +43,26 @@ def test_exact_centres_give_the_exact_pose(beacons):
         assert fix.T_map_base.yaw_to(pose) == pytest.approx(0.0, abs=1e-7)
         assert fix.height == pytest.approx(0.0, abs=1e-7)
         assert fix.anomalies == ()
+
+
+def test_a_fisheye_lens_gives_the_pose_and_the_lamps_beyond_its_range_are_left_out():
+    lens = np.array([-0.012, 0.021, -0.018, 0.004])
+    camera = PinholeCamera(800, 800, 280.0, 281.0, 402.0, 398.0, tuple(lens), LensModel.EQUIDISTANT)
+    pose, distant = SE2(0.9, 0.2, 0.7), Beacon(9, (5.0, -3.0, 2.6), 0.0325)
+    lamps = [*UNEVEN, distant]
+    there = pixels_of(lamps, pose, camera=PinholeCamera(1, 1, 1.0, 1.0, 0.0, 0.0))  # rays by the pinhole
+    points = np.column_stack([there, np.ones(len(lamps))])[:, None]
+    pixels, _ = cv2.fisheye.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, lens)
+    assert np.hypot(*there[-1]) > 2.2  # 65 degrees off the axis
+    outside = [[402.0 + 281.0 * 1.7, 398.0]]
+    locator = BeaconLocator([*lamps, Beacon(10, (0.0, 0.0, 2.5), 0.0325)], MOUNT, settings=EXACT)
+    ids = [*(lamp.id for lamp in lamps), 10]
+    rays = locator.rays(camera, ids, np.vstack([pixels[:, 0], outside]), np.full(len(ids), 0.05))
+    assert 10 not in rays.ids
+    fix = locator.locate(rays)
+    assert len(fix.used) == len(lamps)
+    assert fix.T_map_base.distance_to(pose) < 1e-6
+    assert fix.T_map_base.yaw_to(pose) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_the_pose_follows_every_motion_of_the_map():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from lamp_room import BEACONS, CAMERA, MOUNT, pixels_of, random_pose
 
-from shirube_core.geometry import SE2, SE3, gravity_aligned_camera
+from shirube_core.geometry import SE2, SE3, LensModel, gravity_aligned_camera
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import NoBeaconFix, NoFixReason
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
@@ -57,8 +57,14 @@ def imaged_disc(beacon, pose, camera):
     return (moments['m10'] / area, moments['m01'] / area), np.sqrt(area / np.pi)
 
 
-def test_a_distorting_lens_gives_the_same_pose():
-    camera = replace(CAMERA, distortion=(-0.25, 0.08, 0.001, -0.002, 0.0))
+@pytest.mark.parametrize(
+    'camera',
+    [
+        replace(CAMERA, distortion=(-0.25, 0.08, 0.001, -0.002, 0.0)),
+        replace(CAMERA, distortion=(-0.012, 0.021, -0.018, 0.004), model=LensModel.EQUIDISTANT),
+    ],
+)
+def test_a_distorting_lens_gives_the_same_pose(camera):
     rng = np.random.default_rng(3)
     errors = []
     for _ in range(50):

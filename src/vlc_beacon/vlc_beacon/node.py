@@ -21,6 +21,7 @@ from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Status
 from shirube_ros.errors import PoseError
+from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
@@ -118,6 +119,7 @@ class VlcBeaconNode(ManagedNode):
         self._authorizer = authorizer_from_settings(
             self._settings, self.settings(AuthorizationSettings), self._beacons
         )
+        self._mount, self._frames = self._settings.mount, Frames(self, self._settings.base_frame)
         self._receiver = self._new_receiver()
         self._had_fix: bool | None = None
         self._command_executor = self._new_executor()
@@ -136,7 +138,7 @@ class VlcBeaconNode(ManagedNode):
         self._authorizer.apply_settings(authorization)
         if self._command_executor is not None:
             self._command_executor.apply_settings(settings.driving, authorization.speed_limit)
-        self._settings = settings
+        self._settings, self._mount = settings, settings.mount
 
     def status(self) -> Status:
         """Return lamps, pose and commands."""
@@ -144,7 +146,7 @@ class VlcBeaconNode(ManagedNode):
 
     def _new_receiver(self) -> BeaconReceiver:
         return self._create_receiver(
-            self._beacons, self._settings.mount, self._authorizer, self.settings(ReceiverSettings)
+            self._beacons, self._mount, self._authorizer, self.settings(ReceiverSettings)
         )
 
     def _new_executor(self) -> CommandExecutor | None:
@@ -193,6 +195,10 @@ class VlcBeaconNode(ManagedNode):
 
     def _on_image(self, header: Header, pixels: NDArray[np.uint8], camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')
+        mount = self._frames.mount(header, self._settings.mount)
+        if mount != self._mount:
+            self._receiver.apply_settings(mount, self.settings(ReceiverSettings))
+            self._mount = mount
         started = perf_counter()
         output = self._receiver.receive(stamp, pixels, camera)
         self._report.add(output, perf_counter() - started)

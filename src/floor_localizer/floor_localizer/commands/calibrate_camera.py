@@ -50,8 +50,12 @@ def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
         'image_height': camera.height,
         'camera_name': 'belly_camera',
         'camera_matrix': {'rows': 3, 'cols': 3, 'data': camera.matrix.ravel().tolist()},
-        'distortion_model': 'plumb_bob',
-        'distortion_coefficients': {'rows': 1, 'cols': 5, 'data': list(camera.distortion)},
+        'distortion_model': camera.model.value,
+        'distortion_coefficients': {
+            'rows': 1,
+            'cols': len(camera.distortion),
+            'data': list(camera.distortion),
+        },
     }
     write_text(path, yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
 

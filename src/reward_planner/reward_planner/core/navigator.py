@@ -44,10 +44,12 @@ class SensorFrame:
     Attributes:
         points: points in the sensor's optical frame [m], shape (n, 3).
         focal_length: density of the points, see `SensorView`.
+        mount: pose of the optical frame in the base frame; None for the navigator's.
     """
 
     points: NDArray[np.float32]
     focal_length: float
+    mount: CameraMount | None = None
 
 
 @dataclass(frozen=True)
@@ -163,7 +165,9 @@ class Navigator:
         """
         mapped, is_occluded = list[MappedFrame](), False
         for stamp, frame, T_map_base in self.message_filter.take_ready(now, self._pose_buffer):
-            local, point_counts = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length)
+            local, point_counts = self.mapper.add(
+                stamp, frame.points, T_map_base, frame.focal_length, frame.mount
+            )
             if point_counts.is_occluded:
                 is_occluded = True
                 continue

@@ -18,12 +18,13 @@ from reward_planner.core.depth.trinocular_depth import TrinocularRig
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.core.voxels.rolling_voxel_grid import equivalent_focal_length
 from reward_planner.node_settings import NodeSettings
-from shirube_core.geometry import PinholeCamera
+from shirube_core.geometry import SE3, CameraMount, PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera.image import depth_from_image
 from shirube_ros.camera.info import RigCamera, rectified_camera, rig_camera
 from shirube_ros.camera.input import ImageInput
-from shirube_ros.errors import CameraInfoError, PointCloudError
+from shirube_ros.errors import CameraInfoError, FrameError
+from shirube_ros.frames import Frames
 from shirube_ros.map_conversion import points_from_cloud
 from shirube_ros.quality_of_service import overridable, sensor_profile
 from shirube_ros.stamps import StampSynchronizer
@@ -38,47 +39,64 @@ _SYNC_TOLERANCE = 0.005  # largest difference of stamps of one trigger [s]
 
 
 class PointsInput:
-    """Subscribes to ``points`` (PointCloud2) in the camera's optical frame or in ``base_frame``.
+    """Subscribes to ``points`` (PointCloud2) in the camera's optical frame, in ``base_frame`` or in any frame of TF.
 
     Attributes:
         mount: pose of the camera on the robot.
     """
 
     def __init__(
-        self, node: Node, guard: CallbackGuard, settings: NodeSettings, on_frame: FrameCallback
+        self,
+        node: Node,
+        guard: CallbackGuard,
+        settings: NodeSettings,
+        frames: Frames,
+        on_frame: FrameCallback,
     ) -> None:
         """Subscribe; `guard` counts the messages and catches their errors."""
-        self._on_frame = on_frame
+        self._on_frame, self._frames = on_frame, frames
         self.mount = settings.mount  # origin of rays also for points in the base frame
         # An empty camera frame takes the first one received.
         self._base_frame, self._camera_frame = settings.base_frame, settings.camera_frame
         _subscribe(node, guard, PointCloud2, _POINTS, self._take)
 
     def _take(self, message: PointCloud2) -> None:
-        frame = message.header.frame_id
-        self._check_frame(frame)
+        frame, mount = message.header.frame_id, self.mount
+        is_camera = frame.endswith(_OPTICAL) and not self._camera_frame
+        is_camera |= bool(frame) and frame == self._camera_frame
+        if is_camera:
+            mount = self._frames.mount(message.header, self.mount)
+        elif frame != self._base_frame:
+            # The rays start at the sensor; its axes may be any, so those of the camera are used.
+            T_base_cloud = self._cloud_pose(message.header)
+            x, y, z = T_base_cloud.position.tolist()
+            mount = CameraMount((x, y, z), mount.rpy)
         points = points_from_cloud(message, _POINTS)
-        if frame != self._base_frame:
+        if is_camera:
             self._camera_frame = frame  # the mount belongs to one camera
         else:
-            shifted = points - np.asarray(self.mount.xyz, dtype=np.float32)
-            points = shifted @ self.mount.rotation.astype(np.float32)
-        self._on_frame(message.header, SensorFrame(points, equivalent_focal_length(points)))
+            if frame != self._base_frame:
+                points = T_base_cloud.transform(points).astype(np.float32)
+            shifted = points - np.asarray(mount.xyz, dtype=np.float32)
+            points = shifted @ mount.rotation.astype(np.float32)
+        self._on_frame(message.header, SensorFrame(points, equivalent_focal_length(points), mount))
 
-    def _check_frame(self, frame: str) -> None:
-        """Reject clouds of other cameras than the one of the mount."""
-        if frame and frame in (self._base_frame, self._camera_frame):
-            return
+    def _cloud_pose(self, header: Header) -> SE3:
+        """Return the pose of a cloud of another frame than the camera's; raise a FrameError if TF has none."""
+        frame = header.frame_id
         if self._camera_frame:
-            raise PointCloudError(
-                f'{_POINTS} is in the frame {frame!r}, the camera with this mount is {self._camera_frame!r}; '
+            remedy = (
+                f'in the frame {frame!r}, the camera with this mount is {self._camera_frame!r}; '
                 f'publish one camera only, or transform the others to {self._base_frame!r}'
             )
-        if not frame.endswith(_OPTICAL):
-            raise PointCloudError(
-                f'{_POINTS} is in the unknown frame {frame!r}; '
-                f'publish it in {self._base_frame!r} or in the camera\'s frame, whose name ends with "{_OPTICAL}"'
+        else:
+            remedy = (
+                f"in the unknown frame {frame!r}; publish it in {self._base_frame!r} or in the camera's frame, "
+                f'whose name ends with "{_OPTICAL}"'
             )
+        if not frame:
+            raise FrameError(f'{_POINTS} is {remedy}')
+        return self._frames.to(self._base_frame, header, f'{_POINTS} is {remedy}')
 
 
 class DepthInput:

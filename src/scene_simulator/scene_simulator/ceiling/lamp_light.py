@@ -74,12 +74,13 @@ def project_lamp(
 def is_in_view(points_camera: NDArray[np.float64], camera: PinholeCamera) -> NDArray[np.bool_]:
     """Return which points, shape (n, 3), are in the view cone where the distortion model is valid.
 
-    It reaches a third beyond the corners of the image: farther out ``plumb_bob`` may fold back into it.
+    It reaches a third beyond the corners of the image.
     """
     corners = [(u, v) for u in (0.0, camera.width - 1.0) for v in (0.0, camera.height - 1.0)]
-    widest = np.hypot(*camera.rays_from_pixels(corners)[:, :2].T).max()
+    widest = np.nanmax(np.hypot(*camera.rays_from_pixels(corners)[:, :2].T))
     across = np.hypot(points_camera[:, 0], points_camera[:, 1])
-    return np.asarray(across < 4.0 / 3.0 * widest * points_camera[:, 2])
+    is_valid = np.isfinite(camera.pixels_from_points(points_camera)[:, 0])
+    return np.asarray(is_valid & (across < 4.0 / 3.0 * widest * points_camera[:, 2]))
 
 
 def image_motion(

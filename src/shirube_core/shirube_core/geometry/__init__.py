@@ -1,6 +1,7 @@
 """Poses in the plane and in space, rotations and camera models, without ROS."""
 
 from shirube_core.geometry.camera import CameraMount, PinholeCamera, TiltBuffer, gravity_aligned_camera
+from shirube_core.geometry.lens import LensModel
 from shirube_core.geometry.poses import (
     SE2,
     SE3,
@@ -16,6 +17,7 @@ __all__ = [
     'SE2',
     'SE3',
     'CameraMount',
+    'LensModel',
     'PinholeCamera',
     'TiltBuffer',
     'covariance_from_information',

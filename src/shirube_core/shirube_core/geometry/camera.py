@@ -1,6 +1,6 @@
 """A camera: intrinsics, extrinsics on the robot, projection to the floor, and pose on a robot with a buffered tilt.
 
-The intrinsics are those of ``sensor_msgs/CameraInfo``: a pinhole with ``plumb_bob`` distortion.
+The intrinsics are those of ``sensor_msgs/CameraInfo``: a camera matrix and one of OpenCV's lens models.
 
 Pixel coordinates have their origin in the centre of the upper left pixel, u to the right and v down.
 Points and rays are in the camera's optical frame: x right, y down, z forward.
@@ -13,15 +13,11 @@ from collections import deque
 from dataclasses import dataclass
 from functools import cached_property
 
-import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from shirube_core.geometry.lens import Lens, LensModel, lens_of
 from shirube_core.geometry.poses import SE3, matrix_from_rpy
-
-_UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
-# OpenCV 4 takes the termination criteria in undistortPointsIter, OpenCV 5 in undistortPoints.
-_HAS_UNDISTORT_ITER = hasattr(cv2, 'undistortPointsIter')
 
 
 @dataclass(frozen=True)
@@ -35,7 +31,8 @@ class PinholeCamera:
         fy: focal length along v [px].
         cx: principal point, u [px].
         cy: principal point, v [px].
-        distortion: plumb_bob coefficients (k1, k2, p1, p2, k3).
+        distortion: coefficients of the lens model in OpenCV's order; (k1, k2, p1, p2, k3) for plumb_bob.
+        model: lens model.
     """
 
     width: int
@@ -44,13 +41,15 @@ class PinholeCamera:
     fy: float
     cx: float
     cy: float
-    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    distortion: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    model: LensModel = LensModel.PLUMB_BOB
 
     def __post_init__(self) -> None:
         """Reject invalid intrinsics.
 
         Raises:
-            ValueError: a size or focal length that is not positive, or a number that is not finite.
+            ValueError: a size or focal length that is not positive, a number that is not finite, or a number of
+                coefficients that the lens model does not have.
         """
         if self.width < 1 or self.height < 1:
             raise ValueError(f'the image size is {self.width} x {self.height}, it must be positive')
@@ -59,11 +58,25 @@ class PinholeCamera:
             raise ValueError('an intrinsic parameter is not finite')
         if self.fx <= 0.0 or self.fy <= 0.0:
             raise ValueError(f'the focal length is ({self.fx}, {self.fy}) px, it must be positive')
+        if len(self.distortion) not in self.model.counts:
+            counts = ' or '.join(map(str, self.model.counts))
+            raise ValueError(
+                f'the distortion model {self.model.value!r} has {len(self.distortion)} numbers instead of {counts}'
+            )
 
     @property
     def matrix(self) -> NDArray[np.float64]:
         """The camera matrix K, shape (3, 3)."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    @property
+    def has_distortion(self) -> bool:
+        """Whether the image differs from that of a pinhole; an equidistant lens differs without coefficients, too."""
+        return self.model is LensModel.EQUIDISTANT or any(self.distortion)
+
+    @cached_property
+    def _lens(self) -> Lens:
+        return lens_of(self.model, self.distortion)
 
     def rays_from_pixels(self, pixels: ArrayLike) -> NDArray[np.float64]:
         """Return the undistorted rays through pixels.
@@ -72,41 +85,51 @@ class PinholeCamera:
             pixels: array-like, shape (n, 2), u and v [px].
 
         Returns:
-            array, shape (n, 3), directions in the optical frame, scaled to z = 1.
+            array, shape (n, 3), directions in the optical frame, scaled to z = 1; x and y are NaN where the lens model
+            is not valid.
         """
-        points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
+        points = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
         rays = np.ones((len(points), 3))
-        if len(points) == 0:
-            return rays
-        if not any(self.distortion):
-            rays[:, :2] = (points[:, 0] - (self.cx, self.cy)) / (self.fx, self.fy)
-            return rays
-        distortion = np.array(self.distortion)
-        if _HAS_UNDISTORT_ITER:
-            undistorted = cv2.undistortPointsIter(  # type: ignore[attr-defined]
-                points, self.matrix, distortion, np.eye(3), np.eye(3), _UNDISTORT_CRITERIA
-            )
-        else:
-            undistorted = cv2.undistortPoints(points, self.matrix, distortion, criteria=_UNDISTORT_CRITERIA)
-        rays[:, :2] = undistorted[:, 0]
+        distorted = (points - (self.cx, self.cy)) / (self.fx, self.fy)
+        rays[:, :2] = self._lens.undistort(distorted) if self.has_distortion else distorted
         return rays
 
     def pixels_from_points(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Project points in front of the camera into the image, with distortion.
+        """Project points into the image, with distortion.
 
         Args:
-            points: array-like, shape (n, 3), coordinates in the optical frame [m], z > 0.
+            points: array-like, shape (n, 3), coordinates in the optical frame [m].
 
         Returns:
-            array, shape (n, 2), u and v [px].
+            array, shape (n, 2), u and v [px]; NaN for points behind the camera or where the lens model is not valid.
         """
-        objects = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
-        if len(objects) == 0:
-            return np.empty((0, 2))
-        pixels, _ = cv2.projectPoints(
-            objects, np.zeros(3), np.zeros(3), self.matrix, np.array(self.distortion)
+        objects = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+        pixels = np.full((len(objects), 2), np.nan)
+        is_valid = np.hypot(objects[:, 0], objects[:, 1]) <= self._lens.radius_max * objects[:, 2]
+        is_valid &= objects[:, 2] > 0.0
+        pixels[is_valid] = self._lens.distort(objects[is_valid]) * (self.fx, self.fy) + (self.cx, self.cy)
+        return pixels
+
+    def rectification_maps(
+        self, rotation: NDArray[np.float64], matrix: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return u and v in this image for each pixel of a rectified image of the same size, for ``cv2.remap``.
+
+        Beyond the valid range of the lens model they are those of the nearest valid ray.
+
+        Args:
+            rotation: rectification matrix R, from this camera's frame to the rectified frame, shape (3, 3).
+            matrix: camera matrix of the rectified image, shape (3, 3).
+        """
+        v, u = np.mgrid[: self.height, : self.width].astype(np.float64)
+        pixels = np.stack([u.ravel(), v.ravel(), np.ones(u.size)])
+        x, y, z = np.linalg.inv(matrix @ rotation) @ pixels
+        x, y = x / np.maximum(z, 1e-9), y / np.maximum(z, 1e-9)
+        inside = np.minimum((1.0 - 1e-9) * self._lens.radius_max / np.maximum(np.hypot(x, y), 1e-9), 1.0)
+        found = self.pixels_from_points(np.column_stack([x * inside, y * inside, np.ones(len(x))])).astype(
+            np.float32
         )
-        return np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+        return found[:, 0].reshape(u.shape), found[:, 1].reshape(u.shape)
 
 
 @dataclass(frozen=True)

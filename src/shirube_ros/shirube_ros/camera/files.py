@@ -7,13 +7,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.files import YamlFileError, format_value, is_number, read_yaml
 from shirube_core.geometry import PinholeCamera
-from shirube_ros.camera.image import is_truncated
+from shirube_ros.camera.image import decode_file, is_truncated
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.errors import CalibrationError, CameraInfoError, ImageFileError
 
@@ -84,10 +83,10 @@ def list_images(paths: Sequence[Path]) -> list[Path]:
 
 
 def load_image(path: Path) -> NDArray[np.uint8]:
-    """Load one image, shape (h, w) for grey or (h, w, 3) in order blue, green, red.
+    """Load one image, shape (h, w) for grey or (h, w, 3) in order blue, green, red; 16 bits become 8.
 
     Raises:
-        ImageFileError: the file is not an image, is truncated, or has more than 8 bits per channel.
+        ImageFileError: the file is not an image, or is truncated.
     """
     try:
         data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
@@ -95,14 +94,7 @@ def load_image(path: Path) -> NDArray[np.uint8]:
         raise ImageFileError(f'{path}: cannot be read ({fault.strerror}); give an image') from fault
     if is_truncated(data):
         raise ImageFileError(f'{path}: is truncated; copy or record it again')
-    try:
-        pixels = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
-    except cv2.error:
-        pixels = None
+    pixels = decode_file(data)
     if pixels is None:
         raise ImageFileError(f'{path}: is no image, or corrupted; give a PNG or JPEG file')
-    if pixels.dtype != np.uint8:
-        raise ImageFileError(f'{path}: has {8 * pixels.itemsize} bits per channel; convert it to 8')
-    if pixels.ndim == 3 and pixels.shape[2] == 4:
-        pixels = cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR)
-    return np.asarray(pixels, dtype=np.uint8)
+    return pixels

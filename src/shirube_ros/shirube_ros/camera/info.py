@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo
 
-from shirube_core.geometry import PinholeCamera
+from shirube_core.geometry import LensModel, PinholeCamera
 from shirube_ros.errors import CameraInfoError
 
 _REMEDY = 'calibrate the camera (camera_calibration) and load the file in its driver'
@@ -28,25 +28,89 @@ class SizedCamera(Protocol):
 
 
 def camera_from_camera_info(message: CameraInfo, topic: str) -> PinholeCamera:
-    """Return the intrinsics of the raw image (K and D), with the distortion model ``plumb_bob`` or none.
+    """Return the intrinsics of the raw image (K and D), for its region of interest and binning.
 
     Raises:
-        CameraInfoError: an uncalibrated camera (zeros), invalid numbers or an unsupported distortion model.
+        CameraInfoError: an uncalibrated camera (zeros), invalid numbers, an unknown distortion model or a wrong number
+            of its coefficients.
     """
-    if message.distortion_model not in ('', 'plumb_bob') or len(message.d) not in (0, 4, 5):
-        raise CameraInfoError(
-            f'{topic} has the distortion model {message.distortion_model!r} with {len(message.d)} numbers;'
-            ' calibrate with plumb_bob (5 numbers)'
-        )
     if not any(message.k):
         raise CameraInfoError(f'{topic} is not calibrated, K is zero; {_REMEDY}')
-    distortion = [*message.d, 0.0, 0.0, 0.0, 0.0, 0.0][:5]
-    fx, _, cx, _, fy, cy = (float(number) for number in message.k[:6])
-    k1, k2, p1, p2, k3 = (float(number) for number in distortion)
+    model, distortion = _lens_model(message, topic)
+    window = sensor_window(message, topic)
+    (fx, _, cx), (_, fy, cy), _ = window.matrix @ np.array(message.k, dtype=np.float64).reshape(3, 3)
     try:
-        return PinholeCamera(message.width, message.height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))
+        return PinholeCamera(
+            window.width, window.height, float(fx), float(fy), float(cx), float(cy), distortion, model
+        )
     except ValueError as error:
         raise CameraInfoError(f'{topic}: {error}; {_REMEDY}') from error
+
+
+def _lens_model(message: CameraInfo, topic: str) -> tuple[LensModel, tuple[float, ...]]:
+    """Return the model and its coefficients; zeros beyond the most that it has are dropped."""
+    name, distortion = message.distortion_model or LensModel.PLUMB_BOB.value, [float(d) for d in message.d]
+    known = {model.value: model for model in LensModel}
+    if name not in known:
+        raise CameraInfoError(
+            f'{topic} has the unknown distortion model {name!r}; calibrate with one of {", ".join(known)}'
+        )
+    counts = known[name].counts
+    while len(distortion) > counts[-1] and distortion[-1] == 0.0:
+        distortion.pop()
+    if len(distortion) not in counts:
+        raise CameraInfoError(
+            f'{topic} has the distortion model {name!r} with {len(distortion)} numbers instead of '
+            f'{" or ".join(map(str, counts))}; {_REMEDY}'
+        )
+    if known[name] is LensModel.PLUMB_BOB:
+        distortion = [*distortion, 0.0, 0.0, 0.0, 0.0, 0.0][:5]
+    return known[name], tuple(distortion)
+
+
+@dataclass(frozen=True, eq=False)
+class SensorWindow:
+    """The image as a part of the sensor: region of interest and binning.
+
+    Attributes:
+        width: width of the image [px].
+        height: height of the image [px].
+        matrix: transformation of homogeneous pixels of the calibration's full image to the image, shape (3, 3).
+    """
+
+    width: int
+    height: int
+    matrix: NDArray[np.float64]
+
+
+def sensor_window(message: CameraInfo, topic: str) -> SensorWindow:
+    """Return the part of the sensor that a CameraInfo's image is of.
+
+    As in image_geometry, K and P are those of the full image; the region is in its pixels, before binning, also of the
+    rectified image. Unlike there, the middle of n x n pixels stays in the middle: not u / n, but (u + 1/2) / n - 1/2.
+
+    Raises:
+        CameraInfoError: the region is not in the image.
+    """
+    region = getattr(message, 'roi', None)  # a calibration file has none
+    x, y, width, height = (
+        (0, 0, 0, 0) if region is None else (region.x_offset, region.y_offset, region.width, region.height)
+    )
+    width, height = width or message.width - x, height or message.height - y
+    if x + width > message.width or y + height > message.height:
+        raise CameraInfoError(
+            f'{topic} has the region of interest {width} x {height} px at ({x}, {y}) in an image of '
+            f'{message.width} x {message.height} px; correct roi in the camera driver'
+        )
+    bin_x, bin_y = (max(getattr(message, name, 1), 1) for name in ('binning_x', 'binning_y'))
+    matrix = np.array(
+        [
+            [1.0 / bin_x, 0.0, (0.5 - x) / bin_x - 0.5],
+            [0.0, 1.0 / bin_y, (0.5 - y) / bin_y - 0.5],
+            [0.0, 0.0, 1.0],
+        ]
+    )
+    return SensorWindow(width // bin_x, height // bin_y, matrix)
 
 
 def check_image_size(camera: SizedCamera, shape: tuple[int, ...], topic: str, info_topic: str) -> None:
@@ -87,11 +151,15 @@ def rig_camera(message: CameraInfo, topic: str) -> RigCamera:
 
 
 def projection_from_camera_info(message: CameraInfo, topic: str) -> NDArray[np.float64]:
-    """Return the projection matrix P, shape (3, 4); raise a CameraInfoError if it is zero."""
+    """Return the projection matrix P, shape (3, 4), for the image's region of interest and binning.
+
+    Raises:
+        CameraInfoError: P is zero, or the region is not in the image.
+    """
     projection = np.array(message.p, dtype=np.float64).reshape(3, 4)
     if not projection.any():
         raise CameraInfoError(f'{topic} is not rectified, P is zero; calibrate the cameras as a rig')
-    return projection
+    return np.asarray(sensor_window(message, topic).matrix @ projection)
 
 
 def rectified_camera(message: CameraInfo, topic: str) -> PinholeCamera:
@@ -102,11 +170,12 @@ def rectified_camera(message: CameraInfo, topic: str) -> PinholeCamera:
     """
     if not any(message.p):
         camera = camera_from_camera_info(message, topic)
-        if any(camera.distortion):
+        if camera.has_distortion:
             raise CameraInfoError(f'{topic} has distortion and no P; publish rectified images with P')
         return camera
-    fx, _, cx, _, _, fy, cy = (float(number) for number in message.p[:7])
+    window = sensor_window(message, topic)
+    (fx, _, cx, _), (_, fy, cy, _), _ = projection_from_camera_info(message, topic)
     try:
-        return PinholeCamera(message.width, message.height, fx, fy, cx, cy)
+        return PinholeCamera(window.width, window.height, float(fx), float(fy), float(cx), float(cy))
     except ValueError as error:
         raise CameraInfoError(f'{topic}: {error}; calibrate the camera') from error

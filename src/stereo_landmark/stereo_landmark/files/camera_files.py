@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import TiltBuffer
 from shirube_ros.camera.files import load_calibration, load_image
-from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.camera.info import camera_from_camera_info, projection_from_camera_info
 from shirube_ros.errors import CameraInfoError
 from shirube_ros.offline.recording import (
     RecordedImage,
@@ -35,7 +35,7 @@ def load_grey_image(path: Path) -> NDArray[np.uint8]:
     """Load an image as grey, shape (h, w).
 
     Raises:
-        ImageFileError: the file is not an image, is truncated, or has more than 8 bits per channel.
+        ImageFileError: the file is not an image, or is truncated.
     """
     return to_grey(load_image(path))
 
@@ -96,7 +96,8 @@ def calibration_from_camera_info(message: Any, topic: str) -> CameraCalibration:
         CameraInfoError: the camera is not calibrated, or not as part of a stereo pair.
     """
     camera = camera_from_camera_info(message, topic)
-    rotation, projection = (tuple(float(number) for number in field) for field in (message.r, message.p))
+    rotation = tuple(float(number) for number in message.r)
+    projection = tuple(map(float, projection_from_camera_info(message, topic).ravel()))
     try:
         return CameraCalibration(camera, rotation, projection)
     except StereoLandmarkError as fault:

@@ -45,6 +45,8 @@ def match_mat(
         float(np.median(mat.diameters)) * math.sqrt(camera.fx * camera.fy) / float(np.median(dots.diameters))
     )
     rays = camera.rays_from_pixels(dots.pixels)
+    valid = np.flatnonzero(np.isfinite(rays).all(axis=1))  # others are beyond the range of the lens model
+    rays = rays[valid]
     tolerances = MatchTolerances(_SIGMA, _SCALE_TOLERANCE, math.radians(2.5) / height, _CHANCE_ALIGNMENTS_MAX)
     best: DotMatch | None = None
     for roll, pitch in sorted(itertools.product(_TILTS, _TILTS), key=lambda tilt: math.hypot(*tilt)):
@@ -56,9 +58,9 @@ def match_mat(
         found = matcher.match_anywhere(points - points.mean(axis=0), tolerances)
         if found is not None and (best is None or len(found.source) > len(best.source)):
             best = found
-            if len(found.source) > _STOP_FRACTION * len(dots):
+            if len(found.source) > _STOP_FRACTION * len(valid):
                 break
-    return None if best is None else (best.source, best.target)
+    return None if best is None else (valid[best.source], best.target)
 
 
 @dataclass(frozen=True)

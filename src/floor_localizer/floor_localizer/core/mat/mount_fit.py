@@ -134,6 +134,10 @@ def _initial_guess(camera: PinholeCamera, pixels: Floats, points: Floats) -> tup
     return R_camera_mat.T, position, 0.0
 
 
+_NOT_IN_VIEW = 1e3
+"""Error of a dot without a pixel [px]."""
+
+
 @dataclass(frozen=True)
 class _ReprojectionProblem:
     camera: PinholeCamera
@@ -156,7 +160,8 @@ class _ReprojectionProblem:
         points = (np.column_stack([self.points, np.zeros(len(self.points))]) - position) @ rotation
         scale = math.exp(log_focal) if self.fit_focal_length else 1.0
         camera = replace(self.camera, fx=scale * self.camera.fx, fy=scale * self.camera.fy)
-        return camera.pixels_from_points(points) - self.pixels
+        # A trial step may move a dot out of the range of the lens model.
+        return np.nan_to_num(camera.pixels_from_points(points) - self.pixels, nan=_NOT_IN_VIEW)
 
     def residuals(self, x: Floats) -> Floats:
         parts = [(self.pixel_errors(x) / self.sigmas[:, None]).ravel()]

@@ -107,6 +107,7 @@ def view_outline(camera: PinholeCamera, mount: CameraMount) -> ViewOutline:
     corners = mount.floor_points_from_rays(camera.rays_from_pixels(pixels))
     if not np.isfinite(corners).all():
         raise FloorLocalizerError(
-            'camera_rpy: the camera sees the horizon; a survey needs one that looks down'
+            'camera_rpy: the camera sees the horizon, or its lens model is not valid at the corners of the image; '
+            'a survey needs one that looks down'
         )
     return ViewOutline(corners)

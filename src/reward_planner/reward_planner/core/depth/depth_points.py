@@ -21,7 +21,7 @@ def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -
             f'the depth image has {depth.shape[::-1]} pixels, camera_info {camera.width} x {camera.height}; '
             'they must be equal'
         )
-    if any(camera.distortion):
+    if camera.has_distortion:
         raise RewardPlannerError('the camera of the depth image has distortion; give a rectified image')
     image = np.ascontiguousarray(depth, dtype=np.float32)
     return _points(image, (camera.fx, camera.fy, camera.cx, camera.cy))

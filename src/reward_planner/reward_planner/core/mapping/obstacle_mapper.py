@@ -31,20 +31,22 @@ class ObstacleMapper:
 
     def __init__(self, mount: CameraMount, voxels: VoxelSettings, mapping: MappingSettings) -> None:
         """Start with empty maps; ``mount`` is the pose of the sensor's optical frame in the base frame."""
-        self._set_mount(mount)
+        self._T_base_sensor = _sensor_pose(mount)
         self.voxels = VoxelMap(voxels)
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
 
     def apply_settings(self, mount: CameraMount, voxels: VoxelSettings) -> None:
         """Use another mount and other thresholds from the next frame on; errors are those of `VoxelMap`."""
         self.voxels.apply_settings(voxels)
-        self._set_mount(mount)
-
-    def _set_mount(self, mount: CameraMount) -> None:
-        self._T_base_sensor = _rigid_transform(mount.rotation, mount.xyz)
+        self._T_base_sensor = _sensor_pose(mount)
 
     def add(
-        self, stamp: float, points: ArrayLike, T_map_base: SE2, focal_length: float
+        self,
+        stamp: float,
+        points: ArrayLike,
+        T_map_base: SE2,
+        focal_length: float,
+        mount: CameraMount | None = None,
     ) -> tuple[LocalMap, PointCounts]:
         """Add a frame; return the local map and the number of points by outcome.
 
@@ -53,6 +55,7 @@ class ObstacleMapper:
             points: points in the sensor's optical frame [m], array-like, shape (n, 3).
             T_map_base: pose of the robot at the stamp.
             focal_length: density of the points, see `SensorView`.
+            mount: pose of the sensor of this frame, None for the usual one.
 
         Raises:
             RewardPlannerError: points of a wrong shape, or a pose or stamp that is not finite.
@@ -61,7 +64,8 @@ class ObstacleMapper:
         cos, sin = np.cos(T_map_base.yaw), np.sin(T_map_base.yaw)
         rotation = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
         T_map_robot = _rigid_transform(rotation, (T_map_base.x, T_map_base.y, 0.0))
-        view = SensorView(T_map_robot @ self._T_base_sensor, focal_length)
+        T_base_sensor = self._T_base_sensor if mount is None else _sensor_pose(mount)
+        view = SensorView(T_map_robot @ T_base_sensor, focal_length)
         # 2.2.2: voxels from the points.
         frame = self.voxels.add(stamp, points, view)
         # 2.2.3, step 1: the voxels of obstacles, projected to the floor, and the movable area between them.
@@ -74,6 +78,10 @@ class ObstacleMapper:
         """Clear both maps."""
         self.voxels.clear()
         self.map.clear()
+
+
+def _sensor_pose(mount: CameraMount) -> NDArray[np.float64]:
+    return _rigid_transform(mount.rotation, mount.xyz)
 
 
 def _rigid_transform(rotation: NDArray[np.float64], translation: ArrayLike) -> NDArray[np.float64]:

@@ -107,14 +107,8 @@ class Rectifier:
     def __init__(self, calibration: CameraCalibration) -> None:
         camera = calibration.raw
         self._size = (camera.width, camera.height)
-        self._u, self._v = cv2.initUndistortRectifyMap(
-            camera.matrix,
-            np.array(camera.distortion),
-            np.array(calibration.rotation).reshape(3, 3),
-            calibration.matrix,
-            self._size,
-            cv2.CV_32FC1,
-        )
+        rotation = np.array(calibration.rotation).reshape(3, 3)
+        self._u, self._v = camera.rectification_maps(rotation, calibration.matrix)
 
     def rectify(self, image: GreyImage) -> GreyImage:
         """Return the rectified image, shape (h, w).

@@ -65,9 +65,9 @@ class BeaconLocator:
         sigmas: ArrayLike,
         motions: ArrayLike | None = None,
     ) -> LampRays:
-        """Return the rays of the known lamps; arguments as in `lamp_rays`."""
+        """Return the rays of the known lamps where the lens model is valid; arguments as in `lamp_rays`."""
         rays = lamp_rays(camera, ids, pixels, sigmas, motions)
-        return rays.subset(np.isin(rays.ids, list(self.beacons)))
+        return rays.subset(np.isin(rays.ids, list(self.beacons)) & rays.is_valid)
 
     def locate(
         self, rays: LampRays, tilt: tuple[float, float] = (0.0, 0.0), expected: ExpectedPose | None = None

@@ -64,6 +64,11 @@ class LampRays:
         )
 
     @property
+    def is_valid(self) -> NDArray[np.bool_]:
+        """Mask of observations within the valid range of the lens model, shape (n,)."""
+        return np.asarray(np.isfinite(self.pixel_jacobians).all(axis=(1, 2)))
+
+    @property
     def is_duplicate(self) -> NDArray[np.bool_]:
         """Mask of observations whose ID occurs more than once in an image, shape (n,)."""
         keys = np.column_stack([self.ids, self.views])

@@ -52,17 +52,21 @@ class LampDiscs:
     def undistorted(self, camera: PinholeCamera) -> LampDiscs:
         """Return the discs in the image of a camera with the same K and no distortion (section 3.1).
 
-        The outline of each disc is undistorted; its area and centroid give the new disc.
+        The outline of each disc is undistorted; its area and centroid give the new disc. Discs beyond the valid range
+        of the lens model are dropped.
         """
-        if not any(camera.distortion):
+        if not camera.has_distortion:
             return self
         angles = 2.0 * math.pi / OUTLINE_POINTS * np.arange(OUTLINE_POINTS)
         circle = np.column_stack([np.cos(angles), np.sin(angles)])
         outlines = self.pixels[:, None] + self.radii[:, None, None] * circle
         rays = camera.rays_from_pixels(outlines.reshape(-1, 2))[:, :2].reshape(outlines.shape)
+        valid = np.flatnonzero(np.isfinite(rays).all(axis=(1, 2))).tolist()
+        beacons = [self.beacons[i] for i in valid]
+        rays, outlines, radii = rays[valid], outlines[valid], self.radii[valid]
         centres, areas = _polygon_centroids(rays * (camera.fx, camera.fy) + (camera.cx, camera.cy))
         scales = np.sqrt(areas / _polygon_centroids(outlines)[1])
-        return LampDiscs(self.beacons, centres, self.radii * scales, self.sigma * float(scales.max()))
+        return LampDiscs(beacons, centres, radii * scales, self.sigma * float(scales.max(initial=1.0)))
 
 
 def _polygon_centroids(
@@ -89,10 +93,10 @@ def radius_interval(
         level_camera: gravity-aligned camera pose on the robot.
         yaw: yaw of the base [rad].
     """
-    if len(discs.beacons) == 0:
-        return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
     # Section 3.1: the distortion is corrected first.
     discs = discs.undistorted(camera)
+    if len(discs.beacons) == 0:
+        return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
     # Eqs (1) and (2): R K^-1 (u, v, 1). The focal length lacks a factor 1/2 in the paper; K is from CameraInfo.
     rays = np.column_stack([discs.pixels, np.ones(len(discs.pixels))]) @ np.linalg.inv(camera.matrix).T
     rays = rays @ (_yaw_rotation(yaw) @ level_camera.rotation).T
@@ -122,9 +126,9 @@ def radius_interval_printed(
 
     ``focal_scale`` is the factor of the focal length in eq. (2): 2 as printed, 1 with the missing factor 1/2.
     """
+    discs = discs.undistorted(camera)
     if len(discs.beacons) == 0:
         return NoBeaconFix(NoFixReason.NO_LAMP, 'no lamp of the file is in view')
-    discs = discs.undistorted(camera)
     # Eq. (2): width over the tangent of half the angle of view is twice the focal length.
     focal = focal_scale * np.array([camera.fx, camera.fy])
     centred = (discs.pixels - 0.5 * np.array([camera.width, camera.height])) / focal

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_core.geometry import PinholeCamera
+from vlc_beacon.core.pose.lamp_rays import lamp_rays
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 from vlc_beacon.core.settings import ReceiverSettings
@@ -74,13 +75,14 @@ class BearingCollector:
     def _make_bearings(self, observations: list[_Observation]) -> LampBearings:
         observations.sort(key=lambda observation: observation[0])
         stamps, positions, rotations, centres, sigmas = zip(*observations, strict=True)
-        return LampBearings(
-            np.array(stamps),
-            np.array(positions),
-            np.array(rotations),
-            self._camera.rays_from_pixels(np.array(centres))[:, :2],
-            np.array(sigmas) / self._camera.fx,
+        rays = lamp_rays(
+            self._camera, np.zeros(len(centres), dtype=np.int64), np.array(centres), np.array(sigmas)
         )
+        variances = 0.5 * np.trace(rays.covariances(0.0), axis1=1, axis2=2)
+        bearings = LampBearings(
+            np.array(stamps), np.array(positions), np.array(rotations), rays.rays, np.sqrt(variances)
+        )
+        return bearings.subset(rays.is_valid)
 
 
 def _extrapolate(before: _CameraPose, now: _CameraPose, delay: float) -> _CameraPose:
