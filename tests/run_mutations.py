@@ -7,10 +7,12 @@ interrupted or ended; start with a clean work tree. Compiling the changed kernel
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import yaml
@@ -26,11 +28,16 @@ def survives(mutation: dict[str, Any]) -> bool:
     if changed == source:
         raise SystemExit(f'{path}: the text of the mutation was not found: {mutation["find"]}')
     command = [sys.executable, '-m', 'pytest', '-q', '-x', '--no-header', *mutation['tests']]
-    try:
-        path.write_text(changed)
-        return subprocess.run(command, cwd=ROOT, capture_output=True, check=False).returncode == 0
-    finally:
-        path.write_text(source)
+    with TemporaryDirectory() as cache:
+        # Kernels that call a mutated one are compiled with it; the usual cache would miss or keep the change.
+        env = {**os.environ, 'NUMBA_CACHE_DIR': cache} if '@njit' in source else None
+        try:
+            path.write_text(changed)
+            return (
+                subprocess.run(command, cwd=ROOT, env=env, capture_output=True, check=False).returncode == 0
+            )
+        finally:
+            path.write_text(source)
 
 
 def main() -> int:

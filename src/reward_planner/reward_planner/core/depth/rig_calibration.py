@@ -65,7 +65,7 @@ def calibrate_rig(
 
     Args:
         board: corners on the board [m], shape (n, 2).
-        views: for each view the corners in the left, the right and the top image [px], each of shape (n, 2).
+        views: corners of each view in the left, the right and the top image [px], each of shape (n, 2).
         size: width and height of the images [px].
 
     Raises:
@@ -76,26 +76,10 @@ def calibrate_rig(
             f'{len(views)} views show the board in all three images; take at least {VIEWS_MIN}, better 20'
         )
     corners = np.column_stack([board, np.zeros(len(board))]).astype(np.float32)
-    objects = [corners] * len(views)
     images = [[np.ascontiguousarray(view[k], dtype=np.float32) for view in views] for k in range(3)]
-    # Start: intrinsics of each camera, with two radial coefficients; then the other cameras against the left one.
-    K, D, turns, shifts = zip(
-        *(
-            cv2.calibrateCamera(objects, seen, size, None, None, flags=cv2.CALIB_FIX_K3)[1:]
-            for seen in images
-        ),  # type: ignore[call-overload]
-        strict=True,
-    )
-    rig = []
-    for k in (1, 2):
-        *_, R, t, _, _ = cv2.stereoCalibrate(
-            objects, images[0], images[k], K[0], D[0], K[k], D[k], size, flags=cv2.CALIB_FIX_INTRINSIC
-        )
-        rig.append(np.concatenate([cv2.Rodrigues(R)[0].ravel(), t.ravel()]))
-    intrinsics = [(*k[[0, 1, 0, 1], [0, 1, 2, 2]], *d.ravel()[:4]) for k, d in zip(K, D, strict=True)]
-    boards = np.hstack([np.reshape(turns[0], (-1, 3)), np.reshape(shifts[0], (-1, 3))])
+    # Start: each camera by itself, and the other cameras against the left one.
+    start = _initial_guess([corners] * len(views), images, size)
     # All of them together, so that an error of the intrinsics does not become one of the rows.
-    start = np.concatenate([np.ravel(intrinsics), np.ravel(rig), boards.ravel()])
     pixels = np.concatenate(images).reshape(3, -1, 2)
     fit = least_squares(_reprojection_errors, start, method='lm', args=(corners, pixels))
     rms = float(np.sqrt(np.mean(fit.fun**2)))
@@ -104,9 +88,27 @@ def calibrate_rig(
             f'the corners do not fit, rms {rms:.2f} px; check --board, and that images of a view are simultaneous'
         )
     found, poses, _ = _split(fit.x)
-    cameras = [PinholeCamera(*size, *v[:4], (*v[4:], 0.0)) for v in found.tolist()]
+    cameras = [PinholeCamera(size[0], size[1], *v[:4], (*v[4:], 0.0)) for v in found.tolist()]
     rotations = Rotation.from_rotvec(poses[:, :3]).inv()  # from each camera to the left one
     return rectify_rig(cameras, list(rotations.as_matrix()), list(-rotations.apply(poses[:, 3:])))
+
+
+def _initial_guess(
+    objects: list[NDArray[np.float32]], images: list[list[NDArray[np.float32]]], size: tuple[int, int]
+) -> Array:
+    """Return the unknowns as `_split` takes them; the intrinsics have two radial coefficients."""
+    flags, guess = cv2.CALIB_FIX_K3, None
+    found = [cv2.calibrateCamera(objects, seen, size, guess, guess, flags=flags)[1:] for seen in images]
+    K, D, turns, shifts = zip(*found, strict=True)
+    rig = []
+    for k in (1, 2):
+        *_, R, t, _, _ = cv2.stereoCalibrate(
+            objects, images[0], images[k], K[0], D[0], K[k], D[k], size, flags=cv2.CALIB_FIX_INTRINSIC
+        )
+        rig.append(np.concatenate([cv2.Rodrigues(R)[0].ravel(), t.ravel()]))
+    intrinsics = [(*k[[0, 1, 0, 1], [0, 1, 2, 2]], *d.ravel()[:4]) for k, d in zip(K, D, strict=True)]
+    boards = np.hstack([np.reshape(turns[0], (-1, 3)), np.reshape(shifts[0], (-1, 3))])
+    return np.concatenate([np.ravel(intrinsics), np.ravel(rig), boards.ravel()])
 
 
 def _split(unknowns: Array) -> tuple[Array, Array, Array]:
@@ -135,7 +137,7 @@ def rectify_rig(
 
     Args:
         cameras: intrinsics of the raw images.
-        rotations: from each camera's optical frame to the left one's, shape (3, 3).
+        rotations: matrices from each optical frame to that of the left camera, shape (3, 3).
         centres: positions in the left camera's optical frame [m], shape (3,).
 
     Raises:
