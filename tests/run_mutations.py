@@ -29,8 +29,8 @@ def survives(mutation: dict[str, Any]) -> bool:
         raise SystemExit(f'{path}: the text of the mutation was not found: {mutation["find"]}')
     command = [sys.executable, '-m', 'pytest', '-q', '-x', '--no-header', *mutation['tests']]
     with TemporaryDirectory() as cache:
-        # Kernels that call a mutated one are compiled with it; the usual cache would miss or keep the change.
-        env = {**os.environ, 'NUMBA_CACHE_DIR': cache} if '@njit' in source else None
+        # Kernels of other files that call a mutated one are compiled with it; the usual cache would miss the change.
+        env = {**os.environ, 'NUMBA_CACHE_DIR': cache} if mutation.get('fresh_cache') else None
         try:
             path.write_text(changed)
             return (
