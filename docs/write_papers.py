@@ -54,7 +54,7 @@ def _cells(row: dict[str, Any]) -> Iterator[str]:
         yield ''
         return
     yield f'{_code(mutation["find"])} → {_code(mutation["replace"])}'
-    yield ', '.join(f'`{Path(test.partition("::")[0]).name}`' for test in mutation['tests'])
+    yield ', '.join(f'`{Path(test).name}`' for test in mutation['tests'])
 
 
 def _code(text: str) -> str:
