@@ -46,25 +46,12 @@ def calibrate(options: argparse.Namespace) -> list[str]:
         raise RewardPlannerError(
             f'{options.images}: numbers of images differ ({counts}); give one of each camera per view'
         )
-    views, size = [], (0, 0)
-    for files in zip(*folders, strict=True):
-        images = [_grey(path) for path in files]
-        size = images[0].shape[1::-1] if size == (0, 0) else size
-        if any(image.shape[1::-1] != size for image in images):
-            raise RewardPlannerError(f'{files[0]}: its view has images of another size; give all in one size')
-        corners = [_find_corners(image, (columns, rows)) for image in images]
-        found = [each for each in corners if each is not None]
-        if len(found) == len(_NAMES):
-            views.append(found)
-    board = options.square * np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(
-        -1, 2
-    )
-    cameras = calibrate_rig(board, views, size)
+    views, size = _find_views(list(zip(*folders, strict=True)), (columns, rows))
+    grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1)
+    cameras = calibrate_rig(options.square * grid.reshape(-1, 2), views, size)
     for name, camera in zip(_NAMES, cameras, strict=True):
         write_text(options.out / f'{name}.yaml', calibration_text(name, camera))
-    row, column = misalignment(
-        cameras, [np.concatenate([view[k] for view in views]) for k in range(len(_NAMES))]
-    )
+    row, column = misalignment(cameras, [np.concatenate(seen) for seen in zip(*views, strict=True)])
     (_, right, top), f = (camera.projection[:, 3] for camera in cameras), cameras[0].projection[0, 0]
     return [
         f'{len(views)} of {len(folders[0])} views show the board in all images',
@@ -72,6 +59,24 @@ def calibrate(options: argparse.Namespace) -> list[str]:
         f'corners differ by {row:.3f} px rms in rows of left and right, {column:.3f} px in columns of left and top',
         f'{options.out}: {", ".join(f"{name}.yaml" for name in _NAMES)}',
     ]
+
+
+def _find_views(
+    files: Sequence[tuple[Path, ...]], board: tuple[int, int]
+) -> tuple[list[list[NDArray[np.float64]]], tuple[int, int]]:
+    """Return the corners of the views in which all cameras see the board, and width and height of the images."""
+    views, size = [], (0, 0)
+    for view in files:
+        images = [_grey(path) for path in view]
+        height, width = images[0].shape
+        size = size if any(size) else (width, height)
+        if any(image.shape != size[::-1] for image in images):
+            raise RewardPlannerError(f'{view[0]}: its view has images of another size; give all in one size')
+        corners = [_find_corners(image, board) for image in images]
+        found = [each for each in corners if each is not None]
+        if len(found) == len(_NAMES):
+            views.append(found)
+    return views, size
 
 
 def calibration_text(name: str, calibrated: CalibratedCamera) -> str:
@@ -112,29 +117,18 @@ def make_parser() -> argparse.ArgumentParser:
         prog='calibrate_rig',
         description='Calibrate three cameras in an L (left, right, top) from images of a chessboard.',
     )
-    add = parser.add_argument
-    add(
-        'images',
-        type=Path,
-        metavar='FOLDER',
-        help='with left/, right/ and top/: images of the same views by name',
-    )
+    add, default = parser.add_argument, '(default: %(default)s)'
+    add('images', type=Path, metavar='FOLDER', help='with left/, right/ and top/, same views by name')
     add(
         '--board',
         type=int,
         nargs=2,
         default=(9, 6),
         metavar='N',
-        help='inner corners (default: 9 columns, 6 rows)',
+        help=f'columns, rows of inner corners {default}',
     )
     add('--square', type=float, required=True, metavar='M', help='side of a square [m]')
-    add(
-        '--out',
-        type=Path,
-        default=Path('rig'),
-        metavar='FOLDER',
-        help='of the calibrations (default: %(default)s)',
-    )
+    add('--out', type=Path, default=Path('rig'), metavar='FOLDER', help=f'of the calibrations {default}')
     return parser
 
 

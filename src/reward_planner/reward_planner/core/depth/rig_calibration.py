@@ -88,7 +88,9 @@ def calibrate_rig(
             f'the corners do not fit, rms {rms:.2f} px; check --board, and that images of a view are simultaneous'
         )
     found, poses, _ = _split(fit.x)
-    cameras = [PinholeCamera(size[0], size[1], *v[:4], (*v[4:], 0.0)) for v in found.tolist()]
+    cameras = [
+        PinholeCamera(size[0], size[1], fx, fy, cx, cy, (*d, 0.0)) for fx, fy, cx, cy, *d in found.tolist()
+    ]
     rotations = Rotation.from_rotvec(poses[:, :3]).inv()  # from each camera to the left one
     return rectify_rig(cameras, list(rotations.as_matrix()), list(-rotations.apply(poses[:, 3:])))
 
