@@ -14,7 +14,7 @@ from _harness import MissingError, Option, Run, progress, run_benchmark, use_one
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from reward_planner.core.planner_settings import RewardSettings
+from reward_planner.core.planner_settings import RewardSettings, RewardTable
 from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, route_length
@@ -118,6 +118,7 @@ METHODS: dict[str, RewardSettings | None] = {
     '`reward`, visits counted': RewardSettings('counted', PLANNED_MAX),
     'visits once, no virtual search': RewardSettings('once', 0),
     'visits counted, no virtual search': RewardSettings('counted', 0),
+    'visits once, without row 5': RewardSettings('once', PLANNED_MAX, RewardTable(detour=0.0)),
 }
 DETECTING = ('`optimal`', '`reward`, visits counted')
 

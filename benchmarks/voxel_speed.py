@@ -61,7 +61,7 @@ def jobs_of(run: Run, room: BoxRoom, settings: VoxelSettings) -> dict[str, Calla
         BINCOUNT: lambda: bincount(points_map, window),
         'the same tuned by hand, in single precision': lambda: lean_bincount(points_map, window),
         'counting, with the transform': lambda: counter.count(points, view),
-        'rule `count`: counting, M, mean in the tiles': lambda: by_count.add(0.0, points, view),
+        'rule `count`: counting and free rays, M, mean in the tiles': lambda: by_count.add(0.0, points, view),
         'counting and free rays': lambda: counter.count_and_trace(points, view),
         'rule `log_odds`: the same into the tiles': lambda: by_log_odds.add(0.0, points, view),
         'the same, local and global map': lambda: mapper.add(0.0, points, pose, CAMERA.fx),

@@ -7,7 +7,7 @@ import pytest
 
 from reward_planner.core.planner_settings import RewardTable
 from reward_planner.core.reward.step_reward import STEPS, RewardRule
-from reward_planner.core.reward.virtual_search import best_steps, virtual_path_length
+from reward_planner.core.reward.virtual_search import best_steps, choose_step, virtual_path_length
 from reward_planner.core.route.route import STRAIGHT
 
 RULE = RewardRule((4, 7), RewardTable().reward_values(), is_counted=True)
@@ -37,3 +37,16 @@ def test_a_virtual_path_that_does_not_arrive_has_no_length() -> None:
     visits = np.zeros((9, 9), dtype=np.int32)
     assert virtual_path_length(RULE, split, visits, (4, 2, True), 0, 200) == -1
     assert not visits.any()
+
+
+@pytest.mark.parametrize('side', [-1, 1])
+def test_of_two_equal_steps_the_one_with_the_shorter_virtual_path_is_taken(side: int) -> None:
+    """Figure 3: a wall ahead ends nearer on one side; greedy steps do not know it, paths (a) and (b) do."""
+    wall, rule = np.zeros((41, 21), dtype=bool), RULE._replace(goal=(20, 16))
+    wall[20 - 2 - (side > 0) * 3 : 20 + 3 + (side < 0) * 3, 10] = True
+    visits = np.zeros(wall.shape, dtype=np.int32)
+    visits[20, 9] = 1
+    chosen = choose_step(rule, wall, visits, (20, 9, True), 1000)
+    greedy = choose_step(rule, wall, visits, (20, 9, True), 0)
+    assert STEPS[chosen].tolist() == [side, 0]
+    assert STEPS[greedy].tolist() == [1, 0]

@@ -158,8 +158,9 @@ class TrinocularInput:
                 'P[1, 3] of top/camera_info has the wrong sign: the images show the camera on the other side of the '
                 'left one; the images are used'
             )
-        left = self._cameras['left'].camera
-        self._on_frame(first, SensorFrame(points_from_depth_image(depth, left), left.fx))
+        left = self._cameras['left']
+        points = points_from_depth_image(depth, left.camera, float(left.projection[0, 1]))
+        self._on_frame(first, SensorFrame(points, left.camera.fx))
 
     def _rig_of(self, projections: NDArray[np.float64]) -> TrinocularRig:
         """Return the rig for projection matrices P, shape (3, 3, 4); a new one if the calibration changed."""

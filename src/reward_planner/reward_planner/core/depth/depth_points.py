@@ -10,8 +10,12 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.geometry import PinholeCamera
 
 
-def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
+def points_from_depth_image(
+    depth: NDArray[np.float32], camera: PinholeCamera, shear: float = 0.0
+) -> NDArray[np.float32]:
     """Return the points of the pixels with a finite depth above 0 in the optical frame [m], shape (n, 3).
+
+    The shear is P[0, 1] of the rectified image [px], see `rig_calibration`.
 
     Raises:
         RewardPlannerError: the sizes of image and camera differ, or the camera has distortion.
@@ -24,20 +28,23 @@ def points_from_depth_image(depth: NDArray[np.float32], camera: PinholeCamera) -
     if camera.has_distortion:
         raise RewardPlannerError('the camera of the depth image has distortion; give a rectified image')
     image = np.ascontiguousarray(depth, dtype=np.float32)
-    return _points(image, (camera.fx, camera.fy, camera.cx, camera.cy))
+    return _points(image, (camera.fx, camera.fy, camera.cx, camera.cy, shear))
 
 
 @njit(cache=True)
-def _points(depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float]) -> NDArray[np.float32]:
-    fx, fy, cx, cy = intrinsics
+def _points(
+    depth: NDArray[np.float32], intrinsics: tuple[float, float, float, float, float]
+) -> NDArray[np.float32]:
+    fx, fy, cx, cy, shear = intrinsics
     points = np.empty((depth.size, 3), dtype=np.float32)
     count = 0
     for row in range(depth.shape[0]):
         for column in range(depth.shape[1]):
             z = depth[row, column]
             if 0.0 < z < np.inf:
-                points[count, 0] = (column - cx) / fx * z
-                points[count, 1] = (row - cy) / fy * z
+                y = (row - cy) / fy
+                points[count, 0] = (column - cx - shear * y) / fx * z
+                points[count, 1] = y * z
                 points[count, 2] = z
                 count += 1
     return points[:count]

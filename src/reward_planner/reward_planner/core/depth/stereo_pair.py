@@ -72,11 +72,11 @@ def pair_from_projections(P_left: ArrayLike, P_other: ArrayLike) -> StereoPair:
             'the cameras are neither a horizontal nor a vertical pair; rectify them as pairs'
         )
     across = abs(left[1 - axis, 2] - other[1 - axis, 2])
-    focal = np.abs(np.diag(left)[:2] - np.diag(other)[:2]).max()
+    focal = np.abs(left[:2, :2] - other[:2, :2]).max()
     if max(across, focal) > _TOLERANCE:
         raise RewardPlannerError(
-            f'focal lengths differ by {focal:.3g} px and principal points across the baseline by {across:.3g} px; '
-            'rectify the cameras as pairs'
+            f'focal lengths or shears differ by {focal:.3g} px and principal points across the baseline by '
+            f'{across:.3g} px; rectify the cameras as pairs'
         )
     f = float(left[axis, axis])
     return StereoPair(axis, float(offset_along_axes[axis]) / f, f, float(left[axis, 2] - other[axis, 2]))
