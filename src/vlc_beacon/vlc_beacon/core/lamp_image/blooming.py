@@ -23,7 +23,7 @@ from vlc_beacon.core.vlc_beacon_error import LampImageError
 BIN_WIDTH = 0.25
 """Width of the annuli over which brightness is averaged [px]."""
 PROFILE_RADII, PROFILE_MARGIN = 1.2, 6.0
-"""Radius of the fitted profile, in radii and a margin [px]: farther out the glow fades, which eq. (4) does not model."""
+"""Radius of the fitted profile, in radii and a margin [px]: farther out the glow fades, unlike that of eq. (4)."""
 EDGE_RINGS = 4
 """Annuli over which the steepest fall of the profile is searched."""
 RADIUS_MIN = 1.0
@@ -78,13 +78,13 @@ class BloomingCalibration:
 def fit_lit_lamp(image: NDArray[np.uint8], sample: LampSample) -> BloomingFit | None:
     """Fit eq. (4) to a tracked lamp; None if it is too small or dark, cut off, or if eq. (4) does not describe it.
 
-    Only the brighter half of a split lamp is used: the halves differ, also where overexposure makes both white.
+    Of a split lamp whose other half is dark only the lit half is used.
     """
     if not sample.is_lit or sample.radius < FIT_RADIUS_MIN or sample.half_brightness.max() < LIT_MIN:
         return None
-    direction, (first, second) = sample.split_axis, sample.half_brightness.tolist()
-    if direction is not None and second > first:
-        direction = -direction
+    direction, (first, second) = None, sample.half_brightness.tolist()
+    if sample.split_axis is not None and min(first, second) < LIT_MIN:
+        direction = sample.split_axis if first > second else -sample.split_axis
     try:
         fit = fit_blooming(image, sample.centre, sample.radius, direction)
     except LampImageError:
