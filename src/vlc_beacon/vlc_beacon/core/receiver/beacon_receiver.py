@@ -191,8 +191,8 @@ class LampLocalizer:
         if self._settings.method == CENTROID or isinstance(result, NoBeaconFix):
             return result
         # The paper's method: eqs (3) to (7) on the lamp radii; it needs the yaw, here from the centroids.
-        # Eq. (4) gives the radius of a lamp at any exposure; the threshold, where it cannot be fitted and in the bands of
-        # a rolling shutter.
+        # Eq. (4) gives the radius of a lamp at any exposure; the threshold does where it cannot be fitted, and in the
+        # bands of a rolling shutter.
         image = None if self._settings.is_rolling else image
         fits = [None if image is None else fit_lit_lamp(image, lamp.sample) for lamp in identified]
         bloomed = [
