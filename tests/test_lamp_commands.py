@@ -15,13 +15,13 @@ from vlc_beacon.core.packet.command_packet import Operation
 pytestmark = [pytest.mark.newest_set_only, pytest.mark.timeout(600)]
 
 BENCHMARK = '_lamp_commands'
-CRUISE = 0.5
+CRUISE = 0.4
 
 
 @pytest.fixture(scope='module')
 def run(bench: ModuleType) -> list[Any]:
     """The images of a run with lamps of 6.5 cm at 2.5 m; nothing is commanded before the robot moves."""
-    return list(bench.drive(bench.RS_FSK_60, CRUISE, 18.0))
+    return list(bench.drive(bench.RS_FSK_60, CRUISE, 21.0))
 
 
 def test_the_moving_robot_obeys_the_lamps_in_their_zones(bench: ModuleType, run: list[Any]) -> None:
