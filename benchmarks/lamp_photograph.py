@@ -45,6 +45,8 @@ LEVEL = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 DETECTOR = LampDetector(LampSettings(contrast_min=10.0, stripe_rows=LONGEST_STRIPE))
 NEAR = 10.0
 """What is found nearer to a lamp is that lamp [px]."""
+AMBIENT = 0.35
+"""Level of white in the pictures that rendered lamps of level 0.9 shine over."""
 SETTINGS = PoseSettings(pixel_sigma=3.0, beacon_sigma=0.0, tilt_sigma=0.05)
 
 
@@ -80,12 +82,12 @@ def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> t
         lamps_that_say({}, channel, eye, rng.uniform(0.0, 9.0, 4).tolist()),
         LightReceiver(RENDERED, channel.settings),
     )
-    pose = camera_pose(SE2(0.9, 0.9, 0.3), UPWARD_MOUNT)
+    pose = camera_pose(SE2(0.9, 0.9, 0.0), UPWARD_MOUNT)
     true = camera.pixels_from_points(pose.camera_points([beacon.xyz for beacon in RENDERED]))
     named, wrong = set[int](), set[tuple[int, int]]()
     for stamp in (np.arange(round(seconds * channel.rate)) / channel.rate).tolist():
         light = eye.light(room, lambda _: pose, stamp)
-        light += 0.8 / 255.0 * np.roll(picture, round(30.0 * stamp), axis=1)
+        light += AMBIENT / 255.0 * np.roll(picture, round(30.0 * stamp), axis=1)
         for lamp in receiver.receive(stamp, eye.sensor.expose(light, rng)):
             if lamp.beacon is not None and np.hypot(*(lamp.sample.centre - true[lamp.beacon - 1])) < NEAR:
                 named.add(lamp.beacon)
