@@ -11,6 +11,7 @@ from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCa
 from scene_simulator.ceiling.lamp import Disc, LampShape, LedGrid
 from scene_simulator.ceiling.lamp_drive import LampDrive, LampFrame
 from scene_simulator.ceiling.paper_run import PAPER_LAMPS, distractors, paper_room
+from scene_simulator.ceiling.people import random_people
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
@@ -44,6 +45,7 @@ class Film:
         rate: images a second.
         ambient: light of the ceiling over that of the lamps.
         shape: shape of the lamps.
+        people: how many people walk or stand about the room.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Film:
     rate: float
     ambient: float
     shape: LampShape
+    people: int = 0
 
 
 _GLOBAL, _ROLLING = Shutter(), Shutter(60e-6, 18.9e-6)
@@ -61,6 +64,9 @@ FILMS = (
     Film('rolling, RS-FSK, discs, dim room', _ROLLING, ROLLING_RATE, 0.03, _DISC),
     Film('rolling, RS-FSK, discs, lit room', _ROLLING, ROLLING_RATE, 0.3, _DISC),
     Film('rolling, RS-FSK, panels, lit room', _ROLLING, ROLLING_RATE, 0.3, _PANEL),
+    Film('global, UFSOOK, panels, lit room, 5 people', _GLOBAL, GLOBAL_RATE, 0.3, _PANEL, 5),
+    Film('global, UFSOOK, panels, lit room, 15 people', _GLOBAL, GLOBAL_RATE, 0.3, _PANEL, 15),
+    Film('rolling, RS-FSK, discs, lit room, 15 people', _ROLLING, ROLLING_RATE, 0.3, _DISC, 15),
 )
 """Panels are the paper's 8 x 8 LEDs, discs the same lamps behind frosted glass."""
 
@@ -101,7 +107,9 @@ def simulate_drive(film: Film) -> LampDrive:
     lamps = tuple(
         replace(lamp, phase=0.1234 * k, clock_offset=20.0 * k - 30.0) for k, lamp in enumerate(room.lamps)
     )
-    room = replace(room, lamps=lamps).with_lights(distractors(brightness))
+    room = replace(room, lamps=lamps, people=random_people(film.people, 1)).with_lights(
+        distractors(brightness)
+    )
     route = LegDrive([(0.7, 0.9), (1.1, 0.9)], [0.04], 0.1)
     return LampDrive(room, route, eye, UPWARD_MOUNT, clock=CameraClock(film.rate), seed=1)
 

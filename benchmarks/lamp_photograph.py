@@ -1,7 +1,7 @@
-"""Five lamps in a telephone's photograph: which frequency each plays, and the pose with its residuals.
+"""Real photographs: coded lamps among other lights, their poses; people, rooms and furniture that are no lamps.
 
-The photograph is Luxapose's x_0_y_1.27.jpg (SHIRUBE_DATA, ``vlc_luxapose/``): a rolling shutter, five lamps of 2 to
-4 kHz whose places are known.
+The lamps are Luxapose's (SHIRUBE_DATA, ``vlc_luxapose/``, ``vlc_luxapose_more/``): a telephone with a rolling shutter,
+tones of 2 to 5 kHz, known places. The people and rooms are any pictures in ``people_rooms/`` and the stereo pairs.
 """
 
 from __future__ import annotations
@@ -10,18 +10,25 @@ import math
 
 import cv2
 import numpy as np
-from _figures import count, rate, rms
-from _harness import Run, run_benchmark, use_one_core
+import yaml
+from _figures import count, error, rate, rms
+from _harness import Option, Run, progress, run_benchmark, use_one_core
+from _lamp_commands import RS_FSK_30, UFSOOK, Channel, lamps_that_say
+from _lamp_films import BEACONS as RENDERED
 from numpy.typing import NDArray
 
-from shirube_core.geometry import CameraMount, PinholeCamera
+from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
+from scene_simulator.imaging.exposure import camera_pose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from vlc_beacon.core.lamp_image.blob_measurement import LampBlobs
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector, noise_sigma
-from vlc_beacon.core.lamp_image.row_profile import row_profile, rows_from_frame
-from vlc_beacon.core.light_code.rs_fsk import tone_log_likelihoods
+from vlc_beacon.core.lamp_image.row_profile import LampRows, row_profile, rows_from_frame
+from vlc_beacon.core.light_code.rs_fsk import ToneDecoder, tone_log_likelihoods
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix
+from vlc_beacon.core.receiver.lamp_decoder import band_rows
+from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.settings import LampSettings, PoseSettings
 
 FOCAL, ROWS_A_SECOND, EXPOSURE, LONGEST_STRIPE = 5620.0, 47540.0, 5e-5, 20.0
@@ -35,25 +42,110 @@ PLAN = ((35.56, 36.83), (-35.56, 36.83), (-35.56, -36.83), (35.56, -36.83), (0.0
 BEACONS = [Beacon(k + 1, (x / 100.0, y / 100.0, HEIGHT), 0.02) for k, (x, y) in enumerate(PLAN)]
 LEVEL = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 # A telephone is about level, and its lens is not calibrated.
+DETECTOR = LampDetector(LampSettings(contrast_min=10.0, stripe_rows=LONGEST_STRIPE))
+NEAR = 10.0
+"""What is found nearer to a lamp is that lamp [px]."""
+AMBIENT = 0.35
+"""Level of white in the pictures that rendered lamps of level 0.9 shine over."""
 SETTINGS = PoseSettings(pixel_sigma=3.0, beacon_sigma=0.0, tilt_sigma=0.05)
+
+
+def add_lights(run: Run) -> None:
+    """Add which lamps of two more photographs are found and named, and what else is."""
+    folder = run.data('vlc_luxapose_more')
+    heads = 'lamps found', 'named', 'other lights found', 'of them named'
+    table = run.table('Lamps among other lights', 'photograph', *heads)
+    for photograph in yaml.safe_load((folder / 'reference.yaml').read_text())['photographs']:
+        flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
+        picture = cv2.imread(str(folder / photograph['image']), flags)
+        grey = np.asarray(cv2.rotate(picture, cv2.ROTATE_90_COUNTERCLOCKWISE), np.uint8)
+        blobs, seen = DETECTOR.detect(grey), photograph['seen']
+        tones = {lamp['id']: lamp['frequency'] for lamp in photograph['lamps']}
+        names = [ToneDecoder(tones).add_frames(rows) for rows in rows_of(grey, blobs)]
+        offsets = blobs.centroids[:, None] - np.array([lamp['uv'] for lamp in seen])
+        near = np.hypot(*offsets.transpose(2, 0, 1)) < NEAR
+        right = sum(names[k] == seen[i]['id'] for k, i in np.argwhere(near))
+        others = [name for name, is_lamp in zip(names, near.any(axis=1), strict=True) if not is_lamp]
+        table.add(
+            *(photograph['image'], rate(int(near.any(axis=0).sum()), len(seen)), rate(right, len(seen))),
+            *(count(len(others)), count(sum(name is not None for name in others), better='lower')),
+        )
+
+
+def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> tuple[int, int]:
+    """Return how many of four rendered lamps over a picture that moves are named, and how many names are wrong."""
+    height, width = picture.shape
+    focal = 0.8 * 0.5 * min(height, width) / 0.9 * 2.5
+    camera = PinholeCamera(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
+    eye, rng = CeilingCamera(camera, channel.shutter), np.random.default_rng(0)
+    room, receiver = (
+        lamps_that_say({}, channel, eye, rng.uniform(0.0, 9.0, 4).tolist()),
+        LightReceiver(RENDERED, channel.settings),
+    )
+    pose = camera_pose(SE2(0.9, 0.9, 0.0), UPWARD_MOUNT)
+    true = camera.pixels_from_points(pose.camera_points([beacon.xyz for beacon in RENDERED]))
+    named, wrong = set[int](), set[tuple[int, int]]()
+    for stamp in (np.arange(round(seconds * channel.rate)) / channel.rate).tolist():
+        light = eye.light(room, lambda _: pose, stamp)
+        light += AMBIENT / 255.0 * np.roll(picture, round(30.0 * stamp), axis=1)
+        for lamp in receiver.receive(stamp, eye.sensor.expose(light, rng)):
+            if lamp.beacon is not None and np.hypot(*(lamp.sample.centre - true[lamp.beacon - 1])) < NEAR:
+                named.add(lamp.beacon)
+            elif lamp.beacon is not None or lamp.unknown_id is not None or lamp.commands or lamp.message:
+                wrong.add((lamp.sample.key, lamp.beacon or 0))
+    return len(named), len(wrong)
+
+
+def add_people(run: Run, pictures: int, seconds: float) -> None:
+    """Add false detections in pictures without lamps, and names where rendered lamps shine over them."""
+    folders = [run.data('people_rooms'), run.data('stereo_euroc'), run.data('stereo_machine_hall')]
+    paths = [
+        path for folder in folders for path in sorted(folder.rglob('*')) if path.suffix in ('.jpg', '.png')
+    ]
+    chosen = [paths[i] for i in np.linspace(0, len(paths) - 1, min(pictures, len(paths))).astype(int)]
+    heads = 'pictures', 'blobs a picture: median / 95 % / max', 'rendered lamps named', 'wrong IDs'
+    table = run.table('People and rooms', 'camera', *heads)
+    for channel in (UFSOOK, RS_FSK_30):
+        blobs, named, wrong = [], 0, 0
+        for path in progress(chosen, channel.name):
+            picture = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), np.uint8)
+            rows = band_rows(channel.settings, ()) if channel.settings.is_rolling else 0.0
+            blobs.append(len(LampDetector(LampSettings(stripe_rows=rows)).detect(picture)))
+            found = film_over(picture, channel, seconds)
+            named, wrong = named + found[0], wrong + found[1]
+        table.add(
+            *(channel.name, str(len(chosen)), error(np.array(blobs), '.0f')),
+            *(rate(named, 4 * len(chosen)), count(wrong, better='lower')),
+        )
+
+
+def rows_of(image: NDArray[np.uint8], blobs: LampBlobs) -> list[LampRows]:
+    """Return the rows of each lamp."""
+    noise, rows = noise_sigma(image), []
+    for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds, strict=True):
+        first, brightness = row_profile(image, centre, radius, background, noise)
+        rows.append(rows_from_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, EXPOSURE))
+    return rows
 
 
 def likelihoods(image: NDArray[np.uint8], blobs: LampBlobs) -> NDArray[np.float64]:
     """Return the log likelihoods of the tones, shape (lamps, tones)."""
-    noise, table = noise_sigma(image), []
-    for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds, strict=True):
-        first, brightness = row_profile(image, centre, radius, background, noise)
-        rows = rows_from_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, EXPOSURE)
-        table.append(tone_log_likelihoods(rows, TONES)[0])
-    return np.array(table)
+    return np.array([tone_log_likelihoods(rows, TONES)[0] for rows in rows_of(image, blobs)])
 
 
-def main(run: Run) -> None:
-    """Find the lamps and the pose."""
+def main(run: Run, pictures: int, seconds: float) -> None:
+    """Find the lamps and the pose, and what is no lamp."""
     use_one_core()
+    add_lights(run)
+    add_people(run, pictures, seconds)
+    add_pose(run)
+
+
+def add_pose(run: Run) -> None:
+    """Add the five lamps of a photograph and its pose."""
     path = run.data('vlc_luxapose', 'x_0_y_1.27.jpg')
     grey = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), np.uint8)
-    blobs = LampDetector(LampSettings(contrast_min=10.0, stripe_rows=LONGEST_STRIPE)).detect(grey)
+    blobs = DETECTOR.detect(grey)
     played = likelihoods(grey, blobs)
     ids, ordered = 1 + played.argmax(axis=1), np.sort(played, axis=1)
     height, width = grey.shape
@@ -84,4 +176,8 @@ def main(run: Run) -> None:
 
 
 if __name__ == '__main__':
-    run_benchmark(main)
+    run_benchmark(
+        main,
+        pictures=Option(16, 2, 'without lamps, at most'),
+        seconds=Option(4.0, 3.0, 'of lamps rendered over each'),
+    )

@@ -24,6 +24,10 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix
 
 WARM_UP = 10
 """Images that are not counted."""
+NEAR = 6.0
+"""A lamp is named rightly if its named place is that near to it [px]."""
+DARK = 20
+"""A place of the lit ceiling is behind a person below this level [grey levels]."""
 
 
 @dataclass
@@ -35,6 +39,9 @@ class FilmRun:
     images: int = 0
     named: int = 0
     commands: int = 0
+    hidden: int = 0
+    shown: int = 0
+    wrong: int = 0
 
 
 def run_film(film: Film, seconds: float, markers: Markers | None) -> FilmRun:
@@ -54,6 +61,18 @@ def run_film(film: Film, seconds: float, markers: Markers | None) -> FilmRun:
         if found.images > WARM_UP:
             for name, value in taken.items():
                 found.times[name].append(value)
+        true = {projection.lamp + 1: projection.centre for projection in frame.photo.lamp_projections}
+        found.wrong += sum(
+            lamp.beacon is not None
+            and not np.hypot(*(lamp.sample.centre - true.get(lamp.beacon, (-99.0, -99.0)))) < NEAR
+            for lamp in output.lamps
+        )
+        if film.people:
+            seen = [image[round(true[b.id][1]), round(true[b.id][0])] for b in BEACONS if b.id in true]
+            found.shown, found.hidden = (
+                found.shown + len(seen),
+                found.hidden + int(np.sum(np.array(seen) < DARK)),
+            )
         found.named = max(found.named, sum(lamp.beacon is not None for lamp in output.lamps))
         found.commands += sum(isinstance(decision.outcome, Accepted) for decision in output.decisions)
         if isinstance(output.result, BeaconFix):
@@ -72,7 +91,8 @@ def main(run: Run, seconds: float, films: int) -> None:
         'receiver over ArUco',
     )
     table = run.table('Speed', 'film', *heads, 'ArUco on markers ms')
-    results = run.table('Results', 'film', 'lamps named', 'commands', 'poses', 'cm: median / 95 % / max')
+    heads = 'lamps named', 'commands', 'behind people', 'wrong IDs', 'poses', 'cm: median / 95 % / max'
+    results = run.table('Results', 'film', *heads)
     markers = Markers('ArUco 4x4', sensitive=False) if is_available() else None
     for film in FILMS[:films]:
         found = run_film(film, seconds, markers)
@@ -85,6 +105,8 @@ def main(run: Run, seconds: float, films: int) -> None:
         )
         results.add(
             *(film.name, rate(found.named, len(BEACONS)), count(found.commands, better='higher')),
+            rate(found.hidden, found.shown) if film.people else '–',
+            count(found.wrong, better='lower'),
             *(rate(len(found.errors), found.images), error(found.errors, '.2f', 100.0)),
         )
 

@@ -14,20 +14,25 @@ from typing import TypeVar
 
 import numpy as np
 import rclpy
+from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2, PointField
-from std_msgs.msg import Header
+from std_msgs.msg import Header, String
 
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
+from shirube_bags.lockstep import replay_in_lockstep
 from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.free_domain import free_domain
 from shirube_core.geometry import SE2
 from shirube_ros.node import node_executor
 from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.quality_of_service import pose_profile
+
+TRUTH = '/ground_truth'
 
 AnyNode = TypeVar('AnyNode', bound=Node)
 
@@ -130,11 +135,41 @@ def poses_in(bag: BagReader, topic: str) -> dict[int, SE2]:
     return {header_stamp(raw.raw): planar_pose(bag.decode(raw).pose, topic) for raw in messages}
 
 
-def first_seconds(path: Path, seconds: float, source: Path) -> Path:
-    """Copy the beginning of a bag."""
+def first_seconds(
+    path: Path, seconds: float, source: Path, keep: Callable[[float], bool] = lambda _: True
+) -> Path:
+    """Copy the beginning of a bag, messages at times that are kept [s]."""
     with BagReader(source) as bag, BagWriter(path) as copy:
         for raw in bag.messages():
             if raw.stamp_ns > bag.start_ns + 1e9 * seconds:
                 break
-            copy.write_raw(raw.topic, raw.msgtype, raw.raw, raw.stamp_ns)
+            if keep(1e-9 * (raw.stamp_ns - bag.start_ns)):
+                copy.write_raw(raw.topic, raw.msgtype, raw.raw, raw.stamp_ns)
     return path
+
+
+def replay_live(
+    create_node: Callable[..., Node], path: Path, **parameters: object
+) -> tuple[NDArray[np.float64], int, list[str]]:
+    """Replay a bag through a live localizer, whose images are compressed.
+
+    Returns:
+        errors of its poses [m], number of true poses, and the commands that it accepted.
+    """
+    poses: dict[int, SE2] = {}
+    commands: list[str] = []
+
+    def take_pose(message: PoseStamped) -> None:
+        stamp = message.header.stamp
+        poses[stamp.sec * 1_000_000_000 + stamp.nanosec] = planar_pose(message.pose, 'pose')
+
+    with isolated_graph() as graph, BagReader(path) as bag:
+        node = graph.add(create_node, use_sim_time=True, image_transport='compressed', **parameters)
+        player, name, profile = graph.node('player'), node.get_fully_qualified_name(), pose_profile()
+        player.create_subscription(PoseStamped, f'{name}/pose', take_pose, profile)
+        player.create_subscription(String, f'{name}/command', lambda m: commands.append(m.data), profile)
+        replay_in_lockstep(bag, player, graph.executor, [topic for topic in bag.topics if topic != TRUTH])
+        graph.spin_until(lambda: False, timeout=0.2)
+        truth = poses_in(bag, TRUTH)
+    errors = [pose.distance_to(truth[stamp]) for stamp, pose in poses.items()]
+    return np.array(errors), len(truth), commands

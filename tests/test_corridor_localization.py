@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from node_testing import poses_in
+from node_testing import poses_in, replay_live
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
@@ -19,6 +19,7 @@ from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.files.camera_files import choose_topics
 from stereo_landmark.files.displacement_files import LocatedFrame
 from stereo_landmark.files.place_file import load_places
+from stereo_landmark.node import StereoLandmarkNode
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -29,9 +30,14 @@ NEAR = 0.7
 
 
 @pytest.fixture(scope='module')
-def places(tmp_path_factory: pytest.TempPathFactory) -> list[TaughtPlace]:
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp('places')
     assert teach(['--batch', str(BAGS / 'corridor_teach/lesson.yaml'), '--places', str(folder)]) == 0
+    return folder
+
+
+@pytest.fixture(scope='module')
+def places(folder: Path) -> list[TaughtPlace]:
     return list(load_places(folder))
 
 
@@ -70,6 +76,16 @@ def test_the_robot_is_found_at_the_place_in_millimetres(
     assert np.median(errors) < median
     assert max(errors) < most
     assert max(turns) < 0.5
+
+
+def test_the_live_node_finds_the_robot_in_millimetres(folder: Path) -> None:
+    mount = {'camera_xyz': list(MOUNT.xyz)}
+    errors, truths, _ = replay_live(
+        StereoLandmarkNode, BAGS / 'corridor_left', places_dir=str(folder), **mount
+    )
+    assert len(errors) > 0.5 * truths
+    assert 1e3 * np.median(errors) < 2.0
+    assert 1e3 * errors.max() < 6.0
 
 
 def test_the_place_is_not_looked_for_with_other_cameras(places: list[TaughtPlace]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import shutil
 from collections import Counter
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from node_testing import first_seconds, poses_in
+from node_testing import first_seconds, poses_in, replay_live
 
 from shirube_bags.accuracy import compare_trajectories
 from shirube_bags.bag_reader import BagMessage, BagReader
@@ -28,6 +29,7 @@ from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.files.beacons_file import load_beacons
 from vlc_beacon.files.counter_file import CounterFile
 from vlc_beacon.files.pose_table import LocatedImage
+from vlc_beacon.node import VlcBeaconNode
 from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 
 pytestmark = pytest.mark.newest_set_only
@@ -62,18 +64,22 @@ class FewerImages(BagReader):
             yield message
 
 
-@pytest.fixture(scope='module')
-def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
-    """The bag through the receiver, with the key that was made for it."""
-    folder = tmp_path_factory.mktemp('lamp_drive')
+def files(folder: Path) -> dict[str, str]:
+    """Return the parameters that name files, with the key that was made for the bag."""
     shutil.copy(BAG / 'demo_key', folder / 'key')
     (folder / 'key').chmod(0o600)
     CounterFile(folder / 'counters.json').reset(0)
-    node = NodeSettings(
-        beacons_file=str(BAG / 'beacons.yaml'),
-        key_file=str(folder / 'key'),
-        counter_file=str(folder / 'counters.json'),
-    )
+    return {
+        'beacons_file': str(BAG / 'beacons.yaml'),
+        'key_file': str(folder / 'key'),
+        'counter_file': str(folder / 'counters.json'),
+    }
+
+
+@pytest.fixture(scope='module')
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    """The bag through the receiver."""
+    node = NodeSettings(**files(tmp_path_factory.mktemp('lamp_drive')))
     beacons = beacons_from_settings(node)
     authorizer = authorizer_from_settings(node, AuthorizationSettings(), beacons)
     with FewerImages(BAG) as bag:
@@ -159,3 +165,27 @@ def test_a_rolling_shutter_gives_the_same_path(tmp_path: Path) -> None:
     assert np.median(errors.position) < 0.004
     assert errors.position.max() < 0.02
     assert np.abs(errors.heading).max() < math.radians(0.5)
+
+
+@pytest.mark.timeout(300)
+def test_the_live_node_is_located_and_obeys_too(tmp_path: Path) -> None:
+    """All messages while the lamps are read; then a few, for the pose, until the robot is under lamp A."""
+    bag = first_seconds(tmp_path / 'bag', 12.6, BAG, lambda time: time < 6.5 or time % 0.25 < 0.03)
+    errors, truths, commands = replay_live(VlcBeaconNode, bag, camera_xyz=[0.0, 0.0, 0.0], **files(tmp_path))
+    assert len(errors) > 0.5 * truths
+    assert np.median(errors) < 0.004
+    assert errors.max() < 0.025
+    (command,) = (json.loads(command) for command in commands)
+    assert (command['beacon'], command['op'], command['value']) == (LAMP_A, 'slow', 0.125)
+
+
+@pytest.mark.timeout(300)
+def test_the_live_node_is_located_with_a_rolling_shutter(tmp_path: Path) -> None:
+    source = BAG.with_name('lamp_drive_rolling')
+    bag = first_seconds(tmp_path / 'bag', 4.5, source)
+    camera = {'shutter': 'rolling', 'exposure_time': 60e-6, 'camera_xyz': [0.0, 0.0, 0.0]}
+    errors, _, commands = replay_live(VlcBeaconNode, bag, beacons_file=str(source / 'beacons.yaml'), **camera)
+    assert len(errors) > 30
+    assert np.median(errors) < 0.004
+    assert errors.max() < 0.02
+    assert commands == []

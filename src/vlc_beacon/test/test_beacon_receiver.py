@@ -8,15 +8,22 @@ import numpy as np
 import pytest
 from lamp_room import normalised_square
 from lamp_scenes import BEACONS, CAMERA, MOUNT, PLACES, STRANGE_PLACE, id_packets, receptions, speaking_room
+from numpy.typing import NDArray
 from receptions import KEY, Memory
 
-from scene_simulator.imaging.exposure import Shutter
-from shirube_core.geometry import SE2, CameraMount
+from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
+from scene_simulator.ceiling.lamp import Disc
+from scene_simulator.ceiling.paper_run import PAPER_LAMPS, paper_room
+from scene_simulator.imaging.exposure import Shutter, camera_pose
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
-from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
+from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
+from vlc_beacon.core.lamp_image.lamp_tracker import LampSample, LampTracker
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
-from vlc_beacon.core.packet.command_packet import Command, Operation
+from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.packet.command_packet import Command, Operation, shorten
+from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, LampLocalizer, ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
@@ -56,7 +63,7 @@ def lamp_at(centre, frame) -> int:
 def striped() -> Received:
     """Five seconds of RS-FSK under a rolling shutter, the fourth lamp with a rule; UFSOOK has the lamp drive's bag."""
     packets = [[packet, packet] for packet in id_packets()]
-    packets[3].append(KEY.sign(RULE).to_bytes())
+    packets[3].append(shorten(KEY.sign(RULE)).to_bytes())
     waveforms = [rs_fsk_waveform(content, 30.0) for content in packets]
     drive = speaking_room(waveforms, Shutter(6e-5, 18.9e-6), 30.0)
     settings = ReceiverSettings(shutter='rolling', row_time=18.9e-6, exposure_time=6e-5)
@@ -186,3 +193,39 @@ def test_an_odometry_jump_between_two_images_is_no_motion(count, later, jump, mo
     else:
         assert result.T_map_base.distance_to(POSE) < 1e-6
         assert permit.authorize(KEY.sign(RULE), 4, later) == Accepted(RULE)
+
+
+def heights_at(level: float) -> NDArray[np.float64]:
+    """Return heights of the robot, truly 0, at an exposure by radii of the threshold and of eq. (4), shape (n, 2)."""
+    camera = PinholeCamera(720, 720, 636.4, 636.4, 359.5, 359.5)
+    eye, rng, heights = CeilingCamera(camera), np.random.default_rng(1), []
+    beacons = [Beacon(i + 1, place, Disc().radius) for i, place in enumerate(PAPER_LAMPS)]
+    settings = ReceiverSettings(method='radius_interval', blooming=eye.lens.blooming.spread)
+    made = LampLocalizer(beacons, UPWARD_MOUNT, settings)
+    room = paper_room(
+        [ufsook_waveform([packet]) for packet in id_packets()], Disc(), eye.brightness_for(level)
+    )
+    tracker, detector = LampTracker(), LampDetector()
+    for stamp in (np.arange(46) / 60.0).tolist():
+        photo = eye.photograph(room, lambda _: camera_pose(POSE, UPWARD_MOUNT), stamp, rng)
+        true = np.array([projection.centre for projection in photo.lamp_projections])
+        lamps = [
+            LampObservation(sample, 1 + int(np.hypot(*(true - sample.centre).T).argmin()), None, ())
+            for sample in tracker.update(stamp, photo.image, detector.detect(photo.image))
+            if sample.half_brightness.min() > 0.9
+        ]
+        if stamp > 0.5 and len(lamps) >= 2:
+            given = lamps, camera, None, STILL, (0.0, 0.0)
+            fixes = made.locate(*given), made.locate(*given, photo.image)
+            heights.append([fix.height if isinstance(fix, BeaconFix) else math.nan for fix in fixes])
+    return np.array(heights)
+
+
+@pytest.mark.parametrize(('level', 'worst'), [(0.9, 0.01), (1.6, 0.08)])
+def test_the_profile_of_eq_4_gives_the_depth_of_eq_3_at_any_exposure(level: float, worst: float) -> None:
+    """Overexposure and the glow move the threshold outwards, against which `blooming` alone is of no use."""
+    by_threshold, by_profile = np.abs(heights_at(level)).T
+    assert len(by_profile) > 5
+    assert by_profile.max() < worst
+    # NaN where the intervals of the thresholded radii are disjoint.
+    assert not (by_threshold < 2.0 * by_profile.max()).any()

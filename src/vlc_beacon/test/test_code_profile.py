@@ -8,11 +8,11 @@ from vlc_beacon.core.light_code.code_profile import (
     ufsook_profile,
 )
 from vlc_beacon.core.light_code.manchester import SegmentFormat
-from vlc_beacon.core.packet.command_packet import Command, CommandPacket
+from vlc_beacon.core.packet.command_packet import ShortCommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
 
-PACKETS = (IdPacket(5), CommandPacket(Command(3, 1, 0.0, 9), b'abcd'), DataPacket(bytes(range(100))))
+PACKETS = (IdPacket(5), ShortCommandPacket(5, 0.0, 9, False, b'abcd'), DataPacket(bytes(range(100))))
 
 
 def stated(profile: CodeProfile) -> list[float]:
@@ -33,7 +33,7 @@ def test_what_is_stated_is_how_long_it_plays() -> None:
 
 def test_durations_and_rows_are_those_that_are_promised() -> None:
     assert ufsook_profile().id_seconds <= 0.9
-    assert ufsook_profile().command_seconds <= 5.0
+    assert ufsook_profile().command_seconds <= 3.6
     # The paper's small lamp carries tones only.
     assert rs_fsk_profile(30.0, 18.9e-6).rows_min == 16
     assert 295 <= manchester_profile(SegmentFormat(1), 18.9e-6, 6e-5).rows_min <= 305

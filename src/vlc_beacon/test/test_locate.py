@@ -1,6 +1,7 @@
 """A short image sequence under four lamps processed by ``locate``, as images and as a bag."""
 
 import csv
+import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -22,12 +23,14 @@ from shirube_bags.trajectory_files import load_tum
 from shirube_core.geometry import SE2
 from vlc_beacon.commands.locate import main
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
+from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.files.beacons_file import save_beacons
 
 START_NS = 1_700_000_000_123_456_789
-RATE, SECONDS = 30.0, 2.2
+RATE, SECONDS = 60.0, 2.6
 SHUTTER = Shutter(6e-5, 18.9e-6)
-LIGHT = ('--shutter', 'rolling', '--exposure-time', '6e-5', '--row-time', '18.9e-6')
+LIGHT = ('--shutter', 'rolling', '--exposure-time', '6e-5', '--row-time', '18.9e-6', '--lamp-frame-rate', RATE)
+TEXT = '診察室'
 DAMAGED = 3
 
 
@@ -57,7 +60,9 @@ def content_of(stamp: int, pixels: np.ndarray, pose: SE2) -> dict[str, object]:
 def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with beacons, a calibration, images, a bag of the same images and the truth."""
     folder = tmp_path_factory.mktemp('film')
-    drive = speaking_room([rs_fsk_waveform([packet], RATE) for packet in id_packets()], SHUTTER, RATE)
+    packets = [[packet] for packet in id_packets()]
+    packets[0] += [packet.to_bytes() for packet in split_message(TEXT)] + packets[0]
+    drive = speaking_room([rs_fsk_waveform(each, RATE) for each in packets], SHUTTER, RATE)
     drive = replace(drive, suspension=Suspension(0.0, 0.0))
     save_beacons(folder / 'beacons.yaml', BEACONS)
     (folder / 'camera.yaml').write_text(yaml.safe_dump(CALIBRATION))
@@ -121,6 +126,12 @@ def test_a_bag_agrees_with_the_truth_and_a_bad_image_is_no_end(film: Path, run: 
     code, out, _ = run('--bag', film / 'bag')
     assert code == 0
     assert '1 without a pose: /image_raw' in out
+    # What a lamp says appears as well, with its sender once that is known.
+    data = tmp_path / 'out' / 'data.csv'
+    assert f'messages of lamps; see {data}' in out
+    said = [json.loads(row['data']) for row in csv.DictReader(data.open())]
+    assert {message['text'] for message in said} == {TEXT}
+    assert {message['beacon'] for message in said} <= {None, 1}
     assert errors(tmp_path / 'out' / 'poses.tum', film, START_NS).max() < 0.005
 
 

@@ -5,9 +5,12 @@ import math
 import numpy as np
 import pytest
 
+from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
+from vlc_beacon.core.packet.command_packet import Command, Operation, shorten
 from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.receiver.lamp_decoder import GlobalShutterDecoder, LampView
 from vlc_beacon.core.receiver.tracked_lamp import BACKOFF_TIME, IdConfirmation, SkipReason, TrackedLamp
 
@@ -74,6 +77,19 @@ def test_a_named_lamp_is_listened_to_for_ever():
     seen = watch(lamp, mains(100.0), 5.0, 2.0 * LISTEN)
     assert (seen.beacon, seen.skip_reason) == (7, None)
     assert decoder.reads - reads == pytest.approx(2.0 * LISTEN * RATE, abs=2)
+
+
+@pytest.mark.parametrize('number', [7, 8])
+def test_a_short_command_waits_for_the_id_of_its_lamp_and_is_then_addressed_to_it(number: int) -> None:
+    signed = CommandKey(bytes(32)).sign(Command(7, Operation.TURN, -1.5708, 5))
+    short = shorten(signed)
+    packets = [IdPacket(number), IdPacket(number), short, short]
+    decoder = type('Decoder', (), {'read': lambda _, view: [ReceivedPacket(view.stamp, packets.pop())]})()
+    lamp = TrackedLamp(decoder, {7}, 6.0, LISTEN)
+    commands = [watch(lamp, mains(1.0), float(second), 0.01).commands for second in range(4)]
+    known = (short.addressed_to(7),) if number == 7 else ()
+    assert commands == [(), (), (), known * 2]
+    assert not known or known == (signed,)
 
 
 def test_an_id_is_confirmed_by_two_consecutive_packets() -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scene_simulator.ceiling.lamp_light import LampLight, LampProjection, image_motion
 from scene_simulator.ceiling.lamp_profile import face_homographies
 from scene_simulator.ceiling.lens import CeilingLens
+from scene_simulator.ceiling.people import occlude
 from scene_simulator.ceiling.room import CeilingRoom, CeilingSurface
 from scene_simulator.imaging.exposure import CameraMotion, CameraPose, PoseAt, Shutter
 from scene_simulator.imaging.sensors import GainSensor
@@ -101,6 +102,9 @@ class CeilingCamera:
             self._add_surface(light, room.surface, motion, stamp)
         lamps = LampLight(self.intrinsics, self.shutter, self.lens, self._rays, motion, stamp)
         projections = [lamps.add_lamp(light, index, lamp) for index, lamp in enumerate(room.lamps)]
+        if room.people:
+            middle = self.shutter.frame_middle(stamp, self.intrinsics.height)
+            occlude(light, self._rays, motion.pose(middle), room.people, middle)
         light *= self._transmission
         return light, [projection for projection in projections if projection is not None]
 

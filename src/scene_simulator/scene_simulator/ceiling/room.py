@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from scene_simulator.ceiling.lamp import CeilingLamp
+from scene_simulator.ceiling.people import Person
 from scene_simulator.errors import SceneError, check_seed
 from shirube_core.waveform import Waveform, steady_light
 
@@ -128,14 +129,16 @@ class CeilingRoom:
     Attributes:
         lamps: every light, coded or not.
         surface: the ceiling; none is black.
+        people: those who stand or walk under it.
     """
 
     lamps: tuple[CeilingLamp, ...] = ()
     surface: CeilingSurface | None = None
+    people: tuple[Person, ...] = ()
 
     def with_lights(self, lights: Sequence[CeilingLamp]) -> CeilingRoom:
         """Return the room with more lights, counted after the others."""
-        return CeilingRoom((*self.lamps, *lights), self.surface)
+        return replace(self, lamps=(*self.lamps, *lights))
 
     def with_ambient_light(
         self, ambient: float, contrast: float = 0.1, seed: int = 0, flicker: Waveform | None = None
@@ -148,4 +151,4 @@ class CeilingRoom:
             raise SceneError('a room without a lamp has no height: make its ceiling with panelled_ceiling')
         # 2 cm above, so that the lamps' faces are never in its plane.
         height = self.lamps[0].xyz[2] + 0.02
-        return CeilingRoom(self.lamps, panelled_ceiling(height, ambient, contrast, seed, flicker))
+        return replace(self, surface=panelled_ceiling(height, ambient, contrast, seed, flicker))

@@ -2,7 +2,8 @@
 
 At the distance d from the centre the brightness is b within the radius p and beyond it
 ``(b - gamma) (1 - s(alpha (d - p - beta))) + gamma`` with the logistic function s. One image determines only p + beta,
-the half-maximum radius; images at known distances, where p is known, separate the two.
+the half-maximum radius; images at known distances, where p is known, separate the two. At run time `fit_lit_lamp` fits
+b, alpha, gamma and p + beta to each lamp, whatever the exposure; beta, a property of the lens, is the calibrated one.
 """
 
 from __future__ import annotations
@@ -16,15 +17,26 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.special import expit
 
+from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.vlc_beacon_error import LampImageError
 
 BIN_WIDTH = 0.25
 """Width of the annuli over which brightness is averaged [px]."""
-PROFILE_RADII = 1.8
-"""Radius of the fitted profile [lamp radii]."""
-PROFILE_MARGIN = 4.0
-"""Margin added to the radius of the profile [px]."""
+PROFILE_RADII, PROFILE_MARGIN = 1.2, 6.0
+"""Radius of the fitted profile, in radii and a margin [px]: farther out the glow fades, unlike that of eq. (4)."""
+EDGE_RINGS = 4
+"""Annuli over which the steepest fall of the profile is searched."""
 RADIUS_MIN = 1.0
+WHITE = 255.0
+"""Level at which pixels are clipped [grey levels]."""
+PRIOR_WEIGHT = 4.0
+"""Weight of the initial log brightness, which overexposure leaves almost undetermined [grey levels]."""
+LIT_COSINE = 0.5
+"""Cosine of half the angle of the sector that is fitted of a lamp with one lit half: away from the split."""
+LIT_MIN = 0.7
+"""Minimum brightness of a half that is fitted at run time."""
+FIT_RADIUS_MIN, FIT_RESIDUAL_MAX = 4.0, 0.05
+"""Minimum radius [px] and maximum RMS residual over b - gamma of a lamp that eq. (4) describes at run time."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +47,15 @@ class BloomingFit:
         alpha: steepness of the rim [1/px].
         half_maximum_radius: p + beta, the half-maximum radius [px].
         gamma: brightness of the background [grey levels].
-        brightness: b, brightness of the lamp [grey levels].
+        brightness: b, brightness of the lamp, above `WHITE` if it is overexposed [grey levels].
+        residual: RMS residual over b - gamma.
     """
 
     alpha: float
     half_maximum_radius: float
     gamma: float
     brightness: float
+    residual: float
 
 
 @dataclass(frozen=True)
@@ -61,34 +75,68 @@ class BloomingCalibration:
     beta_sigma: float
 
 
-def fit_blooming(image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float) -> BloomingFit:
+def fit_lit_lamp(image: NDArray[np.uint8], sample: LampSample) -> BloomingFit | None:
+    """Fit eq. (4) to a tracked lamp; None if it is too small or dark, cut off, or if eq. (4) does not describe it.
+
+    Of a split lamp whose other half is dark only the lit half is used.
+    """
+    if not sample.is_lit or sample.radius < FIT_RADIUS_MIN or sample.half_brightness.max() < LIT_MIN:
+        return None
+    direction, (first, second) = None, sample.half_brightness.tolist()
+    if sample.split_axis is not None and min(first, second) < LIT_MIN:
+        direction = sample.split_axis if first > second else -sample.split_axis
+    try:
+        fit = fit_blooming(image, sample.centre, sample.radius, direction)
+    except LampImageError:
+        return None
+    return fit if fit.residual < FIT_RESIDUAL_MAX and fit.half_maximum_radius > RADIUS_MIN else None
+
+
+def fit_blooming(
+    image: NDArray[np.uint8],
+    centre: NDArray[np.float64],
+    radius: float,
+    direction: NDArray[np.float64] | None = None,
+) -> BloomingFit:
     """Fit eq. (4) to a lamp.
 
     Args:
         image: grey image, shape (h, w).
         centre: centre of the lamp, shape (2,) [px].
         radius: initial half-maximum radius [px].
+        direction: unit vector from the centre to the lit half, shape (2,), None for a lamp that is lit all over.
 
     Raises:
         LampImageError: the lamp is cut off by the image border, or there is no lamp.
     """
-    distances, levels, weights = _radial_profile(image, centre, PROFILE_RADII * radius + PROFILE_MARGIN)
-    brightest, darkest = float(levels[distances < 0.7 * radius].mean()), float(levels[-4:].mean())
+    distances, levels, weights = _radial_profile(
+        image, centre, PROFILE_RADII * radius + PROFILE_MARGIN, direction
+    )
+    # The threshold that gave the initial radius may be at the glow of an overexposed lamp: begin at the steepest fall.
+    falls = levels[:-EDGE_RINGS] - levels[EDGE_RINGS:]
+    edge = float(distances[EDGE_RINGS // 2 + int(falls.argmax())])
+    count = int(np.searchsorted(distances, PROFILE_RADII * edge + PROFILE_MARGIN))
+    distances, levels, weights = distances[:count], levels[:count], weights[:count]
+    brightest, darkest = float(levels[distances < max(0.7 * edge, 1.0)].mean()), float(levels[-4:].mean())
     if not brightest > darkest:
         raise LampImageError(
             f'no lamp at ({centre[0]:.0f}, {centre[1]:.0f}); give the centre of a bright spot'
         )
+    start = np.array([math.log(brightest - darkest), darkest, edge, 0.5])
 
-    # Eq. (4) beyond the rim, with its bracket corrected; within it the sigmoid is almost zero.
+    # Eq. (4) beyond the rim, with its bracket corrected; within it the sigmoid is almost zero. Pixels are clipped.
     def residuals(guess: NDArray[np.float64]) -> NDArray[np.float64]:
-        b, gamma, half, log_alpha = guess
-        sigmoid = expit(math.exp(log_alpha) * (distances - half))
-        return np.asarray(weights * ((b - gamma) * (1.0 - sigmoid) + gamma - levels))
+        log_rise, gamma, half, log_alpha = guess
+        sigmoid = expit(np.exp(log_alpha) * (distances - half))
+        brightness = np.exp(log_rise) * (1.0 - sigmoid) + gamma
+        misfit = weights * (np.minimum(brightness, WHITE) - levels)
+        return np.append(misfit, PRIOR_WEIGHT * (log_rise - start[0]))
 
-    start = np.array([brightest, darkest, radius, 0.5])
-    solved = least_squares(residuals, start, x_scale=[10.0, 10.0, 1.0, 0.5])
-    b, gamma, half, log_alpha = (float(value) for value in solved.x)
-    return BloomingFit(math.exp(log_alpha), half, gamma, b)
+    solved = least_squares(residuals, start, method='lm', max_nfev=300)
+    log_rise, gamma, half, log_alpha = (float(value) for value in solved.x)
+    rise = math.exp(log_rise)
+    residual = math.sqrt(2.0 * solved.cost / float(weights @ weights)) / rise
+    return BloomingFit(math.exp(log_alpha), half, gamma, rise + gamma, residual)
 
 
 def calibrate_blooming(
@@ -123,7 +171,10 @@ def calibrate_blooming(
 
 
 def _radial_profile(
-    image: NDArray[np.uint8], centre: NDArray[np.float64], profile_radius: float
+    image: NDArray[np.uint8],
+    centre: NDArray[np.float64],
+    profile_radius: float,
+    direction: NDArray[np.float64] | None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return distances [px], mean brightness and square roots of pixel counts of annuli, each of shape (n,)."""
     left, top = (int(low) for low in np.floor(centre - profile_radius))
@@ -137,6 +188,9 @@ def _radial_profile(
     distance = np.hypot(u - centre[0], v - centre[1])
     ring = (distance / BIN_WIDTH).astype(np.int64).ravel()
     inside = ring < int(profile_radius / BIN_WIDTH)
+    if direction is not None:
+        along = (u - centre[0]) * direction[0] + (v - centre[1]) * direction[1]
+        inside &= (along > LIT_COSINE * distance).ravel()
     values = image[top:bottom, left:right].astype(np.float64).ravel()[inside]
     counts = np.bincount(ring[inside])
     filled = counts > 0

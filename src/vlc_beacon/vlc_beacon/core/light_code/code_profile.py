@@ -9,11 +9,11 @@ from vlc_beacon.core.light_code.manchester import SegmentFormat, segments_from_p
 from vlc_beacon.core.light_code.rs_fsk import TONE_LOWEST, rs_fsk_code
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 from vlc_beacon.core.light_code.ufsook import UFSOOK
-from vlc_beacon.core.packet.command_packet import COMMAND_BYTES
+from vlc_beacon.core.packet.command_packet import SHORT_BYTES
 from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD
 from vlc_beacon.core.packet.id_packet import ID_BYTES
 
-_PACKET_BYTES = ID_BYTES, COMMAND_BYTES, 100 + DATA_OVERHEAD
+_PACKET_BYTES = ID_BYTES, SHORT_BYTES, 100 + DATA_OVERHEAD
 TONE_SECONDS = 1.0
 """Approximate identification time of a tone [s]; it depends on the tone separation."""
 UFSOOK_ROWS_MIN = 6
@@ -28,7 +28,7 @@ class CodeProfile:
         name: name of the code.
         rows_min: minimum number of image rows covered by a lamp.
         id_seconds: duration of an ID packet [s].
-        command_seconds: duration of a command packet [s].
+        command_seconds: duration of a short command packet with a value [s].
         seconds_per_100_bytes: duration of a packet with 100 bytes of data [s]. The latency is up to twice as long when
             reception starts within a packet; corrupted packets are repeated.
     """

@@ -5,6 +5,13 @@
 
 136 bits. The CRC separates transmission errors from forgeries: only packets with a correct CRC count as authentication
 failures. The packet is independent of the key; see `vlc_beacon.core.authorization`.
+
+The short packet takes a quarter less time, a third for stop and resume. It leaves out what the robot knows:
+
+    kind 2 bits | one-shot 1 bit | short 1 bit | operation 4 bits | counter 32 bits | value 16 bits, or none
+    | MAC 32 bits of the complete packet's body | CRC-16 of all before
+
+The beacon is the confirmed ID of the sending lamp. The MAC still authenticates it, and is as long.
 """
 
 from __future__ import annotations
@@ -15,7 +22,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 
 from vlc_beacon.core.packet.crc import crc16
-from vlc_beacon.core.packet.id_packet import KIND_SHIFT, PacketKind, check_beacon_id
+from vlc_beacon.core.packet.id_packet import ID_BYTES, KIND_SHIFT, PacketKind, check_beacon_id
 from vlc_beacon.core.vlc_beacon_error import PacketError
 
 
@@ -45,8 +52,15 @@ COUNTER_MAX = (1 << 32) - 1
 VALUE_STEP = 1e-6
 """Resolution of values: 1 micrometre per second or 1 microradian."""
 _BODY = struct.Struct('>BHIi')
-_ONE_SHOT = 0x20
-_OPERATION_MAX = 0x1F
+_ONE_SHOT, _SHORT = 0x20, 0x10
+_OPERATION_MAX = 0x0F
+SHORT_STEP, SHORT_STEPS_MAX = 1e-4, (1 << 15) - 1
+"""Resolution and range of values in short packets: 0.1 mm/s and 0.1 mrad, up to 3.2767."""
+_SHORT_HEAD, _SHORT_VALUE = struct.Struct('>BI'), struct.Struct('>h')
+SHORT_BYTES = _SHORT_HEAD.size + _SHORT_VALUE.size + MAC_BYTES + 2
+"""Length of a short packet with a value [bytes]."""
+WITHOUT_VALUE = (Operation.STOP, Operation.RESUME)
+"""Operations whose value is 0 and is not sent in short packets."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +69,7 @@ class Command:
 
     Attributes:
         beacon: ID of the sending lamp.
-        operation: operation code, 0 to 31; see `Operation`.
+        operation: operation code, 0 to 15; see `Operation`.
         value: argument in SI units, rounded to `VALUE_STEP`.
         counter: non-decreasing counter against replay, 0 to `COUNTER_MAX`.
         is_one_shot: whether it is executed once, or is a rule of the zone under the lamp.
@@ -99,9 +113,65 @@ class CommandPacket:
         return body + crc16(body).to_bytes(2)
 
 
+@dataclass(frozen=True)
+class ShortCommandPacket:
+    """A command as it is sent without the beacon; fields as in `Command` and `CommandPacket`."""
+
+    operation: int
+    value: float
+    counter: int
+    is_one_shot: bool
+    mac: bytes
+
+    def to_bytes(self) -> bytes:
+        """Return the packet, `short_length` long."""
+        first = PacketKind.COMMAND << KIND_SHIFT | _ONE_SHOT * self.is_one_shot | _SHORT | self.operation
+        steps = b'' if self.operation in WITHOUT_VALUE else _SHORT_VALUE.pack(round(self.value / SHORT_STEP))
+        body = _SHORT_HEAD.pack(first, self.counter) + steps + self.mac
+        return body + crc16(body).to_bytes(2)
+
+    def addressed_to(self, beacon: int) -> CommandPacket:
+        """Return the complete packet, given the confirmed ID of the lamp that sent this one."""
+        command = Command(beacon, self.operation, self.value, self.counter, self.is_one_shot)
+        return CommandPacket(command, self.mac)
+
+
+def shorten(packet: CommandPacket) -> ShortCommandPacket | None:
+    """Return the short packet of a command, None if it cannot represent the value."""
+    command = packet.command
+    steps = round(command.value / SHORT_STEP)
+    is_exact = round(steps * SHORT_STEP, 6) == round(command.value, 6) and abs(steps) <= SHORT_STEPS_MAX
+    if not is_exact or (command.operation in WITHOUT_VALUE and steps != 0):
+        return None
+    return ShortCommandPacket(
+        command.operation, command.value, command.counter, command.is_one_shot, packet.mac
+    )
+
+
+def command_length(first: int) -> int:
+    """Return the length of the command packet that begins with a byte [bytes]."""
+    if not first & _SHORT:
+        return COMMAND_BYTES
+    is_without_value = (first & _OPERATION_MAX) in WITHOUT_VALUE
+    return SHORT_BYTES - (_SHORT_VALUE.size if is_without_value else 0)
+
+
+def read_short_command_packet(data: bytes) -> ShortCommandPacket | None:
+    """Parse a short command packet; None if length, kind or checksum is wrong."""
+    if len(data) <= ID_BYTES or data[0] >> KIND_SHIFT != PacketKind.COMMAND or not data[0] & _SHORT:
+        return None
+    if len(data) != command_length(data[0]) or crc16(data[:-2]) != int.from_bytes(data[-2:]):
+        return None
+    first, counter = _SHORT_HEAD.unpack_from(data)
+    steps = data[_SHORT_HEAD.size : -2 - MAC_BYTES]
+    value = round(_SHORT_VALUE.unpack(steps)[0] * SHORT_STEP, 4) if steps else 0.0
+    mac = data[-2 - MAC_BYTES : -2]
+    return ShortCommandPacket(first & _OPERATION_MAX, value, counter, bool(first & _ONE_SHOT), mac)
+
+
 def read_command_packet(data: bytes) -> CommandPacket | None:
     """Parse a command packet; None if length, kind, a field or the checksum is wrong."""
-    if len(data) != COMMAND_BYTES or data[0] >> KIND_SHIFT != PacketKind.COMMAND:
+    if len(data) != COMMAND_BYTES or data[0] >> KIND_SHIFT != PacketKind.COMMAND or data[0] & _SHORT:
         return None
     if crc16(data[:-2]) != int.from_bytes(data[-2:]):
         return None

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from vlc_beacon.core.packet.command_packet import COMMAND_BYTES, CommandPacket, read_command_packet
+from vlc_beacon.core.packet.command_packet import (
+    CommandPacket,
+    ShortCommandPacket,
+    command_length,
+    read_command_packet,
+    read_short_command_packet,
+)
 from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, DataPacket, read_data_packet
 from vlc_beacon.core.packet.id_packet import ID_BYTES, KIND_SHIFT, IdPacket, PacketKind, read_id_packet
 
-Packet = IdPacket | DataPacket | CommandPacket
+Packet = IdPacket | DataPacket | CommandPacket | ShortCommandPacket
 
 
 @dataclass(frozen=True)
@@ -21,7 +27,12 @@ class ReceivedPacket:
 
 def read_packet(data: bytes) -> Packet | None:
     """Parse a packet; None if it is invalid."""
-    return read_id_packet(data) or read_data_packet(data) or read_command_packet(data)
+    return (
+        read_id_packet(data)
+        or read_data_packet(data)
+        or read_command_packet(data)
+        or read_short_command_packet(data)
+    )
 
 
 def packet_length(data: bytes) -> int | None:
@@ -31,6 +42,6 @@ def packet_length(data: bytes) -> int | None:
     lengths = {
         PacketKind.ID: ID_BYTES,
         PacketKind.DATA: DATA_OVERHEAD + data[2],
-        PacketKind.COMMAND: COMMAND_BYTES,
+        PacketKind.COMMAND: command_length(data[0]),
     }
     return next((length for kind, length in lengths.items() if kind == data[0] >> KIND_SHIFT), None)

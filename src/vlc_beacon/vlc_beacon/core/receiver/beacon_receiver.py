@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, TiltBuffer, gravity_aligned_camera
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
+from vlc_beacon.core.lamp_image.blooming import fit_lit_lamp
 from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
 from vlc_beacon.core.pose.lamp_rays import Beacon, row_motions
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
@@ -117,7 +118,7 @@ class BeaconReceiver:
         # The image turns opposite to the robot.
         lamps = self._light.receive(stamp, grey, 0.0 if motion is None else -motion.yaw)
         # Section 2.2: the pose from the places of the identified lamps in the image.
-        result = self._localizer.locate(lamps, camera, T_odom_base, velocity, tilt)
+        result = self._localizer.locate(lamps, camera, T_odom_base, velocity, tilt, grey)
         # Spoofed lamps cannot displace the odometry: only consistent poses locate commands.
         if isinstance(result, BeaconFix):
             pose = result.T_map_base
@@ -181,6 +182,7 @@ class LampLocalizer:
         T_odom_base: SE2 | None,
         velocity: NDArray[np.float64],
         tilt: tuple[float, float],
+        image: NDArray[np.uint8] | None = None,
     ) -> BeaconFix | NoBeaconFix:
         """Compute the pose at the stamp of an image.
 
@@ -190,6 +192,7 @@ class LampLocalizer:
             T_odom_base: odometry pose at the stamp, None if unavailable.
             velocity: velocity of the base, shape (3,) [m/s, m/s, rad/s].
             tilt: roll and pitch of the base [rad].
+            image: grey image, shape (h, w), in which eq. (4) is fitted; None to use the thresholded radii.
         """
         # Rays to the identified lamps; the rows of a rolling shutter are exposed one after the other.
         identified = [lamp for lamp in lamps if lamp.beacon is not None and lamp.sample.is_lit]
@@ -209,7 +212,15 @@ class LampLocalizer:
         if self._settings.method == CENTROID or isinstance(result, NoBeaconFix):
             return result
         # The paper's method: eqs (3) to (7) on the lamp radii; it needs the yaw, here from the centroids.
-        radii = np.array([lamp.sample.radius for lamp in identified]) - self._settings.blooming
+        # Eq. (4) gives the radius of a lamp at any exposure; the threshold does where it cannot be fitted, and in the
+        # bands of a rolling shutter.
+        image = None if self._settings.is_rolling else image
+        fits = [None if image is None else fit_lit_lamp(image, lamp.sample) for lamp in identified]
+        bloomed = [
+            lamp.sample.radius if fit is None else fit.half_maximum_radius
+            for lamp, fit in zip(identified, fits, strict=True)
+        ]
+        radii = np.array(bloomed) - self._settings.blooming
         discs = LampDiscs(
             [self._tracker.locator.beacons[id_] for id_ in ids],
             centres,

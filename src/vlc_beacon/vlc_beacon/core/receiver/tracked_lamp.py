@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import json
+from collections import deque
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from enum import Enum
 
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
-from vlc_beacon.core.packet.command_packet import CommandPacket
+from vlc_beacon.core.packet.command_packet import CommandPacket, ShortCommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket, MessageAssembler
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.receiver.lamp_decoder import LampDecoder, LampView
 
 BACKOFF_TIME = 60.0
 """Pause between acquisition attempts [s]."""
+UNADDRESSED_MAX = 4
+"""Number of short commands that wait for the ID of their lamp."""
 
 
 class SkipReason(Enum):
@@ -134,6 +137,7 @@ class TrackedLamp:
         self._confirmation, self._assembler = IdConfirmation(), MessageAssembler()
         self._beacon: int | None = None
         self._unknown_id: int | None = None
+        self._unaddressed: deque[ShortCommandPacket] = deque(maxlen=UNADDRESSED_MAX)
 
     def update(self, view: LampView) -> LampObservation:
         """Process a frame."""
@@ -145,11 +149,17 @@ class TrackedLamp:
                 match received.packet:
                     case CommandPacket() as command:
                         commands.append(command)
+                    case ShortCommandPacket() as short:
+                        self._unaddressed.append(short)
                     case DataPacket() as fragment:
                         completed = self._assembler.add(fragment)
                         message = message if completed is None else completed
                     case IdPacket(beacon):
                         self._confirm(beacon)
+        if self._beacon is not None:
+            # A short packet names no beacon: it waits until the ID of the lamp is confirmed.
+            commands += [short.addressed_to(self._beacon) for short in self._unaddressed]
+            self._unaddressed.clear()
         skip_reason = None
         if self._backoff.has_timed_out and self._beacon is None:
             is_small = 2.0 * view.sample.radius < self._readable_diameter

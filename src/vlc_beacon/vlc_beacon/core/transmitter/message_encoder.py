@@ -14,13 +14,19 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.packet.command_packet import Command, Operation, find_implausibility
+from vlc_beacon.core.packet.command_packet import (
+    SHORT_STEP,
+    WITHOUT_VALUE,
+    Command,
+    Operation,
+    find_implausibility,
+    shorten,
+)
 from vlc_beacon.core.packet.data_packet import split_message
 from vlc_beacon.core.packet.id_packet import IdPacket
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 OPERATIONS = {operation.label: operation for operation in Operation}
-_WITHOUT_VALUE = (Operation.STOP, Operation.RESUME)
 _REMEDY = f'use id, text:..., hex:... or a command: {", ".join(OPERATIONS)}'
 
 
@@ -85,15 +91,18 @@ def _encode_command(message: str, operation: Operation, value: str | None, conte
     if context.key is None:
         raise VlcBeaconError(f'{message}: a command must be signed; give --key-file')
     number = _parse_value(message, operation, value)
+    # Rounded to the resolution of the short packet, unless nothing is left.
+    number = round(round(number / SHORT_STEP) * SHORT_STEP, 4) or number
     command = Command(context.beacon, operation, number, context.counter, context.is_one_shot)
     flaw = find_implausibility(command)
     if flaw is not None:
         raise VlcBeaconError(f'{message}: {flaw}, so robots would reject it; choose another value')
-    return context.key.sign(command).to_bytes()
+    packet = context.key.sign(command)
+    return (shorten(packet) or packet).to_bytes()
 
 
 def _parse_value(message: str, operation: Operation, value: str | None) -> float:
-    if operation in _WITHOUT_VALUE:
+    if operation in WITHOUT_VALUE:
         if value is not None:
             raise VlcBeaconError(f'{message}: {operation.label} has no value; use {operation.label}')
         return 0.0
