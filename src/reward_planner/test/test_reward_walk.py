@@ -85,6 +85,10 @@ def test_where_the_robot_was_it_does_not_go_again():
     visited = [(3, column) for column in range(10, 20)]
     route = reward_route(FREE, (3, 3), (3, 30), COUNTED, np.array(visited))
     assert not {tuple(cell) for cell in route.cells.tolist()} & set(visited)
+    walk = RewardWalk(FREE.shape, (3, 3), (3, 30), RewardSettings())
+    assert walk.advance(FREE)
+    back = {reward.step: reward.terms for reward in walk.explain(FREE)}
+    assert [step for step, terms in back.items() if 'visited' in terms] == [(0, -1)]
 
 
 def test_what_cannot_be_reached_is_reported():

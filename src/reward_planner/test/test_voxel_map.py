@@ -179,6 +179,7 @@ def test_values_are_between_0_and_1_and_one_odd_voxel_does_not_rule_over_the_oth
     for values in (counts_over_maximum(counts), counts_over_expected(counts, expected)):
         assert (values > 0.0).all()
         assert (values <= 1.0).all()
+    assert counts_over_maximum(counts) == pytest.approx(counts / 1000.0)
     assert len(counts_over_maximum(np.empty(0, dtype=np.int32))) == 0
     counts = np.full(1000, 50, dtype=np.int32)
     counts[3] = 100_000

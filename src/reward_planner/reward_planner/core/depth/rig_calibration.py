@@ -89,7 +89,8 @@ def calibrate_rig(
         )
     found, poses, _ = _split(fit.x)
     cameras = [
-        PinholeCamera(size[0], size[1], fx, fy, cx, cy, (*d, 0.0)) for fx, fy, cx, cy, *d in found.tolist()
+        PinholeCamera(size[0], size[1], fx, fy, cx, cy, (k1, k2, p1, p2, 0.0))
+        for fx, fy, cx, cy, k1, k2, p1, p2 in found.tolist()
     ]
     rotations = Rotation.from_rotvec(poses[:, :3]).inv()  # from each camera to the left one
     return rectify_rig(cameras, list(rotations.as_matrix()), list(-rotations.apply(poses[:, 3:])))
