@@ -104,13 +104,13 @@ def test_a_source_in_another_frame_is_taken_by_tf_but_not_through_the_own_transf
     tf = MemoryTf(monkeypatch)
     tf.join('hall', 'map', (1.0, 0.0, 0.0))
     tf.join('map', 'odom', (0.0, 0.0, 0.0))
-    robot = Robot(graph, sources=['a'])
-    for _ in range(10):
-        robot.drive(0.1, a=False)
-        robot.publish_a(SE2(1.0, 0.0, 0.0) @ robot.pose, frame='hall')
-    robot.drive(0.1, a=False)
+    robot = Robot(graph)
+    publish = robot.publish_a
+    robot.publish_a = lambda _: publish(SE2(1.0, 0.0, 0.0) @ robot.pose, frame='hall')
+    robot.drive(1.0)
+    assert robot.refusals('a') == []
     assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)
-    robot.publish_a(frame='odom')
+    publish(frame='odom')
     (reason,) = robot.refusals('a')
     assert "frame_id 'odom', expected 'map'" in reason
 
