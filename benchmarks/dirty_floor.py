@@ -1,7 +1,7 @@
 """A floor that was mapped clean, with all its chips, and is located dirty, with larger minimum sizes of dots.
 
-So the paper explains its missing dots (3.2.2): small chips are on the map, but the filter against dirt removes them from
-the image. Rendered images of chips of 1 to 3 mm through the detector; the rates are relative to the chips in view.
+So the paper explains its missing dots (3.2.2): small chips are on the map, but the filter against dirt removes them
+from the image. Rendered images of chips of 1 to 3 mm through the detector; rates are relative to the chips in view.
 """
 
 from __future__ import annotations
