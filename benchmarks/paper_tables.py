@@ -31,12 +31,13 @@ RATES = (0.1, 0.2, 0.3, 0.4, 0.5)
 
 
 class Cell(NamedTuple):
-    """One column of a table of the paper: rates of missing and spurious dots, its figures, and ours to find."""
+    """One column of a table of the paper: rates of missing and spurious dots, or numbers of right and spurious ones."""
 
     missing: float
     spurious: float
     paper: str
     noise: float = NOISE
+    dots: tuple[int, int] | None = None
 
 
 # Right / wrong / none in percent.
@@ -53,16 +54,20 @@ PAPER = {
 }
 # Table 5: lowest match rate of a right pose, highest of a wrong one.
 MATCH_RATES = ('61.1 / 10.0', '56.3 / 16.1', '51.5 / 23.5', '38.9 / 18.9', '42.9 / 21.4')
-# Table 1: photographs with dots that were added or hidden.
+# Table 1: photographs with dots that were added or hidden; rates, and right and spurious dots that they mean.
 PHOTOGRAPHED = {
-    'found (fig. 27)': (0.098, 0.610),
-    'failed (fig. 28)': (0.146, 0.902),
-    'found (fig. 29)': (0.762, 0.095),
-    'failed (fig. 30)': (0.810, 0.095),
-    'found (fig. 31)': (0.784, 0.078),
+    'found (fig. 27: 37 right + 25 spurious of 41)': (0.098, 0.610, (37, 25)),
+    'failed (fig. 28: 35 + 37 of 41)': (0.146, 0.902, (35, 37)),
+    'found (fig. 29: 10 + 4 of 42)': (0.762, 0.095, (10, 4)),
+    'failed (fig. 30: 8 + 4 of 42)': (0.810, 0.095, (8, 4)),
+    'found (fig. 31: 11 + 4 of 51)': (0.784, 0.078, (11, 4)),
 }
 TABLES = {
-    '1': [Cell(*rates, paper, noise) for noise in (NOISE, 0.3) for paper, rates in PHOTOGRAPHED.items()],
+    '1': [
+        Cell(missing, spurious, paper, noise, dots)
+        for noise in (NOISE, 0.3)
+        for paper, (missing, spurious, dots) in PHOTOGRAPHED.items()
+    ],
     '2': [Cell(0.0, rate, paper) for rate, paper in zip(RATES, PAPER['2'], strict=True)],
     '3': [Cell(rate, 0.0, paper) for rate, paper in zip(RATES, PAPER['3'], strict=True)],
     '4': [Cell(0.25, rate, paper) for rate, paper in zip(RATES, PAPER['4'], strict=True)],
@@ -127,7 +132,7 @@ def tasks(matcher: str, table: str, places: int, seed: int) -> Iterator[Task]:
     floor = paper_floor(seed)
     for cell in TABLES[table]:
         chosen = spread_places(places)
-        for view in paper_views(floor, chosen, cell.missing, cell.spurious, seed, cell.noise):
+        for view in paper_views(floor, chosen, cell.missing, cell.spurious, seed, cell.noise, cell.dots):
             yield Task(matcher, seed, view, cell.noise)
 
 
