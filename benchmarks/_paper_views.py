@@ -73,6 +73,7 @@ def paper_views(
     spurious: float,
     seed: int,
     noise: float = NOISE,
+    dots: tuple[int, int] | None = None,
 ) -> Iterator[PaperView]:
     """Yield a view for each place.
 
@@ -83,6 +84,7 @@ def paper_views(
         spurious: dots added, as a share of the floor's dots in view.
         seed: the same seed gives the same views.
         noise: standard deviation of a centroid along each axis [px].
+        dots: numbers of right (if there are as many) and of spurious dots, in place of the rates.
     """
     tree = KDTree(floor)
     for number, place in enumerate(places):
@@ -93,8 +95,11 @@ def paper_views(
         pixels = CAMERA.pixels_from_points(MOUNT.camera_points_from_floor(points_view))
         visible = ((pixels > -0.5) & (pixels < CAMERA.width - 0.5)).all(axis=1)
         pixels, in_view = pixels[visible], nearby[visible]
-        kept = rng.permutation(len(in_view))[round(missing * len(in_view)) :]
-        dirt = rng.uniform(-0.5, CAMERA.width - 0.5, (round(spurious * len(in_view)), 2))
+        lost, added = round(missing * len(in_view)), round(spurious * len(in_view))
+        if dots is not None:
+            lost, added = max(len(in_view) - dots[0], 0), dots[1]
+        kept = rng.permutation(len(in_view))[lost:]
+        dirt = rng.uniform(-0.5, CAMERA.width - 0.5, (added, 2))
         shown = np.vstack([pixels[kept], dirt])
         map_dots = np.concatenate([in_view[kept], np.full(len(dirt), -1)])
         yield PaperView(shown + rng.normal(0.0, noise, shown.shape), T_map_view, map_dots)

@@ -44,6 +44,13 @@ def test_rates_are_relative_to_the_floors_dots_in_view(bench: ModuleType) -> Non
         assert some.T_map_view == all_dots.T_map_view
 
 
+def test_views_of_a_photograph_have_its_numbers_of_dots(bench: ModuleType) -> None:
+    floor, places = bench.paper_floor(1), bench.paper_places()[::300]
+    for view in bench.paper_views(floor, places, 0.0, 0.0, 3, dots=(10, 4)):
+        assert np.sum(view.map_dots >= 0) == 10
+        assert np.sum(view.map_dots < 0) == 4
+
+
 def test_a_view_shows_all_dots_of_90_mm_square(bench: ModuleType) -> None:
     floor, places = bench.paper_floor(1), bench.paper_places()[::200]
     for view in bench.paper_views(floor, places, 0.0, 0.0, 4):

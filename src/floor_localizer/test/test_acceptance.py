@@ -1,38 +1,74 @@
-"""The bound on chance alignments: its properties, and its validity on random floors."""
+"""The expected number of chance alignments: its properties, and its truth on random floors."""
 
 import math
+from itertools import permutations
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from scipy.special import comb
+from scipy.special import comb, factorial
 
 from floor_localizer.core.constellation.acceptance import log_chance_alignments
 
 RESIDUALS = np.array([1e-4, 2e-4, 5e-5, math.inf, 1.5e-4, 3e-4, math.inf, 8e-5])
 
 
-def log_chance(residuals=RESIDUALS, smallest=2e-5, distance=0.1, dots=9e4, density=5384.0, scale=0.05):
-    return log_chance_alignments(np.asarray(residuals), smallest, distance, dots, density, scale)
+def view_of(residuals):
+    return np.random.default_rng(3).uniform(-0.05, 0.05, (2, len(residuals))).T @ (1.0, 1j)
 
 
-def plain_log_chance(residuals, smallest, distance, dots, density, scale):
-    """The formula of the bound, evaluated for each k."""
-    ordered = np.sort(residuals[np.isfinite(residuals)])
-    n, expected = len(residuals), []
-    for k in range(3, len(ordered) + 1):
-        r = max(ordered[k - 1], smallest)
-        pairs = density * 2.0 * math.pi * distance * (2.0 * scale * distance + 4.0 * r)
-        tests = dots * pairs * (n - 2) * comb(n, k) * comb(k, 2)
-        expected.append(tests * (density * math.pi * r * r) ** (k - 2))
+def log_chance(residuals=RESIDUALS, smallest=2e-5, size=1.0, dots=9e4, density=5384.0, scale=0.05):
+    z = size * view_of(residuals)
+    return log_chance_alignments(np.asarray(residuals), z, smallest, dots, density, scale)
+
+
+def plain_log_chance(residuals, z, smallest, dots, density, scale):
+    """The formula, evaluated for each k."""
+    order, n, expected = np.argsort(residuals), len(residuals), []
+    for k in range(3, int(np.isfinite(residuals).sum()) + 1):
+        closest = z[order[:k]]
+        spread = np.sum(np.abs(closest - closest.mean()) ** 2)
+        squares = max(np.sum(residuals[order[:k]] ** 2), (2 * k - 4) * smallest**2)
+        similarities = dots * density * 4.0 * math.pi * scale * k * spread
+        ball = (math.pi * density * squares) ** (k - 2) / factorial(k - 2)
+        expected.append((n - 2) * comb(n, k) * similarities * ball)
     return math.log(min(expected))
 
 
-def test_bound_is_the_written_formula_for_any_order_of_the_dots():
-    assert log_chance() == pytest.approx(plain_log_chance(RESIDUALS, 2e-5, 0.1, 9e4, 5384.0, 0.05))
+def test_it_is_the_written_formula_for_any_order_of_the_dots():
+    z = view_of(RESIDUALS)
+    expected = plain_log_chance(RESIDUALS, z, 2e-5, 9e4, 5384.0, 0.05)
+    assert log_chance() == pytest.approx(expected)
     assert log_chance(dots=9e5) - log_chance() == pytest.approx(math.log(10.0))
-    shuffled = np.random.default_rng(0).permutation(RESIDUALS)
-    assert log_chance(shuffled) == pytest.approx(log_chance())
+    shuffled = np.random.default_rng(0).permutation(len(z))
+    assert log_chance_alignments(
+        RESIDUALS[shuffled], z[shuffled] + 7.0, 2e-5, 9e4, 5384.0, 0.05
+    ) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(('dots', 'seen'), [(60, 3), (24, 4)])
+def test_random_floors_have_as_many_alignments_as_expected(dots, seen):
+    """On a torus, where no view crosses the border of the floor, the count is a Poisson number of this mean."""
+    rng, density, scale, squares = np.random.default_rng(4), 5384.0, 0.05, 8e-6 * (seen - 2) ** 2
+    side = math.sqrt(dots / density)
+    count = expected = 0.0
+    tuples = np.array(list(permutations(range(dots), seen)))
+    for _ in range(6):
+        floor = rng.uniform(0.0, side, (dots, 2)) @ (1.0, 1j)
+        z = rng.uniform(0.0, 0.5 * side, (seen, 2)) @ (1.0, 1j)
+        shifts = floor[tuples] - floor[tuples[:, :1]]
+        m = (shifts.real + 0.5 * side) % side + 1j * ((shifts.imag + 0.5 * side) % side)
+        z, m = z - z.mean(), m - m.mean(axis=1, keepdims=True)
+        spread = np.sum(np.abs(z) ** 2)
+        a = m @ z.conj() / spread
+        is_aligned = np.sum(np.abs(m - a[:, None] * z) ** 2, axis=1) < squares
+        count += np.sum(is_aligned & (np.abs(np.abs(a) - 1.0) < scale))
+        residuals = np.full(seen, math.sqrt(squares / seen))
+        # Tuples of distinct dots, and n - 2 = 2 possible numbers of matches of four view dots.
+        distinct = np.prod(1.0 - np.arange(seen) / dots) / (seen - 2)
+        expected += distinct * math.exp(log_chance_alignments(residuals, z, 0.0, dots, density, scale))
+    assert expected > 80
+    assert abs(count - expected) < 4.0 * math.sqrt(expected)
 
 
 def test_fewer_than_three_matches_are_no_evidence():
@@ -41,7 +77,7 @@ def test_fewer_than_three_matches_are_no_evidence():
 
 
 @pytest.mark.parametrize(('argument', 'start'), [
-    ('density', 3000.0), ('dots', 1e4), ('distance', 0.05), ('scale', 0.01), ('smallest', 1e-4),
+    ('density', 3000.0), ('dots', 1e4), ('size', 0.5), ('scale', 0.01), ('smallest', 1e-4),
     ('residuals', RESIDUALS),
 ])  # fmt: skip
 def test_more_room_for_chance_or_larger_residuals_are_less_evidence(argument, start):
@@ -79,9 +115,7 @@ def least_log_chance(rng, dots=60, seen=10, density=5384.0, scale=0.02):
                 np.stack([places.real, places.imag], axis=-1), distance_upper_bound=reach
             )
             for row in residuals[np.isfinite(residuals).sum(axis=1) >= 4]:
-                matched = view[np.isfinite(row)]
-                widest = np.max(np.abs(matched[:, None] - matched))
-                best = min(best, log_chance_alignments(row, 1e-5, widest, float(dots), density, scale))
+                best = min(best, log_chance_alignments(row, view, 1e-5, float(dots), density, scale))
     return best
 
 

@@ -78,6 +78,35 @@ def test_an_area_around_the_robot_leads_to_a_pose_and_then_it_may_leave_it(floor
     assert is_right(tracker.track_dots(0.05, see(floor, away, rng).dots, CAMERA), away)
 
 
+def lenient(localizer):
+    return FloorTracker(localizer, TrackerSettings(initialpose_is_strict=False, joined_views=1))
+
+
+def test_an_area_from_another_localizer_finds_a_sparse_view_and_rejects_no_pose_elsewhere(floor, localizer):
+    rng, found = np.random.default_rng(6), 0
+    for _ in range(8):
+        pose = pose_over(rng)
+        dots = first_dots(see(floor, pose, rng, noise=1.0).dots, 7)
+        assert isinstance(lenient(localizer).track_dots(0.0, dots, CAMERA), NoFix)
+        tracker = lenient(localizer)
+        tracker.set_area(pose @ SE2(0.05, -0.03, 0.05), np.diag([2.5e-3, 2.5e-3, 2.5e-3]))
+        found += is_right(tracker.track_dots(0.0, dots, CAMERA), pose, 0.002, 0.03)
+    assert found >= 6
+    # A wrong area: the whole map is searched.
+    tracker.set_area(pose @ SE2(0.0, 0.0, math.pi), np.diag([2.5e-3, 2.5e-3, 2.5e-3]))
+    assert is_right(tracker.track_dots(0.1, see(floor, pose, rng).dots, CAMERA), pose)
+
+
+def test_an_area_moves_with_odometry_until_the_robot_is_found(floor, tracker):
+    rng = np.random.default_rng(5)
+    tracker.set_area(START, np.diag([1e-6, 1e-6, 1e-4]))
+    blank, later = np.full((235, 235), 128, dtype=np.uint8), START @ SE2(0.1, 0.05, 0.5)
+    tracker.add_odometry(0.0, SE2(7.0, 7.0, 1.0))
+    assert tracker.track(0.0, blank, CAMERA).reason is NoFixReason.NO_DOTS
+    tracker.add_odometry(0.2, SE2(7.0, 7.0, 1.0) @ START.inverse() @ later)
+    assert is_right(tracker.track_dots(0.2, see(floor, later, rng).dots, CAMERA), later)
+
+
 def sparse_views(floor, rng, number):
     """Views of a driving robot with only the four dots nearest to the centre of the image."""
     for k in range(number):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from std_msgs.msg import Header
@@ -13,7 +14,12 @@ from std_msgs.msg import Header
 from pose_arbiter.core.kalman_filter import Estimate, as_matrix
 from pose_arbiter.node_settings import NodeSettings
 from shirube_core.geometry import SE2
-from shirube_ros.pose_conversion import odometry_message, pose_message, pose_stamped
+from shirube_ros.pose_conversion import (
+    odometry_message,
+    pose_message,
+    pose_stamped,
+    pose_with_covariance_stamped,
+)
 from shirube_ros.quality_of_service import pose_profile
 from shirube_ros.transform_publisher import TransformPublisher
 
@@ -42,6 +48,10 @@ class TickSchedule:
         return range(first * self._period, last * self._period + 1, self._period)
 
 
+# Least standard deviations of an area for another localizer [m], [rad].
+_AREA_SIGMA, _AREA_SIGMA_YAW = 0.05, 0.05
+
+
 class ArbiterOutput:
     """Publishers of the fused pose and of the transform."""
 
@@ -56,6 +66,8 @@ class ArbiterOutput:
         self._pose = node.create_publisher(PoseStamped, '~/pose', pose_profile())
         self._odometry = node.create_publisher(Odometry, '~/odometry', pose_profile())
         self._transforms = TransformPublisher(node) if settings.publish_tf else None
+        if settings.initialpose_for:
+            self._area = node.create_publisher(PoseWithCovarianceStamped, '~/initialpose', pose_profile())
 
     def publish_pose(self, stamp: int, estimate: Estimate, twist: Any) -> None:
         """Publish the pose at a stamp [ns], with the twist of the latest odometry message or None."""
@@ -66,6 +78,14 @@ class ArbiterOutput:
         if twist is not None:
             message.twist = twist
         self._odometry.publish(message)
+
+    def publish_area(self, stamp: int, estimate: Estimate) -> None:
+        """Publish the pose at a stamp [ns] as the area where a silent localizer searches first."""
+        covariance = np.array(as_matrix(estimate.covariance))
+        least = np.array([_AREA_SIGMA, _AREA_SIGMA, _AREA_SIGMA_YAW]) ** 2
+        np.fill_diagonal(covariance, np.maximum(covariance.diagonal(), least))
+        header = Header(stamp=_time(stamp), frame_id=self._settings.map_frame)
+        self._area.publish(pose_with_covariance_stamped(estimate.pose, covariance, header))
 
     def publish_transform(self, stamp: int, T_map_odom: SE2) -> None:
         """Publish the pose of the odometry frame in the map, stamped ``transform_tolerance`` ahead of a stamp [ns]."""

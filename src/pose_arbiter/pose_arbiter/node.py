@@ -9,8 +9,11 @@ from pose_arbiter.arbiter_input import ArbiterInput, ClockMonitor
 from pose_arbiter.arbiter_output import ArbiterOutput, TickSchedule
 from pose_arbiter.arbiter_report import ArbiterReport
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.localization_status import localization_status
+from pose_arbiter.core.kalman_filter import Estimate
+from pose_arbiter.core.localization_status import LocalizationStatus, localization_status
+from pose_arbiter.core.outlier_rejection import FilterState
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
+from pose_arbiter.core.source_state import NEVER
 from pose_arbiter.node_settings import NodeSettings
 from pose_arbiter.source_parameters import declare_sources, fill_defaults, reject_shared_topics
 from shirube_core.settings import SettingsError
@@ -39,6 +42,7 @@ class PoseArbiterNode(ManagedNode):
     ``~/pose``                 PoseStamped                 50 Hz (``rate``), while the pose is known
     ``~/odometry``             Odometry                    with each pose: covariance, and the twist of ``odom``
     ``/tf``                    TFMessage                   with each pose, map to odom (needs tf2_msgs)
+    ``~/initialpose``          PoseWithCovarianceStamped   once when the source ``initialpose_for`` falls silent
     ``/diagnostics``           DiagnosticArray             1 Hz
     =========================  ==========================  ===================================================
 
@@ -73,7 +77,12 @@ class PoseArbiterNode(ManagedNode):
             raise SettingsError(
                 'two of map_frame, odom_frame and base_frame are the same; give each frame its own name'
             )
-        reject_shared_topics(self, self._source_settings())
+        sources, helped = self._source_settings(), settings.initialpose_for
+        reject_shared_topics(self, sources)
+        if helped and helped not in sources:
+            raise SettingsError(
+                f'setting initialpose_for is {helped!r}, it must be one of {", ".join(sources)}'
+            )
 
     def _source_settings(self) -> dict[str, SourceSettings]:
         return fill_defaults(self.settings(self._source_class), self.settings(NodeSettings).map_frame)
@@ -83,6 +92,9 @@ class PoseArbiterNode(ManagedNode):
         self._settings, self._filter_settings = self.settings(NodeSettings), self.settings(ArbiterSettings)
         sources = self._source_settings()
         self._sources = tuple(sources.values())
+        helped = self._settings.initialpose_for
+        self._helped = list(sources).index(helped) if helped else None
+        self._helped_after: tuple[int, int] | None = None
         self._arbiter = Arbiter(self._sources, self._filter_settings)
         self._clock_monitor = ClockMonitor(self, self._on_clock_jump)
         self._schedule = TickSchedule(self._settings.rate)
@@ -112,6 +124,8 @@ class PoseArbiterNode(ManagedNode):
             if status.has_pose and estimate is not None:
                 self._output.publish_pose(stamp, estimate, self._input.twist)
                 self._publish_transform(stamp)
+            if status is LocalizationStatus.TRACKING and estimate is not None:
+                self._publish_area(stamp, state, estimate)
 
     def _publish_transform(self, stamp: int) -> None:
         """Publish map to odom, as computed at the stamp of the latest odometry."""
@@ -120,6 +134,17 @@ class PoseArbiterNode(ManagedNode):
         T_map_odom = None if estimate is None else self._arbiter.T_map_odom(estimate)
         if T_map_odom is not None:
             self._output.publish_transform(stamp, T_map_odom)
+
+    def _publish_area(self, stamp: int, state: FilterState, estimate: Estimate) -> None:
+        """Publish the pose for the localizer ``initialpose_for``: once when it falls silent, and after each reset."""
+        if self._helped is None:
+            return
+        source = state.source_states[self._helped]
+        latest = NEVER if source.latest is None else source.latest.odometry.stamp
+        is_silent = stamp - latest > self._sources[self._helped].timeout * 1e9
+        if is_silent and self._helped_after != (state.resets, latest):
+            self._helped_after = state.resets, latest
+            self._output.publish_area(stamp, estimate)
 
     def _reset(self) -> str:
         self._arbiter.reset()

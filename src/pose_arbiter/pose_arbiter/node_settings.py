@@ -19,3 +19,7 @@ class NodeSettings:
     transform_tolerance: float = setting(
         0.1, 'time by which /tf is stamped into the future', unit='s', minimum=0.0, maximum=5.0
     )
+    initialpose_for: str = setting(
+        '',
+        'source that gets the pose on ~/initialpose when it is silent and others support the pose; empty: none',
+    )

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from arbiter_graph import START, Robot, seconds_of
 from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from memory_tf import MemoryTf
 from node_testing import isolated_graph
 from rclpy.node import Node
@@ -87,6 +88,22 @@ def test_a_person_can_say_where_the_robot_is_and_reset_forgets_it(graph):
     assert len(robot.poses) == count
     robot.drive(0.5)
     assert len(robot.poses) > count
+
+
+def test_a_silent_source_gets_the_area_of_the_others_once_and_again_after_a_kidnapping(graph):
+    robot, areas = Robot(graph, initialpose_for='b'), []
+    robot.robot.create_subscription(PoseWithCovarianceStamped, '/pose_arbiter/initialpose', areas.append, 10)
+    assert graph.spin_until(lambda: robot.robot.count_publishers('/pose_arbiter/initialpose') == 1)
+    robot.drive(1.5)
+    assert not areas
+    robot.drive(2.0, b=False)
+    assert len(areas) == 1
+    place, covariance = areas[0].pose.pose.position, areas[0].pose.covariance
+    assert place.x == pytest.approx(0.5 * (seconds_of(areas[0]) - START), abs=0.02)
+    assert covariance[0] == covariance[35] == pytest.approx(0.05**2)
+    robot.drive(3.0, a=lambda pose: SE2(pose.x, pose.y + 2.0, pose.yaw), b=False)
+    assert len(areas) == 2
+    assert areas[1].pose.pose.position.y == pytest.approx(2.0, abs=0.05)
 
 
 def test_the_transform_joins_map_and_odometry(graph, monkeypatch):

@@ -110,6 +110,7 @@ def test_an_unknown_parameter_and_topics_without_a_publisher_are_logged_once(gra
         ({'sources': ['a'], 'a.timout': 1.0}, 'parameter a.timout does not exist, did you mean a.timeout'),
         ({'gate_probability': 1.0}, 'setting gate_probability is 1.0'),
         *[({name: 'map'}, 'give each frame its own name') for name in ('odom_frame', 'base_frame')],
+        ({'sources': ['a'], 'initialpose_for': 'b'}, "initialpose_for is 'b', it must be one of a"),
         ({'base_frame': 'odom'}, 'give each frame its own name'),
     ],
 )

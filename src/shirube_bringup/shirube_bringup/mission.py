@@ -6,16 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic, process_time
 
-from motor_bridge.emulator.emulated_controller import EmulatedController
 from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS
 from scene_simulator.mission.sensors import MissionSensors
 from scene_simulator.room.box_room import disc_clearance
 from shirube_bags.errors import ReplayError
+from shirube_bringup.kidnapping import KIDNAPPING, RECOVERED_WITHIN, RECOVERY_TIME, CarriedController
 from shirube_bringup.nodes import MissionError, NodeProcesses
 from shirube_bringup.record import GoalRecord, MissionRecord
 from shirube_bringup.render_worker import RenderWorker
 from shirube_bringup.simulator import STEP_MS, Simulator
-from shirube_bringup.subscribers import MissionSubscribers
+from shirube_bringup.subscribers import MissionSubscribers, StampedPose
 from shirube_core.geometry import SE2
 
 _FIRST_POSE, _GOAL_TIME = 10.0, 90.0
@@ -72,15 +72,17 @@ class Mission:
         record: result so far.
         processes: processes of the nodes.
         stopwatch: timing of the drive.
+        is_kidnapped: whether the robot is carried away at the first goal.
     """
 
     sensors: MissionSensors
-    controller: EmulatedController
+    controller: CarriedController
     subscribers: MissionSubscribers
     steps: Simulator
     record: MissionRecord
     processes: NodeProcesses
     stopwatch: Stopwatch
+    is_kidnapped: bool = False
 
     def run(self, log: Callable[[str], None]) -> None:
         """Drive to all goals; if a node ends or hangs, the drive ends and the record gives the reason.
@@ -116,7 +118,29 @@ class Mission:
             if not record.reached:
                 self.record.ended = f'goal {number} was not reached: {self.subscribers.planner[1]}'
                 return
+            if self.is_kidnapped and number == 1:
+                self._kidnap(log)
         self.record.ended = 'all goals were reached'
+
+    def _kidnap(self, log: Callable[[str], None]) -> None:
+        """Carry the robot away and wait until the fused pose is right; the floor localizer is on the carpet."""
+        start, areas = self.steps.now, len(self.subscribers.areas)
+        self.controller.carry_to(self.controller.T_world_base @ KIDNAPPING)
+
+        def has_recovered() -> bool:
+            time, pose = self.subscribers.fused[-1]
+            is_new = time > 1e-3 * start
+            return is_new and pose.distance_to(self.controller.pose_at(time)) < RECOVERED_WITHIN
+
+        recovered = self._step_until(has_recovered, RECOVERY_TIME)
+        end = self.steps.now
+        self._step_until(lambda: len(self.subscribers.areas) > areas, 1.0)
+        self.record.kidnapping = {
+            'time': 1e-3 * start,
+            'recovered_after': 1e-3 * (end - start) if recovered else None,
+            'areas': [(area.time, *_error(area, self.controller)) for area in self.subscribers.areas[areas:]],
+        }
+        log(f'kidnapped: {self.record.kidnapping}')
 
     def _drive_to(self, goal: SE2) -> GoalRecord:
         start = self.steps.now
@@ -156,3 +180,9 @@ class Mission:
             if is_done():
                 return True
         return False
+
+
+def _error(area: StampedPose, controller: CarriedController) -> tuple[float, float]:
+    """Return the errors of an area's centre: distance [m] and yaw [rad]."""
+    truth = controller.pose_at(area.time)
+    return area.pose.distance_to(truth), abs(area.pose.yaw_to(truth))

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import Self
 
 import yaml
@@ -27,6 +27,9 @@ COMMAND_RADIUS = 2.0
 
 GOAL_TOLERANCE = 0.01
 """Goal tolerance of the planner [m]."""
+
+AREA = '/pose_arbiter/initialpose'
+"""Topic of the area where floor_localizer searches first, from the other localizers."""
 
 PLANNERS: Mapping[str, Mapping[str, Value]] = {
     'default': {},
@@ -74,7 +77,13 @@ class NodeSetup:
 def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> tuple[NodeSetup, ...]:
     """Return the six nodes, given the serial port of the motor controller and one of `PLANNERS`."""
     return (
-        _localizer('floor_localizer', 'floor', BELLY_MOUNT, {'map_file': str(files.dot_map)}),
+        _localizer(
+            'floor_localizer',
+            'floor',
+            BELLY_MOUNT,
+            {'map_file': str(files.dot_map), 'tracker.initialpose_is_strict': False},
+            {'initialpose': AREA},
+        ),
         _localizer(
             'vlc_beacon',
             'ceiling',
@@ -102,7 +111,7 @@ def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> 
             {},
             ('/left/image_rect', '/right/image_rect'),
         ),
-        NodeSetup('pose_arbiter', {}, {}),
+        NodeSetup('pose_arbiter', {'initialpose_for': 'floor_localizer'}, {}),
         _planner(PLANNERS[planner]),
         NodeSetup(
             'motor_bridge',
@@ -112,8 +121,14 @@ def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> 
     )
 
 
-def _localizer(package: str, camera: str, mount: CameraMount, parameters: Mapping[str, Value]) -> NodeSetup:
-    topics = {name: f'/{camera}/{name}' for name in ('image_raw', 'camera_info')}
+def _localizer(
+    package: str,
+    camera: str,
+    mount: CameraMount,
+    parameters: Mapping[str, Value],
+    topics: Mapping[str, str] = MappingProxyType({}),
+) -> NodeSetup:
+    topics = {name: f'/{camera}/{name}' for name in ('image_raw', 'camera_info')} | dict(topics)
     values = {'image_transport': 'raw', **_mount(mount), **parameters}
     return NodeSetup(package, values, topics, (f'/{camera}/image_raw',))
 

@@ -134,6 +134,8 @@ class MissionRecord:
         clearances: clearance between robot and obstacles in each step [m].
         legs: start and end time of each goal [s].
         ended: reason why the mission ended.
+        kidnapping: when the robot was carried away and had recovered [s], and time [s] and errors of the areas that the
+            floor localizer was given [m, rad].
     """
 
     seed: int
@@ -142,6 +144,7 @@ class MissionRecord:
     clearances: list[float] = field(default_factory=list)
     legs: list[tuple[float, float]] = field(default_factory=list)
     ended: str = ''
+    kidnapping: Mapping[str, object] = field(default_factory=dict)
 
     def add_step(self, time: float, pose: SE2, clearance: float) -> None:
         """Add the true pose at a time [s], and the clearance there [m]."""
@@ -180,6 +183,7 @@ class MissionRecord:
             'seed': self.seed,
             'success': self.has_succeeded(goals),
             'ended': self.ended,
+            'kidnapping': dict(self.kidnapping),
             'goals': [{**asdict(goal), 'good': goal.is_good} for goal in self.goals],
             'collisions': count_collisions(self.clearances),
             'least_clearance': min(self.clearances, default=math.inf),

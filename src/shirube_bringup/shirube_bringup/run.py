@@ -16,13 +16,13 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bringup.bag import MissionBag
 from shirube_bringup.building import BuildingFiles, lamp_waveforms
 from shirube_bringup.free_domain import free_domain
+from shirube_bringup.kidnapping import CarriedController
 from shirube_bringup.mission import Mission, Stopwatch
 from shirube_bringup.nodes import MissionError, NodeProcesses, NodeSetup, mission_nodes
 from shirube_bringup.record import MissionRecord, MissionTraces
@@ -63,6 +63,7 @@ def run_mission(
     *,
     launched: bool = False,
     planner: str = 'default',
+    is_kidnapped: bool = False,
 ) -> tuple[dict[str, Any], MissionTraces]:
     """Run a mission and return its summary, as JSON data, and its time series.
 
@@ -74,6 +75,7 @@ def run_mission(
         record_to: folder of the recorded bag; None records no bag.
         launched: whether the nodes are started elsewhere, on the default ROS domain; their parameter files are written.
         planner: one of `PLANNERS`.
+        is_kidnapped: whether the robot is carried away at the first goal.
 
     Raises:
         MissionError: a node did not start.
@@ -93,7 +95,9 @@ def run_mission(
         steps = Simulator(node, executor, controller, lock, sensors, worker, subscribers, processes.has_ended)
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
         watch = Stopwatch(processes, worker)
-        mission = Mission(sensors, controller, subscribers, steps, MissionRecord(seed), processes, watch)
+        mission = Mission(
+            sensors, controller, subscribers, steps, MissionRecord(seed), processes, watch, is_kidnapped
+        )
         _wait_for_nodes(mission, executor)
         watch.start()
         log(f'all nodes are ready after {(ready := monotonic()) - began:.0f} s')
@@ -146,7 +150,7 @@ def _start_nodes(
     return domain, stack.enter_context(NodeProcesses(nodes, folder, domain))
 
 
-def _controller(seed: int, start: SE2) -> EmulatedController:
+def _controller(seed: int, start: SE2) -> CarriedController:
     """Return a controller whose wheels differ slightly from the bridge's parameters."""
     rng = np.random.default_rng((seed, _WHEELS))
     radius, separation = (1.0 + 0.005 * rng.standard_normal(2)).tolist()
@@ -154,7 +158,7 @@ def _controller(seed: int, start: SE2) -> EmulatedController:
     settings = EmulatorSettings(
         wheel_radius=radius * nominal.wheel_radius, wheel_separation=separation * nominal.wheel_separation
     )
-    return EmulatedController(settings, rng, start)
+    return CarriedController(settings, rng, start)
 
 
 def _wait_for_nodes(mission: Mission, executor: Executor) -> None:

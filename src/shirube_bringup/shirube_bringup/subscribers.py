@@ -12,6 +12,7 @@ from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.node import Node
 from std_msgs.msg import String
 
+from shirube_bringup.nodes import AREA
 from shirube_bringup.publishers import mission_time
 from shirube_bringup.record import GridMap, StatusCount
 from shirube_core.geometry import SE2
@@ -40,6 +41,7 @@ class MissionSubscribers:
     Attributes:
         fixes: poses of each localizer, in order of arrival.
         fused: fused poses of the arbiter.
+        areas: areas that the arbiter published for floor_localizer.
         odometry: wheel odometry, in order of arrival.
         odometry_time: stamp of the newest odometry [s].
         commands: commands of lamps, with the time of reception [s].
@@ -52,6 +54,7 @@ class MissionSubscribers:
         """Subscribe."""
         self.fixes: dict[str, list[StampedPose]] = defaultdict(list)
         self.fused: list[StampedPose] = []
+        self.areas: list[StampedPose] = []
         self.odometry: list[StampedPose] = []
         self.odometry_time = -1.0
         self.commands: list[tuple[float, str]] = []
@@ -64,6 +67,7 @@ class MissionSubscribers:
                 PoseWithCovarianceStamped, f'/{name}/pose_with_covariance', self._make_fix_callback(name)
             )
         self._subscribe(PoseStamped, '/pose_arbiter/pose', self._on_fused_pose)
+        self._subscribe(PoseWithCovarianceStamped, AREA, self._on_area)
         self._subscribe(Odometry, '/odom', self._on_odometry)
         self._subscribe(String, '/vlc_beacon/command', self._on_command)
         self._subscribe(DiagnosticArray, '/diagnostics', self._on_diagnostics)
@@ -82,6 +86,10 @@ class MissionSubscribers:
     def _on_fused_pose(self, message: PoseStamped) -> None:
         pose = planar_pose(message.pose, 'pose')
         self.fused.append(StampedPose(mission_time(message.header.stamp), pose))
+
+    def _on_area(self, message: PoseWithCovarianceStamped) -> None:
+        pose = planar_pose(message.pose.pose, AREA)
+        self.areas.append(StampedPose(mission_time(message.header.stamp), pose))
 
     def _on_odometry(self, message: Odometry) -> None:
         self.odometry_time = mission_time(message.header.stamp)

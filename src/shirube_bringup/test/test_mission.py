@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bags.errors import ReplayError
+from shirube_bringup.kidnapping import KIDNAPPING, CarriedController
 from shirube_bringup.mission import Mission
 from shirube_bringup.nodes import MissionError
 from shirube_bringup.record import MissionRecord
@@ -43,7 +43,7 @@ def mission(steps: int, looks: int) -> Mission:
             raise MissionError('vlc_beacon ended with exit code -9; see vlc_beacon.log')
 
     sensors = MissionSensors(SEED, {})
-    controller = EmulatedController(EmulatorSettings(), np.random.default_rng(0), sensors.layout.start)
+    controller = CarriedController(EmulatorSettings(), np.random.default_rng(0), sensors.layout.start)
     return Mission(
         sensors,
         controller,
@@ -112,3 +112,31 @@ def test_a_goal_is_reached_when_the_planner_still_says_so_a_second_after_the_hal
     driven.run(print)
     assert driven.record.goals[0].reached
     assert driven.record.goals[0].seconds == pytest.approx(seconds, abs=0.1)
+
+
+def test_a_carried_robot_is_elsewhere_from_then_on_and_its_wheels_do_not_notice():
+    sensors = MissionSensors(SEED, {})
+    here = sensors.layout.start
+    robot = CarriedController(EmulatorSettings(), np.random.default_rng(0), here)
+    robot.advance(1.0)
+    before = robot.receive(b'e\r')
+    robot.carry_to(here @ KIDNAPPING)
+    assert robot.receive(b'e\r') == before
+    assert robot.pose_at(0.9) == here
+    robot.receive(b'm 20 20\r')
+    robot.advance(2.0)
+    driven = (here @ KIDNAPPING).inverse() @ robot.T_world_base
+    assert driven.x > 0.01
+    assert abs(driven.y) < 0.1 * driven.x
+
+
+def test_a_kidnapped_robot_records_when_it_recovered_and_the_areas():
+    kidnapped = mission(1000, 1000)
+    kidnapped.subscribers = SimpleNamespace(fused=FUSED, areas=[])
+    kidnapped._kidnap(print)
+    assert kidnapped.record.kidnapping['recovered_after'] is None
+    there = kidnapped.controller.T_world_base @ KIDNAPPING
+    kidnapped.controller.pose_at = lambda _: there
+    kidnapped.subscribers.fused = [StampedPose(1e9, there)]
+    kidnapped._kidnap(print)
+    assert kidnapped.record.kidnapping['recovered_after'] == pytest.approx(1e-3 * STEP_MS)

@@ -130,6 +130,11 @@ class TrackerSettings:
         minimum=0.01,
         maximum=10.0,
     )
+    initialpose_is_strict: bool = setting(
+        True,
+        'whether poses outside the area of initialpose are rejected; false, for areas from another localizer: the '
+        'whole map is searched if there is no pose inside',
+    )
     chance_alignments_alone_max: float = setting(
         1e-6,
         'a first pose with more expected chance alignments must be confirmed by the next view',

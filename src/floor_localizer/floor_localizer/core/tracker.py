@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
@@ -103,6 +104,7 @@ class FloorTracker:
         self._settings = settings or TrackerSettings()
         self._predictor = PosePredictor(self._settings)
         self._area: PosePrior | None = None
+        self._area_stamp = math.nan  # of the first view after the area was set
         self._unlocated_views: deque[tuple[float, FloorPoints]] = deque(
             maxlen=self._settings.joined_views - 1
         )
@@ -133,7 +135,8 @@ class FloorTracker:
         self.relocalize()
         radius = _AREA_SIGMAS * math.sqrt(float(np.max(np.linalg.eigvalsh(covariance[:2, :2]))))
         yaw_tolerance = min(_AREA_SIGMAS * math.sqrt(float(covariance[2, 2])), math.pi)
-        self._area = PosePrior(centre, radius, yaw_tolerance, is_strict=True)
+        self._area = PosePrior(centre, radius, yaw_tolerance, is_strict=self._settings.initialpose_is_strict)
+        self._area_stamp = math.nan
 
     def relocalize(self) -> None:
         """Drop all priors, so that the next image is searched in the whole map."""
@@ -159,7 +162,7 @@ class FloorTracker:
         reliable enough, again with the earlier views added. Step 10 is last, so that priors are on the whole map.
         """
         # The prior of step 3 (paper, 4: a rough area): the initial pose, or the prediction from odometry or velocity.
-        prior = self._area or self._predictor.predict(stamp)
+        prior = self._area_at(stamp) or self._predictor.predict(stamp)
         # The budget of steps 4 and 5. A thorough search takes a fifth of a second: one for every image would be slower
         # than the camera.
         thorough = stamp - self._last_thorough >= self._settings.thorough_interval
@@ -180,6 +183,25 @@ class FloorTracker:
             self._unlocated_views.append((stamp, self._localizer.floor_points(dots, camera)))
         # Step 10: the frame of the robot's level.
         return self._localizer.to_level(result)
+
+    def _area_at(self, stamp: float) -> PosePrior | None:
+        """Return the area of the initial pose, moved by odometry since the first view after it was set."""
+        if self._area is None:
+            return None
+        if math.isnan(self._area_stamp):
+            self._area_stamp = stamp
+        step = self._predictor.relative_motion(self._area_stamp, stamp)
+        if step is None:
+            return self._area
+        distance = math.hypot(step.x, step.y)
+        radius_error = self._settings.odometry_error * distance
+        yaw_error = self._settings.odometry_error * (distance + abs(step.yaw))
+        return replace(
+            self._area,
+            T_map_base=self._area.T_map_base @ step,
+            radius=self._area.radius + radius_error,
+            yaw_tolerance=min(self._area.yaw_tolerance + yaw_error, math.pi),
+        )
 
     def _needs_more_views(self, result: Fix | NoFix) -> bool:
         """Return whether one view alone is not reliable enough."""

@@ -188,9 +188,8 @@ def _log_chance(floor: IndexedMap, view: ViewDots) -> float:
     """
     n = len(view.z)
     residuals = view.sigma * np.sqrt(-2.0 * np.log1p(-(np.arange(n) + 0.5) / n))
-    size = float(np.hypot(*np.ptp(view.points, axis=0)))
     return log_chance_alignments(
-        residuals, 0.5 * view.sigma, size, len(floor.grid.points), floor.density, view.scale_tolerance
+        residuals, view.z, 0.5 * view.sigma, len(floor.grid.points), floor.density, view.scale_tolerance
     )
 
 

@@ -36,6 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             options.record,
             launched=options.launched,
             planner=options.planner,
+            is_kidnapped=options.kidnap,
         )
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
         lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in traces.truth)
@@ -75,6 +76,7 @@ def _parser() -> argparse.ArgumentParser:
         default='default',
         help="shortest routes, or the paper's map and reward rule (default: %(default)s)",
     )
+    parser.add_argument('--kidnap', action='store_true', help='carry the robot away at the first goal')
     parser.add_argument(
         '--launched',
         action='store_true',

@@ -1,16 +1,18 @@
 """Score a hypothesis on the whole view: significance of its match, best pose and runner-up.
 
 The significance is the number of false alarms (NFA) of an a-contrario test (Moisan & Stival, "A probabilistic criterion
-to detect rigid point matches between two images", 2004), here for a view of a floor. Two view dots match every pair of
-map dots of the same length, up to the scale tolerance; each such pair is one pose. Under a pose, another view dot has
-a map dot within r by chance with p = density * pi * r^2. Any two of k matched dots may be the pair, and k may be any
-of 3..n, so
+to detect rigid point matches between two images", 2004), with the sum of squared residuals of the matches in place of
+their largest residual. If k view dots were matched to k random map dots, the positions of these (2k coordinates) would
+have to be within S of a similarity of the view dots: 2k - 4 coordinates in a ball of radius sqrt(S), and four for
+translation, heading and scale. So
 
-    E(k, r) = N density 2 pi d (2 s d + 4 r) * (n - 2) C(n, k) C(k, 2) * p(r)^(k - 2)
+    E(k, S) = (n - 2) C(n, k) * N density 4 pi s k V * (pi density S)^(k - 2) / (k - 2)!
 
-bounds the expected number of poses on the whole map that match k of n view dots within r by chance. N is the number
-of map dots, d the largest distance between matched dots, s the relative scale tolerance, and r the largest residual
-of the k matches. The result is the smallest E over k. It has no parameter that is tuned to a floor.
+is the expected number of similarities on the whole map that match k of n view dots this well by chance. N is the number
+of map dots, s the relative scale tolerance, S the sum of the squared residuals of the k closest matches, and V the sum
+of the squared distances of these k view dots from their centroid. k may be any of 3..n, hence the factor n - 2. The
+result is the smallest E over k. It has no parameter that is tuned to a floor. Because residuals are normal, S decides
+between a right match and chance with more power than the largest residual.
 """
 
 import math
@@ -21,7 +23,7 @@ from numba import njit
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
-from floor_localizer.core.arrays import Floats, Ints
+from floor_localizer.core.arrays import Complexes, Floats, Ints
 from floor_localizer.core.constellation.alignment import match_view, match_view_robustly
 from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.dots import ViewDots
@@ -31,8 +33,6 @@ AMBIGUITY_FRACTION = 0.8
 """A runner-up with at least this fraction of the best pose's matches makes the pose ambiguous."""
 # Margin on the scale tolerance for the error of the fitted scale.
 _SCALE_MARGIN = 1.3
-# Above this number of matches, their extent is approximated by the bounding box.
-_MANY_MATCHES = 40
 _POSE = np.dtype(
     [('log_chance', np.float64), ('a', np.complex128), ('b', np.complex128), ('matched', np.float64)]
 )
@@ -43,8 +43,8 @@ BEST, RUNNER_UP = 0, 1
 @njit(cache=True)
 def log_chance_alignments(
     residuals: Floats,
+    z: Complexes,
     smallest_residual: float,
-    distance: float,
     dots_in_map: float,
     density: float,
     scale_tolerance: float,
@@ -53,31 +53,32 @@ def log_chance_alignments(
 
     Args:
         residuals: shape (n,), distance of each view dot from its map dot [m], infinite without a match.
-        smallest_residual: lower limit of the residuals, the accuracy of map and model [m].
-        distance: largest distance between matched view dots [m].
+        z: shape (n,), the view dots [m].
+        smallest_residual: lower limit of the residuals along each axis, the accuracy of map and model [m].
         dots_in_map: number of map dots in the area of the search.
         density: density of the map's dots on the occupied floor [1/m^2].
         scale_tolerance: maximum relative error of the scale.
     """
-    ordered = np.sort(residuals)
-    n = len(ordered)
-    best = 0.0
-    log_choose = math.log(n * (n - 1) / 2.0) if n > 1 else 0.0
-    for k in range(3, n + 1):
-        log_choose += math.log((n - k + 1) / k)
-        if not math.isfinite(ordered[k - 1]):
+    n, best = len(residuals), math.inf
+    log_choose = log_factorial = squares = spread = 0.0
+    centroid = complex(0.0, 0.0)
+    for index, dot in enumerate(np.argsort(residuals)):
+        k = index + 1
+        if not math.isfinite(residuals[dot]):
             break
-        r = max(ordered[k - 1], smallest_residual)
-        chance = min(density * math.pi * r * r, 1.0)
-        pairs = density * 2.0 * math.pi * distance * (2.0 * scale_tolerance * distance + 4.0 * r)
-        log_tests = (
-            math.log(max(dots_in_map * pairs, 1.0)) + math.log((n - 2) * k * (k - 1) / 2.0) + log_choose
-        )
-        log_expected = log_tests + (k - 2) * math.log(chance)
-        if k == 3 or log_expected < best:
-            best = log_expected
-    if n < 3 or not math.isfinite(ordered[2]):
-        return math.inf
+        squares += residuals[dot] ** 2
+        offset = z[dot] - centroid
+        centroid += offset / k
+        spread += (offset.real**2 + offset.imag**2) * index / k
+        log_choose += math.log((n - index) / k)
+        if k < 3:
+            continue
+        log_factorial += math.log(k - 2)
+        freedom = 2.0 * (k - 2)
+        ball = math.pi * density * max(squares, freedom * smallest_residual**2)
+        similarities = dots_in_map * density * 4.0 * math.pi * scale_tolerance * k * spread
+        log_tests = math.log(n - 2) + log_choose + math.log(max(similarities, 1.0))
+        best = min(best, log_tests + (k - 2) * math.log(ball) - log_factorial)
     return best
 
 
@@ -198,11 +199,11 @@ def _score_match(view: ViewDots, search: SearchState, match: tuple[int, complex,
     if matched >= 3 and abs(abs(a) - 1.0) <= _SCALE_MARGIN * view.scale_tolerance:
         log_chance = log_chance_alignments(
             search.residuals,
+            view.z,
             0.5 * view.sigma,
-            _match_extent(view, search.matches),
             search.candidate_dots,
             view.density,
-            view.scale_tolerance,
+            _SCALE_MARGIN * view.scale_tolerance,
         )
     return ScoredPose(log_chance, a, b, float(matched))
 
@@ -213,19 +214,3 @@ def _is_same_pose(grid: DotGrid, view: ViewDots, pose: ScoredPose, other: Scored
     turn = pose.a - other.a
     shift = turn * view.z[0] + (pose.b - other.b)
     return abs(shift) < 0.5 * grid.cell and abs(turn) < 0.2
-
-
-@njit(cache=True)
-def _match_extent(view: ViewDots, matches: Ints) -> float:
-    """Return the largest distance between matched dots [m]; for many dots, the diagonal of their bounding box."""
-    matched = view.points[matches >= 0]
-    if len(matched) > _MANY_MATCHES:
-        x, y = matched[:, 0], matched[:, 1]
-        return math.hypot(np.max(x) - np.min(x), np.max(y) - np.min(y))
-    squared = 0.0
-    for k in range(len(matched)):
-        for j in range(k):
-            squared = max(
-                squared, (matched[k, 0] - matched[j, 0]) ** 2 + (matched[k, 1] - matched[j, 1]) ** 2
-            )
-    return math.sqrt(squared)
