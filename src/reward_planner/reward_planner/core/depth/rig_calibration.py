@@ -51,7 +51,7 @@ class CalibratedCamera:
 def misalignment(cameras: Sequence[CalibratedCamera], pixels: Sequence[Array]) -> tuple[float, float]:
     """Return the rms row difference of left and right, and column difference of left and top [px].
 
-    Array are the same points in the raw images of the three cameras, each of shape (n, 2).
+    Pixels are the same points in the raw images of the three cameras, each of shape (n, 2).
     """
     left, right, top = (camera.rectify_pixels(each) for camera, each in zip(cameras, pixels, strict=True))
     row, column = left[:, 1] - right[:, 1], left[:, 0] - top[:, 0]
