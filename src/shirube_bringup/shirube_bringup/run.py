@@ -95,9 +95,8 @@ def run_mission(
         steps = Simulator(node, executor, controller, lock, sensors, worker, subscribers, processes.has_ended)
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
         watch = Stopwatch(processes, worker)
-        mission = Mission(
-            sensors, controller, subscribers, steps, MissionRecord(seed), processes, watch, is_kidnapped
-        )
+        parts = sensors, controller, subscribers, steps, MissionRecord(seed), processes, watch
+        mission = Mission(*parts, is_kidnapped)
         _wait_for_nodes(mission, executor)
         watch.start()
         log(f'all nodes are ready after {(ready := monotonic()) - began:.0f} s')
