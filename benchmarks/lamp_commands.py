@@ -11,8 +11,8 @@ import math
 import numpy as np
 from _figures import count, error, measured, rate
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _lamp_commands import BEACONS, CHANNELS, A, B, Channel, drive, programs
-from _lamp_films import KEY
+from _lamp_commands import CHANNELS, A, B, Channel, drive, programs
+from _lamp_films import BEACONS, KEY
 
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
@@ -42,7 +42,7 @@ def main(run: Run, drives: int, codes: int) -> None:
         for speed in (round(share * limit, 2) for share in SHARES):
             seconds, obeyed, places, errors = 6.0 + 5.5 / speed, {A: 0, B: 0}, [], []
             for seed in progress(range(drives), channel.name):
-                said = []
+                said = list[tuple[int, Operation]]()
                 for instant in drive(channel, speed, seconds, seed):
                     errors.append(instant.error)
                     said += instant.commands

@@ -1,12 +1,15 @@
-"""Real photographs: coded lamps among other lights, their poses; people, rooms and furniture that are no lamps.
+"""Real photographs: coded lamps among other lights, a pose; people, rooms and furniture that are no lamps.
 
 The lamps are Luxapose's (SHIRUBE_DATA, ``vlc_luxapose/``, ``vlc_luxapose_more/``): a telephone with a rolling shutter,
-tones of 2 to 5 kHz, known places. The people and rooms are any pictures in ``people_rooms/`` and the stereo pairs.
+tones of 2 to 5 kHz, known places. The people and rooms are any pictures in ``people_rooms/``, and the stereo pairs.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -25,8 +28,8 @@ from vlc_beacon.core.lamp_image.lamp_detector import LampDetector, noise_sigma
 from vlc_beacon.core.lamp_image.row_profile import LampRows, row_profile, rows_from_frame
 from vlc_beacon.core.light_code.rs_fsk import ToneDecoder, tone_log_likelihoods
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
-from vlc_beacon.core.pose.lamp_rays import Beacon
-from vlc_beacon.core.pose.pose_fix import BeaconFix
+from vlc_beacon.core.pose.lamp_rays import Beacon, LampRays
+from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.receiver.lamp_decoder import band_rows
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.settings import LampSettings, PoseSettings
@@ -42,34 +45,65 @@ PLAN = ((35.56, 36.83), (-35.56, 36.83), (-35.56, -36.83), (35.56, -36.83), (0.0
 BEACONS = [Beacon(k + 1, (x / 100.0, y / 100.0, HEIGHT), 0.02) for k, (x, y) in enumerate(PLAN)]
 LEVEL = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 # A telephone is about level, and its lens is not calibrated.
+SETTINGS = PoseSettings(pixel_sigma=3.0, beacon_sigma=0.0, tilt_sigma=0.05)
 DETECTOR = LampDetector(LampSettings(contrast_min=10.0, stripe_rows=LONGEST_STRIPE))
 NEAR = 10.0
 """What is found nearer to a lamp is that lamp [px]."""
 AMBIENT = 0.35
 """Level of white in the pictures that rendered lamps of level 0.9 shine over."""
-SETTINGS = PoseSettings(pixel_sigma=3.0, beacon_sigma=0.0, tilt_sigma=0.05)
 
 
-def add_lights(run: Run) -> None:
-    """Add which lamps of two more photographs are found and named, and what else is."""
-    folder = run.data('vlc_luxapose_more')
-    heads = 'lamps found', 'named', 'other lights found', 'of them named'
-    table = run.table('Lamps among other lights', 'photograph', *heads)
-    for photograph in yaml.safe_load((folder / 'reference.yaml').read_text())['photographs']:
-        flags = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
-        picture = cv2.imread(str(folder / photograph['image']), flags)
-        grey = np.asarray(cv2.rotate(picture, cv2.ROTATE_90_COUNTERCLOCKWISE), np.uint8)
-        blobs, seen = DETECTOR.detect(grey), photograph['seen']
-        tones = {lamp['id']: lamp['frequency'] for lamp in photograph['lamps']}
-        names = [ToneDecoder(tones).add_frames(rows) for rows in rows_of(grey, blobs)]
-        offsets = blobs.centroids[:, None] - np.array([lamp['uv'] for lamp in seen])
+@dataclass
+class Photograph:
+    """Lamps of a photograph, and the log likelihoods of `TONES`, shape (lamps, tones)."""
+
+    grey: NDArray[np.uint8]
+    blobs: LampBlobs
+
+    @cached_property
+    def rows(self) -> list[LampRows]:
+        """Rows of each lamp."""
+        noise, rows, blobs = noise_sigma(self.grey), [], self.blobs
+        for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds, strict=True):
+            first, brightness = row_profile(self.grey, centre, radius, background, noise)
+            rows.append(rows_from_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, EXPOSURE))
+        return rows
+
+    @cached_property
+    def played(self) -> NDArray[np.float64]:
+        """Log likelihoods of `TONES`, shape (lamps, tones)."""
+        return np.array([tone_log_likelihoods(rows, TONES)[0] for rows in self.rows])
+
+    def locate(self) -> tuple[LampRays, BeaconFix | NoBeaconFix]:
+        """Return rays and pose by `BEACONS`."""
+        height, width = self.grey.shape
+        camera = PinholeCamera(width, height, FOCAL, FOCAL, 0.5 * (width - 1), 0.5 * (height - 1))
+        locator, ids = BeaconLocator(BEACONS, LEVEL, None, SETTINGS), 1 + self.played.argmax(axis=1)
+        rays = locator.rays(camera, ids, self.blobs.centroids, self.blobs.sigmas.max(axis=1))
+        return rays, locator.locate(rays)
+
+
+def read_photograph(path: Path, *, is_upright: bool = True) -> Photograph:
+    """Return a photograph with its lamps; one that is not upright is turned to the left first, as it is stored."""
+    flags = cv2.IMREAD_GRAYSCALE | (0 if is_upright else cv2.IMREAD_IGNORE_ORIENTATION)
+    image = cv2.imread(str(path), flags)
+    grey = np.asarray(image if is_upright else cv2.rotate(image, cv2.ROTATE_90_COUNTERCLOCKWISE), np.uint8)
+    return Photograph(grey, DETECTOR.detect(grey))
+
+
+def names_in_photographs(folder: Path) -> list[tuple[str, int, int, int, list[int | None]]]:
+    """Return of each photograph: name, number of lamps, found and named rightly, and the names of other lights."""
+    found = []
+    for reference in yaml.safe_load((folder / 'reference.yaml').read_text())['photographs']:
+        photograph, seen = read_photograph(folder / reference['image'], is_upright=False), reference['seen']
+        tones = {lamp['id']: lamp['frequency'] for lamp in reference['lamps']}
+        names = [ToneDecoder(tones).add_frames(rows) for rows in photograph.rows]
+        offsets = photograph.blobs.centroids[:, None] - np.array([lamp['uv'] for lamp in seen])
         near = np.hypot(*offsets.transpose(2, 0, 1)) < NEAR
         right = sum(names[k] == seen[i]['id'] for k, i in np.argwhere(near))
         others = [name for name, is_lamp in zip(names, near.any(axis=1), strict=True) if not is_lamp]
-        table.add(
-            *(photograph['image'], rate(int(near.any(axis=0).sum()), len(seen)), rate(right, len(seen))),
-            *(count(len(others)), count(sum(name is not None for name in others), better='lower')),
-        )
+        found.append((reference['image'], len(seen), int(near.any(axis=0).sum()), right, others))
+    return found
 
 
 def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> tuple[int, int]:
@@ -78,13 +112,10 @@ def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> t
     focal = 0.8 * 0.5 * min(height, width) / 0.9 * 2.5
     camera = PinholeCamera(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
     eye, rng = CeilingCamera(camera, channel.shutter), np.random.default_rng(0)
-    room, receiver = (
-        lamps_that_say({}, channel, eye, rng.uniform(0.0, 9.0, 4).tolist()),
-        LightReceiver(RENDERED, channel.settings),
-    )
-    pose = camera_pose(SE2(0.9, 0.9, 0.0), UPWARD_MOUNT)
+    room = lamps_that_say({}, channel, eye, rng.uniform(0.0, 9.0, 4).tolist())
+    receiver, pose = LightReceiver(RENDERED, channel.settings), camera_pose(SE2(0.9, 0.9, 0.0), UPWARD_MOUNT)
     true = camera.pixels_from_points(pose.camera_points([beacon.xyz for beacon in RENDERED]))
-    named, wrong = set[int](), set[tuple[int, int]]()
+    named, wrong = set[int](), set[int]()
     for stamp in (np.arange(round(seconds * channel.rate)) / channel.rate).tolist():
         light = eye.light(room, lambda _: pose, stamp)
         light += AMBIENT / 255.0 * np.roll(picture, round(30.0 * stamp), axis=1)
@@ -92,13 +123,13 @@ def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> t
             if lamp.beacon is not None and np.hypot(*(lamp.sample.centre - true[lamp.beacon - 1])) < NEAR:
                 named.add(lamp.beacon)
             elif lamp.beacon is not None or lamp.unknown_id is not None or lamp.commands or lamp.message:
-                wrong.add((lamp.sample.key, lamp.beacon or 0))
+                wrong.add(lamp.sample.key)
     return len(named), len(wrong)
 
 
 def add_people(run: Run, pictures: int, seconds: float) -> None:
     """Add false detections in pictures without lamps, and names where rendered lamps shine over them."""
-    folders = [run.data('people_rooms'), run.data('stereo_euroc'), run.data('stereo_machine_hall')]
+    folders = [run.data() / name for name in ('people_rooms', 'stereo_euroc', 'stereo_machine_hall')]
     paths = [
         path for folder in folders for path in sorted(folder.rglob('*')) if path.suffix in ('.jpg', '.png')
     ]
@@ -106,11 +137,11 @@ def add_people(run: Run, pictures: int, seconds: float) -> None:
     heads = 'pictures', 'blobs a picture: median / 95 % / max', 'rendered lamps named', 'wrong IDs'
     table = run.table('People and rooms', 'camera', *heads)
     for channel in (UFSOOK, RS_FSK_30):
-        blobs, named, wrong = [], 0, 0
+        rows = band_rows(channel.settings, ()) if channel.settings.is_rolling else 0.0
+        detector, blobs, named, wrong = LampDetector(LampSettings(stripe_rows=rows)), [], 0, 0
         for path in progress(chosen, channel.name):
             picture = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), np.uint8)
-            rows = band_rows(channel.settings, ()) if channel.settings.is_rolling else 0.0
-            blobs.append(len(LampDetector(LampSettings(stripe_rows=rows)).detect(picture)))
+            blobs.append(len(detector.detect(picture)))
             found = film_over(picture, channel, seconds)
             named, wrong = named + found[0], wrong + found[1]
         table.add(
@@ -119,50 +150,22 @@ def add_people(run: Run, pictures: int, seconds: float) -> None:
         )
 
 
-def rows_of(image: NDArray[np.uint8], blobs: LampBlobs) -> list[LampRows]:
-    """Return the rows of each lamp."""
-    noise, rows = noise_sigma(image), []
-    for centre, radius, background in zip(blobs.centroids, blobs.radii, blobs.backgrounds, strict=True):
-        first, brightness = row_profile(image, centre, radius, background, noise)
-        rows.append(rows_from_frame(0.0, first, brightness, 1.0 / ROWS_A_SECOND, EXPOSURE))
-    return rows
-
-
-def likelihoods(image: NDArray[np.uint8], blobs: LampBlobs) -> NDArray[np.float64]:
-    """Return the log likelihoods of the tones, shape (lamps, tones)."""
-    return np.array([tone_log_likelihoods(rows, TONES)[0] for rows in rows_of(image, blobs)])
-
-
-def main(run: Run, pictures: int, seconds: float) -> None:
-    """Find the lamps and the pose, and what is no lamp."""
-    use_one_core()
-    add_lights(run)
-    add_people(run, pictures, seconds)
-    add_pose(run)
-
-
 def add_pose(run: Run) -> None:
     """Add the five lamps of a photograph and its pose."""
     path = run.data('vlc_luxapose', 'x_0_y_1.27.jpg')
-    grey = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), np.uint8)
-    blobs = DETECTOR.detect(grey)
-    played = likelihoods(grey, blobs)
-    ids, ordered = 1 + played.argmax(axis=1), np.sort(played, axis=1)
-    height, width = grey.shape
-    camera = PinholeCamera(width, height, FOCAL, FOCAL, 0.5 * (width - 1), 0.5 * (height - 1))
-    locator = BeaconLocator(BEACONS, LEVEL, None, SETTINGS)
-    rays = locator.rays(camera, ids, blobs.centroids, blobs.sigmas.max(axis=1))
-    fix = locator.locate(rays)
+    photograph = read_photograph(path)
+    blobs, ordered = photograph.blobs, np.sort(photograph.played, axis=1)
+    rays, fix = photograph.locate()
     if not isinstance(fix, BeaconFix):
         run.note(f'No pose: {fix}')
         return
     residuals = fix.residuals * np.hypot(rays.sigmas, SETTINGS.pixel_sigma)[:, None]
     heads: tuple[str, ...] = ('frequency Hz', 'diameter px', 'ahead of the next by (log likelihood)')
     table = run.table('Lamps', 'lamp', *heads, 'residual px: rms')
-    for k in np.argsort(ids):
+    for k in np.argsort(rays.ids):
         ahead = count(ordered[k, -1] - ordered[k, -2], '.0f', better='higher')
         table.add(
-            *(str(ids[k]), f'{TONES[ids[k] - 1]:.0f}', count(2.0 * blobs.radii[k], '.0f')),
+            *(str(rays.ids[k]), f'{TONES[rays.ids[k] - 1]:.0f}', count(2.0 * blobs.radii[k], '.0f')),
             *(ahead, rms(residuals[k], '.1f')),
         )
     pose, (roll, pitch) = fix.T_map_base, np.degrees(fix.tilt)
@@ -175,9 +178,21 @@ def add_pose(run: Run) -> None:
     )
 
 
+def main(run: Run, pictures: int, seconds: float) -> None:
+    """Find the lamps and the pose, and what is no lamp."""
+    use_one_core()
+    heads = 'lamps found', 'named', 'other lights found', 'of them named'
+    table = run.table('Lamps among other lights', 'photograph', *heads)
+    for name, lamps, found, right, others in names_in_photographs(run.data('vlc_luxapose_more')):
+        named = count(sum(other is not None for other in others), better='lower')
+        table.add(name, rate(found, lamps), rate(right, lamps), count(len(others)), named)
+    add_people(run, pictures, seconds)
+    add_pose(run)
+
+
 if __name__ == '__main__':
     run_benchmark(
         main,
-        pictures=Option(16, 2, 'without lamps, at most'),
+        pictures=Option(12, 2, 'without lamps, at most'),
         seconds=Option(4.0, 3.0, 'of lamps rendered over each'),
     )

@@ -91,8 +91,8 @@ def main(run: Run, seconds: float, films: int) -> None:
         'receiver over ArUco',
     )
     table = run.table('Speed', 'film', *heads, 'ArUco on markers ms')
-    heads = 'lamps named', 'commands', 'behind people', 'wrong IDs', 'poses', 'cm: median / 95 % / max'
-    results = run.table('Results', 'film', *heads)
+    results_heads = 'lamps named | commands | behind people | wrong IDs | poses | cm: median / 95 % / max'
+    results = run.table('Results', f'film | {results_heads}')
     markers = Markers('ArUco 4x4', sensitive=False) if is_available() else None
     for film in FILMS[:films]:
         found = run_film(film, seconds, markers)

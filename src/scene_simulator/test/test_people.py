@@ -17,7 +17,7 @@ EYE = CeilingCamera(PinholeCamera(320, 320, 160.0, 160.0, 159.5, 159.5))
 
 
 def photograph(people: tuple[Person, ...]) -> CeilingPhoto:
-    """Return the photograph of a lamp at each place of a grid, 2.5 m above a turned camera that is not at the origin."""
+    """Return the photograph of a lamp at each place of a grid, by a turned camera that is not at the origin."""
     places = [(x, y, 2.5) for x in np.arange(-1.0, 3.1, 0.25) for y in np.arange(-2.0, 2.1, 0.25)]
     room = CeilingRoom(tuple(CeilingLamp(place, Disc(0.05)) for place in places), people=people)
     return EYE.photograph(room, lambda _: camera_pose(SE2(1.0, 0.0, 0.7), UPWARD_MOUNT), 0.0)

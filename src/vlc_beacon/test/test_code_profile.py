@@ -8,11 +8,11 @@ from vlc_beacon.core.light_code.code_profile import (
     ufsook_profile,
 )
 from vlc_beacon.core.light_code.manchester import SegmentFormat
-from vlc_beacon.core.packet.command_packet import ShortCommandPacket
+from vlc_beacon.core.packet.command_packet import Command, ShortCommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket
 from vlc_beacon.core.packet.id_packet import IdPacket
 
-PACKETS = (IdPacket(5), ShortCommandPacket(5, 0.0, 9, False, b'abcd'), DataPacket(bytes(range(100))))
+PACKETS = (IdPacket(5), ShortCommandPacket(Command(0, 5, 0.0, 9), b'abcd'), DataPacket(bytes(range(100))))
 
 
 def stated(profile: CodeProfile) -> list[float]:

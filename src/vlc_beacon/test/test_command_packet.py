@@ -86,7 +86,7 @@ def test_short_packets_carry_the_same_command_and_mac_in_less_time() -> None:
 
 def test_one_or_two_wrong_bits_of_a_short_packet_are_noticed() -> None:
     for operation, length in ((5, SHORT_BYTES), (1, SHORT_BYTES - 2)):
-        sent = int.from_bytes(ShortCommandPacket(operation, 0.0, 77, False, b'abcd').to_bytes())
+        sent = int.from_bytes(ShortCommandPacket(Command(0, operation, 0.0, 77), b'abcd').to_bytes())
         for places in [*combinations(range(8 * length), 2), *((place,) for place in range(8 * length))]:
             damaged = sent ^ sum(1 << place for place in places)
             assert read_packet(damaged.to_bytes(length)) is None

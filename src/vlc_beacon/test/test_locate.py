@@ -29,7 +29,16 @@ from vlc_beacon.files.beacons_file import save_beacons
 START_NS = 1_700_000_000_123_456_789
 RATE, SECONDS = 60.0, 2.6
 SHUTTER = Shutter(6e-5, 18.9e-6)
-LIGHT = ('--shutter', 'rolling', '--exposure-time', '6e-5', '--row-time', '18.9e-6', '--lamp-frame-rate', RATE)
+LIGHT = (
+    '--shutter',
+    'rolling',
+    '--exposure-time',
+    '6e-5',
+    '--row-time',
+    '18.9e-6',
+    '--lamp-frame-rate',
+    RATE,
+)
 TEXT = '診察室'
 DAMAGED = 3
 

@@ -102,9 +102,11 @@ class CeilingCamera:
             self._add_surface(light, room.surface, motion, stamp)
         lamps = LampLight(self.intrinsics, self.shutter, self.lens, self._rays, motion, stamp)
         projections = [lamps.add_lamp(light, index, lamp) for index, lamp in enumerate(room.lamps)]
-        if room.people:
-            middle = self.shutter.frame_middle(stamp, self.intrinsics.height)
-            occlude(light, self._rays, motion.pose(middle), room.people, middle)
+        middle = self.shutter.frame_middle(stamp, self.intrinsics.height)
+        pose = motion.pose(middle)
+        for person in room.people:
+            place = np.array([*person.position_at(middle), person.height]) - pose.position
+            occlude(light, self._rays, pose.rotation, (place[0], place[1], place[2], person.radius))
         light *= self._transmission
         return light, [projection for projection in projections if projection is not None]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scene_simulator.errors import SceneError
-from scene_simulator.imaging.exposure import CameraPose
 
 
 @dataclass(frozen=True)
@@ -49,48 +47,30 @@ class Person:
 
 
 def random_people(count: int, seed: int, height: float = 1.3) -> tuple[Person, ...]:
-    """Return people who walk through the paper's room of 7 x 6 m, every third one standing.
-
-    The mean height of their heads is that above the camera [m], from which the paper counts heights.
-    """
+    """Return people in the paper's room of 7 x 6 m, every third standing; heads are about so far above the camera."""
     rng, people = np.random.default_rng(seed), []
     for index in range(count):
-        (x0, y0), (x1, y1) = 0.9 + rng.uniform((-3.3, -2.8), (3.3, 2.8), (2, 2))
+        start, end = 0.9 + rng.uniform((-3.3, -2.8), (3.3, 2.8), (2, 2))
         top, speed = height + rng.uniform(-0.2, 0.2), 0.0 if index % 3 == 2 else rng.uniform(0.6, 1.5)
-        people.append(Person((x0, y0), (x1, y1), top, speed))
+        people.append(Person((start[0], start[1]), (end[0], end[1]), top, speed))
     return tuple(people)
 
 
+@njit(cache=True)
 def occlude(
     light: NDArray[np.float32],
     rays: NDArray[np.float64],
-    pose: CameraPose,
-    people: Sequence[Person],
-    time: float,
+    R_map_camera: NDArray[np.float64],
+    cylinder: tuple[float, float, float, float],
 ) -> None:
-    """Remove the light behind people from a picture.
+    """Remove the light behind a person from a picture.
 
     Args:
         light: shape (height, width), changed in place.
         rays: shape (height + 2, width + 2, 2), rays of the pixels and of a border of one pixel, z = 1.
-        pose: ``T_map_camera``.
-        people: who stand or walk about.
-        time: when they are where they are [s].
+        R_map_camera: shape (3, 3).
+        cylinder: x, y and top of the person relative to the camera, in the axes of the map, and radius [m].
     """
-    for person in people:
-        cylinder = np.array([*person.position_at(time), person.height, person.radius])
-        cylinder[:3] -= pose.position
-        _occlude(light, rays, pose.rotation, cylinder)
-
-
-@njit(cache=True)
-def _occlude(
-    light: NDArray[np.float32],
-    rays: NDArray[np.float64],
-    R_map_camera: NDArray[np.float64],
-    cylinder: NDArray[np.float64],
-) -> None:
-    """Set pixels to 0 whose rays meet a cylinder: x, y, top relative to the camera, and radius, shape (4,) [m]."""
     px, py, top, radius = cylinder
     r = R_map_camera
     for row in range(light.shape[0]):

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 
 from vlc_beacon.core.packet.crc import crc16
-from vlc_beacon.core.packet.id_packet import ID_BYTES, KIND_SHIFT, PacketKind, check_beacon_id
+from vlc_beacon.core.packet.id_packet import KIND_SHIFT, PacketKind, check_beacon_id
 from vlc_beacon.core.vlc_beacon_error import PacketError
 
 
@@ -115,74 +115,65 @@ class CommandPacket:
 
 @dataclass(frozen=True)
 class ShortCommandPacket:
-    """A command as it is sent without the beacon; fields as in `Command` and `CommandPacket`."""
+    """A command as it is sent without its beacon, which is 0 here, with the MAC of the complete command."""
 
-    operation: int
-    value: float
-    counter: int
-    is_one_shot: bool
+    command: Command
     mac: bytes
 
     def to_bytes(self) -> bytes:
-        """Return the packet, `short_length` long."""
-        first = PacketKind.COMMAND << KIND_SHIFT | _ONE_SHOT * self.is_one_shot | _SHORT | self.operation
-        steps = b'' if self.operation in WITHOUT_VALUE else _SHORT_VALUE.pack(round(self.value / SHORT_STEP))
-        body = _SHORT_HEAD.pack(first, self.counter) + steps + self.mac
+        """Return the packet, `command_length` long."""
+        command = self.command
+        first = (
+            PacketKind.COMMAND << KIND_SHIFT | _ONE_SHOT * command.is_one_shot | _SHORT | command.operation
+        )
+        has_value = command.operation not in WITHOUT_VALUE
+        value = _SHORT_VALUE.pack(round(command.value / SHORT_STEP)) if has_value else b''
+        body = _SHORT_HEAD.pack(first, command.counter) + value + self.mac
         return body + crc16(body).to_bytes(2)
 
     def addressed_to(self, beacon: int) -> CommandPacket:
         """Return the complete packet, given the confirmed ID of the lamp that sent this one."""
-        command = Command(beacon, self.operation, self.value, self.counter, self.is_one_shot)
-        return CommandPacket(command, self.mac)
+        return CommandPacket(replace(self.command, beacon=beacon), self.mac)
 
 
 def shorten(packet: CommandPacket) -> ShortCommandPacket | None:
     """Return the short packet of a command, None if it cannot represent the value."""
-    command = packet.command
-    steps = round(command.value / SHORT_STEP)
-    is_exact = round(steps * SHORT_STEP, 6) == round(command.value, 6) and abs(steps) <= SHORT_STEPS_MAX
-    if not is_exact or (command.operation in WITHOUT_VALUE and steps != 0):
+    steps = packet.command.value / SHORT_STEP
+    is_exact = abs(steps - round(steps)) < 1e-3 and abs(steps) <= SHORT_STEPS_MAX
+    if not is_exact or (packet.command.operation in WITHOUT_VALUE and steps != 0.0):
         return None
-    return ShortCommandPacket(
-        command.operation, command.value, command.counter, command.is_one_shot, packet.mac
-    )
+    return ShortCommandPacket(replace(packet.command, beacon=0), packet.mac)
 
 
 def command_length(first: int) -> int:
     """Return the length of the command packet that begins with a byte [bytes]."""
     if not first & _SHORT:
         return COMMAND_BYTES
-    is_without_value = (first & _OPERATION_MAX) in WITHOUT_VALUE
-    return SHORT_BYTES - (_SHORT_VALUE.size if is_without_value else 0)
+    return SHORT_BYTES - (_SHORT_VALUE.size if first & _OPERATION_MAX in WITHOUT_VALUE else 0)
 
 
-def read_short_command_packet(data: bytes) -> ShortCommandPacket | None:
-    """Parse a short command packet; None if length, kind or checksum is wrong."""
-    if len(data) <= ID_BYTES or data[0] >> KIND_SHIFT != PacketKind.COMMAND or not data[0] & _SHORT:
-        return None
-    if len(data) != command_length(data[0]) or crc16(data[:-2]) != int.from_bytes(data[-2:]):
-        return None
-    first, counter = _SHORT_HEAD.unpack_from(data)
-    steps = data[_SHORT_HEAD.size : -2 - MAC_BYTES]
-    value = round(_SHORT_VALUE.unpack(steps)[0] * SHORT_STEP, 4) if steps else 0.0
-    mac = data[-2 - MAC_BYTES : -2]
-    return ShortCommandPacket(first & _OPERATION_MAX, value, counter, bool(first & _ONE_SHOT), mac)
-
-
-def read_command_packet(data: bytes) -> CommandPacket | None:
+def read_command_packet(data: bytes) -> CommandPacket | ShortCommandPacket | None:
     """Parse a command packet; None if length, kind, a field or the checksum is wrong."""
-    if len(data) != COMMAND_BYTES or data[0] >> KIND_SHIFT != PacketKind.COMMAND or data[0] & _SHORT:
+    if not data or data[0] >> KIND_SHIFT != PacketKind.COMMAND or len(data) != command_length(data[0]):
         return None
     if crc16(data[:-2]) != int.from_bytes(data[-2:]):
         return None
-    first, beacon, counter, value = _BODY.unpack(data[: _BODY.size])
+    operation, is_one_shot, mac = (
+        data[0] & _OPERATION_MAX,
+        bool(data[0] & _ONE_SHOT),
+        data[-2 - MAC_BYTES : -2],
+    )
+    if data[0] & _SHORT:
+        _, counter = _SHORT_HEAD.unpack_from(data)
+        value = data[_SHORT_HEAD.size : -2 - MAC_BYTES]
+        number = round(_SHORT_VALUE.unpack(value)[0] * SHORT_STEP, 4) if value else 0.0
+        return ShortCommandPacket(Command(0, operation, number, counter, is_one_shot), mac)
+    _, beacon, counter, steps = _BODY.unpack(data[: _BODY.size])
     try:
-        command = Command(
-            beacon, first & _OPERATION_MAX, round(value * VALUE_STEP, 6), counter, bool(first & _ONE_SHOT)
-        )
+        command = Command(beacon, operation, round(steps * VALUE_STEP, 6), counter, is_one_shot)
     except PacketError:
         return None
-    return CommandPacket(command, data[_BODY.size : -2])
+    return CommandPacket(command, mac)
 
 
 TURN_MAX = 2.0 * math.pi

@@ -9,7 +9,6 @@ from vlc_beacon.core.packet.command_packet import (
     ShortCommandPacket,
     command_length,
     read_command_packet,
-    read_short_command_packet,
 )
 from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, DataPacket, read_data_packet
 from vlc_beacon.core.packet.id_packet import ID_BYTES, KIND_SHIFT, IdPacket, PacketKind, read_id_packet
@@ -27,12 +26,7 @@ class ReceivedPacket:
 
 def read_packet(data: bytes) -> Packet | None:
     """Parse a packet; None if it is invalid."""
-    return (
-        read_id_packet(data)
-        or read_data_packet(data)
-        or read_command_packet(data)
-        or read_short_command_packet(data)
-    )
+    return read_id_packet(data) or read_data_packet(data) or read_command_packet(data)
 
 
 def packet_length(data: bytes) -> int | None:

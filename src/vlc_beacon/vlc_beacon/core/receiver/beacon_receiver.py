@@ -212,19 +212,10 @@ class LampLocalizer:
         if self._settings.method == CENTROID or isinstance(result, NoBeaconFix):
             return result
         # The paper's method: eqs (3) to (7) on the lamp radii; it needs the yaw, here from the centroids.
-        # Eq. (4) gives the radius of a lamp at any exposure; the threshold does where it cannot be fitted, and in the
-        # bands of a rolling shutter.
-        image = None if self._settings.is_rolling else image
-        fits = [None if image is None else fit_lit_lamp(image, lamp.sample) for lamp in identified]
-        bloomed = [
-            lamp.sample.radius if fit is None else fit.half_maximum_radius
-            for lamp, fit in zip(identified, fits, strict=True)
-        ]
-        radii = np.array(bloomed) - self._settings.blooming
         discs = LampDiscs(
             [self._tracker.locator.beacons[id_] for id_ in ids],
             centres,
-            np.maximum(radii, _RADIUS_MIN),
+            self._radii(identified, image),
             float(np.max(sigmas, initial=0.0)),
         )
         method = radius_interval if self._settings.method == RADIUS_INTERVAL else radius_interval_printed
@@ -234,3 +225,19 @@ class LampLocalizer:
         covariance = radius_fix.covariance.copy()
         covariance[3, 3] = result.covariance[3, 3]
         return replace(radius_fix, covariance=covariance, anomalies=result.anomalies)
+
+    def _radii(
+        self, lamps: Sequence[LampObservation], image: NDArray[np.uint8] | None
+    ) -> NDArray[np.float64]:
+        """Return the radii of lamps in the image without blooming, shape (n,) [px].
+
+        Eq. (4) gives the radius at any exposure; the threshold does where it cannot be fitted, and in the bands of a
+        rolling shutter.
+        """
+        image = None if self._settings.is_rolling else image
+        fits = [None if image is None else fit_lit_lamp(image, lamp.sample) for lamp in lamps]
+        bloomed = [
+            lamp.sample.radius if fit is None else fit.half_maximum_radius
+            for lamp, fit in zip(lamps, fits, strict=True)
+        ]
+        return np.maximum(np.array(bloomed) - self._settings.blooming, _RADIUS_MIN)
