@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from functools import cached_property
 from typing import Protocol
 
@@ -30,7 +30,7 @@ _NEWTON_STEPS = 15
 _RESIDUAL_MAX = 1e-9  # of the distorted point, in focal lengths
 
 
-class LensModel(Enum):
+class LensModel(StrEnum):
     """Distortion models of ``sensor_msgs/CameraInfo``, which are OpenCV's."""
 
     PLUMB_BOB = 'plumb_bob'

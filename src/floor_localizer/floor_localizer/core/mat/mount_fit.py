@@ -113,6 +113,8 @@ def _covariance(jacobian: Floats, residuals: Floats, fit_focal_length: bool) -> 
         covariance[:unknowns, :unknowns] = variance_factor * np.linalg.inv(normal)
     except np.linalg.LinAlgError:
         covariance[:] = np.inf
+    if (covariance.diagonal()[:unknowns] <= 0.0).any():  # singular but for rounding
+        covariance[:] = np.inf
     return covariance
 
 
