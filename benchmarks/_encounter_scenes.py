@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.safety.range_frame import thinning_stride
 from scene_simulator.room.box_room import Box, BoxRoom
 from scene_simulator.room.people import Walker
 from scene_simulator.room.solids import Solids, cast_rays
@@ -48,7 +49,10 @@ class Sensor:
 
     @cached_property
     def directions(self) -> NDArray[np.float64]:
-        """Rays in the sensor frame, x ahead, shape (n, 3), of length 1 along the axis; of a scan of length 1."""
+        """Rays in the sensor frame, x ahead, shape (n, 3), of length 1 along the axis; of a scan of length 1.
+
+        Of large images only those that the monitor uses, which thins them in the same way.
+        """
         if not self.rows:
             angles = np.linspace(-0.5 * self.view, 0.5 * self.view, self.columns)
             return np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
@@ -56,7 +60,7 @@ class Sensor:
         y = (0.5 * (self.columns - 1) - np.arange(self.columns)) * slope
         z = (0.5 * (self.rows - 1) - np.arange(self.rows)) * slope
         grid = np.stack(np.broadcast_arrays(1.0, y[None], z[:, None]), axis=2)
-        return np.ascontiguousarray(grid.reshape(-1, 3))
+        return np.ascontiguousarray(grid.reshape(-1, 3)[:: thinning_stride(self.columns * self.rows)])
 
     @cached_property
     def rotation(self) -> NDArray[np.float64]:
@@ -80,7 +84,9 @@ class Sensor:
         """Return whether the middle of a body is in the field of view and nothing hides it: geometry without noise."""
         turn = matrix_from_rpy((0.0, 0.0, pose.yaw)) @ self.rotation
         origin = matrix_from_rpy((0.0, 0.0, pose.yaw)) @ self.mount.xyz + (pose.x, pose.y, 0.0)
-        targets = [(*np.mean([c[:2], c[3:5]], axis=0), z) for c in walkers.cylinders for z in _heights(c[2], c[5])]
+        targets = [
+            (*np.mean([c[:2], c[3:5]], axis=0), z) for c in walkers.cylinders for z in _heights(c[2], c[5])
+        ]
         targets += [(b[0], b[1], z) for b in walkers.boxes for z in _heights(b[5], b[6])]
         rays = np.array(targets) - origin
         x, y, z = (rays @ turn).T
@@ -130,24 +136,31 @@ def encounter(seed: int) -> Encounter:
         case 'following':
             heading, forward, speed = rng.normal(0.0, 0.2), rng.uniform(0.5, 0.8), 0.3
         case _:
-            heading, speed, kind = rng.uniform(-3.1, 3.1), 0.0, str(rng.choice(['lying body', 'standing body']))
+            heading, speed, kind = (
+                rng.uniform(-3.1, 3.1),
+                0.0,
+                str(rng.choice(['lying body', 'standing body'])),
+            )
     deceleration = float(rng.choice([0.5, 1.0]))
     driven = meeting - LATENCY - 0.5 * forward / deceleration
     place = SE2.exp(forward * driven, 0.0, turn * driven)
     if situation == 'corner':
         x = place.x + 0.4
-        boxes = ((x - rng.uniform(0.8, 1.5), rng.uniform(0.35, 0.6), 0.0, x - rng.uniform(0.3, 0.5), 4.0, 2.0),)
+        boxes = (
+            (x - rng.uniform(0.8, 1.5), rng.uniform(0.35, 0.6), 0.0, x - rng.uniform(0.3, 0.5), 4.0, 2.0),
+        )
         place = SE2(x - 0.1, 0.0, 0.0)
     heading += place.yaw
     aside = rng.normal(0.0, 0.2)
     meet = SE2(place.x - aside * math.sin(heading), place.y + aside * math.cos(heading), heading)
     walker = Walker(kind, meet @ SE2(-speed * meeting, 0.0, 0.0), speed)
     return Encounter(
-        situation, walker, BoxRoom(SIZE, boxes), _sensor(rng), (forward, turn), deceleration, meeting + 3.0
+        situation, walker, BoxRoom(SIZE, boxes), random_sensor(rng), (forward, turn), deceleration, meeting + 3.0
     )  # fmt: skip
 
 
-def _sensor(rng: np.random.Generator) -> Sensor:
+def random_sensor(rng: np.random.Generator) -> Sensor:
+    """Return a sensor of chance."""
     rate, noise, dropout = float(rng.choice(RATES)), rng.uniform(0.001, 0.008), rng.uniform(0.0, 0.03)
     if rng.random() < 0.2:
         mount = CameraMount((0.1, 0.0, 0.2), (0.0, 0.0, 0.0))
@@ -163,10 +176,12 @@ class View:
 
     Attributes:
         avoidable: a stop one sensor period and the latency after the first sight would have prevented it.
+        first_seen: whether somebody was in view at any time.
         seen: somebody was in view for one sensor period and the stopping time without a break before it.
     """
 
     avoidable: bool
+    first_seen: bool
     seen: bool
 
 
@@ -187,10 +202,14 @@ def judge_contact(
         period: longest time between two measurements that arrived [s].
     """
     # Every 50 ms: shorter looks are less than a sensor period.
-    times, poses, speeds = ([each[k] for k in range(len(times) - 1, -1, -5)][::-1] for each in (times, poses, speeds))
-    in_view = [scene.sensor.sees(scene.room, scene.walker.solids_at(t), p) for t, p in zip(times, poses, strict=True)]
+    times, poses, speeds = (
+        [each[k] for k in range(len(times) - 1, -1, -5)][::-1] for each in (times, poses, speeds)
+    )
+    in_view = [
+        scene.sensor.sees(scene.room, scene.walker.solids_at(t), p) for t, p in zip(times, poses, strict=True)
+    ]
     if not any(in_view):
-        return View(False, False)
+        return View(avoidable=False, first_seen=False, seen=False)
     first, step = in_view.index(True), times[1] - times[0]
     avoidable = _stop_prevents(scene, times[first], poses[first], speeds[first], period)
     longest = run = 0
@@ -199,18 +218,22 @@ def judge_contact(
         run = run + 1 if sees else 0
         if run > longest:
             longest, needed = run, period + LATENCY + speeds[k - run + 1] / scene.deceleration
-    return View(avoidable, longest * step >= needed)
+    return View(avoidable, True, longest * step >= needed)
 
 
 def _stop_prevents(scene: Encounter, time: float, pose: SE2, speed: float, period: float) -> bool:
     """Return whether the robot is not touched if it brakes one period and the latency after a time [s]."""
     brake = time + period + LATENCY
-    rate = scene.command[1] / scene.command[0]
-    while time < scene.end + 1.0:
+    rate, gap = scene.command[1] / scene.command[0], math.inf
+    while True:
         if time >= brake:
             speed = max(speed - scene.deceleration * _STEP, 0.0)
         pose = pose @ SE2.exp(speed * _STEP, 0.0, rate * speed * _STEP)
         time += _STEP
-        if scene.walker.solids_at(time).clearance(pose.x, pose.y, RADIUS, HEIGHT) <= 0.0:
+        before, gap = gap, scene.walker.solids_at(time).clearance(pose.x, pose.y, RADIUS, HEIGHT)
+        if gap <= 0.0:
             return False
-    return True
+        if speed == 0.0 and (gap > before + 1e-4 or scene.walker.speed == 0.0) and gap > 1.0:
+            return True
+        if time > scene.end + 20.0:
+            return True

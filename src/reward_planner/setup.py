@@ -3,7 +3,7 @@
 from setuptools import find_packages, setup
 
 NAME = 'reward_planner'
-COMMANDS = ('plan', 'save_map')
+COMMANDS = ('plan', 'save_map', 'collision_monitor')
 
 setup(
     name=NAME,

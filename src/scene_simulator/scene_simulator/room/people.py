@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from scene_simulator.errors import SceneError
@@ -14,6 +13,13 @@ KINDS = ('person', 'legs', 'child', 'group', 'wheelchair', 'trolley', 'lying bod
 _LEG_OFFSET, _LEG_RADIUS, _LEG_HEIGHT = 0.1, 0.06, 0.85
 _GROUP = ((0.0, 0.0), (-0.3, 0.6), (-0.1, -0.6))
 """Places of three people who walk together, along and across their way [m]."""
+_UPRIGHT = {
+    'person': (_GROUP[:1], 0.22, 1.75),
+    'group': (_GROUP, 0.22, 1.75),
+    'child': (_GROUP[:1], 0.12, 0.9),
+    'standing body': (_GROUP[:1], 0.035, 0.4),
+}
+"""Places, radius and height of upright bodies [m]."""
 
 
 @dataclass(frozen=True)
@@ -44,27 +50,20 @@ class Walker:
     def solids_at(self, time: float) -> Solids:
         """Return the body at a time [s]."""
         pose = self.pose_at(time)
-        match self.kind:
-            case 'person':
-                return _upright(pose, 0.22, 0.0, 1.75)
-            case 'child':
-                return _upright(pose, 0.12, 0.0, 0.9)
-            case 'legs':
-                return self._legs(pose, time)
-            case 'group':
-                people = [_upright(pose @ SE2(x, y, 0.0), 0.22, 0.0, 1.75) for x, y in _GROUP]
-                return people[0] + people[1] + people[2]
-            case 'wheelchair':
-                chair = Solids(boxes=((pose.x, pose.y, pose.yaw, 0.5, 0.32, 0.1, 0.55),))
-                return chair + _upright(pose @ SE2(-0.15, 0.0, 0.0), 0.2, 0.55, 1.3)
-            case 'trolley':
-                trolley = Solids(boxes=((pose.x, pose.y, pose.yaw, 0.4, 0.25, 0.1, 0.95),))
-                return trolley + self._legs(pose @ SE2(-0.75, 0.0, 0.0), time)
-            case 'lying body':
-                a, b = pose @ SE2(0.0, -0.3, 0.0), pose @ SE2(0.0, 0.3, 0.0)
-                return Solids(((a.x, a.y, 0.1, b.x, b.y, 0.1, 0.1),))
-            case _:
-                return _upright(pose, 0.035, 0.0, 0.4)
+        if self.kind == 'legs':
+            return self._legs(pose, time)
+        if self.kind == 'trolley':
+            pushed = Solids(boxes=((pose.x, pose.y, pose.yaw, 0.4, 0.25, 0.1, 0.95),))
+            return pushed + self._legs(pose @ SE2(-0.75, 0.0, 0.0), time)
+        if self.kind == 'wheelchair':
+            chair = Solids(boxes=((pose.x, pose.y, pose.yaw, 0.5, 0.32, 0.1, 0.55),))
+            return chair + _upright(pose @ SE2(-0.15, 0.0, 0.0), 0.2, 0.55, 1.3)
+        if self.kind == 'lying body':
+            a, b = pose @ SE2(0.0, -0.3, 0.0), pose @ SE2(0.0, 0.3, 0.0)
+            return Solids(((a.x, a.y, 0.1, b.x, b.y, 0.1, 0.1),))
+        places, radius, height = _UPRIGHT[self.kind]
+        people = [_upright(pose @ SE2(x, y, 0.0), radius, 0.0, height) for x, y in places]
+        return sum(people, Solids())
 
     def _legs(self, pose: SE2, time: float) -> Solids:
         """Return legs of which one rests while the other swings at twice the speed, and the body above."""

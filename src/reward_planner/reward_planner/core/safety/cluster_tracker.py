@@ -17,7 +17,7 @@ _POSITION_SIGMA = 0.08  # standard deviation of a cluster's centre: its visible 
 _ACCELERATION = 1.0  # standard deviation of the acceleration of people [m/s^2]
 _SPEED_SIGMA = 1.0  # standard deviation of the velocity of a new track [m/s]
 _LOST = 0.7  # a track without cluster is dropped after this time [s]
-_CONFIRMED_COUNT, _CONFIRMED_SIGMA = 3, 0.35  # clusters, and standard deviation of the speed [m/s]
+_CONFIRMED_COUNT, _CONFIRMED_SIGMA = 2, 0.7  # clusters, and standard deviation of the speed [m/s]
 
 
 @dataclass

@@ -66,7 +66,7 @@ class CollisionMonitor:
     Attributes:
         footprint: outline of the robot.
         sources: sensors by name.
-        paths: stopping path of the command, shape (n, 3), in the base frame, to be shown.
+        path, slow_path: way to a stop at the command, and that of the slow-down zone, shape (n, 3), in the base frame.
     """
 
     def __init__(self, settings: CollisionMonitorSettings, sources: Mapping[str, SourceSettings]) -> None:
@@ -99,7 +99,7 @@ class CollisionMonitor:
         self._motion = MotionHistory(self._base)
         self._command: tuple[float, float, float] | None = None
         self._command_fault = 'no cmd_vel_in yet'
-        self.path = np.zeros((1, 3))
+        self.path = self.slow_path = np.zeros((1, 3))
 
     def add_command(self, now: float, forward: float, turn_rate: float) -> None:
         """Take a commanded velocity [m/s, rad/s] now [s].
@@ -124,6 +124,10 @@ class CollisionMonitor:
         """
         self._advance(now)
         self.sources[name].add(stamp, now, frame, self._motion.pose_at(stamp))
+
+    def invalidate(self, name: str, reason: str) -> None:
+        """Stop the robot until the next valid measurement of a source, for a reason in one line."""
+        self.sources[name].invalidate(reason)
 
     def decide(self, now: float) -> Decision:
         """Return the velocity to publish now [s]."""
@@ -226,8 +230,9 @@ class CollisionMonitor:
         motion = BaseMotion(command[0], command[1], command[0], command[1])
         steady = self._base._replace(latency=settings.slow_time, deceleration=1e9, angular_deceleration=1e9)
         path = stopping_paths(motion, (0.0, 0.0), FRACTIONS[-1:], 0.0, steady)[0]
+        self.slow_path = path
         near = _within(obstacles, self.footprint.radius, path, settings.slow_margin)
-        near = near._replace(radius=near.radius + settings.slow_margin)
+        near = near._replace(radius=near.radius + settings.slow_margin, growth=0.0 * near.growth)
         met = contacts(path, self.footprint.corners, self.footprint.radius, near, 0.0, True)
         return (1.0 if (met < 0).all() else settings.slow_fraction), Action.SLOW_DOWN, name
 
@@ -247,7 +252,13 @@ def _fraction(limit: _Limit) -> float:
 
 
 def _chosen(obstacles: Obstacles, mask: NDArray[np.bool_]) -> Obstacles:
-    return Obstacles(*(np.ascontiguousarray(each[mask]) for each in obstacles))
+    return Obstacles(
+        obstacles.xy[mask],
+        obstacles.velocity[mask],
+        obstacles.radius[mask],
+        obstacles.growth[mask],
+        obstacles.is_static[mask],
+    )
 
 
 def _within(obstacles: Obstacles, reach: float, path: NDArray[np.float64], margin: float) -> Obstacles:

@@ -111,7 +111,10 @@ def carve(
             cos, sin = math.cos(angle), math.sin(angle)
             flat, end = bins.start[b], min(bins.end[b], range_max)
             while flat < end and flat < bins.hit[b] - _margin(flat, noise):
-                ix, iy = math.floor((origin[0] + flat * cos) / CELL), math.floor((origin[1] + flat * sin) / CELL)
+                ix, iy = (
+                    math.floor((origin[0] + flat * cos) / CELL),
+                    math.floor((origin[1] + flat * sin) / CELL),
+                )
                 i, j = _entry(cells, ix, iy)
                 cells.free[i, j] = stamp
                 flat += CELL

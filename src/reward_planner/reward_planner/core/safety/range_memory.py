@@ -44,10 +44,12 @@ class RangeMemory:
         """Start empty; obstacles out of view are kept for ``memory`` [s]."""
         self._settings, self._memory = settings, memory
         side = 2 * math.ceil(settings.range_max / CELL) + 3
-        stamps = (np.full((side, side), NEVER) for _ in range(4))
         self._cells = Cells(
             np.full((side, side), np.iinfo(np.int64).min),
-            *stamps,
+            np.full((side, side), NEVER),
+            np.full((side, side), NEVER),
+            np.full((side, side), NEVER),
+            np.full((side, side), NEVER),
             np.zeros((side, side, 3)),
             np.zeros((side, side), dtype=np.int8),
         )
