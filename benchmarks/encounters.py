@@ -89,10 +89,10 @@ def room_stops(seed: int) -> tuple[int, float, float]:
             )
         if step % 5 == 0:
             near += int(np.hypot(*(points[near : near + 20] - (base.pose.x, base.pose.y)).T).argmin())
-            if near >= len(points) - 12:
+            ahead = points[near:][np.hypot(*(points[near:] - (base.pose.x, base.pose.y)).T) > LOOKAHEAD][:1]
+            if len(ahead) == 0:
                 break
-            ahead = points[near:][np.hypot(*(points[near:] - (base.pose.x, base.pose.y)).T) > LOOKAHEAD][0]
-            x, y = base.pose.inverse().transform(ahead[None])[0]
+            x, y = base.pose.inverse().transform(ahead)[0]
             monitor.add_command(now, SPEED, float(np.clip(2.0 * SPEED * y / (x * x + y * y), -1.5, 1.5)))
             decision = monitor.decide(now)
             base.give(time, decision.forward, decision.turn_rate)

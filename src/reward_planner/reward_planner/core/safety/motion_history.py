@@ -42,6 +42,7 @@ class MotionHistory:
         """Predict the model up to now [s]; return whether the frame of the poses has changed."""
         if self._time is None:
             self._time = now
+            self._model.add(round(now * 1e9), self._pose)
         steps = max(math.ceil((now - self._time) / _STEP_MAX), 0)
         for step in range(1, min(steps, 500) + 1):
             self._model_step(self._time + (now - self._time) * step / steps, (now - self._time) / steps)
