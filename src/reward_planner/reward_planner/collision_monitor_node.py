@@ -111,10 +111,11 @@ class CollisionMonitorNode(Node):
         before, self._decision = self._decision, self._monitor.decide(self._now())
         if (before.action, before.reason) == (self._decision.action, self._decision.reason):
             return
-        is_fault = self._decision.action is Action.FAULT
-        (self.get_logger().warning if is_fault else self.get_logger().info)(
-            f'{self._decision.action.value}: {self._decision.reason}', throttle_duration_sec=0.5
-        )
+        line = f'{self._decision.action.value}: {self._decision.reason}'
+        if self._decision.action is Action.FAULT:
+            self.get_logger().warning(line, throttle_duration_sec=0.5)
+        else:
+            self.get_logger().info(line, throttle_duration_sec=0.5)
 
     def _publish_zones(self) -> None:
         decision = self._decision

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,18 +17,17 @@ _POSITION_SIGMA = 0.08  # standard deviation of a cluster's centre: its visible 
 _ACCELERATION = 1.0  # standard deviation of the acceleration of people [m/s^2]
 _SPEED_SIGMA = 1.0  # standard deviation of the velocity of a new track [m/s]
 _LOST = 0.7  # a track without cluster is dropped after this time [s]
-_CONFIRMED_COUNT, _CONFIRMED_SIGMA = 2, 0.7  # clusters, and standard deviation of the speed [m/s]
+_CONFIRMED_TIME, _CONFIRMED_SIGMA = 0.25, 0.7  # age [s] and standard deviation of the speed [m/s]
 
 
 @dataclass
 class _Track:
-    """Centre and velocity, shape (4,), their covariance, stamp [s], number of clusters."""
+    """Centre and velocity, shape (4,), their covariance, stamp of the last and first cluster [s]."""
 
     state: NDArray[np.float64]
     covariance: NDArray[np.float64]
     stamp: float
-    count: int = 1
-    transition: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    begin: float
 
     def predicted(self, stamp: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return state and covariance at a later stamp."""
@@ -45,7 +44,7 @@ class _Track:
         gain = np.linalg.solve(innovation_covariance, covariance[:2]).T
         self.state = state + gain @ (centre - state[:2])
         self.covariance = covariance - gain @ covariance[:2]
-        self.stamp, self.count = stamp, self.count + 1
+        self.stamp = stamp
 
     @property
     def speed_sigma(self) -> float:
@@ -74,7 +73,7 @@ class ClusterTracker:
         self._tracks = list(free)
         for members in _clusters(xy_odom):
             track = self._assign(stamp, xy_odom[members].mean(axis=0), free)
-            if track.count >= _CONFIRMED_COUNT and track.speed_sigma < _CONFIRMED_SIGMA:
+            if stamp - track.begin >= _CONFIRMED_TIME and track.speed_sigma < _CONFIRMED_SIGMA:
                 velocity[members], sigma[members] = track.state[2:], track.speed_sigma
         return CellMotion(velocity, sigma)
 
@@ -88,7 +87,7 @@ class ClusterTracker:
                 track.update(stamp, centre)
                 return track
         covariance = np.diag([_POSITION_SIGMA, _POSITION_SIGMA, _SPEED_SIGMA, _SPEED_SIGMA]) ** 2
-        track = _Track(np.array([*centre, 0.0, 0.0]), covariance, stamp)
+        track = _Track(np.array([*centre, 0.0, 0.0]), covariance, stamp, stamp)
         self._tracks.append(track)
         return track
 

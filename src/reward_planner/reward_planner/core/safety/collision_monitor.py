@@ -27,13 +27,14 @@ from reward_planner.core.safety.stopping_motion import (
     contacts,
     stopping_paths,
 )
-from reward_planner.core.safety.watched_source import WatchedSource
+from reward_planner.core.safety.watched_source import PredictedObstacles, WatchedSource
 from shirube_core.geometry import SE2
 
 FRACTIONS = np.linspace(1.0, 0.0, 11)
 """Parts of the command that are tried, the greatest first."""
 _CLOCK_BACK = 0.1  # a clock that goes back by more has jumped [s]
 _YIELD_MARGIN = 0.12  # clearance to the predicted way of people [m]
+_SIGNIFICANT = 3.0  # a velocity counts if it exceeds its standard deviation as many times
 _WALKING = 0.2  # a slower cluster does not walk [m/s]
 
 
@@ -162,13 +163,17 @@ class CollisionMonitor:
         self.path = paths[0]
         best = (1.0, Action.DRIVE, '')
         for source in self.sources.values():
-            obstacles, is_tracked = source.obstacles(now, T_odom_base)
+            found = source.obstacles(now, T_odom_base)
             # 6. Approach: the robot stands before a disc that holds each obstacle meets its footprint.
-            best = min(best, self._approach(source.name, paths, obstacles), key=_fraction)
+            sure = _chosen(found.all, ~found.is_unsure)
+            best = min(best, self._approach(source.name, paths, sure), key=_fraction)
             # 7. Giving way: it does not stop where somebody is about to walk.
-            best = min(best, self._yield(source.name, paths, obstacles, is_tracked), key=_fraction)
-            # 8. Slow-down zone: along the commanded path for some time.
-            best = min(best, self._slow_down(source.name, command, obstacles), key=_fraction)
+            best = min(best, self._yield(source.name, paths, found), key=_fraction)
+            # 8. Slow-down zone: along the commanded path for some time, and what may turn out to walk.
+            best = min(best, self._slow_down(source.name, command, sure), key=_fraction)
+            unsure = self._approach(source.name, paths, _chosen(found.all, found.is_unsure))[0]
+            caution = max(unsure, self._settings.slow_fraction)
+            best = min(best, (caution, Action.SLOW_DOWN, source.name), key=_fraction)
         # 9. The most restrictive wins.
         fraction, action, source_name = best
         if fraction == 0.0 and any(command):
@@ -204,14 +209,9 @@ class CollisionMonitor:
                 return fraction, Action.APPROACH, name
         return 0.0, Action.STOP, name
 
-    def _yield(
-        self,
-        name: str,
-        paths: list[NDArray[np.float64]],
-        obstacles: Obstacles,
-        is_tracked: NDArray[np.bool_],
-    ) -> _Limit:
-        walking = is_tracked & (np.hypot(*obstacles.velocity.T) > _WALKING)
+    def _yield(self, name: str, paths: list[NDArray[np.float64]], found: PredictedObstacles) -> _Limit:
+        obstacles, speed = found.all, np.hypot(*found.all.velocity.T)
+        walking = (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))
         time, corners, reach = self._settings.yield_time, self.footprint.corners, self.footprint.radius
         if not walking.any():
             return 1.0, Action.YIELD, name

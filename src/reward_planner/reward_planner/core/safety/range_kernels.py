@@ -29,8 +29,8 @@ _TOLERANCE_MAX = 4
 class Cells(NamedTuple):
     """A square of cells that wraps around, arrays of shape (side, side); a key names the cell that an entry is of.
 
-    Attributes: key; stamps [s] of the first and last hit, of the last ray through the column and of the last motion;
-    x, y, z of the last hits [m]; class.
+    Attributes: key; stamps [s] of the first and last hit, of the last ray through the column, of the last motion and of
+    the last time at rest; x, y, z of the last hits and the heights that rays saw free [m]; class.
     """
 
     key: NDArray[np.int64]
@@ -38,17 +38,20 @@ class Cells(NamedTuple):
     last: NDArray[np.float64]
     free: NDArray[np.float64]
     moved: NDArray[np.float64]
+    rested: NDArray[np.float64]
     xyz: NDArray[np.float64]
+    span: NDArray[np.float64]
     kind: NDArray[np.int8]
 
 
 class RayBins(NamedTuple):
-    """Nearest ray end by bearing and elevation; by bearing the nearest hit and the span that rays saw [m]."""
+    """Nearest ray end by bearing and elevation; by bearing the nearest hit, the span of the rays [m], their slopes."""
 
     nearest: NDArray[np.float64]
     hit: NDArray[np.float64]
     start: NDArray[np.float64]
     end: NDArray[np.float64]
+    slopes: NDArray[np.float64]
 
 
 @njit(cache=True)
@@ -61,11 +64,15 @@ def bin_rays(
     """Return the bins of rays, shape (n, 3), between two heights [m]."""
     nearest = np.full((BINS, BINS // 2 + 1), np.inf)
     hit, start, end = np.full(BINS, np.inf), np.full(BINS, np.inf), np.zeros(BINS)
+    slopes = np.empty((BINS, 2))
+    slopes[:, 0], slopes[:, 1] = np.inf, -np.inf
     for i in range(len(ends)):
         dx, dy, dz = ends[i, 0] - origin[0], ends[i, 1] - origin[1], ends[i, 2] - origin[2]
         flat = math.hypot(dx, dy)
         b, e = _bearing(dx, dy), _elevation(dz, flat)
         nearest[b, e] = min(nearest[b, e], math.hypot(flat, dz))
+        slope = dz / max(flat, 1e-6)
+        slopes[b, 0], slopes[b, 1] = min(slopes[b, 0], slope), max(slopes[b, 1], slope)
         if is_hit[i] and heights[0] <= ends[i, 2] <= heights[1]:
             hit[b] = min(hit[b], flat)
         # The part of the ray within the heights.
@@ -75,7 +82,7 @@ def bin_rays(
             low, high = max(low, min(one, two)), min(high, max(one, two))
         if low < high and heights[0] <= origin[2] + low * dz + 1e-9 <= heights[1] + 2e-9:
             start[b], end[b] = min(start[b], low * flat), max(end[b], high * flat)
-    return RayBins(nearest, hit, start, end)
+    return RayBins(nearest, hit, start, end, slopes)
 
 
 @njit(cache=True)
@@ -96,6 +103,7 @@ def _entry(cells: Cells, ix: int, iy: int) -> tuple[int, int]:
     if cells.key[i, j] != key:
         cells.key[i, j] = key
         cells.first[i, j] = cells.last[i, j] = cells.free[i, j] = cells.moved[i, j] = NEVER
+        cells.rested[i, j] = NEVER
         cells.kind[i, j] = FREE
     return i, j
 
@@ -104,7 +112,7 @@ def _entry(cells: Cells, ix: int, iy: int) -> tuple[int, int]:
 def carve(
     cells: Cells, bins: RayBins, origin: NDArray[np.float64], stamp: float, range_max: float, noise: float
 ) -> None:
-    """Note which columns rays saw free, and forget obstacles that rays passed at their height."""
+    """Note which columns rays saw free, and between which heights."""
     for b in range(BINS):
         for part in range(_PARTS):
             angle = (b + (part + 0.5) / _PARTS) * _WIDTH - math.pi
@@ -117,22 +125,32 @@ def carve(
                 )
                 i, j = _entry(cells, ix, iy)
                 cells.free[i, j] = stamp
+                cells.span[i, j, 0] = origin[2] + flat * bins.slopes[b, 0]
+                cells.span[i, j, 1] = origin[2] + flat * bins.slopes[b, 1]
                 flat += CELL
-    side = len(cells.key)
-    for i in range(side):
-        for j in range(side):
-            if cells.last[i, j] > NEVER:
-                dx, dy = cells.xyz[i, j, 0] - origin[0], cells.xyz[i, j, 1] - origin[1]
-                dz, flat = cells.xyz[i, j, 2] - origin[2], math.hypot(dx, dy)
-                through = bins.nearest[_bearing(dx, dy), _elevation(dz, flat)]
-                if math.hypot(flat, dz) + _margin(flat, noise) < through < math.inf:
-                    cells.first[i, j] = cells.last[i, j] = NEVER
-                    cells.kind[i, j] = FREE
 
 
 @njit(cache=True)
 def _margin(flat: float, noise: float) -> float:
     return 1.5 * CELL + 2.0 * noise * flat * flat
+
+
+@njit(cache=True)
+def clear(cells: Cells, bins: RayBins, origin: NDArray[np.float64], stamp: float, noise: float) -> None:
+    """Forget obstacles that are not hit now where rays passed at their height."""
+    side = len(cells.key)
+    for i in range(side):
+        for j in range(side):
+            if NEVER < cells.last[i, j] < stamp:
+                dx, dy = cells.xyz[i, j, 0] - origin[0], cells.xyz[i, j, 1] - origin[1]
+                dz, flat = cells.xyz[i, j, 2] - origin[2], math.hypot(dx, dy)
+                through = bins.nearest[_bearing(dx, dy), _elevation(dz, flat)]
+                far, margin = math.hypot(flat, dz), _margin(flat, noise)
+                # What moves is dropped where it is seen no more; what rests, where something behind it is seen.
+                least = far + margin if cells.kind[i, j] == STATIC else far - margin
+                if least < through < math.inf:
+                    cells.first[i, j] = cells.last[i, j] = NEVER
+                    cells.kind[i, j] = FREE
 
 
 @njit(cache=True)
@@ -175,11 +193,18 @@ def classify(cells: Cells, origin: NDArray[np.float64], stamp: float, noise: flo
         flat = math.hypot(cells.xyz[i, j, 0] - origin[0], cells.xyz[i, j, 1] - origin[1])
         near = min(int(1.0 + 2.0 * noise * flat * flat / CELL), _TOLERANCE_MAX)
         cells.kind[i, j] = UNSURE
-        if _was_occupied(cells, i, j, near, stamp - _STATIC_TIME):
+        z = cells.xyz[i, j, 2]
+        if _was_occupied(cells, i, j, near, stamp - _STATIC_TIME) or _rested(cells, i, j, near, stamp):
             cells.kind[i, j] = STATIC
-        elif stamp - _FREE_MEMORY < cells.free[i, j] < stamp:
+        elif (
+            stamp - _FREE_MEMORY < cells.free[i, j] < stamp and cells.span[i, j, 0] < z < cells.span[i, j, 1]
+        ):
             cells.kind[i, j] = MOVING
             cells.moved[i, j] = stamp
+    # A single one is noise more often than a part of somebody.
+    for i, j in hits:
+        if cells.kind[i, j] == MOVING and not _has_company(cells, i, j):
+            cells.kind[i, j], cells.moved[i, j] = UNSURE, NEVER
     # 2. Near them, a cell is static only after a longer time: a leg at rest is the next to move.
     # 3. What appears beside a static surface is more of it.
     for i, j in hits:
@@ -187,9 +212,23 @@ def classify(cells: Cells, origin: NDArray[np.float64], stamp: float, noise: flo
             continue
         if _moved_since(cells, i, j, stamp - _MOVER_MEMORY):
             is_old = _was_occupied(cells, i, j, 1, stamp - _NEAR_MOVER_TIME)
-            cells.kind[i, j] = STATIC if is_old else UNSURE
+            cells.kind[i, j] = STATIC if is_old else MOVING
         elif cells.kind[i, j] == UNSURE and _has_static(cells, i, j):
             cells.kind[i, j] = STATIC
+    for i, j in hits:
+        if cells.kind[i, j] == STATIC:
+            cells.rested[i, j] = stamp
+
+
+@njit(cache=True)
+def _rested(cells: Cells, i: int, j: int, near: int, stamp: float) -> bool:
+    """Return whether something rested here a moment ago: thin boards and legs are not hit in each measurement."""
+    side = len(cells.key)
+    for a in range(-near, near + 1):
+        for b in range(-near, near + 1):
+            if cells.rested[(i + a) % side, (j + b) % side] >= stamp - _FREE_MEMORY:
+                return True
+    return False
 
 
 @njit(cache=True)
@@ -211,6 +250,16 @@ def _moved_since(cells: Cells, i: int, j: int, stamp: float) -> bool:
             if cells.moved[(i + a) % side, (j + b) % side] >= stamp:
                 return True
     return False
+
+
+@njit(cache=True)
+def _has_company(cells: Cells, i: int, j: int) -> bool:
+    side, count = len(cells.key), 0
+    for a in range(-2, 3):
+        for b in range(-2, 3):
+            k, m = (i + a) % side, (j + b) % side
+            count += cells.kind[k, m] == MOVING and cells.last[k, m] == cells.last[i, j]
+    return count > 1
 
 
 @njit(cache=True)

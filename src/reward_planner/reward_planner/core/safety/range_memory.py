@@ -14,16 +14,18 @@ from reward_planner.core.safety.range_kernels import (
     FREE,
     NEVER,
     STATIC,
+    UNSURE,
     Cells,
     bin_rays,
     carve,
     classify,
+    clear,
     insert,
 )
 from reward_planner.core.safety.safety_settings import SourceSettings
 from shirube_core.geometry import SE2, rotation_matrix
 
-_MOVER_KEPT = 1.0  # a moving obstacle that left the field of view is kept for this long [s]
+_MOVER_KEPT = 0.5  # a moving obstacle that left the field of view is kept for this long [s]
 
 
 class ObstacleCells(NamedTuple):
@@ -31,7 +33,7 @@ class ObstacleCells(NamedTuple):
 
     xy: NDArray[np.float64]
     stamp: NDArray[np.float64]
-    is_static: NDArray[np.bool_]
+    kind: NDArray[np.int8]
 
 
 class RangeMemory:
@@ -50,7 +52,9 @@ class RangeMemory:
             np.full((side, side), NEVER),
             np.full((side, side), NEVER),
             np.full((side, side), NEVER),
+            np.full((side, side), NEVER),
             np.zeros((side, side, 3)),
+            np.zeros((side, side, 2)),
             np.zeros((side, side), dtype=np.int8),
         )
 
@@ -70,9 +74,14 @@ class RangeMemory:
         ends, origin = frame.ends @ turn.T + offset, turn @ frame.origin + offset
         heights = settings.height_min, settings.height_max
         noise = settings.range_noise
-        carve(cells, bin_rays(origin, ends, frame.is_hit, heights), origin, stamp, settings.range_max, noise)
+        bins = bin_rays(origin, ends, frame.is_hit, heights)
+        carve(cells, bins, origin, stamp, settings.range_max, noise)
         insert(cells, ends, used, stamp, settings.points_min)
+        clear(cells, bins, origin, stamp, noise)
         classify(cells, origin, stamp, noise)
+        cells.kind[(cells.kind == UNSURE) & (cells.last < stamp)] = (
+            STATIC  # it left the view without having moved
+        )
         kept = np.where(cells.kind == STATIC, self._memory, _MOVER_KEPT)
         cells.kind[cells.last < stamp - kept] = FREE
         cells.first[cells.kind == FREE] = cells.last[cells.kind == FREE] = NEVER
@@ -81,7 +90,7 @@ class RangeMemory:
         """Return all obstacle cells."""
         cells = self._cells
         chosen = cells.kind != FREE
-        return ObstacleCells(cells.xyz[chosen][:, :2], cells.last[chosen], cells.kind[chosen] == STATIC)
+        return ObstacleCells(cells.xyz[chosen][:, :2], cells.last[chosen], cells.kind[chosen])
 
     def forget(self, xy_odom: NDArray[np.float64]) -> None:
         """Forget the cells at positions, shape (n, 2) [m]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.safety.cluster_tracker import CellMotion, ClusterTracker
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.safety.range_frame import RangeFrame
+from reward_planner.core.safety.range_kernels import MOVING, STATIC, UNSURE
 from reward_planner.core.safety.range_memory import RangeMemory
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
 from reward_planner.core.safety.stopping_motion import Obstacles
@@ -18,6 +20,17 @@ from shirube_core.geometry import SE2, rotation_matrix
 
 _FUTURE_MAX = 0.1  # stamps may be this far ahead of the clock [s]
 _WALK_CHANGE = 0.3  # by how much somebody changes his velocity at once [m/s]
+
+
+class PredictedObstacles(NamedTuple):
+    """Obstacles, which of them were seen too shortly to know whether they move, and the sigma of their speeds.
+
+    The standard deviation is NaN where nothing is tracked [m/s].
+    """
+
+    all: Obstacles
+    is_unsure: NDArray[np.bool_]
+    sigma: NDArray[np.float64]
 
 
 class WatchedSource:
@@ -74,7 +87,7 @@ class WatchedSource:
         self._stamp = stamp
         self._memory.update(stamp, frame, T_odom_base, used)
         self._cells = self._memory.obstacles()
-        moves = ~self._cells.is_static & (self._cells.stamp == stamp)
+        moves = (self._cells.kind == MOVING) & (self._cells.stamp == stamp)
         motion = self._tracker.update(stamp, self._cells.xy[moves])
         velocity, sigma = np.zeros((len(moves), 2)), np.full(len(moves), np.nan)
         velocity[moves], sigma[moves] = motion
@@ -107,22 +120,24 @@ class WatchedSource:
         self._memory.forget(self._cells.xy[inside[~is_seen]])
         return int(is_seen.sum())
 
-    def obstacles(self, now: float, T_odom_base: SE2) -> tuple[Obstacles, NDArray[np.bool_]]:
-        """Return the predicted obstacles now [s] in the base frame, and which of them are tracked.
+    def obstacles(self, now: float, T_odom_base: SE2) -> PredictedObstacles:
+        """Return the predicted obstacles now [s] in the base frame.
 
         What moves but is not tracked can be anywhere within obstacle_speed times its age; what is tracked is where its
         velocity brings it, within two standard deviations and a change of its walk.
         """
         cells, settings = self._cells, self._settings
-        age = now - cells.stamp
+        age, is_static = now - cells.stamp, cells.kind == STATIC
         is_tracked = np.isfinite(self._motion.sigma)
         growth = np.where(
             is_tracked,
             np.minimum(2.0 * np.nan_to_num(self._motion.sigma) + _WALK_CHANGE, settings.obstacle_speed),
             settings.obstacle_speed,
         )
-        growth[cells.is_static] = 0.0
+        growth[is_static] = 0.0
         xy = T_odom_base.inverse().transform(cells.xy + self._motion.velocity * age[:, None])
         velocity = self._motion.velocity @ rotation_matrix(T_odom_base.yaw)
         radius = settings.stop_margin + growth * age
-        return Obstacles(xy, velocity, radius, growth, cells.is_static), is_tracked
+        return PredictedObstacles(
+            Obstacles(xy, velocity, radius, growth, is_static), cells.kind == UNSURE, self._motion.sigma
+        )
