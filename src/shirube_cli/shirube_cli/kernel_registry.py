@@ -38,7 +38,7 @@ KERNEL_SETS = (
     KernelSet('shirube_bringup', 'shirube_bringup.compile_kernels', 'compile_kernels()', 29),
     KernelSet('reward_planner', 'reward_planner.core.compile_kernels', 'compile_default_kernels()', 32),
     KernelSet(
-        'collision_monitor', 'reward_planner.core.safety.compile_kernels', 'compile_kernels()', 14, demo=False
+        'collision_monitor', 'reward_planner.core.safety.compile_kernels', 'compile_kernels()', 19, demo=False
     ),
     KernelSet('vlc_beacon_global', _LIGHT, "compile_kernels(ReceiverSettings('global'))", 2, demo=False),
 )

@@ -205,6 +205,11 @@ def classify(cells: Cells, origin: NDArray[np.float64], stamp: float, noise: flo
     for i, j in hits:
         if cells.kind[i, j] == MOVING and not _has_company(cells, i, j):
             cells.kind[i, j], cells.moved[i, j] = UNSURE, NEVER
+    _settle(cells, hits, stamp)
+
+
+@njit(cache=True)
+def _settle(cells: Cells, hits: NDArray[np.int64], stamp: float) -> None:
     # 2. Near them, a cell is static only after a longer time: a leg at rest is the next to move.
     # 3. What appears beside a static surface is more of it.
     for i, j in hits:
