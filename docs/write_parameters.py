@@ -11,7 +11,8 @@ from shirube_ros.managed_node import LifecycleSettings
 
 PAGE = Path(__file__).parent / 'parameters.md'
 NOTES = {
-    'pose_arbiter: the node': 'And `sources`, the names of the pose sources; by default the three localizers.'
+    'collision_monitor: the node': 'And `sources`, the names of the range sensors; by default `front`.',
+    'pose_arbiter: the node': 'And `sources`, the names of the pose sources; by default the three localizers.',
 }
 
 

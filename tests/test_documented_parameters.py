@@ -9,6 +9,8 @@ import yaml
 
 from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.source_parameters import DEFAULT_SOURCES
+from reward_planner.core.safety.safety_settings import SourceSettings as RangeSourceSettings
+from reward_planner.interface.monitor_settings import DEFAULT_SOURCES as RANGE_SOURCES
 from shirube_bringup.building import BuildingFiles
 from shirube_bringup.nodes import mission_nodes
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
@@ -51,6 +53,11 @@ def test_parameter_names_are_unique_and_the_example_configuration_holds_their_de
         known['sources'] = DEFAULT_SOURCES
         known |= {
             f'{s}.{d.name}': d.default for s in DEFAULT_SOURCES for d in describe_settings(SourceSettings)
+        }
+    if node == 'collision_monitor':
+        known['sources'] = RANGE_SOURCES
+        known |= {
+            f'{s}.{d.name}': d.default for s in RANGE_SOURCES for d in describe_settings(RangeSourceSettings)
         }
     for name, value in given.items():
         default = known[name]

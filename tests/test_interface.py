@@ -20,6 +20,7 @@ from rclpy.node import Node
 from floor_localizer.node import FloorLocalizerNode
 from motor_bridge.node import MotorBridgeNode
 from pose_arbiter.node import PoseArbiterNode
+from reward_planner.collision_monitor_node import CollisionMonitorNode
 from reward_planner.node import RewardPlannerNode
 from stereo_landmark.commands.teach import main as teach
 from stereo_landmark.node import StereoLandmarkNode
@@ -30,6 +31,7 @@ pytestmark = [pytest.mark.quick, pytest.mark.newest_set_only, pytest.mark.timeou
 ROOT = Path(__file__).resolve().parents[1]
 GOLDEN = Path(__file__).parent / 'goldens' / 'interface.json'
 NODES: dict[str, tuple[Callable[..., Node], dict[str, object]]] = {
+    'collision_monitor': (CollisionMonitorNode, {}),
     'floor_localizer': (FloorLocalizerNode, {}),
     'stereo_landmark': (StereoLandmarkNode, {}),
     'vlc_beacon': (VlcBeaconNode, {'beacons_file': str(ROOT / 'bags/lamp_drive/beacons.yaml')}),
@@ -43,6 +45,7 @@ LEFT = 'left/image_rect sensor_msgs/Image left/camera_info sensor_msgs/CameraInf
 ODOMETRY = 'odom nav_msgs/Odometry'
 INITIAL_POSE = 'initialpose geometry_msgs/PoseWithCovarianceStamped'
 SUBSCRIBES = {
+    'collision_monitor': 'cmd_vel_in geometry_msgs/TwistStamped points sensor_msgs/PointCloud2 odom nav_msgs/Odometry',
     'floor_localizer': f'{IMAGES} {ODOMETRY} {INITIAL_POSE}',
     'stereo_landmark': f'{LEFT} {LEFT.replace("left", "right")} imu sensor_msgs/Imu',
     'vlc_beacon': f'{IMAGES} imu sensor_msgs/Imu {ODOMETRY}',
@@ -52,6 +55,8 @@ SUBSCRIBES = {
     'motor_bridge': 'cmd_vel geometry_msgs/TwistStamped estop std_msgs/Bool',
 }
 PUBLISHES = {
+    'collision_monitor': 'cmd_vel geometry_msgs/TwistStamped ~/state std_msgs/String'
+    ' ~/stop_zone geometry_msgs/PolygonStamped ~/slow_down_zone geometry_msgs/PolygonStamped',
     'floor_localizer': f'{POSES} ~/dots visualization_msgs/MarkerArray',
     'stereo_landmark': f'{POSES} ~/targets visualization_msgs/MarkerArray ~/displacement'
     ' geometry_msgs/TransformStamped',
@@ -62,6 +67,7 @@ PUBLISHES = {
     'motor_bridge': 'odom nav_msgs/Odometry joint_states sensor_msgs/JointState',
 }
 SERVICES = {
+    'collision_monitor': '',
     'floor_localizer': '~/relocalize',
     'stereo_landmark': '~/relocalize',
     'vlc_beacon': '',
@@ -71,6 +77,7 @@ SERVICES = {
 }
 CAMERA = 'camera_xyz camera_rpy map_frame base_frame image_transport'
 PARAMETERS = {
+    'collision_monitor': 'sources stamped base_frame footprint robot_radius deceleration latency exclusion_zones',
     'floor_localizer': f'{CAMERA} map_file match_rate_min',
     'stereo_landmark': f'{CAMERA} places_dir rectify approximate_sync approximate_sync_tolerance_seconds queue_size',
     'vlc_beacon': f'{CAMERA} beacons_file shutter row_time exposure_time method camera_height_known key_file'
@@ -84,7 +91,7 @@ EXECUTABLES = {
     'floor_localizer': 'node build_map inspect_map compare_maps calibrate_camera print_mat locate',
     'stereo_landmark': 'node teach locate',
     'vlc_beacon': 'node locate encode calibrate survey',
-    'reward_planner': 'node plan',
+    'reward_planner': 'node plan collision_monitor',
     'pose_arbiter': 'node',
     'motor_bridge': 'node calibrate firmware_emulator',
     'shirube_bags': 'play record check',

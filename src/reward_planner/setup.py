@@ -3,7 +3,7 @@
 from setuptools import find_packages, setup
 
 NAME = 'reward_planner'
-COMMANDS = ('calibrate_rig', 'plan', 'save_map')
+COMMANDS = ('calibrate_rig', 'collision_monitor', 'plan', 'save_map')
 
 setup(
     name=NAME,

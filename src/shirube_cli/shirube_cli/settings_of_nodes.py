@@ -9,7 +9,10 @@ from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.safety.safety_settings import CollisionMonitorSettings
+from reward_planner.core.safety.safety_settings import SourceSettings as RangeSourceSettings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.interface.monitor_settings import MonitorNodeSettings
 from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
 from stereo_landmark.core.primitives.primitive import ImageProcessing
 from stereo_landmark.core.settings import LandmarkSettings
@@ -18,6 +21,10 @@ from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
 SETTINGS_OF_NODES: dict[str, dict[str, type]] = {
+    'collision_monitor': {
+        'the node': MonitorNodeSettings,
+        'footprint, braking and zones': CollisionMonitorSettings,
+    },
     'floor_localizer': {'the node': FloorLocalizerSettings, 'the method': LocalizerSettings},
     'motor_bridge': {'the node': MotorBridgeSettings, 'wheels and limits': DriveSettings},
     'pose_arbiter': {'the node': PoseArbiterSettings, 'the method': ArbiterSettings},
@@ -38,6 +45,7 @@ SETTINGS_OF_NODES: dict[str, dict[str, type]] = {
 }
 """Classes whose fields are parameters of a node, by node and by a title for each class."""
 OTHER_SETTINGS: dict[str, type] = {
+    'collision_monitor: each source, as `<name>.type` and so on': RangeSourceSettings,
     'pose_arbiter: each source, as `<name>.topic` and so on': SourceSettings,
     'stereo_landmark: image processing, taught for each place': ImageProcessing,
 }

@@ -28,6 +28,10 @@ class PointCloudError(MessageError):
     """A point cloud lacks coordinates, is truncated, or is in an unknown frame."""
 
 
+class ScanError(MessageError):
+    """A laser scan has limits or angles that contradict each other."""
+
+
 class CameraFileError(ValueError):
     """Base class of the file errors."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from time import monotonic
 
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -20,10 +20,11 @@ _ACK_TIMEOUT = Duration(seconds=0.2)  # timeout for subscribers to acknowledge t
 class VelocityPublisher:
     """Publishes velocities on one topic; stops the robot while simulated time is paused."""
 
-    def __init__(self, node: Node, topic: str, base_frame: str) -> None:
-        """Create the publisher of a topic, for the robot with a base frame."""
-        self._clock, self._base_frame = node.get_clock(), base_frame
-        self._publisher = node.create_publisher(TwistStamped, topic, pose_profile())
+    def __init__(self, node: Node, topic: str, base_frame: str, *, stamped: bool = True) -> None:
+        """Create the publisher of a topic, for the robot with a base frame; without stamps it publishes Twist."""
+        self._clock, self._base_frame, self._stamped = node.get_clock(), base_frame, stamped
+        kind = TwistStamped if stamped else Twist
+        self._publisher = node.create_publisher(kind, topic, pose_profile())
         self._is_moving = False
         self._time, self._clock_changed_at = self._clock.now(), monotonic()
         # A steady clock: the node's other timers do not fire while simulated time is paused.
@@ -35,7 +36,7 @@ class VelocityPublisher:
         message = TwistStamped(header=Header(stamp=stamp, frame_id=self._base_frame))
         message.twist.linear.x, message.twist.angular.z = forward, yaw_rate
         self._is_moving = forward != 0.0 or yaw_rate != 0.0
-        self._publisher.publish(message)
+        self._publisher.publish(message if self._stamped else message.twist)
 
     def stop(self) -> None:
         """Publish a zero velocity if the robot is moving, and wait shortly for acknowledgement; call at shutdown."""

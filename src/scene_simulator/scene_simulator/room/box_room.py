@@ -140,9 +140,9 @@ def _cast_rays(
             a, b = (column - intrinsics[2]) / intrinsics[0], (row - intrinsics[3]) / intrinsics[1]
             for k in range(3):
                 ray[k] = T[k, 0] * a + T[k, 1] * b + T[k, 2]
-            nearest = _intersect_box(size, T[:, 3], ray)[1]
+            nearest = intersect_box(size, T[:, 3], ray)[1]
             for box in boxes:
-                t_entry, t_exit = _intersect_box(box, T[:, 3], ray)
+                t_entry, t_exit = intersect_box(box, T[:, 3], ray)
                 if 0.0 < t_entry < t_exit and t_entry < nearest:
                     nearest = t_entry
             depth[row, column] = nearest
@@ -150,7 +150,7 @@ def _cast_rays(
 
 
 @njit(cache=True)
-def _intersect_box(
+def intersect_box(
     box: NDArray[np.float64], start: NDArray[np.float64], ray: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Return where a ray enters and leaves a box, in lengths of the ray."""

@@ -1,0 +1,101 @@
+"""Tracks clusters of moving obstacle cells with constant-velocity Kalman filters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+
+_LINK = 0.45  # cells as near belong to one cluster: both legs of a person [m]
+_GATE = 0.4  # distance at which a cluster is the predicted one, and its growth with time [m, m/s]
+_GATE_GROWTH = 1.5
+_POSITION_SIGMA = 0.08  # standard deviation of a cluster's centre: its visible part changes [m]
+_ACCELERATION = 1.0  # standard deviation of the acceleration of people [m/s^2]
+_SPEED_SIGMA = 1.0  # standard deviation of the velocity of a new track [m/s]
+_LOST = 0.7  # a track without cluster is dropped after this time [s]
+_CONFIRMED_TIME, _CONFIRMED_SIGMA = 0.25, 0.7  # age [s] and standard deviation of the speed [m/s]
+
+
+@dataclass
+class _Track:
+    """Centre and velocity, shape (4,), their covariance, stamp of the last and first cluster [s]."""
+
+    state: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    stamp: float
+    begin: float
+
+    def predicted(self, stamp: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return state and covariance at a later stamp."""
+        dt = stamp - self.stamp
+        F = np.eye(4)
+        F[0, 2] = F[1, 3] = dt
+        G = np.vstack([0.5 * dt * dt * np.eye(2), dt * np.eye(2)])
+        return F @ self.state, F @ self.covariance @ F.T + _ACCELERATION**2 * G @ G.T
+
+    def update(self, stamp: float, centre: NDArray[np.float64]) -> None:
+        """Kalman update with the centre of a cluster."""
+        state, covariance = self.predicted(stamp)
+        innovation_covariance = covariance[:2, :2] + _POSITION_SIGMA**2 * np.eye(2)
+        gain = np.linalg.solve(innovation_covariance, covariance[:2]).T
+        self.state = state + gain @ (centre - state[:2])
+        self.covariance = covariance - gain @ covariance[:2]
+        self.stamp = stamp
+
+    @property
+    def speed_sigma(self) -> float:
+        """Largest standard deviation of the velocity [m/s]."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.covariance[2:, 2:])[-1]))
+
+
+class CellMotion(NamedTuple):
+    """Velocity of each moving cell, shape (n, 2) [m/s], and its standard deviation, shape (n,), NaN if unknown."""
+
+    velocity: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+
+
+class ClusterTracker:
+    """Velocities of clusters from one measurement to the next."""
+
+    def __init__(self) -> None:
+        """Start without tracks."""
+        self._tracks: list[_Track] = []
+
+    def update(self, stamp: float, xy_odom: NDArray[np.float64]) -> CellMotion:
+        """Return the motion of the moving cells of a measurement, shape (n, 2) [m], in the frame of the odometry."""
+        velocity, sigma = np.zeros((len(xy_odom), 2)), np.full(len(xy_odom), np.nan)
+        free = [track for track in self._tracks if stamp - track.stamp < _LOST]
+        self._tracks = list(free)
+        for members in _clusters(xy_odom):
+            track = self._assign(stamp, xy_odom[members].mean(axis=0), free)
+            if stamp - track.begin >= _CONFIRMED_TIME and track.speed_sigma < _CONFIRMED_SIGMA:
+                velocity[members], sigma[members] = track.state[2:], track.speed_sigma
+        return CellMotion(velocity, sigma)
+
+    def _assign(self, stamp: float, centre: NDArray[np.float64], free: list[_Track]) -> _Track:
+        """Update the nearest free track, or begin one."""
+        distances = [float(np.hypot(*(track.predicted(stamp)[0][:2] - centre))) for track in free]
+        if distances:
+            best = int(np.argmin(distances))
+            if distances[best] < _GATE + _GATE_GROWTH * (stamp - free[best].stamp):
+                track = free.pop(best)
+                track.update(stamp, centre)
+                return track
+        covariance = np.diag([_POSITION_SIGMA, _POSITION_SIGMA, _SPEED_SIGMA, _SPEED_SIGMA]) ** 2
+        track = _Track(np.array([*centre, 0.0, 0.0]), covariance, stamp, stamp)
+        self._tracks.append(track)
+        return track
+
+
+def _clusters(xy: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """Return the indices of the cells of each cluster."""
+    if len(xy) == 0:
+        return []
+    near = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1)) < _LINK
+    count, labels = connected_components(csr_matrix(near), directed=False)
+    return [np.flatnonzero(labels == k) for k in range(count)]

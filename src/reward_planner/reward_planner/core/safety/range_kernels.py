@@ -1,0 +1,277 @@
+"""Kernels of `RangeMemory`: bins of rays, cells seen free, and which hit cells are static."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+CELL = 0.05
+"""Side of a cell [m]."""
+BINS = 180
+"""Bins of bearing, and half as many of elevation: 2 degrees each."""
+NEVER = -1e18
+"""Stamp of what has not happened."""
+FREE, STATIC, UNSURE, MOVING = 0, 1, 2, 3
+"""Classes of a cell: no obstacle; at rest; seen too shortly to know; entered space that was seen free."""
+_WIDTH = math.tau / BINS
+_PARTS = 3  # rays across a bin: no cell within 4 m is between them
+_FREE_MEMORY = 2.0  # space that was seen free is known to be free for this long [s]
+_MOVER_MEMORY, _MOVER_REACH = 1.0, 12  # a leg at rest moves soon [s]; how near it is to the other [cells]
+_STATIC_TIME, _NEAR_MOVER_TIME = 0.4, 1.5  # time at one place until a cell is static [s]
+_CONTINUED = 6  # a new cell as near to a static one continues its surface [cells]
+_TOLERANCE_MAX = 4
+
+
+class Cells(NamedTuple):
+    """A square of cells that wraps around, arrays of shape (side, side); a key names the cell that an entry is of.
+
+    Attributes: key; stamps [s] of the first and last hit, of the last ray through the column, of the last motion and of
+    the last time at rest; x, y, z of the last hits and the heights that rays saw free [m]; class.
+    """
+
+    key: NDArray[np.int64]
+    first: NDArray[np.float64]
+    last: NDArray[np.float64]
+    free: NDArray[np.float64]
+    moved: NDArray[np.float64]
+    rested: NDArray[np.float64]
+    xyz: NDArray[np.float64]
+    span: NDArray[np.float64]
+    kind: NDArray[np.int8]
+
+
+class RayBins(NamedTuple):
+    """Nearest ray end by bearing and elevation; by bearing the nearest hit, the span of the rays [m], their slopes."""
+
+    nearest: NDArray[np.float64]
+    hit: NDArray[np.float64]
+    start: NDArray[np.float64]
+    end: NDArray[np.float64]
+    slopes: NDArray[np.float64]
+
+
+@njit(cache=True)
+def bin_rays(
+    origin: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    is_hit: NDArray[np.bool_],
+    heights: tuple[float, float],
+) -> RayBins:
+    """Return the bins of rays, shape (n, 3), between two heights [m]."""
+    nearest = np.full((BINS, BINS // 2 + 1), np.inf)
+    hit, start, end = np.full(BINS, np.inf), np.full(BINS, np.inf), np.zeros(BINS)
+    slopes = np.empty((BINS, 2))
+    slopes[:, 0], slopes[:, 1] = np.inf, -np.inf
+    for i in range(len(ends)):
+        dx, dy, dz = ends[i, 0] - origin[0], ends[i, 1] - origin[1], ends[i, 2] - origin[2]
+        flat = math.hypot(dx, dy)
+        b, e = _bearing(dx, dy), _elevation(dz, flat)
+        nearest[b, e] = min(nearest[b, e], math.hypot(flat, dz))
+        slope = dz / max(flat, 1e-6)
+        slopes[b, 0], slopes[b, 1] = min(slopes[b, 0], slope), max(slopes[b, 1], slope)
+        if is_hit[i] and heights[0] <= ends[i, 2] <= heights[1]:
+            hit[b] = min(hit[b], flat)
+        # The part of the ray within the heights.
+        low, high = 0.0, 1.0
+        if dz != 0.0:
+            one, two = (heights[0] - origin[2]) / dz, (heights[1] - origin[2]) / dz
+            low, high = max(low, min(one, two)), min(high, max(one, two))
+        if low < high and heights[0] <= origin[2] + low * dz + 1e-9 <= heights[1] + 2e-9:
+            start[b], end[b] = min(start[b], low * flat), max(end[b], high * flat)
+    return RayBins(nearest, hit, start, end, slopes)
+
+
+@njit(cache=True)
+def _bearing(dx: float, dy: float) -> int:
+    return int((math.atan2(dy, dx) + math.pi) / _WIDTH) % BINS
+
+
+@njit(cache=True)
+def _elevation(dz: float, flat: float) -> int:
+    return int((math.atan2(dz, flat) + 0.5 * math.pi) / _WIDTH + 0.5)
+
+
+@njit(cache=True)
+def _entry(cells: Cells, ix: int, iy: int) -> tuple[int, int]:
+    """Return the entry of a cell; one that held another cell is emptied."""
+    side = len(cells.key)
+    i, j, key = ix % side, iy % side, ix * 1_000_003 + iy
+    if cells.key[i, j] != key:
+        cells.key[i, j] = key
+        cells.first[i, j] = cells.last[i, j] = cells.free[i, j] = cells.moved[i, j] = NEVER
+        cells.rested[i, j] = NEVER
+        cells.kind[i, j] = FREE
+    return i, j
+
+
+@njit(cache=True)
+def carve(
+    cells: Cells, bins: RayBins, origin: NDArray[np.float64], stamp: float, range_max: float, noise: float
+) -> None:
+    """Note which columns rays saw free, and between which heights."""
+    for b in range(BINS):
+        for part in range(_PARTS):
+            angle = (b + (part + 0.5) / _PARTS) * _WIDTH - math.pi
+            cos, sin = math.cos(angle), math.sin(angle)
+            flat, end = bins.start[b], min(bins.end[b], range_max)
+            while flat < end and flat < bins.hit[b] - _margin(flat, noise):
+                ix, iy = (
+                    math.floor((origin[0] + flat * cos) / CELL),
+                    math.floor((origin[1] + flat * sin) / CELL),
+                )
+                i, j = _entry(cells, ix, iy)
+                cells.free[i, j] = stamp
+                cells.span[i, j, 0] = origin[2] + flat * bins.slopes[b, 0]
+                cells.span[i, j, 1] = origin[2] + flat * bins.slopes[b, 1]
+                flat += CELL
+
+
+@njit(cache=True)
+def _margin(flat: float, noise: float) -> float:
+    return 1.5 * CELL + 2.0 * noise * flat * flat
+
+
+@njit(cache=True)
+def clear(cells: Cells, bins: RayBins, origin: NDArray[np.float64], stamp: float, noise: float) -> None:
+    """Forget obstacles that are not hit now where rays passed at their height."""
+    side = len(cells.key)
+    for i in range(side):
+        for j in range(side):
+            if NEVER < cells.last[i, j] < stamp:
+                dx, dy = cells.xyz[i, j, 0] - origin[0], cells.xyz[i, j, 1] - origin[1]
+                dz, flat = cells.xyz[i, j, 2] - origin[2], math.hypot(dx, dy)
+                through = bins.nearest[_bearing(dx, dy), _elevation(dz, flat)]
+                far, margin = math.hypot(flat, dz), _margin(flat, noise)
+                # What moves is dropped where it is seen no more; what rests, where something behind it is seen.
+                least = far + margin if cells.kind[i, j] == STATIC else far - margin
+                if least < through < math.inf:
+                    cells.first[i, j] = cells.last[i, j] = NEVER
+                    cells.kind[i, j] = FREE
+
+
+@njit(cache=True)
+def insert(
+    cells: Cells, ends: NDArray[np.float64], is_used: NDArray[np.bool_], stamp: float, points_min: int
+) -> None:
+    """Add hits; a cell is hit if it and its eight neighbours have enough points."""
+    side = len(cells.key)
+    count, sums = np.zeros((side, side), dtype=np.int64), np.zeros((side, side, 3))
+    for n in range(len(ends)):
+        if is_used[n]:
+            i = math.floor(ends[n, 0] / CELL) % side
+            j = math.floor(ends[n, 1] / CELL) % side
+            count[i, j] += 1
+            sums[i, j] += ends[n]
+    for i in range(side):
+        for j in range(side):
+            if count[i, j] == 0:
+                continue
+            around = 0
+            for a in range(-1, 2):
+                for b in range(-1, 2):
+                    around += count[(i + a) % side, (j + b) % side]
+            if around < points_min:
+                continue
+            mean = sums[i, j] / count[i, j]
+            _entry(cells, math.floor(mean[0] / CELL), math.floor(mean[1] / CELL))
+            if cells.last[i, j] == NEVER:
+                cells.first[i, j] = stamp
+            cells.last[i, j] = stamp
+            cells.xyz[i, j] = mean
+
+
+@njit(cache=True)
+def classify(cells: Cells, origin: NDArray[np.float64], stamp: float, noise: float) -> None:
+    """Classify the cells that are hit now; those that were hit before keep their class."""
+    hits = np.argwhere(cells.last == stamp)
+    # 1. Cells near none that was occupied before, where rays passed before, moved there.
+    for i, j in hits:
+        flat = math.hypot(cells.xyz[i, j, 0] - origin[0], cells.xyz[i, j, 1] - origin[1])
+        near = min(int(1.0 + 2.0 * noise * flat * flat / CELL), _TOLERANCE_MAX)
+        cells.kind[i, j] = UNSURE
+        z = cells.xyz[i, j, 2]
+        if _was_occupied(cells, i, j, near, stamp - _STATIC_TIME) or _rested(cells, i, j, near, stamp):
+            cells.kind[i, j] = STATIC
+        elif (
+            stamp - _FREE_MEMORY < cells.free[i, j] < stamp and cells.span[i, j, 0] < z < cells.span[i, j, 1]
+        ):
+            cells.kind[i, j] = MOVING
+            cells.moved[i, j] = stamp
+    # A single one is noise more often than a part of somebody.
+    for i, j in hits:
+        if cells.kind[i, j] == MOVING and not _has_company(cells, i, j):
+            cells.kind[i, j], cells.moved[i, j] = UNSURE, NEVER
+    _settle(cells, hits, stamp)
+
+
+@njit(cache=True)
+def _settle(cells: Cells, hits: NDArray[np.int64], stamp: float) -> None:
+    # 2. Near them, a cell is static only after a longer time: a leg at rest is the next to move.
+    # 3. What appears beside a static surface is more of it.
+    for i, j in hits:
+        if cells.kind[i, j] == MOVING:
+            continue
+        if _moved_since(cells, i, j, stamp - _MOVER_MEMORY):
+            is_old = _was_occupied(cells, i, j, 1, stamp - _NEAR_MOVER_TIME)
+            cells.kind[i, j] = STATIC if is_old else MOVING
+        elif cells.kind[i, j] == UNSURE and _has_static(cells, i, j):
+            cells.kind[i, j] = STATIC
+    for i, j in hits:
+        if cells.kind[i, j] == STATIC:
+            cells.rested[i, j] = stamp
+
+
+@njit(cache=True)
+def _rested(cells: Cells, i: int, j: int, near: int, stamp: float) -> bool:
+    """Return whether something rested here a moment ago: thin boards and legs are not hit in each measurement."""
+    side = len(cells.key)
+    for a in range(-near, near + 1):
+        for b in range(-near, near + 1):
+            if cells.rested[(i + a) % side, (j + b) % side] >= stamp - _FREE_MEMORY:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _was_occupied(cells: Cells, i: int, j: int, near: int, stamp: float) -> bool:
+    side = len(cells.key)
+    for a in range(-near, near + 1):
+        for b in range(-near, near + 1):
+            k, m = (i + a) % side, (j + b) % side
+            if NEVER < cells.first[k, m] <= stamp:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _moved_since(cells: Cells, i: int, j: int, stamp: float) -> bool:
+    side = len(cells.key)
+    for a in range(-_MOVER_REACH, _MOVER_REACH + 1):
+        for b in range(-_MOVER_REACH, _MOVER_REACH + 1):
+            if cells.moved[(i + a) % side, (j + b) % side] >= stamp:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _has_company(cells: Cells, i: int, j: int) -> bool:
+    side, count = len(cells.key), 0
+    for a in range(-2, 3):
+        for b in range(-2, 3):
+            k, m = (i + a) % side, (j + b) % side
+            count += cells.kind[k, m] == MOVING and cells.last[k, m] == cells.last[i, j]
+    return count > 1
+
+
+@njit(cache=True)
+def _has_static(cells: Cells, i: int, j: int) -> bool:
+    side = len(cells.key)
+    for a in range(-_CONTINUED, _CONTINUED + 1):
+        for b in range(-_CONTINUED, _CONTINUED + 1):
+            if cells.kind[(i + a) % side, (j + b) % side] == STATIC:
+                return True
+    return False

@@ -1,0 +1,143 @@
+"""One range sensor of the collision monitor: its freshness, obstacles and their motion."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.safety.cluster_tracker import CellMotion, ClusterTracker
+from reward_planner.core.safety.footprint import Footprint
+from reward_planner.core.safety.range_frame import RangeFrame
+from reward_planner.core.safety.range_kernels import MOVING, STATIC, UNSURE
+from reward_planner.core.safety.range_memory import RangeMemory
+from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
+from reward_planner.core.safety.stopping_motion import Obstacles
+from shirube_core.geometry import SE2, rotation_matrix
+
+_FUTURE_MAX = 0.1  # stamps may be this far ahead of the clock [s]
+_WALK_CHANGE = 0.3  # by how much somebody changes his velocity at once [m/s]
+
+
+class PredictedObstacles(NamedTuple):
+    """Obstacles, which of them were seen too shortly to know whether they move, and the sigma of their speeds.
+
+    The standard deviation is NaN where nothing is tracked [m/s].
+    """
+
+    all: Obstacles
+    is_unsure: NDArray[np.bool_]
+    sigma: NDArray[np.float64]
+
+
+class WatchedSource:
+    """Takes the measurements of one sensor.
+
+    Attributes:
+        name: name of the source.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        source: SourceSettings,
+        exclusion_zones: NDArray[np.float64],
+        settings: CollisionMonitorSettings,
+    ) -> None:
+        """Start without measurements; the boxes, shape (n, 6), hold parts of the robot."""
+        self.name, self._source, self._settings = name, source, settings
+        self._zones = exclusion_zones
+        self._stamp = -math.inf
+        self._fault: str | None = 'no message yet; check its driver and topic'
+        self.forget_places()
+
+    def forget_places(self) -> None:
+        """Forget all obstacles."""
+        self._memory = RangeMemory(self._source, self._settings.memory)
+        self._tracker = ClusterTracker()
+        self._cells, self._motion = self._memory.obstacles(), CellMotion(np.zeros((0, 2)), np.zeros(0))
+
+    def invalidate(self, fault: str) -> None:
+        """Stop the robot until the next valid measurement, for a reason."""
+        self._fault = fault
+
+    def fault(self, now: float) -> str | None:
+        """Return why the source is invalid now [s], None if it is valid."""
+        if self._fault is None and now - self._stamp > self._source.timeout:
+            return 'no new message; check its driver and topic'
+        return self._fault
+
+    def add(self, stamp: float, now: float, frame: RangeFrame, T_odom_base: SE2 | None) -> None:
+        """Take a measurement; arguments and errors as of `CollisionMonitor.add_frame`."""
+        self._fault = self._fault_of(stamp, now, frame)
+        if self._fault is not None:
+            raise RewardPlannerError(f'{self.name}: {self._fault}')
+        if T_odom_base is None:
+            raise RewardPlannerError(f'{self.name}: the motion at its stamp is unknown; check odom')
+        frame = self._without_robot(frame)
+        source, relative = self._source, frame.ends - frame.origin
+        distance = np.hypot(relative[:, 0], relative[:, 1])
+        used = (
+            frame.is_hit & (frame.ends[:, 2] >= source.height_min) & (frame.ends[:, 2] <= source.height_max)
+        )
+        used &= (distance >= source.range_min) & (distance <= source.range_max)
+        self._stamp = stamp
+        self._memory.update(stamp, frame, T_odom_base, used)
+        self._cells = self._memory.obstacles()
+        moves = (self._cells.kind == MOVING) & (self._cells.stamp == stamp)
+        motion = self._tracker.update(stamp, self._cells.xy[moves])
+        velocity, sigma = np.zeros((len(moves), 2)), np.full(len(moves), np.nan)
+        velocity[moves], sigma[moves] = motion
+        self._motion = CellMotion(velocity, sigma)
+
+    def _fault_of(self, stamp: float, now: float, frame: RangeFrame) -> str | None:
+        if len(frame.ends) == 0:
+            return 'it has no valid range; check the sensor'
+        if stamp > now + _FUTURE_MAX:
+            return 'its stamp is in the future; synchronize the clocks and set use_sim_time alike'
+        if now - stamp > self._source.timeout:
+            return 'its stamp is too old; synchronize the clocks or check the network'
+        if stamp <= self._stamp:
+            return 'it came out of order; give each topic one publisher'
+        return None
+
+    def _without_robot(self, frame: RangeFrame) -> RangeFrame:
+        """Drop rays that end in an exclusion zone."""
+        kept = np.ones(len(frame.ends), dtype=np.bool_)
+        for zone in self._zones:
+            kept &= ~((frame.ends >= zone[:3]) & (frame.ends <= zone[3:])).all(axis=1)
+        return RangeFrame(frame.origin, frame.ends[kept], frame.is_hit[kept])
+
+    def count_inside(self, footprint: Footprint, T_odom_base: SE2) -> int:
+        """Return how many cells are seen within the footprint; older ones there are forgotten."""
+        xy = T_odom_base.inverse().transform(self._cells.xy)
+        near = np.flatnonzero(np.hypot(*xy.T) < footprint.radius)
+        inside = near[footprint.distances(xy[near]) < 0.0]
+        is_seen = self._cells.stamp[inside] == self._stamp
+        self._memory.forget(self._cells.xy[inside[~is_seen]])
+        return int(is_seen.sum())
+
+    def obstacles(self, now: float, T_odom_base: SE2) -> PredictedObstacles:
+        """Return the predicted obstacles now [s] in the base frame.
+
+        What moves but is not tracked can be anywhere within obstacle_speed times its age; what is tracked is where its
+        velocity brings it, within two standard deviations and a change of its walk.
+        """
+        cells, settings = self._cells, self._settings
+        age, is_static = now - cells.stamp, cells.kind == STATIC
+        is_tracked = np.isfinite(self._motion.sigma)
+        growth = np.where(
+            is_tracked,
+            np.minimum(2.0 * np.nan_to_num(self._motion.sigma) + _WALK_CHANGE, settings.obstacle_speed),
+            settings.obstacle_speed,
+        )
+        growth[is_static] = 0.0
+        xy = T_odom_base.inverse().transform(cells.xy + self._motion.velocity * age[:, None])
+        velocity = self._motion.velocity @ rotation_matrix(T_odom_base.yaw)
+        radius = settings.stop_margin + growth * age
+        return PredictedObstacles(
+            Obstacles(xy, velocity, radius, growth, is_static), cells.kind == UNSURE, self._motion.sigma
+        )
