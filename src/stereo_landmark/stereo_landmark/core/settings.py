@@ -208,9 +208,18 @@ class PairSettings:
         return round(self.approximate_sync_tolerance_seconds * 1e9) if self.approximate_sync else 0
 
 
+LIKELIHOOD, PAPER = 'likelihood', 'paper'
+
+
 @dataclass(frozen=True)
 class LandmarkSettings:
     """Settings of the target search and of the displacement estimate, in groups."""
 
+    mode: str = setting(
+        LIKELIHOOD,
+        'search by the likelihood of pose hypotheses in the whole images; or as in the paper by the procedure tree in '
+        'windows, without surroundings and patches, with the closed form',
+        choices=(LIKELIHOOD, PAPER),
+    )
     search: SearchSettings = field(default_factory=SearchSettings)
     place: PlaceSettings = field(default_factory=PlaceSettings)

@@ -174,6 +174,8 @@ class PlaceLocator:
     def _fit_displacement(
         self, observed: StereoPoints, found: SpatialPoints, taught: SpatialPoints, tilt: tuple[float, float]
     ) -> PlaceFix | NoPlaceFix:
+        if self._settings.method == CLOSED_FORM:
+            return self._fit_closed_form(observed, taught, tilt)
         # The closed form (3.1) is the initial value of the reprojection fit (not in the paper).
         initial = closed_form(found.positions, taught.positions)
         if initial is None:
@@ -190,8 +192,6 @@ class PlaceLocator:
             fit = fit_reprojection(observed, taught, self._rig, state, self._settings)
         if fit is None:
             return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, f'{len(observed)} points')
-        if self._settings.method == CLOSED_FORM:
-            return self._fit_closed_form(observed, taught, tilt)
         return self._check_uncertainty(_make_fix(fit.state, fit.covariance[:4, :4], fit.residuals, observed))
 
     def _fit_closed_form(
