@@ -12,8 +12,7 @@ from shirube_core.settings import setting
 class EdgeSettings:
     """Edge detection and linking: spatial filter, hysteresis thresholds, noise removal, polylines.
 
-    The paper also teaches the number of thinning passes. Here non-maximum suppression makes every edge
-    one pixel wide, so that parameter does not exist.
+    Non-maximum suppression makes every edge one pixel wide; ``thinning`` selects the paper's thinning instead.
     """
 
     filter_sigma: float = setting(
@@ -27,6 +26,12 @@ class EdgeSettings:
     )
     continuation: float = setting(
         0.4, 'lower hysteresis threshold as a fraction of threshold', minimum=0.1, maximum=1.0
+    )
+    thinning: float = setting(
+        0.0,
+        'maximum passes of thinning of the binary image, as in the paper; 0: non-maximum suppression',
+        minimum=0.0,
+        maximum=20.0,
     )
     length_min: float = setting(
         8.0, 'minimum segment length; shorter segments are noise', unit='px', minimum=2.0, maximum=1000.0
@@ -162,7 +167,9 @@ class PlaceSettings:
         "minimization of the reprojection error in both images, or the paper's closed form on 3D points",
         choices=(REPROJECTION, CLOSED_FORM),
     )
-    points_min: int = setting(3, 'minimum number of points for a pose', minimum=2, maximum=100)
+    points_min: int = setting(
+        2, 'minimum number of points for a pose; at least three if some are outliers', minimum=2, maximum=100
+    )
     pixel_sigma: float = setting(
         0.05,
         'calibration error, standard deviation along each axis of each image',
