@@ -32,7 +32,7 @@ from stereo_landmark.core.procedure.target_search import (
     correct_circle_centres,
 )
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
-from stereo_landmark.core.procedure.window_detector import WindowDetector
+from stereo_landmark.core.procedure.window_detector import SearchRegion, WindowDetector
 from stereo_landmark.core.settings import SearchSettings
 from stereo_landmark.core.stereo import (
     MEASUREMENT_SIZE,
@@ -123,12 +123,13 @@ class PaperSearch:
         pixels = predict_pixels(np.array(list(steps)), target.positions, cameras)
         pixels = pixels[..., 2 * side : 2 * side + 2]
         low, high = np.nan_to_num(pixels, nan=-np.inf), np.nan_to_num(pixels, nan=np.inf)
-        regions = np.stack([low.min(axis=0), high.max(axis=0)], axis=1)
-        regions += self._settings.window * np.array([[-1.0], [1.0]])
-        regions = np.clip(regions, 0.0, np.array(image.shape[::-1], dtype=np.float64))
+        margin, size = self._settings.window, np.array(image.shape[::-1], dtype=np.float64)
+        low = np.clip(low.min(axis=0) - margin, 0.0, size)
+        high = np.clip(high.max(axis=0) + margin, 0.0, size)
         shapes = [each.shape for each in target.primitives]
-        tree = ProcedureTree(shapes, pixels[0], regions, self._settings)
-        return tree.search(WindowDetector(image, target.processing or self._place.processing))
+        regions = [SearchRegion(*each) for each in zip(shapes, low, high, strict=True)]
+        detector = WindowDetector(image, target.processing or self._place.processing, regions)
+        return ProcedureTree(shapes, pixels[0], self._settings).search(detector)
 
     def _candidates(
         self, target: TaughtTarget, left: list[Combination], right: list[Combination], cameras: _Cameras
@@ -136,14 +137,18 @@ class PaperSearch:
         """Yield the combinations of both images whose primitives are at a possible pose of the robot."""
         needed = max(1.0, self._settings.found_fraction_min * len(target.primitives))
         for here, there in product(left, right):
-            pairs = [
-                (f'{target.name}/{taught.name}', *align_pair(taught.shape, here.found[k], there.found[k]))
-                for k, taught in enumerate(target.primitives)
-                if k in here.found
-                and k in there.found
-                and abs(here.found[k].centre[1] - there.found[k].centre[1]) <= ROW_DIFFERENCE_MAX
+            both = [
+                (target.primitives[k], here.found[k], there.found[k])
+                for k in sorted(here.found.keys() & there.found.keys())
+                if abs(here.found[k].centre.imag - there.found[k].centre.imag) <= ROW_DIFFERENCE_MAX
             ]
-            candidate = self._locate(pairs, cameras) if len(pairs) >= needed else None
+            if len(both) < needed:
+                continue
+            pairs = [
+                (f'{target.name}/{each.name}', *align_pair(each.shape, one.primitive, other.primitive))
+                for each, one, other in both
+            ]
+            candidate = self._locate(pairs, cameras)
             if candidate is not None:
                 yield candidate
 

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-
-import numpy as np
+from typing import NamedTuple
 
 from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.primitives.primitive import Primitive, primitive_size
-from stereo_landmark.core.procedure.window_detector import WindowDetector
+from stereo_landmark.core.procedure.window_detector import Detection, WindowDetector
 from stereo_landmark.core.settings import SearchSettings
 
 GROWTH_FIRST, GROWTH = 0.2, 0.1
@@ -25,8 +23,7 @@ COMBINATIONS_MAX = 12
 """Maximum number of combinations of an image."""
 
 
-@dataclass(frozen=True)
-class Combination:
+class Combination(NamedTuple):
     """Primitives of one image that may be those of the target (fig. 8).
 
     Attributes:
@@ -34,7 +31,7 @@ class Combination:
         misfit: mean difference in shape and position, 0 for the taught ones, 1 at the tolerances.
     """
 
-    found: dict[int, Primitive]
+    found: dict[int, Detection]
     misfit: float
 
 
@@ -44,14 +41,13 @@ class ProcedureTree:
     Args:
         shapes: taught shapes of its primitives, the surest first.
         centres: taught centres in this camera's image, shape (k, 2) [px].
-        regions: upper left and lower right corner of the region where each can be, shape (k, 2, 2) [px].
         settings: search settings.
     """
 
-    def __init__(
-        self, shapes: Sequence[Primitive], centres: Floats, regions: Floats, settings: SearchSettings
-    ) -> None:
-        self._shapes, self._centres, self._regions, self._settings = shapes, centres, regions, settings
+    def __init__(self, shapes: Sequence[Primitive], centres: Floats, settings: SearchSettings) -> None:
+        self._sizes = [primitive_size(shape) for shape in shapes]
+        self._centres = (centres @ [1.0, 1.0j]).tolist()
+        self._settings = settings
 
     def search(self, detector: WindowDetector) -> list[Combination]:
         """Return combinations of the first path that finds enough primitives, the best ones first.
@@ -59,13 +55,13 @@ class ProcedureTree:
         Args:
             detector: detector of the image.
         """
-        needed = max(1, math.ceil(self._settings.found_fraction_min * len(self._shapes) - 1e-9))
+        needed = max(1, math.ceil(self._settings.found_fraction_min * len(self._sizes) - 1e-9))
         # The branches of the root in the order of their weights, a > b > c.
-        for first, (low, high) in enumerate(self._regions):
+        for first in range(len(self._sizes)):
             combinations: list[Combination] = []
             # Each candidate P1i, then P2j(P1i), then P3k(P2j(P1i)).
-            for candidate, difference in detector.find(self._shapes[first], low, high):
-                combinations += self._follow(Combination({first: candidate}, difference), detector)
+            for candidate in detector.find(first):
+                combinations += self._follow(Combination({first: candidate}, candidate.difference), detector)
             # The combinations with the most primitives, and of these the nearest to the taught ones.
             enough = [each for each in combinations if len(each.found) >= needed]
             if enough:
@@ -90,16 +86,13 @@ class ProcedureTree:
     def _branch(self, combination: Combination, detector: WindowDetector) -> list[Combination]:
         """Return a combination with each candidate of the surest missing primitive that has one."""
         found = combination.found
-        for index, shape in enumerate(self._shapes):
+        for index in range(len(self._sizes)):
             if index in found:
                 continue
             centre, radius = self._window(found, index)
             branches = []
-            low, high = self._regions[index]
-            low, high = np.maximum(low, centre - radius), np.minimum(high, centre + radius)
-            for candidate, difference in detector.find(shape, low, high):
-                distance = float(np.hypot(*(candidate.centre - centre)))
-                misfit = 0.5 * (difference + distance / radius)
+            for candidate in detector.find(index, centre, radius):
+                misfit = 0.5 * (candidate.difference + abs(candidate.centre - centre) / radius)
                 mean = combination.misfit + (misfit - combination.misfit) / (len(found) + 1)
                 branches.append(Combination({**found, index: candidate}, mean))
             # Without a candidate, the branch with the next weight is followed; later windows are smaller.
@@ -107,18 +100,20 @@ class ProcedureTree:
                 return branches
         return []
 
-    def _window(self, found: dict[int, Primitive], index: int) -> tuple[Floats, float]:
-        """Return centre, shape (2,), and radius of the window of a primitive [px]."""
-        indices = list(found)
-        here = np.array([each.centre for each in found.values()]) @ [1.0, 1.0j]
-        there = self._centres[indices] @ [1.0, 1.0j]
+    def _window(self, found: dict[int, Detection], index: int) -> tuple[complex, float]:
+        """Return centre, in the complex plane, and radius of the window of a primitive [px]."""
+        count, first = len(found), next(iter(found))
+        mean = sum(each.centre for each in found.values()) / count
+        taught_mean = sum(self._centres[k] for k in found) / count
         # Position, rotation and scale by the centres found; with one of them, the scale by its size.
-        offsets = there - there.mean()
-        spread = float(np.sum(np.abs(offsets) ** 2))
-        scale = complex(primitive_size(found[indices[0]]) / primitive_size(self._shapes[indices[0]]))
-        growth = GROWTH_FIRST
+        spread = sum(abs(self._centres[k] - taught_mean) ** 2 for k in found)
         if spread > self._settings.window**2:
-            scale, growth = complex(np.sum((here - here.mean()) * offsets.conj())) / spread, GROWTH
-        step = scale * (complex(*self._centres[index]) - there.mean())
-        centre = complex(here.mean()) + step
-        return np.array([centre.real, centre.imag]), self._settings.window + growth * abs(step)
+            turned = (
+                (each.centre - mean) * (self._centres[k] - taught_mean).conjugate()
+                for k, each in found.items()
+            )
+            scale, growth = sum(turned) / spread, GROWTH
+        else:
+            scale, growth = complex(found[first].size / self._sizes[first]), GROWTH_FIRST
+        step = scale * (self._centres[index] - taught_mean)
+        return mean + step, self._settings.window + growth * abs(step)
