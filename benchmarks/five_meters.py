@@ -60,6 +60,12 @@ KINDS = {
     'lined': (PrimitiveKind.ELLIPSE, PrimitiveKind.PARALLEL_LINES),
 }
 """Primitives that are taught of a meter, the surest first, by its case: the paper's figure 4 and section 5."""
+SIZES = {
+    PrimitiveKind.ELLIPSE: 1.0,
+    PrimitiveKind.QUADRILATERAL: math.sqrt(2.0),
+    PrimitiveKind.PARALLEL_LINES: 0.5,
+}
+"""Sizes of these primitives, see `primitive_size`, in radii."""
 LINES_BELOW = 1.55
 """Middle of the lines of a lined meter below its own, in radii."""
 AMBIGUOUS = 'ambiguous: several poses match'
@@ -151,10 +157,10 @@ def taught_place(lesson: Lesson) -> TaughtPlace:
 def _nearest(
     scene: DetectedScene, kind: PrimitiveKind, middle: NDArray[np.float64], lesson: Lesson
 ) -> Primitive:
-    """Return the largest primitive of a kind where a meter has it."""
+    """Return the primitive of a kind where a meter has it, of nearest to its size."""
     (meter,) = (each for each in lesson.scene.objects if each.name == 'meter_0')
-    scale = FOCAL / (-T_MAP_LESSON.x - RIG.mount.xyz[0])
-    shift = LINES_BELOW * meter.radius * scale if kind is PrimitiveKind.PARALLEL_LINES else 0.0
+    radius = meter.radius * FOCAL / (-T_MAP_LESSON.x - RIG.mount.xyz[0])
+    shift = LINES_BELOW * radius if kind is PrimitiveKind.PARALLEL_LINES else 0.0
     near = [
         each
         for each in scene.kinds[kind].primitives
@@ -162,7 +168,7 @@ def _nearest(
     ]
     if not near:
         raise StereoLandmarkError(f'{kind.value} of a meter is not detected')
-    return max(near, key=primitive_size)
+    return min(near, key=lambda each: abs(primitive_size(each) - SIZES[kind] * radius))
 
 
 def size_on_disk(place: TaughtPlace, pair: Pair) -> tuple[int, int]:

@@ -1,7 +1,7 @@
 """The paper's search of a target in one image: a procedure tree in windows (paper 3.4, figs 7 and 8).
 
 A path of the tree begins with a primitive, the surest first, and searches the others in their order, in windows around
-the positions that the primitives found before predict. Paths without enough primitives are followed by the next one.
+the positions that the primitives found before predict.
 """
 
 from __future__ import annotations
@@ -39,51 +39,51 @@ class ProcedureTree:
     """The procedure tree of a target for one image (fig. 7). Its weights are the order of the primitives.
 
     Args:
+        detector: detector of the image.
         shapes: taught shapes of its primitives, the surest first.
         centres: taught centres in this camera's image, shape (k, 2) [px].
         settings: search settings.
     """
 
-    def __init__(self, shapes: Sequence[Primitive], centres: Floats, settings: SearchSettings) -> None:
+    def __init__(
+        self, detector: WindowDetector, shapes: Sequence[Primitive], centres: Floats, settings: SearchSettings
+    ) -> None:
+        self._detector = detector
         self._sizes = [primitive_size(shape) for shape in shapes]
         self._centres = (centres @ [1.0, 1.0j]).tolist()
         self._settings = settings
 
-    def search(self, detector: WindowDetector) -> list[Combination]:
-        """Return combinations of the first path that finds enough primitives, the best ones first.
+    def search(self, first: int) -> list[Combination]:
+        """Return the combinations of the paths that begin with a primitive, the best ones first.
 
         Args:
-            detector: detector of the image.
+            first: index of the primitive; that of the branch a, b, c... of the root.
         """
         needed = max(1, math.ceil(self._settings.found_fraction_min * len(self._sizes) - 1e-9))
-        # The branches of the root in the order of their weights, a > b > c.
-        for first in range(len(self._sizes)):
-            combinations: list[Combination] = []
-            # Each candidate P1i, then P2j(P1i), then P3k(P2j(P1i)).
-            for candidate in detector.find(first):
-                combinations += self._follow(Combination({first: candidate}, candidate.difference), detector)
-            # The combinations with the most primitives, and of these the nearest to the taught ones.
-            enough = [each for each in combinations if len(each.found) >= needed]
-            if enough:
-                enough.sort(key=lambda each: (-len(each.found), each.misfit))
-                return enough[:COMBINATIONS_MAX]
-        return []
+        combinations: list[Combination] = []
+        # Each candidate P1i, then P2j(P1i), then P3k(P2j(P1i)).
+        for candidate in self._detector.find(first):
+            combinations += self._follow(Combination({first: candidate}, candidate.difference))
+        # The combinations with the most primitives, and of these the nearest to the taught ones.
+        enough = [each for each in combinations if len(each.found) >= needed]
+        enough.sort(key=lambda each: (-len(each.found), each.misfit))
+        return enough[:COMBINATIONS_MAX]
 
-    def _follow(self, start: Combination, detector: WindowDetector) -> list[Combination]:
+    def _follow(self, start: Combination) -> list[Combination]:
         """Return complete combinations that begin with a candidate."""
         complete: list[Combination] = []
         growing = [start]
         while growing:
             grown: list[Combination] = []
             for combination in growing:
-                branches = self._branch(combination, detector)
+                branches = self._branch(combination)
                 grown += branches
                 if not branches:
                     complete.append(combination)
             growing = sorted(grown, key=lambda each: each.misfit)[:BRANCHES_MAX]
         return complete
 
-    def _branch(self, combination: Combination, detector: WindowDetector) -> list[Combination]:
+    def _branch(self, combination: Combination) -> list[Combination]:
         """Return a combination with each candidate of the surest missing primitive that has one."""
         found = combination.found
         for index in range(len(self._sizes)):
@@ -91,7 +91,7 @@ class ProcedureTree:
                 continue
             centre, radius = self._window(found, index)
             branches = []
-            for candidate in detector.find(index, centre, radius):
+            for candidate in self._detector.find(index, centre, radius):
                 misfit = 0.5 * (candidate.difference + abs(candidate.centre - centre) / radius)
                 mean = combination.misfit + (misfit - combination.misfit) / (len(found) + 1)
                 branches.append(Combination({**found, index: candidate}, mean))
