@@ -11,7 +11,8 @@ from place_scenes import RIG, errors_of
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.place import place_locator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind, primitive_size
-from stereo_landmark.core.procedure import window_detector
+from stereo_landmark.core.procedure import paper_search, window_detector
+from stereo_landmark.core.procedure.procedure_tree import ProcedureTree
 from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.settings import EdgeSettings, LandmarkSettings, SearchSettings
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
@@ -62,6 +63,23 @@ def test_four_of_five_meters_are_found_though_one_is_hidden(wall, kind, hidden):
     (detection,) = answer.detections
     expected = [f'target/part {i}' for i in range(4) if i != hidden]
     assert list(detection.found) == expected
+
+
+def test_paths_begin_with_the_surest_primitives_until_one_succeeds(place, monkeypatch):
+    """And with the next one, which may show rivals; a path fails when its distances are not the taught ones."""
+    firsts = []
+
+    class Recorded(ProcedureTree):
+        def search(self, first):
+            firsts.append(first)
+            return super().search(first)
+
+    monkeypatch.setattr(paper_search, 'ProcedureTree', Recorded)
+    locate(place, look(UNEVEN, STATE))
+    assert firsts == [0, 0, 1, 1]
+    firsts.clear()
+    locate(place, look(UNEVEN.without(0), STATE))
+    assert firsts == [0, 0, 1, 1, 2, 2]
 
 
 def test_an_even_row_is_ambiguous_because_surroundings_are_not_used():
