@@ -69,12 +69,12 @@ class MeterView(NamedTuple):
     pair: Pair
 
 
-def lessons(*, even: bool, bare: bool, seed: int) -> Iterator[Lesson]:
-    """Yield corridors without end, taught from three metres."""
+def lessons(*, even: bool, bare: bool, seed: int, case: str = 'round') -> Iterator[Lesson]:
+    """Yield corridors without end, taught from three metres: the paper's four left meters, but for round ones."""
     for number in count(seed):
-        design = CorridorDesign(seed=number, even=even, bare=bare)
+        design = CorridorDesign(seed=number, even=even, bare=bare, case=case)
         pair = render_pair(corridor(design), RIG, T_MAP_LESSON, np.random.default_rng((number, 0)))
-        first = number % (METERS - TAUGHT + 1)
+        first = number % (METERS - TAUGHT + 1) if case == 'round' else 0
         yield Lesson(design, tuple(range(first, first + TAUGHT)), pair)
 
 
@@ -93,8 +93,13 @@ def views(lesson: Lesson, wanted: int) -> Iterator[MeterView]:
 
 def meter_row(scene: CorridorScene) -> NDArray[np.float64]:
     """Return where the meters are along their wall, to the right, shape (METERS,) [m]."""
-    points = scene.points_map()
-    return np.array([-points[f'meter_{i}'][1] for i in range(METERS)])
+    return -meter_points(scene)[:, 1]
+
+
+def meter_points(scene: CorridorScene) -> NDArray[np.float64]:
+    """Return the middles of the meters in the map frame, shape (METERS, 3) [m]."""
+    landmarks = {each.name: list(each.points_map().values()) for each in scene.landmarks}
+    return np.array([np.mean(landmarks[f'meter_{i}'], axis=0) for i in range(METERS)])
 
 
 def classify_view(scene: CorridorScene, chosen: tuple[int, ...], hidden: int | None, T_map_base: SE2) -> str:
@@ -109,7 +114,7 @@ def classify_view(scene: CorridorScene, chosen: tuple[int, ...], hidden: int | N
         hidden: number of the hidden one, None for none.
         T_map_base: where the robot is.
     """
-    row, height = meter_row(scene), float(scene.points_map()['meter_0'][2])
+    row, height = meter_row(scene), float(meter_points(scene)[0, 2])
 
     def in_view(along: NDArray[np.float64]) -> NDArray[np.bool_]:
         return seen_by_both(np.column_stack([0.0 * along, -along, 0.0 * along + height]), T_map_base, BORDER)

@@ -26,12 +26,13 @@ from scene_simulator.corridor.stereo_camera import StereoCamera
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.settings import PAPER, LandmarkSettings
 
 HIDDEN_FRACTION = 0.3
 """Part of the target's primitives that is covered."""
 OFFSET_MAX, YAW_MAX = 0.4, math.radians(10.0)
 RIGHT_WITHIN = 0.05, math.radians(1.5)
-OURS = 'stereo_landmark'
+OURS, PAPER_MODE = 'stereo_landmark', 'stereo_landmark, paper mode'
 
 Changed = Callable[[CorridorScene, TaughtCorridor, np.random.Generator], CorridorScene]
 Camera = Callable[[StereoCamera], StereoCamera]
@@ -119,16 +120,19 @@ def main(run: Run, places: int, views: int, only: str) -> None:
     pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
     chosen = [condition for condition in CONDITIONS if only in condition.name]
     scores: dict[tuple[str, str], list[PoseScore]] = {
-        (condition.name, method): [] for condition in chosen for method in (OURS, 'ORB', 'SIFT')
+        (condition.name, method): [] for condition in chosen for method in (OURS, PAPER_MODE, 'ORB', 'SIFT')
     }
     for seed in progress(range(places), 'places'):
         taught = teach_corridor(corridor(CorridorDesign(seed=seed)))
-        localizer = LandmarkLocalizer([taught.place])
+        localizers = {
+            OURS: LandmarkLocalizer([taught.place]),
+            PAPER_MODE: LandmarkLocalizer([taught.place], LandmarkSettings(mode=PAPER)),
+        }
         features = [pipeline.teach(taught.images) for pipeline in pipelines]
         for condition, view in product(chosen, range(views)):
             rng = np.random.default_rng((seed, CONDITIONS.index(condition), view))
             images, truth = repeat(taught, seed, condition, rng)
-            found = {OURS: displacement_of(localizer.locate(*images))}
+            found = {name: displacement_of(each.locate(*images)) for name, each in localizers.items()}
             for pipeline, known in zip(pipelines, features, strict=True):
                 found[pipeline.name] = pipeline.locate(known, pipeline.features(images[0]))
             for method, pose in found.items():

@@ -26,6 +26,7 @@ from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import PAPER, LandmarkSettings
 
 DISPLACEMENT = SE2(0.2, -0.25, 0.1)
 TILES = (0.0, 0.25, 0.08)
@@ -69,10 +70,13 @@ def add_case(run: Run, case: Case, repeats: int) -> None:
     """Add the times of a case."""
     localizer = LandmarkLocalizer([case.place])
     locate = partial(localizer.locate, *case.images, case.tilt)
-    whole, orb, sift = 'whole pair', 'peer: ORB, 2000 features', 'peer: SIFT, 2000 features'
+    windows = LandmarkLocalizer([case.place], LandmarkSettings(mode=PAPER))
+    whole, paper = 'whole pair', 'paper mode: windows'
+    orb, sift = 'peer: ORB, 2000 features', 'peer: SIFT, 2000 features'
     times = side_by_side(
         {
             whole: locate,
+            paper: partial(windows.locate, *case.images, case.tilt),
             orb: partial(match_features, cv2.ORB.create(nfeatures=2000), cv2.NORM_HAMMING, case.images),
             sift: partial(match_features, cv2.SIFT.create(nfeatures=2000), cv2.NORM_L2, case.images),
         },
@@ -85,9 +89,11 @@ def add_case(run: Run, case: Case, repeats: int) -> None:
     scenes = [detect_scene(image, case.place.processing, case.place.kinds) for image in case.images]
     seen = ' and '.join(str(len(scene.segments)) for scene in scenes)
     taught = sum(len(target.primitives) for target in case.place.targets)
-    answer = locate()
-    result = 'found' if isinstance(answer, LandmarkFix) else f'not found ({answer.reason})'
-    run.note(f'{case.name}: {seen} segments, {taught} primitives taught, {result}.')
+    answers = locate(), windows.locate(*case.images, case.tilt)
+    found, paper_found = (
+        'found' if isinstance(each, LandmarkFix) else f'not found ({each.reason})' for each in answers
+    )
+    run.note(f'{case.name}: {seen} segments, {taught} primitives taught, {found}; paper mode: {paper_found}.')
 
 
 def main(run: Run, repeats: int, tiles: tuple[float, ...]) -> None:

@@ -61,7 +61,9 @@ def random_place(seed, name='hall'):
     names = tuple(f'{target}/{name}' for target, those in zip(NAMES, points_of) for name in those)
     roots = awkward(rng, len(names), 3, 3)
     points = SpatialPoints(names, awkward(rng, len(names), 3), np.array([root.T @ root for root in roots]))
-    targets = tuple(TaughtTarget(*each) for each in zip(NAMES, parts, (those[:2] for those in points_of)))
+    own = [processing(rng) if seed % 3 == 0 else None for _ in NAMES]
+    used = (those[:2] for those in points_of)
+    targets = tuple(TaughtTarget(*each) for each in zip(NAMES, parts, used, own))
     around = tuple(primitive(rng, f'corner {i}') for i in range(int(rng.integers(0, 4))))
     pose = SE2(*awkward(rng, 3).tolist()) if seed % 2 else None
     return TaughtPlace(name, rig, targets, points, around, processing(rng), pose)

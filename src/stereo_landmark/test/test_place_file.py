@@ -85,6 +85,13 @@ def test_a_setting_of_older_files_that_had_no_effect_is_no_fault(saved):
     assert is_same(load_place(saved), random_place(1))
 
 
+def test_a_setting_that_older_files_lack_has_its_default(saved):
+    content = yaml.safe_load(saved.read_text())
+    del content['image_processing']['edges']['thinning']
+    saved.write_text(yaml.safe_dump(content))
+    assert load_place(saved).processing.edges.thinning == 0.0
+
+
 def test_a_foreign_file_is_never_written_over(tmp_path):
     path = place_path(tmp_path, 'hall')
     path.write_text('hall: opening hours')

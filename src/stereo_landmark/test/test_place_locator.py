@@ -81,7 +81,7 @@ def test_unknown_points_do_not_count():
     strange = StereoPoints(tuple(f'other {i}' for i in range(16)), seen.pixels, seen.covariances)
     answer = PlaceLocator(RIG).locate(strange, taught)
     assert answer == NoPlaceFix(
-        NoPlaceFixReason.TOO_FEW_POINTS, '0 taught points are visible in both cameras, at least 3 are needed'
+        NoPlaceFixReason.TOO_FEW_POINTS, '0 taught points are visible in both cameras, at least 2 are needed'
     )
 
 
@@ -102,3 +102,43 @@ def test_what_is_too_uncertain_is_no_fix():
     answer = PlaceLocator(RIG, settings).locate(view(points, np.zeros(6), 0.3, rng), teach(points, 0.3, rng))
     assert isinstance(answer, NoPlaceFix)
     assert answer.reason is NoPlaceFixReason.UNCERTAIN
+
+
+@pytest.mark.parametrize('method', ['reprojection', 'closed_form'])
+def test_two_points_have_an_honest_covariance(method):
+    """Section 3.1: two points or more."""
+    rng = np.random.default_rng(7)
+    settings = PlaceSettings(method=method, pixel_sigma=0.0, tilt_sigma=0.0, position_sigma_max=10.0)
+    squares = []
+    for _ in range(100):
+        left, right = rng.uniform(0.15, 0.8, 2)
+        points = np.array(
+            [[3.0, left, 0.6], [3.0 + rng.uniform(-0.1, 0.1), -right, 0.6 + rng.uniform(-0.3, 0.3)]]
+        )
+        state = random_state(rng)
+        seen, taught = view(points, state, NOISE, rng), teach(points, NOISE, rng)
+        fix = PlaceLocator(RIG, settings).locate(seen, taught)
+        squares.append(mahalanobis(errors_of(fix.T_place_base, fix.height, state), fix.covariance))
+    assert np.sqrt(np.mean(squares)) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize('method', ['reprojection', 'closed_form'])
+def test_two_points_that_outliers_leave_are_not_enough(method):
+    """Two of three points always fit together if their distance does: the third one must confirm them."""
+    rng, points = np.random.default_rng(1), panel(count=3, depth=0.0)
+    moved = points + np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.2, 0.1]])
+    locator = PlaceLocator(RIG, PlaceSettings(method=method))
+    answer = locator.locate(view(moved, np.zeros(6), 0.05, rng), teach(points, 0.05, rng))
+    assert isinstance(answer, NoPlaceFix)
+    assert answer.reason is NoPlaceFixReason.INCONSISTENT
+    two = view(points[:2], np.zeros(6), 0.05, rng)
+    assert isinstance(locator.locate(two, teach(points, 0.05, rng)), PlaceFix)
+
+
+@pytest.mark.parametrize('method', ['reprojection', 'closed_form'])
+def test_two_points_above_each_other_do_not_determine_the_yaw(method):
+    rng, points = np.random.default_rng(2), np.array([[3.0, 0.1, 0.5], [3.0, 0.1, 0.9]])
+    locator = PlaceLocator(RIG, PlaceSettings(method=method))
+    assert isinstance(
+        locator.locate(view(points, np.zeros(6), 0.05, rng), teach(points, 0.05, rng)), NoPlaceFix
+    )

@@ -142,6 +142,20 @@ def test_a_quadrilateral_is_taught_by_its_corners(config):
     assert names == [f'meters/plate/corner_{i}' for i in range(4)]
 
 
+def test_a_target_has_image_processing_of_its_own(config, capsys):
+    """Its settings override those of the place, and stay in the file."""
+    (target,) = config.content['targets']
+    config.content['image_processing'] = {'edges': {'threshold': 9.0, 'length_min': 10.0}}
+    target['image_processing'] = {'edges': {'threshold': 4.0}}
+    place = config.place()
+    assert place.processing.edges.threshold == 9.0
+    own = place.targets[0].processing.edges
+    assert (own.threshold, own.length_min) == (4.0, 10.0)
+    target['image_processing'] = {'edges': {'threshold': -1.0}}
+    assert config.run('--replace') == 1
+    assert 'target meters: image_processing: edges.threshold' in capsys.readouterr().err
+
+
 def test_a_bag_teaches_the_same_as_its_images(config):
     from_files = config.place()
     config.use_bag([(SECOND, seen(HERE)), (2 * SECOND, seen(TAUGHT))], stamp=1.5)

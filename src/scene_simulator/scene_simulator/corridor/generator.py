@@ -38,6 +38,7 @@ class CorridorDesign:
         people: number of people in the corridor.
         tile: width of the tiles on the walls, 0 is plaster [m]; small ones make many segments.
         needles: seed of what the meters read; the corridor itself does not depend on it.
+        case: case of the meters, see `Meter`.
     """
 
     seed: int = 0
@@ -46,6 +47,7 @@ class CorridorDesign:
     people: int = 0
     tile: float = 0.0
     needles: int = 0
+    case: str = 'round'
 
     def __post_init__(self) -> None:
         """Refuse negative seeds or numbers of people with a SceneError."""
@@ -103,7 +105,14 @@ def _meters(design: CorridorDesign, rng: np.random.Generator) -> list[Meter]:
     left, height = rng.uniform(-0.06, 0.06) - 0.5 * places[-1], float(rng.uniform(1.5, 1.62))
     readings = np.random.default_rng((design.seed, design.needles)).uniform(0.02, 0.98, METERS)
     return [
-        Meter(f'meter_{i}', facing_wall(0.0), (float(left + places[i]), height), radius, float(readings[i]))
+        Meter(
+            f'meter_{i}',
+            facing_wall(0.0),
+            (float(left + places[i]), height),
+            radius,
+            float(readings[i]),
+            design.case,
+        )
         for i in range(METERS)
     ]
 

@@ -27,22 +27,34 @@ class Meter(WallObject):
         position: centre on the plane, right and up [m].
         radius: radius of the rim [m].
         reading: needle position, 0 to 1.
+        case: 'round', 'square', or 'lined': round between the two lines of its bracket (the paper's figure 4).
     """
 
     radius: float = 0.1
     reading: float = 0.3
+    case: str = 'round'
 
     def shapes(self) -> list[FlatShape]:
         """Return the painted shapes, bottom first."""
         drawing, r = self._drawing(), self.radius
-        drawing.disc((0.0, 0.0), r, Paint(0.13, 0.02))
-        drawing.disc((0.0, 0.0), _FACE * r, Paint(0.93, 0.01))
+        frame, face = Paint(0.13, 0.02), Paint(0.93, 0.01)
+        if self.case == 'square':
+            drawing.rectangle((-r, -r), (r, r), frame)
+            drawing.rectangle((-_FACE * r, -_FACE * r), (_FACE * r, _FACE * r), face)
+        else:
+            if self.case == 'lined':
+                drawing.rectangle((-0.25 * r, -2.2 * r), (0.25 * r, -0.9 * r), frame)
+            drawing.disc((0.0, 0.0), r, frame)
+            drawing.disc((0.0, 0.0), _FACE * r, face)
         self._scale(drawing)
         self._needle(drawing)
         return drawing.shapes
 
     def landmarks(self) -> list[Landmark]:
         """Return the rim."""
+        if self.case == 'square':
+            r = self.radius
+            return [self._square('', self.surface, (-r, -r), (r, r))]
         return [RoundLandmark(self.name, self.surface, self.position, self.radius)]
 
     def _scale(self, drawing: Drawing) -> None:

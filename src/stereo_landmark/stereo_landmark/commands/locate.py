@@ -163,7 +163,7 @@ def make_stream_factory(options: argparse.Namespace) -> Callable[[], PairStream]
             'approximate_sync_tolerance_seconds': tolerance or 0.0,
         },
     )
-    method = settings_from_values(LandmarkSettings, {'place.method': options.method})
+    method = settings_from_values(LandmarkSettings, {'place.method': options.method, 'mode': options.mode})
     mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
     return partial(PairStream, load_places(options.places), mount, pairing, method)
 
@@ -193,6 +193,8 @@ def make_parser() -> argparse.ArgumentParser:
     add('--rectify', action='store_true', help='rectify raw images')
     add('--approximate-sync', type=float, metavar='SECONDS',
         help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
+    add('--mode', default=LandmarkSettings.mode,
+        help="likelihood, or paper: the paper's search and closed form (default: %(default)s)")  # fmt: skip
     add('--method', default=PlaceSettings.method,
         help='estimation method: reprojection or closed_form (default: %(default)s)')  # fmt: skip
     return parser

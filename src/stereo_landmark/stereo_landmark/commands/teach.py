@@ -13,7 +13,7 @@ from shirube_bags.errors import ShirubeBagsError
 from shirube_core.settings import SettingsError
 from shirube_ros.errors import CameraFileError
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
-from stereo_landmark.core.procedure.stereo_view import DetectedScene, StereoView, detect_scene
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import NoTargetDetection
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import SpatialPoints
@@ -78,7 +78,7 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     left, right = (detect_scene(image, config.processing) for image in (images.left, images.right))
     teacher = Teacher(StereoView(left, right, rig, images.tilt), config.processing)
     # (b) Targets: primitives in their order of detection; (c) corresponding points with their 3D coordinates.
-    selections = [_select_target(target, left) for target in config.targets]
+    selections = [_select_target(target, teacher) for target in config.targets]
     place = teacher.teach(config.name, selections, config.T_map_place)
     # (d) Procedure tree: the place must be recognized in its own images.
     answer = LandmarkLocalizer([place]).locate(images.left, images.right, images.tilt)
@@ -94,9 +94,11 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     print(f'{place.name} is taught, with {len(place.context_landmarks)} context landmarks; see {saved}')
 
 
-def _select_target(target: TargetConfig, scene: DetectedScene) -> TargetSelection:
+def _select_target(target: TargetConfig, teacher: Teacher) -> TargetSelection:
+    scene = teacher.with_processing(target.processing).view.left
     try:
-        return TargetSelection(target.name, select_primitives(target.selections, scene), target.points)
+        chosen = select_primitives(target.selections, scene)
+        return TargetSelection(target.name, chosen, target.points, processing=target.processing)
     except StereoLandmarkError as fault:
         raise StereoLandmarkError(f'target {target.name}: {fault}') from fault
 
@@ -124,7 +126,8 @@ def undetected_targets(answer: LandmarkFix | NoLandmarkFix) -> list[str]:
 def _selection_warnings(selections: Sequence[TargetSelection], teacher: Teacher) -> Iterator[str]:
     """Yield the hints of the page, one line each."""
     for selection in selections:
-        report = report_target(selection, selection.primitives, teacher, PlaceSettings())
+        own = teacher.with_processing(selection.processing)
+        report = report_target(selection, selection.primitives, own, PlaceSettings())
         yield from (f'target {hint.target}: {hint.text}' for hint in report.hints)
 
 

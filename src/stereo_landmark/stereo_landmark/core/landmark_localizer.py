@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.paper_search import PaperSearch
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import (
     NoDetectionReason,
@@ -21,7 +22,7 @@ from stereo_landmark.core.procedure.target_search import (
     TargetSearch,
 )
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.settings import CLOSED_FORM, PAPER, LandmarkSettings
 from stereo_landmark.core.stereo import StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -113,9 +114,15 @@ class LandmarkLocalizer:
                 raise StereoLandmarkError(f'two places are called {name}; names must be unique')
         self.places = tuple(places)
         self._settings = settings or LandmarkSettings()
-        self._searches = {place.name: TargetSearch(place, self._settings.search) for place in places}
-        sigma = self._settings.place.pixel_sigma
-        self._patches = {place.name: TaughtPatches(place, sigma) for place in places}
+        search, self._place_settings = self._settings.search, self._settings.place
+        self._patches: dict[str, TaughtPatches] = {}
+        if self._settings.mode == PAPER:
+            self._paper_searches = {place.name: PaperSearch(place, search) for place in places}
+            self._place_settings = replace(self._place_settings, method=CLOSED_FORM)
+        else:
+            self._searches = {place.name: TargetSearch(place, search) for place in places}
+            sigma = self._place_settings.pixel_sigma
+            self._patches = {place.name: TaughtPatches(place, sigma) for place in places}
 
     def locate(
         self,
@@ -142,13 +149,9 @@ class LandmarkLocalizer:
             for place in self.places:
                 if (place.name in likely_places) is not is_likely:
                     continue
-                # Edges, segments and primitives by the taught parameters (3.3b), once for places with the same ones.
-                key = place.processing, frozenset(place.kinds), place.rig
-                if key not in views:
-                    _check_sizes(place, (left, right))
-                    scenes = [detect_scene(image, place.processing, place.kinds) for image in (left, right)]
-                    views[key] = StereoView(scenes[0], scenes[1], place.rig, tilt)
-                result = self._locate_at(place, views[key])
+                _check_sizes(place, (left, right))
+                detections = self._detect(place, (left, right), tilt, views)
+                result = self._locate_at(place, detections, (left, right), tilt)
                 if isinstance(result, LandmarkFix):
                     fixes.append(result)
                 else:
@@ -159,20 +162,50 @@ class LandmarkLocalizer:
         # No place: the reason of the one that came nearest to a fix.
         return max(failures, key=lambda failure: failure.progress)
 
-    def _locate_at(self, place: TaughtPlace, view: StereoView) -> LandmarkFix | NoLandmarkFix:
-        # Each target by its procedure tree (figs 7 and 8), and its corresponding points in both images (3.3d).
-        detections = tuple(self._searches[place.name].search(target, view) for target in place.targets)
-        points = concatenate([each.points for each in detections if isinstance(each, TargetDetection)])
-        # Points inside of quadrilaterals again by their texture, with their own taught coordinates.
-        measured = self._patches[place.name].measure(points, (view.left.image, view.right.image))
+    def _detect(
+        self,
+        place: TaughtPlace,
+        images: tuple[GreyImage, GreyImage],
+        tilt: tuple[float, float],
+        views: dict[_ViewKey, StereoView],
+    ) -> tuple[TargetResult, ...]:
+        """Search each target by its procedure tree (figs 7 and 8)."""
+        if self._settings.mode == PAPER:
+            return tuple(
+                self._paper_searches[place.name].search(target, images, tilt) for target in place.targets
+            )
+        detections = []
+        for target in place.targets:
+            # Edges, segments and primitives by the taught parameters (3.3b), once for targets with the same ones.
+            processing = target.processing or place.processing
+            key = processing, frozenset(place.kinds), place.rig
+            if key not in views:
+                scenes = [detect_scene(image, processing, place.kinds) for image in images]
+                views[key] = StereoView(scenes[0], scenes[1], place.rig, tilt)
+            detections.append(self._searches[place.name].search(target, views[key]))
+        return tuple(detections)
+
+    def _locate_at(
+        self,
+        place: TaughtPlace,
+        detections: tuple[TargetResult, ...],
+        images: tuple[GreyImage, GreyImage],
+        tilt: tuple[float, float],
+    ) -> LandmarkFix | NoLandmarkFix:
+        # The corresponding points of the targets in both images (3.3d).
+        seen = concatenate([each.points for each in detections if isinstance(each, TargetDetection)])
+        taught = place.coordinates
+        matched_patches: tuple[str, ...] = ()
+        if place.name in self._patches:
+            # Points inside of quadrilaterals again by their texture, with their own taught coordinates.
+            seen, taught, matched_patches = self._patches[place.name].measure(seen, images)
         # The points that were selected for the pose (4c).
         selected = {f'{target.name}/{point}' for target in place.targets for point in target.points}
-        is_selected = np.array([name in selected for name in measured.seen.names], dtype=np.bool_)
+        is_selected = np.array([name in selected for name in seen.names], dtype=np.bool_)
         # Points at inconsistent distances are excluded (end of 3.4); the others determine the displacement (3.1).
-        locator = PlaceLocator(place.rig, self._settings.place)
-        result = locator.locate(measured.seen.subset(is_selected), measured.taught, view.tilt)
+        result = PlaceLocator(place.rig, self._place_settings).locate(seen.subset(is_selected), taught, tilt)
         if isinstance(result, PlaceFix):
-            return LandmarkFix(place, result, detections, measured.matched_patches)
+            return LandmarkFix(place, result, detections, matched_patches)
         return _describe_failure(place, detections, result)
 
     def _select_best(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:

@@ -12,8 +12,7 @@ from shirube_core.settings import setting, tunable
 class EdgeSettings:
     """Edge detection and linking: spatial filter, hysteresis thresholds, noise removal, polylines.
 
-    The paper also teaches the number of thinning passes. Here non-maximum suppression makes every edge
-    one pixel wide, so that parameter does not exist.
+    Non-maximum suppression makes every edge one pixel wide; ``thinning`` selects the paper's thinning instead.
     """
 
     filter_sigma: float = setting(
@@ -27,6 +26,12 @@ class EdgeSettings:
     )
     continuation: float = setting(
         0.4, 'lower hysteresis threshold as a fraction of threshold', minimum=0.1, maximum=1.0
+    )
+    thinning: float = setting(
+        0.0,
+        'maximum passes of thinning of the binary image, as in the paper; 0: non-maximum suppression',
+        minimum=0.0,
+        maximum=20.0,
     )
     length_min: float = setting(
         8.0, 'minimum segment length; shorter segments are noise', unit='px', minimum=2.0, maximum=1000.0
@@ -164,7 +169,9 @@ class PlaceSettings:
         "minimization of the reprojection error in both images, or the paper's closed form on 3D points",
         choices=(REPROJECTION, CLOSED_FORM),
     )
-    points_min: int = setting(3, 'minimum number of points for a pose', minimum=2, maximum=100)
+    points_min: int = setting(
+        2, 'minimum number of points for a pose; at least three if some are outliers', minimum=2, maximum=100
+    )
     pixel_sigma: float = setting(
         0.05,
         'calibration error, standard deviation along each axis of each image',
@@ -210,9 +217,18 @@ class PairSettings:
         return round(self.approximate_sync_tolerance_seconds * 1e9) if self.approximate_sync else 0
 
 
+LIKELIHOOD, PAPER = 'likelihood', 'paper'
+
+
 @dataclass(frozen=True)
 class LandmarkSettings:
     """Settings of the target search and of the displacement estimate, in groups."""
 
+    mode: str = setting(
+        LIKELIHOOD,
+        'search by the likelihood of pose hypotheses in the whole images; or as in the paper by the procedure tree in '
+        'windows, without surroundings and patches, with the closed form',
+        choices=(LIKELIHOOD, PAPER),
+    )
     search: SearchSettings = field(default_factory=SearchSettings)
     place: PlaceSettings = field(default_factory=PlaceSettings)

@@ -26,15 +26,20 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 _REMEDY = 'restore the file or teach the place again'
 _OBSOLETE_SETTINGS = frozenset({'edges.neighbour_distance'})
 """Obsolete settings of older files, which never had an effect."""
+_LATER_SETTINGS = frozenset({'edges.thinning'})
+"""Settings that older files do not have; their defaults are what these files were taught with."""
 
 
 def place_entries(place: TaughtPlace) -> dict[str, Any]:
     """Return the file entries of a place: name, sections (a) to (e) and map pose."""
     pose, points = place.T_map_place, place.coordinates
-    target_entries = [
+    target_entries: list[dict[str, Any]] = [
         {'name': target.name, 'primitives': [primitive_entry(each) for each in target.primitives]}
         for target in place.targets
     ]
+    for target, entry in zip(place.targets, target_entries, strict=True):
+        if target.processing is not None:
+            entry['image_processing'] = dataclasses.asdict(target.processing)
     return {
         'name': place.name,
         'stereo_calibration': calibration_entry(place.rig),
@@ -89,7 +94,7 @@ def processing_from_entry(entry: dict[str, Any]) -> ImageProcessing:
     """
     values = {name: value for name, value in flatten(entry).items() if name not in _OBSOLETE_SETTINGS}
     for setting in describe_settings(ImageProcessing):
-        if setting.name not in values:
+        if setting.name not in values and setting.name not in _LATER_SETTINGS:
             raise StereoLandmarkError(f'image_processing.{setting.name} is missing; {_REMEDY}')
     try:
         return settings_from_values(ImageProcessing, values)
@@ -103,7 +108,9 @@ def _target(entry: dict[str, Any], point_names: dict[str, list[str]]) -> TaughtT
     if name not in point_names:
         raise StereoLandmarkError(f'corresponding_points.{name} is missing; {_REMEDY}')
     primitives = tuple(primitive_from_entry(each) for each in entry['primitives'])
-    return TaughtTarget(name, primitives, tuple(point_names[name]))
+    own = entry.get('image_processing')
+    processing = None if own is None else processing_from_entry(own)
+    return TaughtTarget(name, primitives, tuple(point_names[name]), processing)
 
 
 def _coordinates(entries: list[dict[str, Any]]) -> SpatialPoints:

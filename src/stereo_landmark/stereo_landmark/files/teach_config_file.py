@@ -69,11 +69,13 @@ class TargetConfig:
         name: name of the target.
         selections: selections of its primitives, the most reliable first.
         points: names ``primitive/point`` of the points used for the pose; None for all.
+        processing: image processing of its own; None for that of the place.
     """
 
     name: str
     selections: list[Selection]
     points: tuple[str, ...] | None
+    processing: ImageProcessing | None = None
 
 
 @dataclass(frozen=True)
@@ -111,10 +113,7 @@ def load_teach_config(path: Path) -> TeachConfig:
     check_schema(content, 'teach_config_schema', str(path), _REMEDY)
     if ('bag' in content) == ('images' in content) or ('bag' in content) == ('calibration' in content):
         raise LandmarkFileError(f'{path}: give either images and calibration, or bag')
-    try:
-        processing = settings_from_values(ImageProcessing, flatten(content.get('image_processing', {})))
-    except SettingsError as fault:
-        raise LandmarkFileError(f'{path}: image_processing: {fault}') from fault
+    processing = _processing(f'{path}: image_processing', content)
     x, y, z = map(float, content['camera_xyz'])
     roll, pitch, yaw = map(float, content['camera_rpy'])
     tilt, pose = content.get('tilt'), content.get('T_map_place')
@@ -122,7 +121,7 @@ def load_teach_config(path: Path) -> TeachConfig:
         content['name'],
         _source(path.parent, content),
         CameraMount((x, y, z), (roll, pitch, yaw)),
-        [_target(path, entry) for entry in content['targets']],
+        [_target(path, entry, content) for entry in content['targets']],
         content.get('rectify', False),
         None if tilt is None else (float(tilt[0]), float(tilt[1])),
         None if pose is None else SE2(float(pose['x']), float(pose['y']), float(pose['yaw'])),
@@ -142,11 +141,24 @@ def _files(folder: Path, entry: dict[str, str]) -> tuple[Path, Path]:
     return folder / entry['left'], folder / entry['right']
 
 
-def _target(path: Path, entry: dict[str, Any]) -> TargetConfig:
-    selections = [
-        _selection(f'{path}: target {entry["name"]}', selection) for selection in entry['primitives']
-    ]
-    return TargetConfig(entry['name'], selections, tuple(entry['points']) if 'points' in entry else None)
+def _processing(where: str, *contents: dict[str, Any]) -> ImageProcessing:
+    """Return the image processing of entries, the later ones of which override the earlier ones."""
+    values = {
+        name: value for each in contents for name, value in flatten(each.get('image_processing', {})).items()
+    }
+    try:
+        return settings_from_values(ImageProcessing, values)
+    except SettingsError as fault:
+        raise LandmarkFileError(f'{where}: {fault}') from fault
+
+
+def _target(path: Path, entry: dict[str, Any], content: dict[str, Any]) -> TargetConfig:
+    where = f'{path}: target {entry["name"]}'
+    selections = [_selection(where, selection) for selection in entry['primitives']]
+    own = 'image_processing' in entry
+    processing = _processing(f'{where}: image_processing', content, entry) if own else None
+    points = tuple(entry['points']) if 'points' in entry else None
+    return TargetConfig(entry['name'], selections, points, processing)
 
 
 def _selection(where: str, entry: dict[str, Any]) -> Selection:

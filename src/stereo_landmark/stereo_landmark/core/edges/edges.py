@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stereo_landmark.core.arrays import Floats, GreyImage, Masks
 from stereo_landmark.core.edges.linking import extract_chains, index_points, link_points, polyline_vertices
+from stereo_landmark.core.edges.thinning import thin
 from stereo_landmark.core.settings import EdgeSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -84,12 +85,15 @@ def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
     # Filter.
     gx, gy = gaussian_gradient(image, settings.filter_sigma)
     magnitude = cv2.magnitude(gx, gy)
-    # Binarise and thin in one step: maxima of the gradient magnitude above the threshold are one pixel wide.
-    is_maximum = _suppress_non_maxima(
-        gx, gy, magnitude, np.float32(settings.continuation * settings.threshold)
-    )
+    threshold = np.float32(settings.continuation * settings.threshold)
+    if settings.thinning > 0.0:
+        # The paper's steps: binarise, then thin.
+        is_edge = thin(magnitude >= threshold, round(settings.thinning))
+    else:
+        # Both in one step: maxima of the gradient magnitude above the threshold are one pixel wide.
+        is_edge = _suppress_non_maxima(gx, gy, magnitude, threshold)
     index = np.full(image.shape, -1, np.int32)
-    points, gradients, neighbour_ratios = _collect_points(gx, gy, magnitude, is_maximum, index)
+    points, gradients, neighbour_ratios = _collect_points(gx, gy, magnitude, is_edge, index)
     # Subpixel positions (not in the paper); numpy vectorizes the logarithm, numba kernels do not.
     _refine_subpixel(points, gradients, np.log(neighbour_ratios))
     return Edges(points, gradients, index)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -59,8 +60,7 @@ class TaughtPatch:
     points: SpatialPoints
 
 
-@dataclass(frozen=True)
-class MeasuredPoints:
+class MeasuredPoints(NamedTuple):
     """Points of the present pair and their taught positions.
 
     Attributes:

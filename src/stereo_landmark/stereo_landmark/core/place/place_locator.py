@@ -83,6 +83,8 @@ class NoPlaceFix:
     detail: str
 
 
+CONFIRMED_POINTS_MIN = 3
+"""Minimum number of points left when others are outliers: two points of a wrong match may be at the right distance."""
 RUNNER_UP_RATIO = 0.7
 """A runner-up hypothesis with at least this fraction of the best support makes the displacement ambiguous."""
 _TILT_STEP = 1e-5
@@ -124,15 +126,17 @@ class PlaceLocator:
         # Corresponding points that both cameras measure (3.3d).
         known = np.array([name in taught.names for name in observed.names], dtype=np.bool_)
         observed = observed.subset(known & is_measurable(observed, self._rig))
-        if len(observed) < self._settings.points_min:
-            needed = self._settings.points_min
+        needed = self._settings.points_min
+        if len(observed) < needed:
             detail = (
                 f'{len(observed)} taught points are visible in both cameras, at least {needed} are needed'
             )
             return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
+        # Two points are enough (3.1) if there are no others; of more points, a third one must confirm them.
+        needed = max(needed, min(len(observed), CONFIRMED_POINTS_MIN))
         # Rectified images show a point in the same row; other points are mismatched.
         in_same_row = is_in_same_row(observed, self._settings.pixel_sigma)
-        if in_same_row.sum() < self._settings.points_min:
+        if in_same_row.sum() < needed:
             dv = float(np.median(observed.pixels[:, 3] - observed.pixels[:, 1]))
             detail = (
                 f'{int(in_same_row.sum())} of {len(observed)} points are in the same row of both images; '
@@ -143,21 +147,21 @@ class PlaceLocator:
         # 3D coordinates at the current pose (3.4).
         found = self.spatial_points(observed, tilt)
         # Points at inconsistent distances are excluded (3.4, end).
-        inliers = self._select_inliers(observed, found, taught.select(observed.names))
+        inliers = self._select_inliers(observed, found, taught.select(observed.names), needed)
         if isinstance(inliers, NoPlaceFix):
             return inliers
         # The displacement from the remaining points (3.1).
         names = inliers.names
-        return self._fit_displacement(inliers, found.select(names), taught.select(names), tilt)
+        return self._fit_displacement(inliers, found.select(names), taught.select(names), tilt, needed)
 
     def _select_inliers(
-        self, observed: StereoPoints, found: SpatialPoints, taught: SpatialPoints
+        self, observed: StereoPoints, found: SpatialPoints, taught: SpatialPoints, needed: int
     ) -> StereoPoints | NoPlaceFix:
         """Return the inliers: points in the consensus set whose pairwise distances are consistent."""
         consensus = find_consensus_set(found, taught, self._settings.tilt_sigma)
         kept = consensus.inliers if consensus.inliers.any() else np.ones(len(observed), dtype=np.bool_)
         rest = observed.subset(~kept)
-        if len(rest) >= self._settings.points_min:
+        if len(rest) >= needed:
             runner_up = find_consensus_set(
                 found.select(rest.names), taught.select(rest.names), self._settings.tilt_sigma
             )
@@ -166,14 +170,21 @@ class PlaceLocator:
                 return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
         observed = observed.subset(kept)
         kept = consistent_points(found.select(observed.names), taught.select(observed.names))
-        if kept.sum() < self._settings.points_min:
+        if kept.sum() < needed:
             detail = f'{int(kept.sum())} of {len(found)} points have consistent distances'
             return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, detail)
         return observed.subset(kept)
 
     def _fit_displacement(
-        self, observed: StereoPoints, found: SpatialPoints, taught: SpatialPoints, tilt: tuple[float, float]
+        self,
+        observed: StereoPoints,
+        found: SpatialPoints,
+        taught: SpatialPoints,
+        tilt: tuple[float, float],
+        needed: int,
     ) -> PlaceFix | NoPlaceFix:
+        if self._settings.method == CLOSED_FORM:
+            return self._fit_closed_form(observed, taught, tilt)
         # The closed form (3.1) is the initial value of the reprojection fit (not in the paper).
         initial = closed_form(found.positions, taught.positions)
         if initial is None:
@@ -182,7 +193,7 @@ class PlaceLocator:
         fit = fit_reprojection(observed, taught, self._rig, state, self._settings)
         # The worst outlier is excluded until all points fit.
         while fit is not None and fit.mahalanobis_distances.max() > self._settings.gate_sigmas:
-            if len(observed) <= self._settings.points_min:
+            if len(observed) <= needed:
                 return NoPlaceFix(NoPlaceFixReason.INCONSISTENT, _describe_outlier(observed, fit))
             kept = np.arange(len(observed)) != np.argmax(fit.mahalanobis_distances)
             observed = observed.subset(kept)
@@ -190,8 +201,6 @@ class PlaceLocator:
             fit = fit_reprojection(observed, taught, self._rig, state, self._settings)
         if fit is None:
             return NoPlaceFix(NoPlaceFixReason.POOR_GEOMETRY, f'{len(observed)} points')
-        if self._settings.method == CLOSED_FORM:
-            return self._fit_closed_form(observed, taught, tilt)
         return self._check_uncertainty(_make_fix(fit.state, fit.covariance[:4, :4], fit.residuals, observed))
 
     def _fit_closed_form(

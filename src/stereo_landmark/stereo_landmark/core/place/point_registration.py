@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from shirube_core.geometry import SE2, wrap_angle
+from shirube_core.geometry import SE2
 from stereo_landmark.core.arrays import Floats, Ints, Masks
 from stereo_landmark.core.stereo import SpatialPoints
 
@@ -181,7 +181,6 @@ def _distances(points: SpatialPoints) -> tuple[Floats, Floats]:
 
 SPREAD_MIN = 0.005
 """Minimum horizontal RMS distance of the points from their mean; below it the yaw is not observable [m]."""
-_STEP = 1e-6
 
 
 @dataclass(frozen=True)
@@ -250,28 +249,21 @@ def closed_form_covariance(found: SpatialPoints, taught: SpatialPoints) -> Float
     Returns:
         covariance of x, y, z [m] and yaw [rad] of the robot in the taught frame, shape (4, 4).
     """
+    mean, taught_mean = found.positions.mean(axis=0), taught.positions.mean(axis=0)
+    here = (found.positions - mean)[:, :2] @ np.array([1.0, 1.0j])
+    there = (taught.positions - taught_mean)[:, :2] @ np.array([1.0, 1.0j])
+    total = np.sum(here * there.conj())
+    # theta_z = -arg(total); x + iy = taught mean - exp(i theta_z) mean; z = taught mean - mean.
+    turn = np.exp(-1j * np.angle(total))
     covariance = np.zeros((4, 4))
-    for points, perturb_found in ((found, True), (taught, False)):
-        for i in range(len(points)):
-            columns = [
-                _jacobian_column(found.positions, taught.positions, i, axis, perturb_found)
-                for axis in range(3)
-            ]
-            jacobian = np.column_stack(columns)
-            covariance += jacobian @ points.covariances[i] @ jacobian.T
+    for points, partner, sign in ((found, there, -1.0), (taught, here, 1.0)):
+        jacobians = np.zeros((len(points), 4, 3))
+        for axis, unit in enumerate((1.0, 1.0j)):
+            change = unit * partner.conj() if sign < 0.0 else partner * np.conj(unit)
+            yaws = -np.imag(change / total)
+            moves = sign * (turn if sign < 0.0 else 1.0) * unit / len(points)
+            places = moves - 1j * yaws * turn * complex(*mean[:2])
+            jacobians[:, :, axis] = np.column_stack([places.real, places.imag, 0.0 * yaws, yaws])
+        jacobians[:, 2, 2] = sign / len(points)
+        covariance += np.einsum('nij,njk,nlk->il', jacobians, points.covariances, jacobians)
     return covariance
-
-
-def _jacobian_column(found: Floats, taught: Floats, i: int, axis: int, perturb_found: bool) -> Floats:
-    """Return the numerical derivatives of x, y, z and yaw by one coordinate of a point, shape (4,)."""
-    states = []
-    for step in (-_STEP, _STEP):
-        here, there = found.copy(), taught.copy()
-        (here if perturb_found else there)[i, axis] += step
-        displacement = closed_form(here, there)
-        if displacement is None:
-            return np.full(4, np.inf)
-        states.append(displacement.state)
-    change = states[1] - states[0]
-    change[3] = wrap_angle(float(change[3]))
-    return np.asarray(change / (2.0 * _STEP))

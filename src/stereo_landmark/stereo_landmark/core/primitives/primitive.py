@@ -131,6 +131,17 @@ def drop_covariance(primitive: Primitive) -> Primitive:
     return replace(primitive, covariance=np.zeros_like(primitive.covariance))
 
 
+def shift(primitive: Primitive, offset: Floats) -> Primitive:
+    """Return a primitive moved by an offset, shape (2,) [px]."""
+    match primitive:
+        case Quadrilateral():
+            return replace(primitive, corners=primitive.corners + offset)
+        case Corner():
+            return replace(primitive, vertex=primitive.vertex + offset)
+        case _:
+            return replace(primitive, centre=primitive.centre + offset)
+
+
 def align_point_order(found: Primitive, taught: Primitive) -> Primitive:
     """Reorder the points of a detected primitive to correspond to those of a taught one."""
     if isinstance(found, Quadrilateral) and isinstance(taught, Quadrilateral):

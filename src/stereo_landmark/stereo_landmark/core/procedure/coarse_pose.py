@@ -11,7 +11,7 @@ from numba import njit
 
 from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.least_squares import invert_symmetric
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import CameraView, StereoView
 
 DETECTED_SIGMA = 0.7
 """Standard deviation of a detected primitive before its refinement in the grey image [px]."""
@@ -26,7 +26,7 @@ PREDICTED_DEPTH_MIN = 0.2
 """Nearer points have no predicted pixels [m]."""
 
 
-def predict_pixels(states: Floats, positions: Floats, view: StereoView) -> Floats:
+def predict_pixels(states: Floats, positions: Floats, view: CameraView) -> Floats:
     """Return predicted pixels, shape (h, k, 4): u, v left and u, v right [px]; NaN behind the cameras.
 
     Args:
@@ -39,7 +39,7 @@ def predict_pixels(states: Floats, positions: Floats, view: StereoView) -> Float
     )
 
 
-def image_distances(states: Floats, positions: Floats, view: StereoView) -> Floats:
+def image_distances(states: Floats, positions: Floats, view: CameraView) -> Floats:
     """Return the largest image distance of the points between each pose and the first pose, shape (h,) [px].
 
     Points behind the cameras of one of both poses are ignored; the distance is infinite if no point is visible in both.
@@ -73,7 +73,7 @@ def poses_from_match(taught: Floats, found: Floats, yaws: Floats) -> Floats:
     return states
 
 
-def stereo_intrinsics(view: StereoView) -> Floats:
+def stereo_intrinsics(view: CameraView) -> Floats:
     """Return the intrinsics for the kernels: fx, fy, cx, cy, fx and cx of the right camera [px], baseline [m]."""
     left, right = view.rig.left, view.rig.right
     return np.array([left.fx, left.fy, left.cx, left.cy, right.fx, right.cx, view.rig.baseline])

@@ -21,6 +21,7 @@ from stereo_landmark.core.procedure.guided_matching import StereoCandidates, sim
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 from stereo_landmark.core.settings import SearchSettings
+from stereo_landmark.core.stereo import StereoRig
 
 YAW_STEP = 0.09
 """Step between the tested yaws [rad]."""
@@ -211,6 +212,18 @@ FALSE_POSITIVE_MIN, FALSE_POSITIVE_MAX = 0.05, 0.5
 """Limits of the probability of a false positive in a window; patterns on walls keep it above the lower limit."""
 
 
+def is_in_view(pixels: Floats, rig: StereoRig) -> Masks:
+    """Return the mask of predicted pixels, shape (h, k, 4), that are wholly in the left image, shape (h, k)."""
+    width, height = rig.left.width, rig.left.height
+    u, v = pixels[..., 0], pixels[..., 1]
+    return np.asarray(
+        (u > BORDER_MARGIN)
+        & (u < width - 1 - BORDER_MARGIN)
+        & (v > BORDER_MARGIN)
+        & (v < height - 1 - BORDER_MARGIN)
+    )
+
+
 class PoseScorer:
     """Scores pose hypotheses by the primitives of the left image.
 
@@ -253,17 +266,7 @@ class PoseScorer:
         log_ratios = np.log(
             self._detection_probability * near / self._false_positives + 1.0 - self._detection_probability
         )
-        return np.asarray(np.sum(np.where(self._is_in_view(pixels), log_ratios, 0.0), axis=1))
-
-    def _is_in_view(self, pixels: Floats) -> Masks:
-        width, height = self._view.rig.left.width, self._view.rig.left.height
-        u, v = pixels[..., 0], pixels[..., 1]
-        return (
-            (u > BORDER_MARGIN)
-            & (u < width - 1 - BORDER_MARGIN)
-            & (v > BORDER_MARGIN)
-            & (v < height - 1 - BORDER_MARGIN)
-        )
+        return np.asarray(np.sum(np.where(is_in_view(pixels, self._view.rig), log_ratios, 0.0), axis=1))
 
     def _false_positive_probability(self, primitive: TaughtPrimitive) -> float:
         """Return the probability that a window contains a primitive of this kind by chance."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -129,6 +130,18 @@ SUPPORT_WEIGHTS = {
     PrimitiveKind.CORNER: 0.2,
 }
 """Support weight of a primitive for its neighbours: many corners are visible in one camera only."""
+
+
+class CameraView(Protocol):
+    """The part of a stereo view that predictions need: its cameras."""
+
+    @property
+    def rig(self) -> StereoRig:
+        """Stereo cameras."""
+
+    @property
+    def camera(self) -> SE3:
+        """Left camera in the gravity-aligned base frame."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from stereo_landmark.core.procedure.guided_matching import (
 )
 from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, PoseScorer, generate_hypotheses
 from stereo_landmark.core.procedure.stereo_view import (
+    CameraView,
     NamedPair,
     StereoView,
     align_pair,
@@ -145,7 +146,7 @@ class TargetSearch:
         refined = ((name, refine_pair(left, right, images)) for name, left, right in best.pairs())
         measured = [(name, *pair) for name, pair in refined if pair is not None]
         # 8. Corresponding points (3.3d); apparent centres of circles are those of the taught view.
-        seen = _correct_circle_centres(stereo_points(measured), target, best.state, view)
+        seen = correct_circle_centres(stereo_points(measured), target, best.state, view)
         return TargetDetection(target.name, best.state, seen, tuple(name for name, *_ in measured), ratio)
 
     def _depth_ranges(self, positions: Floats, view: StereoView) -> Floats:
@@ -207,8 +208,8 @@ def _fit_pose(
     return fit_coarse_pose(hypothesis.state, positions, covariances, observed, view)
 
 
-def _correct_circle_centres(
-    points: StereoPoints, target: TaughtTarget, state: Floats, view: StereoView
+def correct_circle_centres(
+    points: StereoPoints, target: TaughtTarget, state: Floats, view: CameraView
 ) -> StereoPoints:
     """Return points with the centres of circles corrected for the change of viewpoint."""
     pixels = points.pixels.copy()

@@ -20,7 +20,7 @@ from stereo_landmark.core.primitives.primitive import (
     primitive_kind,
     primitive_size,
 )
-from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.procedure.stereo_view import CameraView
 from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
 
 
@@ -59,11 +59,13 @@ class TaughtTarget:
         name: name, unique in its place.
         primitives: primitives in the order of detection, the most reliable first (paper 3.3c).
         points: names of the corresponding points, ``primitive/point`` (paper 3.3d).
+        processing: image processing of its own; None for that of the place.
     """
 
     name: str
     primitives: tuple[TaughtPrimitive, ...]
     points: tuple[str, ...]
+    processing: ImageProcessing | None = None
 
     @property
     def positions(self) -> Floats:
@@ -141,7 +143,7 @@ def _line_normal(offsets: Floats) -> Floats:
     return np.array([-math.sin(angle), math.cos(angle)])
 
 
-def centre_correction(taught: TaughtPrimitive, state: Floats, view: StereoView) -> Floats:
+def centre_correction(taught: TaughtPrimitive, state: Floats, view: CameraView) -> Floats:
     """Return how far the apparent centre of a circle moved on the wall since it was taught.
 
     Args:
@@ -158,7 +160,7 @@ def centre_correction(taught: TaughtPrimitive, state: Floats, view: StereoView) 
     return now - at_teaching
 
 
-def _centre_offsets(taught: TaughtPrimitive, normal_place: Floats, state: Floats, view: StereoView) -> Floats:
+def _centre_offsets(taught: TaughtPrimitive, normal_place: Floats, state: Floats, view: CameraView) -> Floats:
     """Return the ellipse centre minus the circle centre in both images, shape (4,) [px]."""
     R_place_camera = matrix_from_rpy((0.0, 0.0, float(state[3]))) @ view.camera.rotation
     camera_position = state[:3] + matrix_from_rpy((0.0, 0.0, float(state[3]))) @ view.camera.position

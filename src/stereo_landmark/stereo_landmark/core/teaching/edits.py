@@ -69,7 +69,8 @@ def state_from_place(place: TaughtPlace) -> TeachingState:
     """Return the teaching state of a saved place for further editing; its stereo pair is number 0."""
     selections = []
     for target in place.targets:
-        selection = TargetSelection(target.name, {part.name: part.shape for part in target.primitives})
+        parts = {part.name: part.shape for part in target.primitives}
+        selection = TargetSelection(target.name, parts, processing=target.processing)
         names = point_names(selection.primitives.items())
         selections.append(selection.excluding(set(names) - set(target.points)))
     kinds = TeachingState().kinds | {part.kind for target in place.targets for part in target.primitives}

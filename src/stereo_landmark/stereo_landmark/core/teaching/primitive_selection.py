@@ -10,7 +10,13 @@ from enum import Enum
 import numpy as np
 
 from stereo_landmark.core.arrays import Floats
-from stereo_landmark.core.primitives.primitive import Primitive, PrimitiveKind, point_names, primitive_size
+from stereo_landmark.core.primitives.primitive import (
+    ImageProcessing,
+    Primitive,
+    PrimitiveKind,
+    point_names,
+    primitive_size,
+)
 from stereo_landmark.core.procedure.stereo_view import DetectedScene
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -183,12 +189,14 @@ class TargetSelection:
         primitives: selected primitives of the left image by name, the most reliable first.
         points: names ``primitive/point`` of the points used for the pose; None for all.
         region: region that contains its primitives; None for the whole image.
+        processing: image processing of its own (paper 3.2); None for that of the place.
     """
 
     name: str
     primitives: Mapping[str, Primitive] = field(default_factory=dict)
     points: tuple[str, ...] | None = None
     region: Region | None = None
+    processing: ImageProcessing | None = None
 
     def uses(self, point: str) -> bool:
         """Return whether a point is used for the pose."""

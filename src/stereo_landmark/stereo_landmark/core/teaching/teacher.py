@@ -26,6 +26,7 @@ from stereo_landmark.core.procedure.stereo_view import (
     NamedPair,
     StereoView,
     align_pair,
+    detect_scene,
     refine_pair,
     stereo_points,
 )
@@ -76,6 +77,18 @@ class Teacher:
         self._pixel_sigma = pixel_sigma
         self._same: dict[Primitive, Primitive | None] = {}
         self._measured: dict[Primitive, tuple[Primitive, Primitive] | str] = {}
+        self._others: dict[ImageProcessing, Teacher] = {}
+
+    def with_processing(self, processing: ImageProcessing | None) -> Teacher:
+        """Return the teacher of the same pair with the image processing of a target (paper 3.2); itself for None."""
+        if processing is None or processing == self.processing:
+            return self
+        if processing not in self._others:
+            view = self.view
+            left, right = (detect_scene(each.image, processing) for each in (view.left, view.right))
+            other = Teacher(replace(view, left=left, right=right), processing, self._pixel_sigma)
+            self._others[processing] = other
+        return self._others[processing]
 
     def find_same(self, shape: Primitive) -> Primitive | None:
         """Return a primitive of another detection of the left image as it is detected now, None if it is not."""
@@ -180,8 +193,14 @@ class Teacher:
         )
 
     def _measure_named(self, selection: TargetSelection, part: str) -> tuple[Primitive, Primitive]:
+        teacher, shape = self.with_processing(selection.processing), selection.primitives[part]
+        chosen = shape if teacher is self else teacher.find_same(shape)
+        if chosen is None:
+            raise StereoLandmarkError(
+                f'target {selection.name}, primitive {part}: not detected with the image processing of the target'
+            )
         try:
-            return self.measure(selection.primitives[part])
+            return teacher.measure(chosen)
         except StereoLandmarkError as fault:
             raise StereoLandmarkError(f'target {selection.name}, primitive {part}: {fault}') from fault
 
@@ -203,7 +222,7 @@ class Teacher:
                 raise StereoLandmarkError(
                     f'target {selection.name} has no point {point}; its points are {", ".join(names)}'
                 )
-        return TaughtTarget(selection.name, primitives, points)
+        return TaughtTarget(selection.name, primitives, points, selection.processing)
 
     def _position(self, left: Primitive, right: Primitive) -> Floats:
         """Return the centre of a primitive in the place's frame, shape (3,) [m]."""
