@@ -9,30 +9,29 @@ import numpy as np
 from geometry_msgs.msg import Point32, PolygonStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
-from rclpy.node import Node
 from std_msgs.msg import Header, String
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.safety.collision_monitor import Action, CollisionMonitor, Decision
 from reward_planner.core.safety.compile_kernels import compile_kernels
 from reward_planner.core.safety.footprint import convex_hull
-from reward_planner.core.safety.safety_settings import CollisionMonitorSettings
+from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
 from reward_planner.interface.monitor_inputs import MonitorInput
 from reward_planner.interface.monitor_settings import MonitorNodeSettings, declare_sources
 from shirube_core.geometry import SE2
-from shirube_ros.callback_guard import CallbackGuard
-from shirube_ros.diagnostics import Diagnostics, Level, Status
+from shirube_ros.diagnostics import Level, Status
+from shirube_ros.input_watch import Need
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
-from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
 from shirube_ros.pose_conversion import planar_pose
-from shirube_ros.quality_of_service import odometry_profile, overridable, pose_profile
+from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.velocity_publisher import VelocityPublisher
 
 _ZONE_PERIOD = 0.2  # period of the published zones [s]
-_CYCLE, _COMMAND = 'decision', 'cmd_vel_in'
+_CYCLE, _TIMER, _ZONES, _COMMAND = 'decision', 'timer', 'zones', 'cmd_vel_in'
 
 
-class CollisionMonitorNode(Node):
+class CollisionMonitorNode(ManagedNode):
     """Passes velocities on, limited so that the robot stands before it touches what its range sensors see.
 
     No certified safety function. Subscribes to ``cmd_vel_in`` (TwistStamped, or Twist with ``stamped:=false``), the
@@ -40,22 +39,41 @@ class CollisionMonitorNode(Node):
     ``~/stop_zone`` and ``~/slow_down_zone`` (PolygonStamped) and ``/diagnostics``.
     """
 
+    SETTINGS = (MonitorNodeSettings, CollisionMonitorSettings)
+    ERRORS = (RewardPlannerError,)
+
     def __init__(self, **options: Any) -> None:
-        """Subscribe; options are those of ``rclpy.node.Node``.
+        """Declare the parameters, and start; options are those of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: an invalid parameter.
             RewardPlannerError: contradictory parameters.
         """
         super().__init__('collision_monitor', **options)
-        self._settings = declare_parameters(self, MonitorNodeSettings)
-        self._limits = declare_parameters(self, CollisionMonitorSettings)
-        sources = declare_sources(self)
-        reject_misspelled_parameters(self)
+        self.start()
+
+    def declare_settings(self) -> None:
+        """Declare the parameters, also those of the sources."""
+        super().declare_settings()
+        self._source_class = declare_sources(self)
+
+    def check_settings(self) -> None:
+        """Raise a RewardPlannerError for contradictory limits or an invalid footprint."""
+        CollisionMonitor(self.settings(CollisionMonitorSettings), self._source_settings())
+
+    def _source_settings(self) -> dict[str, SourceSettings]:
+        return dict(vars(self.settings(self._source_class)))
+
+    def configure(self) -> None:
+        """Compile the kernels and subscribe."""
+        self._settings, self._limits = (
+            self.settings(MonitorNodeSettings),
+            self.settings(CollisionMonitorSettings),
+        )
+        sources = self._source_settings()
         self._monitor = CollisionMonitor(self._limits, sources)
         self.get_logger().info('compiling numba kernels (first start only)')
         compile_kernels()
-        self._guard = CallbackGuard(self, (RewardPlannerError,))
         self._is_commanded = False
         self._decision = Decision(0.0, 0.0, Action.FAULT, 'no cmd_vel_in yet')
         base_frame, stamped = self._settings.base_frame, self._settings.stamped
@@ -65,20 +83,13 @@ class CollisionMonitorNode(Node):
             self.create_publisher(PolygonStamped, f'~/{name}', pose_profile())
             for name in ('stop_zone', 'slow_down_zone')
         ]
-        self._inputs = [
-            MonitorInput(self, self._guard, self._monitor, (name, source, base_frame), self._run)
-            for name, source in sources.items()
-        ]
+        for name, source in sources.items():
+            MonitorInput(self, self._monitor, (name, source, base_frame), self._run)
         kind = TwistStamped if stamped else Twist
-        self._subscribe(kind, _COMMAND, self._take_command, pose_profile())
-        self._subscribe(Odometry, 'odom', self._take_odometry, odometry_profile())
-        for period, work in ((1.0 / self._limits.rate, self._run), (_ZONE_PERIOD, self._publish_zones)):
-            self.create_timer(period, work)
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._status)
-
-    def _subscribe(self, kind: type, topic: str, take: Any, profile: Any) -> None:
-        guarded = self._guard.guard(topic, take)
-        self.create_subscription(kind, topic, guarded, profile, qos_overriding_options=overridable())
+        self.subscribe(kind, _COMMAND, self._take_command, pose_profile(), Need.COMMAND)
+        self.subscribe(Odometry, 'odom', self._take_odometry, odometry_profile(), Need.OPTIONAL)
+        self.create_guarded_timer(1.0 / self._limits.rate, _TIMER, self._run)
+        self.create_guarded_timer(_ZONE_PERIOD, _ZONES, self._publish_zones)
 
     def _now(self) -> float:
         return float(self.get_clock().now().nanoseconds * 1e-9)
@@ -134,7 +145,8 @@ class CollisionMonitorNode(Node):
         message.polygon.points = [Point32(x=x, y=y) for x, y in corners.tolist()]
         return message
 
-    def _status(self) -> Status:
+    def status(self) -> Status:
+        """Return the decision and the state of each source."""
         decision = self._decision
         level = Level.WARN if decision.action in (Action.FAULT, Action.STOP) else Level.OK
         now = self._now()
@@ -142,11 +154,11 @@ class CollisionMonitorNode(Node):
         values['action'] = decision.action.value
         return Status(level, decision.reason, values)
 
-    def stop(self) -> None:
-        """Stop the robot when the node ends."""
+    def halt(self) -> None:
+        """Stop the robot when the node is deactivated or ends."""
         self._cmd_vel.stop()
 
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run_node('collision_monitor', CollisionMonitorNode, (RewardPlannerError,))
+    return run_node('collision_monitor', CollisionMonitorNode)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 from std_msgs.msg import Header
 
@@ -17,12 +16,13 @@ from reward_planner.core.safety.collision_monitor import CollisionMonitor
 from reward_planner.core.safety.range_frame import depth_rays, range_frame
 from reward_planner.core.safety.safety_settings import SourceSettings, sensor_rpy
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
-from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera.image import depth_from_image
 from shirube_ros.camera.info import rectified_camera
 from shirube_ros.errors import CameraInfoError, MessageError
+from shirube_ros.input_watch import Need
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.map_conversion import points_from_cloud
-from shirube_ros.quality_of_service import overridable, sensor_profile
+from shirube_ros.quality_of_service import sensor_profile
 from shirube_ros.scan_conversion import rays_from_scan
 
 _TOPICS = {'points': 'points', 'depth': 'depth/image', 'scan': 'scan'}
@@ -34,9 +34,12 @@ class MonitorInput:
     """One source: each message becomes rays in the base frame; an invalid one stops the robot until a valid one."""
 
     def __init__(
-        self, node: Node, guard: CallbackGuard, monitor: CollisionMonitor,
-        source: tuple[str, SourceSettings, str], on_frame: Callable[[], None],
-    ) -> None:  # fmt: skip
+        self,
+        node: ManagedNode,
+        monitor: CollisionMonitor,
+        source: tuple[str, SourceSettings, str],
+        on_frame: Callable[[], None],
+    ) -> None:
         """Subscribe to a source, given as name, settings and the robot's frame; ``on_frame`` is called after each."""
         self._node, self._monitor, self._on_frame = node, monitor, on_frame
         self._name, self._settings, self._base_frame = source
@@ -45,18 +48,16 @@ class MonitorInput:
         self._camera: PinholeCamera | None = None
         kind = self._settings.type
         self._topic = self._settings.topic or _TOPICS[kind]
-        self._subscribe(guard, _KINDS[kind], self._topic, self._take)
+        self._subscribe(_KINDS[kind], self._topic, self._take)
         if kind == 'depth':
             self._info = f'{self._topic.rpartition("/")[0]}/camera_info'.removeprefix(
                 '/' * (self._topic[0] != '/')
             )
-            self._subscribe(guard, CameraInfo, self._info, self._take_info)
+            self._subscribe(CameraInfo, self._info, self._take_info)
 
-    def _subscribe(self, guard: CallbackGuard, kind: type, topic: str, take: Callable[[Any], None]) -> None:
-        guarded = guard.guard(topic, partial(self._stop_on_error, take))
-        self._node.create_subscription(
-            kind, topic, guarded, sensor_profile(), qos_overriding_options=overridable()
-        )
+    def _subscribe(self, kind: type, topic: str, take: Callable[[Any], None]) -> None:
+        callback = partial(self._stop_on_error, take)
+        self._node.subscribe(kind, topic, callback, sensor_profile(), Need.EXPECTED)
 
     def _stop_on_error(self, take: Callable[[Any], None], message: Any) -> None:
         try:

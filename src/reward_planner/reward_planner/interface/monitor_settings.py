@@ -5,14 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field, make_dataclass
 from keyword import iskeyword
-from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.node import Node
 
 from reward_planner.core.safety.safety_settings import SourceSettings
 from shirube_core.settings import SettingsError, setting
-from shirube_ros.parameters import declare_parameters
+from shirube_ros.managed_node import ManagedNode
 
 DEFAULT_SOURCES = ('front',)
 _PARAMETER = 'sources'
@@ -28,8 +26,8 @@ class MonitorNodeSettings:
     )
 
 
-def declare_sources(node: Node) -> dict[str, SourceSettings]:
-    """Declare ``sources`` and the parameters of each one; return their settings by name.
+def declare_sources(node: ManagedNode) -> type:
+    """Declare ``sources`` and the parameters of each one; return the class of their settings, one group a source.
 
     Raises:
         SettingsError: no names, an invalid or duplicate name, or an invalid value.
@@ -55,5 +53,5 @@ def declare_sources(node: Node) -> dict[str, SourceSettings]:
         [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names],
         frozen=True,
     )
-    settings: Any = declare_parameters(node, groups)
-    return {name: getattr(settings, name) for name in names}
+    node.declare(groups)
+    return groups

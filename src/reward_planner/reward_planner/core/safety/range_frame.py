@@ -59,7 +59,7 @@ def depth_rays(
     Raises:
         RewardPlannerError: the sizes of image and camera differ, or the camera has distortion.
     """
-    if depth.shape != (camera.height, camera.width) or any(camera.distortion):
+    if depth.shape != (camera.height, camera.width) or camera.has_distortion:
         raise RewardPlannerError(
             f'the depth image has {depth.shape[1]} x {depth.shape[0]} pixels, camera_info {camera.width} x '
             f'{camera.height}; give a rectified image with its calibration'
