@@ -36,4 +36,4 @@ def create_localizer() -> Node:
 
 
 if __name__ == '__main__':
-    sys.exit(int(sys.argv[1]) or run_node(NAME, create_localizer))
+    sys.exit(int(sys.argv.pop(1)) or run_node(NAME, create_localizer))

@@ -27,7 +27,7 @@ from shirube_ros.quality_of_service import overridable
 
 Settings = TypeVar('Settings')
 
-_ENTITIES = ('subscription', 'publisher', 'timer', 'service', 'client')
+_ENTITIES = ('subscription', 'publisher', 'timer', 'service', 'client', 'waitable')
 
 
 @dataclass(frozen=True)
@@ -236,7 +236,8 @@ class ManagedNode(LifecycleNode):
         """Destroy the entities and drop the attributes that `configure` created."""
         for kind, permanent in self._permanent_entities.items():
             for entity in {*getattr(self, f'{kind}s')} - permanent:
-                getattr(self, f'destroy_{kind}')(entity)
+                destroy = getattr(self, f'destroy_{kind}', type(entity).destroy)  # waitables: action servers
+                destroy(entity)
         self._inputs.clear()
         for name in vars(self).keys() - self._permanent_names:
             delattr(self, name)

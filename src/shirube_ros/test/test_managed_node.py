@@ -202,5 +202,6 @@ def test_a_tunable_parameter_holds_from_the_next_message_on_and_is_checked_as_at
         assert reason in manager.set(**values)
         assert manager.scaled(2.0) == 6.0, values
         assert manager.node.get_parameter('factor').value == 3.0
+        assert manager.node.settings(ScalerSettings) == ScalerSettings(3.0)
     assert manager.set(factor=4.0, limits__least=6.0, limits__most=7.0) == ''
     assert manager.node.settings(ScalerSettings) == ScalerSettings(4.0, '', Limits(6.0, 7.0))
