@@ -56,6 +56,12 @@ def test_there_is_no_ray_and_no_pixel_beyond_the_valid_range() -> None:
     assert np.isnan(rays[1, :2]).all()
     points = [[0.99 * r_max, 0.0, 1.0], [1.01 * r_max, 0.0, 1.0], [0.1, 0.0, -1.0], [0.0, 0.0, 0.0]]
     assert np.isfinite(folding.pixels_from_points(points)).all(axis=1).tolist() == [True, False, False, False]
+    # r (1 - 0.6 r^2 + 0.15 r^4) grows again farther out, where the lens is not as the polynomial says.
+    regrowing = PinholeCamera(640, 480, 250.0, 250.0, 320.0, 240.0, (-0.6, 0.15, 0.0, 0.0, 0.0))
+    u = np.linspace(320.0, 639.0, 100)
+    radii = regrowing.rays_from_pixels(np.column_stack([u, np.full(100, 240.0)]))[:, 0]
+    assert np.nanmax(radii) < math.sqrt((1.8 - math.sqrt(1.8**2 - 3.0)) / 1.5)
+    assert np.isnan(radii).mean() > 0.4
     # A fisheye lens of more than 180 degrees has no rays with z > 0 at the edge of its image.
     assert np.isnan(WIDE.rays_from_pixels([[322.0 + 280.0 * 1.7, 238.0]])[0, 0])
 

@@ -44,7 +44,7 @@ class Frames:
             self._tf2: Any = import_module('tf2_ros')
         except ImportError:
             node.get_logger().info(
-                'tf2_ros is not installed; all input must be in the frames of the parameters'
+                'tf2_ros is not installed; input must be in the frames of the parameters, and mounts are not published'
             )
             self._tf2 = None
             return

@@ -19,7 +19,7 @@ class TransformPublisher:
     """Publishes transforms as tf2 does; only the messages of tf2 are needed, not its library."""
 
     def __init__(self, node: Node, *, is_static: bool = False) -> None:
-        """Create the publisher; without tf2_msgs the console says so and nothing is published."""
+        """Create the publisher; without tf2_msgs nothing is published, and for /tf the console says so."""
         self._is_static = is_static
         self._latched: dict[str, TransformStamped] = {}
         self._publisher: Any = None
@@ -27,7 +27,8 @@ class TransformPublisher:
         try:
             self._kind = import_module('tf2_msgs.msg').TFMessage
         except ImportError:
-            node.get_logger().info(f'tf2_msgs is not installed; nothing is published on {topic}')
+            if not is_static:
+                node.get_logger().info('tf2_msgs is not installed; nothing is published on /tf')
             return
         self._publisher = node.create_publisher(self._kind, topic, _STATIC if is_static else _TF)
 

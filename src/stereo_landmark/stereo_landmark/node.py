@@ -104,8 +104,9 @@ class StereoLandmarkNode(ManagedNode):
         _check_frames(self._places, self._settings)
         for line in validate_places(folder, self._places, self.settings(LandmarkSettings)):
             self.get_logger().warning(line)
-        self._mount, self._frames = self._settings.mount, Frames(self, self._settings.base_frame)
+        self._mount = self._settings.mount
         self._stream = self._new_stream()
+        self._frames = Frames(self, self._settings.base_frame)
         self._last_place_name: str | None = ''
         self._left_frame = ''
         self._report = LocalizerReport(self._settings.places_dir)

@@ -119,8 +119,9 @@ class VlcBeaconNode(ManagedNode):
         self._authorizer = authorizer_from_settings(
             self._settings, self.settings(AuthorizationSettings), self._beacons
         )
-        self._mount, self._frames = self._settings.mount, Frames(self, self._settings.base_frame)
+        self._mount = self._settings.mount
         self._receiver = self._new_receiver()
+        self._frames = Frames(self, self._settings.base_frame)
         self._had_fix: bool | None = None
         self._command_executor = self._new_executor()
         self._report = ReceiverDiagnostics(self._settings.beacons_file, self._authorizer)
