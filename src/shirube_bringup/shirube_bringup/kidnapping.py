@@ -11,7 +11,7 @@ from shirube_core.geometry import SE2
 KIDNAPPING = SE2(0.3, 0.2, 0.5 * math.pi)
 """Where the robot is put, seen from where it stands: within the free space around a goal."""
 
-RECOVERED_WITHIN, RECOVERY_TIME = 0.02, 10.0
+RECOVERED_WITHIN, RECOVERY_TIME = 0.02, 20.0
 """Error of the fused pose below which the robot has recovered [m], and the timeout [s]."""
 
 

@@ -131,7 +131,7 @@ def test_a_carried_robot_is_elsewhere_from_then_on_and_its_wheels_do_not_notice(
 
 
 def test_a_kidnapped_robot_records_when_it_recovered_and_the_areas():
-    kidnapped = mission(1000, 1000)
+    kidnapped = mission(2000, 2000)
     kidnapped.subscribers = SimpleNamespace(fused=FUSED, areas=[])
     kidnapped._kidnap(print)
     assert kidnapped.record.kidnapping['recovered_after'] is None
