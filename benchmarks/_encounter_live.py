@@ -72,7 +72,9 @@ class LiveRobot:
                                           range_min=0.01, range_max=30.0, ranges=ranges.tolist()))  # fmt: skip
             return
         points = (sensor.directions * ranges[:, None]).astype('<f4')
-        fields = [PointField(name='xyz'[k], offset=4 * k, datatype=PointField.FLOAT32, count=1) for k in range(3)]
+        fields = [
+            PointField(name='xyz'[k], offset=4 * k, datatype=PointField.FLOAT32, count=1) for k in range(3)
+        ]
         self.ranges.publish(PointCloud2(header=header, height=1, width=len(points), fields=fields, point_step=12,
                                         row_step=12 * len(points), data=points.tobytes()))  # fmt: skip
 
@@ -100,7 +102,8 @@ def run_live(seed: int) -> Outcome:
 def _drive(robot: LiveRobot) -> Outcome:
     scene, times, poses, speeds = robot.scene, list[float](), list[SE2](), list[float]()
     begin, next_frame, late, step = monotonic() + LOOK, -LOOK, 0.0, -round(LOOK / STEP)
-    while (robot.time := STEP * step) < scene.end:
+    while STEP * step < scene.end:
+        robot.time = STEP * step
         if step % _CONTROL_STEPS == 0:
             robot.command()
         if robot.time >= next_frame:
@@ -117,7 +120,11 @@ def _drive(robot: LiveRobot) -> Outcome:
         gap = scene.walker.solids_at(times[-1]).clearance(poses[-1].x, poses[-1].y, RADIUS, HEIGHT)
         if gap <= 0.0:
             # A machine that is late measures late, too.
-            view = judge_contact(scene, times, poses, speeds, 1.0 / scene.sensor.rate + late) if step >= 0 else None
+            view = (
+                judge_contact(scene, times, poses, speeds, 1.0 / scene.sensor.rate + late)
+                if step >= 0
+                else None
+            )
             return Outcome(step >= 0, speeds[-1], view)
         step += 1
     return Outcome(False)
