@@ -15,7 +15,7 @@ from shirube_core.geometry import SE2
 
 STEP = 0.01
 _CONTROL_STEPS = 5
-_LOOK = 1.0
+LOOK = 1.0
 """Time before the command, in which the sensor sees the room [s]."""
 
 
@@ -79,9 +79,9 @@ def run_encounter(scene: Encounter, seed: int, *, monitored: bool = True) -> Out
     base = Base(SE2(0.0, 0.0, 0.0), scene.deceleration)
     times, poses, speeds, trace = [], [], [], []
     period = 1.0 / scene.sensor.rate
-    last_frame = -_LOOK
+    last_frame = -LOOK
     next_frame = last_frame + rng.uniform(0.0, period)
-    for step in range(-round(_LOOK / STEP), int(scene.end / STEP)):
+    for step in range(-round(LOOK / STEP), int(scene.end / STEP)):
         time = STEP * step
         now = 100.0 + time
         decide = step % _CONTROL_STEPS == 0

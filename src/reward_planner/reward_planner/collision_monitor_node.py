@@ -101,9 +101,11 @@ class CollisionMonitorNode(ManagedNode):
         if isinstance(message, TwistStamped) and (message.header.stamp.sec or message.header.stamp.nanosec):
             sent = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
         if abs(now - sent) > self._limits.command_timeout:
-            raise RewardPlannerError('cmd_vel_in has an old or future stamp; synchronize the clocks')
+            self._monitor.refuse_command('cmd_vel_in has an old or future stamp; synchronize the clocks')
         if twist.linear.y != 0.0:
-            raise RewardPlannerError('cmd_vel_in moves sideways, which is not supported; set linear.y to 0')
+            self._monitor.refuse_command(
+                'cmd_vel_in moves sideways, which is not supported; set linear.y to 0'
+            )
         self._monitor.add_command(min(now, sent), twist.linear.x, twist.angular.z)
         self._run()
 

@@ -100,6 +100,17 @@ def test_it_stops_before_a_wall_and_leaves_it_again():
     assert drive.pose.x < x - 0.2
 
 
+def test_the_first_measurement_of_an_obstacle_stops_the_robot():
+    drive = Drive()
+    drive.run(1.5)
+    assert drive.speed == pytest.approx(0.5)
+    x = drive.pose.x + 0.42
+    drive.room = BoxRoom(HALL.size, ((x, -0.3, 0.0, x + 0.1, 0.3, 1.0),))
+    drive.now += 0.01
+    drive.send()
+    assert drive.monitor.decide(drive.now).forward == 0.0
+
+
 def test_walls_beside_the_way_do_not_slow_it_and_narrow_ones_do():
     for gap, action in ((0.2, Action.DRIVE), (0.07, Action.SLOW_DOWN)):
         y = 0.2 + gap

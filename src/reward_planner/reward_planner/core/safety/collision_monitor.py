@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +28,7 @@ from reward_planner.core.safety.stopping_motion import (
     contacts,
     stopping_paths,
 )
-from reward_planner.core.safety.watched_source import PredictedObstacles, WatchedSource
+from reward_planner.core.safety.watched_source import PredictedObstacles, WatchedSource, chosen
 from shirube_core.geometry import SE2
 
 FRACTIONS = np.linspace(1.0, 0.0, 11)
@@ -108,10 +109,18 @@ class CollisionMonitor:
         Raises:
             RewardPlannerError: a number is not finite; the robot stops.
         """
-        self._command, self._command_fault = None, 'cmd_vel_in is not finite; check its publisher'
         if not math.isfinite(forward) or not math.isfinite(turn_rate):
-            raise RewardPlannerError(self._command_fault)
+            self.refuse_command('cmd_vel_in is not finite; check its publisher')
         self._command = (now, forward, turn_rate)
+
+    def refuse_command(self, reason: str) -> NoReturn:
+        """Stop the robot until the next valid command.
+
+        Raises:
+            RewardPlannerError: always, with the reason in one line.
+        """
+        self._command, self._command_fault = None, reason
+        raise RewardPlannerError(reason)
 
     def add_odometry(self, stamp: float, pose: SE2) -> None:
         """Take a pose of the base in the frame of the odometry at a stamp [s]."""
@@ -165,14 +174,12 @@ class CollisionMonitor:
         for source in self.sources.values():
             found = source.obstacles(now, T_odom_base)
             # 6. Approach: the robot stands before a disc that holds each obstacle meets its footprint.
-            sure = _chosen(found.all, ~found.is_unsure)
-            best = min(best, self._approach(source.name, paths, sure), key=_fraction)
+            best = min(best, self._approach(source.name, paths, found.all), key=_fraction)
             # 7. Giving way: it does not stop where somebody is about to walk.
             best = min(best, self._yield(source.name, paths, found), key=_fraction)
             # 8. Slow-down zone: along the commanded path for some time, and what may turn out to walk.
-            best = min(best, self._slow_down(source.name, command, sure), key=_fraction)
-            unsure = self._approach(source.name, paths, _chosen(found.all, found.is_unsure))[0]
-            caution = max(unsure, self._settings.slow_fraction)
+            best = min(best, self._slow_down(source.name, command, found.all), key=_fraction)
+            caution = max(self._approach(source.name, paths, found.unsure)[0], self._settings.slow_fraction)
             best = min(best, (caution, Action.SLOW_DOWN, source.name), key=_fraction)
         # 9. The most restrictive wins.
         fraction, action, source_name = best
@@ -215,11 +222,11 @@ class CollisionMonitor:
         time, corners, reach = self._settings.yield_time, self.footprint.corners, self.footprint.radius
         if not walking.any():
             return 1.0, Action.YIELD, name
-        people = _chosen(obstacles, walking)
+        people = chosen(obstacles, walking)
         people = people._replace(radius=np.full(len(people.xy), _YIELD_MARGIN), growth=0.0 * people.growth)
         # Who would walk into the robot wherever it stands is left to the approach.
         unavoidable = contacts(paths[-1], corners, reach, people, time, False) >= 0
-        people = _chosen(people, ~np.isin(people.velocity[:, 0], people.velocity[unavoidable, 0]))
+        people = chosen(people, ~np.isin(people.velocity[:, 0], people.velocity[unavoidable, 0]))
         for fraction, path in zip(FRACTIONS.tolist(), paths, strict=True):
             if (contacts(path, corners, reach, people, time, True) < 0).all():
                 return fraction, Action.YIELD, name
@@ -251,20 +258,10 @@ def _fraction(limit: _Limit) -> float:
     return limit[0]
 
 
-def _chosen(obstacles: Obstacles, mask: NDArray[np.bool_]) -> Obstacles:
-    return Obstacles(
-        obstacles.xy[mask],
-        obstacles.velocity[mask],
-        obstacles.radius[mask],
-        obstacles.growth[mask],
-        obstacles.is_static[mask],
-    )
-
-
 def _within(obstacles: Obstacles, reach: float, path: NDArray[np.float64], margin: float) -> Obstacles:
     """Return the obstacles that can meet the footprint on a path or a shorter one."""
     time = STEP * len(path)
     length = float(np.hypot(*np.diff(path[:, :2], axis=0).T).sum())
     speed = obstacles.growth + np.hypot(*obstacles.velocity.T)
     gap = np.hypot(*obstacles.xy.T) - obstacles.radius - speed * time
-    return _chosen(obstacles, gap < reach + length + margin + 0.05)
+    return chosen(obstacles, gap < reach + length + margin + 0.05)

@@ -12,7 +12,7 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.safety.cluster_tracker import CellMotion, ClusterTracker
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.safety.range_frame import RangeFrame
-from reward_planner.core.safety.range_kernels import MOVING, STATIC, UNSURE
+from reward_planner.core.safety.range_kernels import MOVING, UNSURE
 from reward_planner.core.safety.range_memory import RangeMemory
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
 from reward_planner.core.safety.stopping_motion import Obstacles
@@ -23,14 +23,22 @@ _WALK_CHANGE = 0.3  # by how much somebody changes his velocity at once [m/s]
 
 
 class PredictedObstacles(NamedTuple):
-    """Obstacles, which of them were seen too shortly to know whether they move, and the sigma of their speeds.
-
-    The standard deviation is NaN where nothing is tracked [m/s].
-    """
+    """All obstacles; those that may turn out to walk, as if they did; the sigma of all speeds, NaN if unknown [m/s]."""
 
     all: Obstacles
-    is_unsure: NDArray[np.bool_]
+    unsure: Obstacles
     sigma: NDArray[np.float64]
+
+
+def chosen(obstacles: Obstacles, mask: NDArray[np.bool_]) -> Obstacles:
+    """Return some of the obstacles, with a mask of shape (n,)."""
+    return Obstacles(
+        obstacles.xy[mask],
+        obstacles.velocity[mask],
+        obstacles.radius[mask],
+        obstacles.growth[mask],
+        obstacles.is_static[mask],
+    )
 
 
 class WatchedSource:
@@ -126,18 +134,14 @@ class WatchedSource:
         What moves but is not tracked can be anywhere within obstacle_speed times its age; what is tracked is where its
         velocity brings it, within two standard deviations and a change of its walk.
         """
-        cells, settings = self._cells, self._settings
-        age, is_static = now - cells.stamp, cells.kind == STATIC
-        is_tracked = np.isfinite(self._motion.sigma)
-        growth = np.where(
-            is_tracked,
-            np.minimum(2.0 * np.nan_to_num(self._motion.sigma) + _WALK_CHANGE, settings.obstacle_speed),
-            settings.obstacle_speed,
-        )
-        growth[is_static] = 0.0
+        cells, settings, sigma = self._cells, self._settings, self._motion.sigma
+        age, moves = now - cells.stamp, cells.kind == MOVING
+        walk = np.nan_to_num(2.0 * sigma + _WALK_CHANGE, nan=np.inf)
+        growth = np.where(moves, np.minimum(walk, settings.obstacle_speed), 0.0)
         xy = T_odom_base.inverse().transform(cells.xy + self._motion.velocity * age[:, None])
-        velocity = self._motion.velocity @ rotation_matrix(T_odom_base.yaw)
-        radius = settings.stop_margin + growth * age
-        return PredictedObstacles(
-            Obstacles(xy, velocity, radius, growth, is_static), cells.kind == UNSURE, self._motion.sigma
-        )
+        velocity, margin = self._motion.velocity @ rotation_matrix(T_odom_base.yaw), settings.stop_margin
+        known = Obstacles(xy, velocity, margin + growth * age, growth, ~moves)
+        # What was seen for a moment only is an obstacle, and may be somebody.
+        speed = np.full(len(xy), settings.obstacle_speed)
+        walking = Obstacles(xy, velocity, margin + speed * age, speed, np.zeros(len(xy), dtype=np.bool_))
+        return PredictedObstacles(known, chosen(walking, cells.kind == UNSURE), sigma)
