@@ -94,19 +94,26 @@ def run_mission(
         subscribers = MissionSubscribers(node)
         steps = Simulator(node, executor, controller, lock, sensors, worker, subscribers, processes.has_ended)
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
-        watch = Stopwatch(processes, worker)
-        parts = sensors, controller, subscribers, steps, MissionRecord(seed), processes, watch
-        mission = Mission(*parts, is_kidnapped)
-        _wait_for_nodes(mission, executor)
-        watch.start()
-        log(f'all nodes are ready after {(ready := monotonic()) - began:.0f} s')
-        mission.run(log)
-        finished = monotonic()
-        watch.stop()
+        parts = sensors, controller, subscribers, steps, MissionRecord(seed), processes
+        mission = Mission(*parts, Stopwatch(processes, worker), is_kidnapped)
+        ready, finished = _drive(mission, executor, log, began)
         if bag:
             log(f'recorded {bag.write()} messages in {bag.path}')
     timing = {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
     return _make_outcome(mission, timing)
+
+
+def _drive(
+    mission: Mission, executor: Executor, log: Callable[[str], None], began: float
+) -> tuple[float, float]:
+    """Drive the mission once all nodes are ready; return the times of its start and end [s]."""
+    _wait_for_nodes(mission, executor)
+    mission.stopwatch.start()
+    log(f'all nodes are ready after {(ready := monotonic()) - began:.0f} s')
+    mission.run(log)
+    finished = monotonic()
+    mission.stopwatch.stop()
+    return ready, finished
 
 
 def _make_outcome(mission: Mission, timing: Mapping[str, float]) -> tuple[dict[str, Any], MissionTraces]:

@@ -14,12 +14,16 @@ from stereo_landmark.core.primitives.primitive import (
     ImageProcessing,
     Primitive,
     PrimitiveKind,
+    Tolerances,
+    difference,
     point_names,
     primitive_size,
 )
-from stereo_landmark.core.procedure.stereo_view import DetectedScene
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, DetectedScene
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
+SAME_CENTRE, SAME_SIZE = 3.0, 0.15
+"""Maximum distance [px] and relative size difference of a primitive after a change of the image processing."""
 DISTANCE_MAX = 20.0
 """Maximum distance of the selected primitive from the given pixel [px]."""
 ANY_SIZE = (0.0, math.inf)
@@ -212,3 +216,24 @@ class TargetSelection:
         names = point_names(self.primitives.items())
         used = tuple(name for name in names if name not in points)
         return replace(self, points=None if used == names else used)
+
+
+def find_same(shape: Primitive, detected: DetectedPrimitives) -> Primitive | None:
+    """Return the primitive that is the same as one of another image processing, None if there is none."""
+    if any(each is shape for each in detected.primitives):
+        return shape
+    if not detected.primitives:
+        return None
+
+    def misfit(each: Primitive) -> float:
+        distance = float(np.hypot(*(each.centre - shape.centre)))
+        return distance + abs(primitive_size(each) - primitive_size(shape))
+
+    near = [detected.primitives[i] for i in detected.kd_tree.query_ball_point(shape.centre, SAME_CENTRE)]
+    similar = [
+        each
+        for each in near
+        if abs(primitive_size(each) / primitive_size(shape) - 1.0) < SAME_SIZE
+        and difference(each, shape, Tolerances()) <= 1.0
+    ]
+    return min(similar, key=misfit, default=None)

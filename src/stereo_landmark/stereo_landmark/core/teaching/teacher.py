@@ -14,15 +14,11 @@ from stereo_landmark.core.primitives.primitive import (
     ImageProcessing,
     Primitive,
     PrimitiveKind,
-    Tolerances,
-    difference,
     drop_covariance,
     point_names,
     primitive_kind,
-    primitive_size,
 )
 from stereo_landmark.core.procedure.stereo_view import (
-    DetectedPrimitives,
     NamedPair,
     StereoView,
     align_pair,
@@ -47,17 +43,13 @@ from stereo_landmark.core.stereo import (
     triangulate,
 )
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.primitive_selection import TargetSelection
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection, find_same
 
 CONTEXT_LANDMARKS_MAX = 40
 CONTEXT_LANDMARK_DISTANCE_MIN = 16.0
 """Minimum distance between context landmarks, so that each object counts once [px]."""
 CONTEXT_LANDMARK_KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.ELLIPSE, PrimitiveKind.CORNER)
 """Kinds of context landmarks, the most distinctive first."""
-SAME_CENTRE = 3.0
-"""Maximum distance of the same primitive after a change of the image processing [px],"""
-SAME_SIZE = 0.15
-"""and maximum relative difference of its size."""
 
 
 class Teacher:
@@ -93,7 +85,7 @@ class Teacher:
     def find_same(self, shape: Primitive) -> Primitive | None:
         """Return a primitive of another detection of the left image as it is detected now, None if it is not."""
         if shape not in self._same:
-            self._same[shape] = _find_same(shape, self.view.left.kinds[primitive_kind(shape)])
+            self._same[shape] = find_same(shape, self.view.left.kinds[primitive_kind(shape)])
         return self._same[shape]
 
     def measure(self, chosen: Primitive) -> tuple[Primitive, Primitive]:
@@ -254,26 +246,6 @@ class Teacher:
                     name = f'{kind.value} {len(found) + 1}'
                     found.append(TaughtPrimitive(name, drop_covariance(primitive), position))
         return tuple(found)
-
-
-def _find_same(shape: Primitive, detected: DetectedPrimitives) -> Primitive | None:
-    if any(each is shape for each in detected.primitives):
-        return shape
-    if not detected.primitives:
-        return None
-
-    def misfit(each: Primitive) -> float:
-        distance = float(np.hypot(*(each.centre - shape.centre)))
-        return distance + abs(primitive_size(each) - primitive_size(shape))
-
-    near = [detected.primitives[i] for i in detected.kd_tree.query_ball_point(shape.centre, SAME_CENTRE)]
-    similar = [
-        each
-        for each in near
-        if abs(primitive_size(each) / primitive_size(shape) - 1.0) < SAME_SIZE
-        and difference(each, shape, Tolerances()) <= 1.0
-    ]
-    return min(similar, key=misfit, default=None)
 
 
 def _centre(left: Primitive, right: Primitive) -> StereoPoints:
