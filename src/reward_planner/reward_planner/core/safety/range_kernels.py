@@ -24,6 +24,7 @@ _MOVER_MEMORY, _MOVER_REACH = 1.0, 12  # a leg at rest moves soon [s]; how near 
 _STATIC_TIME, _NEAR_MOVER_TIME = 0.4, 1.5  # time at one place until a cell is static [s]
 _CONTINUED = 6  # a new cell as near to a static one continues its surface [cells]
 _TOLERANCE_MAX = 4
+_SPAN = 0.02  # tolerance of the heights that were seen free: a scan has one height only [m]
 
 
 class Cells(NamedTuple):
@@ -193,12 +194,10 @@ def classify(cells: Cells, origin: NDArray[np.float64], stamp: float, noise: flo
         flat = math.hypot(cells.xyz[i, j, 0] - origin[0], cells.xyz[i, j, 1] - origin[1])
         near = min(int(1.0 + 2.0 * noise * flat * flat / CELL), _TOLERANCE_MAX)
         cells.kind[i, j] = UNSURE
-        z = cells.xyz[i, j, 2]
+        low, z, high = cells.span[i, j, 0] - _SPAN, cells.xyz[i, j, 2], cells.span[i, j, 1] + _SPAN
         if _was_occupied(cells, i, j, near, stamp - _STATIC_TIME) or _rested(cells, i, j, near, stamp):
             cells.kind[i, j] = STATIC
-        elif (
-            stamp - _FREE_MEMORY < cells.free[i, j] < stamp and cells.span[i, j, 0] < z < cells.span[i, j, 1]
-        ):
+        elif stamp - _FREE_MEMORY < cells.free[i, j] < stamp and low < z < high:
             cells.kind[i, j] = MOVING
             cells.moved[i, j] = stamp
     # A single one is noise more often than a part of somebody.
