@@ -12,6 +12,6 @@ def generate_launch_description() -> LaunchDescription:
     """Return the node and the launch arguments."""
     arguments = {
         'odom': ('odom', 'topic of the odometry'),
-        'initialpose': ('/initialpose', 'topic of the initial pose'),
+        'initialpose': ('initialpose', 'topic of the initial pose'),
     }
     return single_node('pose_arbiter', arguments)

@@ -14,7 +14,7 @@ def generate_launch_description() -> LaunchDescription:
     arguments = {
         'drive': ('false', 'whether the planner drives the robot'),
         'points': ('points', 'point cloud topic'),
-        'pose': ('/pose_arbiter/pose', "topic of the robot's pose"),
-        'command': ('/vlc_beacon/command', "topic of the lamps' commands"),
+        'pose': ('pose_arbiter/pose', "topic of the robot's pose"),
+        'command': ('vlc_beacon/command', "topic of the lamps' commands"),
     }
     return single_node('reward_planner', arguments, flags=['drive'])

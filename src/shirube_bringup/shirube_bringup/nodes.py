@@ -28,7 +28,7 @@ COMMAND_RADIUS = 2.0
 GOAL_TOLERANCE = 0.01
 """Goal tolerance of the planner [m]."""
 
-AREA = '/pose_arbiter/initialpose'
+AREA = 'pose_arbiter/initialpose'
 """Topic of the area where floor_localizer searches first, from the other localizers."""
 
 PLANNERS: Mapping[str, Mapping[str, Value]] = {
@@ -67,7 +67,7 @@ class NodeSetup:
         for topic in self.images:
             values[f'qos_overrides.{topic}.subscription.reliability'] = 'reliable'
         path = folder / f'{self.package}.yaml'
-        path.write_text(yaml.safe_dump({self.package: {'ros__parameters': values}}))
+        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
         remapped = [
             argument for name, topic in self.topics.items() for argument in ('-r', f'{name}:={topic}')
         ]
@@ -149,7 +149,7 @@ def _planner(method: Mapping[str, Value]) -> NodeSetup:
         **_mount(DEPTH_MOUNT),
         **method,
     }
-    topics = {'pose': '/pose_arbiter/pose', 'command': '/vlc_beacon/command'}
+    topics = {'pose': 'pose_arbiter/pose', 'command': 'vlc_beacon/command'}
     return NodeSetup('reward_planner', parameters, topics, ('/depth/image',))
 
 
