@@ -150,7 +150,7 @@ def test_a_missing_file_stops_the_launch(launch: str, given: dict[str, str], wor
 def test_a_missing_map_of_the_parameter_file_stops_the_launch(tmp_path: Path) -> None:
     file = tmp_path / 'planner.yaml'
     file.write_text('/**:\n  ros__parameters:\n    map_file: /no/map.yaml\n')
-    with pytest.raises(Exception, match='map_file /no/map.yaml does not exist'):
+    with pytest.raises(Exception, match=r'map_file /no/map\.yaml does not exist'):
         node_of('planner', params_file=str(file))
 
 
