@@ -28,7 +28,7 @@ PATIENCE = 10.0
 """Time without a route, pose or map, or without motion, after which a goal is aborted [s]."""
 
 _CODES = {
-    DriveState.LOST: 'TF_ERROR',
+    DriveState.LOST: 'NO_VALID_CONTROL',
     DriveState.MAP_STALE: 'NO_VALID_CONTROL',
     DriveState.UNREACHABLE: 'NO_VALID_CONTROL',
     DriveState.STUCK: 'FAILED_TO_MAKE_PROGRESS',

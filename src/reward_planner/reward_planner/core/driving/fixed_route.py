@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ class FixedRoute(Replanner):
         """Take the points of a path [m], shape (n, 2), and else the arguments of `Replanner`."""
         # A point in every cell, so that every blocked cell of the path is found.
         pieces = [path_map[:1]]
-        for begin, end in zip(path_map[:-1], path_map[1:], strict=True):
+        for begin, end in pairwise(path_map):
             count = int(np.ceil(2.0 * np.hypot(*(end - begin)) / global_map.resolution))
             pieces.append(np.linspace(begin, end, count + 1)[1:])
         self._path = np.concatenate(pieces)
