@@ -22,7 +22,7 @@ from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from shirube_bringup.free_domain import free_domain
 from shirube_bringup.nodes import NodeProcesses, NodeSetup, Value
-from shirube_core.geometry import SE2
+from shirube_core.geometry import SE2, rotation_matrix
 from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
 
 pytestmark = pytest.mark.newest_set_only
@@ -78,7 +78,9 @@ class Robot:
             header = Header(stamp=message.header.stamp, frame_id='map')
             if count % 5 == 0:
                 dots.publish(pose_with_covariance_stamped(T_map_base, np.diag([1e-4, 1e-4, 1e-4]), header))
-                flat = T_map_base.inverse().apply(WALL[:, :2] + (self.T_map_start.x, self.T_map_start.y))
+                flat = (WALL[:, :2] + (self.T_map_start.x - T_map_base.x, -T_map_base.y)) @ rotation_matrix(
+                    T_map_base.yaw
+                )
                 cloud = np.column_stack([flat, WALL[:, 2]]).astype(np.float32)
                 header = Header(stamp=message.header.stamp, frame_id=f'{self.name}/base_link')
                 points.publish(cloud_from_points(cloud, header))
