@@ -25,7 +25,7 @@ from shirube_bringup.nodes import NodeProcesses, NodeSetup, Value
 from shirube_core.geometry import SE2, rotation_matrix
 from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
 
-pytestmark = pytest.mark.newest_set_only
+pytestmark = [pytest.mark.newest_set_only, pytest.mark.timeout(300)]
 
 WALL = np.array([(x, y, z) for x in (3.0, -1.0) for y in np.arange(-2.0, 2.0, 0.04) for z in (0.2, 0.4, 0.6)])
 SHARED = ('/rosout', '/parameter_events', '/diagnostics')
@@ -127,7 +127,7 @@ def test_each_robot_drives_to_its_goal_and_none_hears_the_other(
     robots: tuple[list[Robot], IsolatedGraph],
 ) -> None:
     both, graph = robots
-    assert graph.spin_until(lambda: all(robot.is_at_goal for robot in both), timeout=120.0), [
+    assert graph.spin_until(lambda: all(robot.is_at_goal for robot in both), timeout=200.0), [
         robot.pose for robot in both
     ]
     watcher = graph.node('watcher')

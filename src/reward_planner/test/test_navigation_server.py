@@ -130,7 +130,7 @@ def test_errors_have_nav2s_codes(graph, servers):
         handle = servers.send(name, request)
         assert (handle.status, handle.result.error_code) == ('aborted', code)
     handle = servers.send('navigate_to_pose', to(robot, NEAR))
-    for _ in range(round(10 * navigation_server.PATIENCE) + 30):  # neither poses nor frames
+    for _ in range(round(10 * navigation_server.PROBLEM_TIMEOUT) + 30):  # neither poses nor frames
         robot.cycle()
     assert (handle.status, handle.result.error_code) == ('aborted', 106)
 

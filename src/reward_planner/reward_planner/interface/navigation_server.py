@@ -24,7 +24,7 @@ from shirube_ros.managed_node import ManagedNode
 from shirube_ros.pose_conversion import pose_stamped
 
 NAVIGATE, FOLLOW = 'navigate_to_pose', 'follow_path'
-PATIENCE = 10.0
+PROBLEM_TIMEOUT = 10.0
 """Time without a route, pose or map, or without motion, after which a goal is aborted [s]."""
 
 _CODES = {
@@ -89,7 +89,7 @@ class NavigationServer:
             self.end('UNKNOWN', 'the goal was cancelled in the node')
         else:
             self._handle.publish_feedback(self._feedback(drive, now))
-            self._check_patience(drive, now)
+            self._abort_lasting_problem(drive, now)
 
     def end(self, code: str, message: str) -> None:
         """End the goal, if there is one, with an error code; an empty message is success."""
@@ -137,14 +137,14 @@ class NavigationServer:
             pose.header.frame_id = pose.header.frame_id or request.path.header.frame_id
         self._drive_to(request.path.poses[-1], FOLLOW, request.path.poses)
 
-    def _check_patience(self, drive: DriveCommand, now: float) -> None:
+    def _abort_lasting_problem(self, drive: DriveCommand, now: float) -> None:
         """Abort a goal whose problem lasts."""
         if not drive.state.needs_attention:
             self._problem_since = math.nan
             return
         if math.isnan(self._problem_since):
             self._problem_since = now
-        if now - self._problem_since < PATIENCE:
+        if now - self._problem_since < PROBLEM_TIMEOUT:
             return
         controller, code = self._navigator.controller, _CODES[drive.state]
         if self._name == NAVIGATE and drive.state is DriveState.UNREACHABLE:
