@@ -68,9 +68,7 @@ def single_node(
         given = {name: LaunchConfiguration(name).perform(context) for name in paths}
         params_file = Path(LaunchConfiguration('params_file').perform(context))
         check_files(params_file, given, required, optional)
-        # Robots with the same frames need a tree each; frames with a prefix share one.
-        prefix = LaunchConfiguration('frame_prefix').perform(context)
-        trees = [] if prefix else [('/tf', 'tf'), ('/tf_static', 'tf_static')]
+        prefix, trees = frame_prefix(context)
         return [
             Node(
                 package=package,
@@ -82,7 +80,7 @@ def single_node(
                 parameters=[
                     LaunchConfiguration('params_file'),
                     *switched,
-                    *([{'frame_prefix': prefix}] if prefix else []),
+                    *(prefix),
                     *({name: path} for name, path in given.items() if path),
                 ],
                 remappings=[*remapped.items(), *trees],
@@ -101,6 +99,12 @@ def single_node(
     )
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
     return LaunchDescription([*declared, sim_time, OpaqueFunction(function=start_node)])
+
+
+def frame_prefix(context: LaunchContext) -> tuple[list[dict[str, str]], list[tuple[str, str]]]:
+    """Return parameters and remapped topics; robots with the same frames need a tree each, the others share one."""
+    prefix = LaunchConfiguration('frame_prefix').perform(context)
+    return ([{'frame_prefix': prefix}], []) if prefix else ([], [('/tf', 'tf'), ('/tf_static', 'tf_static')])
 
 
 def check_files(

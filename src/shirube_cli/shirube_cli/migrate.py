@@ -26,8 +26,8 @@ def migrate(arguments: Sequence[str]) -> int:
     """
     parser = argparse.ArgumentParser(
         prog='shirube migrate',
-        description='Rename former parameters in ROS parameter files, and make their sections those of nodes in any namespace; '
-        'taught places need no change.',
+        description='Rename former parameters in ROS parameter files, and make their sections those of '
+        'nodes in any namespace; taught places need no change.',
     )
     parser.add_argument(
         'files', nargs='+', type=Path, metavar='FILE', help='parameter file or taught place (YAML)'

@@ -39,7 +39,7 @@ _CODES = {
 class DriveTo(Protocol):
     """Sets a goal, on a path or a route of the planner's; errors are those of messages and of the package."""
 
-    def __call__(self, goal: PoseStamped, topic: str, path: list[PoseStamped] | None = None) -> None:
+    def __call__(self, message: PoseStamped, topic: str, path: list[PoseStamped] | None = None) -> None:
         """Set the goal; the topic is its name in error messages."""
 
 
