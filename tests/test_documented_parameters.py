@@ -45,7 +45,7 @@ def flat(parameters: dict[str, Any], prefix: str = '') -> dict[str, Any]:
 @pytest.mark.parametrize('node', SETTINGS)
 def test_parameter_names_are_unique_and_the_example_configuration_holds_their_defaults(node: str) -> None:
     content = yaml.safe_load((ROOT / 'config' / f'{node}.yaml').read_text())
-    given = flat(content[node]['ros__parameters'])
+    given = flat(content['/**']['ros__parameters'])
     described = [(d.name, d.default) for cls in SETTINGS[node] for d in describe_settings(cls)]
     known = dict(described)
     assert len(known) == len(described)

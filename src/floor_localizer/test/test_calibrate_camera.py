@@ -53,7 +53,7 @@ def photograph(path: Path, mount: CameraMount, camera: PinholeCamera = CAMERA) -
 
 
 def saved(path: Path) -> CameraMount:
-    parameters = yaml.safe_load(path.read_text())['floor_localizer']['ros__parameters']
+    parameters = yaml.safe_load(path.read_text())['/**']['ros__parameters']
     return CameraMount(tuple(parameters['camera_xyz']), tuple(parameters['camera_rpy']))
 
 

@@ -33,7 +33,8 @@ def params(tmp_path):
 
 
 def wheels(path):
-    values = yaml.safe_load(path.read_text())['motor_bridge']['ros__parameters']
+    content = yaml.safe_load(path.read_text())
+    values = content.get('motor_bridge', content.get('/**'))['ros__parameters']
     return values['wheel_radius'], values['wheel_separation']
 
 
@@ -100,7 +101,7 @@ RUNS = '--straight 1 1 --turn 9 9'
         (CONFIG.read_text(), '--port /no/such/port --turn 1 1', '--port measures new runs'),
         (None, RUNS, 'robot.yaml: cannot be read'),
         ('a: [', RUNS, 'robot.yaml: is no YAML'),
-        ('other: {}', RUNS, 'has no motor_bridge: ros__parameters:'),
+        ('other: {}', RUNS, 'has no /**: ros__parameters: and none of motor_bridge'),
         ('motor_bridge: {ros__parameters: {wheel_radius: -1.0}}', RUNS, 'setting wheel_radius is -1.0'),
         ('motor_bridge: {ros__parameters: {wheel_radius: 0.03}}', RUNS, 'one parameter per line'),
     ],

@@ -81,7 +81,7 @@ def fill_defaults(groups: Any, map_frame: str) -> dict[str, SourceSettings]:
 
 
 def _fill(name: str, source: SourceSettings, map_frame: str) -> SourceSettings:
-    default_topic = f'/{name}/pose_with_covariance' if source.with_covariance else f'/{name}/pose'
+    default_topic = f'{name}/pose_with_covariance' if source.with_covariance else f'{name}/pose'
     return replace(source, topic=source.topic or default_topic, frame=source.frame or map_frame)
 
 

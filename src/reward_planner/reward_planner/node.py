@@ -24,6 +24,7 @@ from reward_planner.core.voxels.rolling_voxel_grid import check_voxel_settings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.interface.compute_path_server import create_compute_path_server
 from reward_planner.interface.map_server import MapServer, load_static_map
+from reward_planner.interface.navigation_server import NavigationServer
 from reward_planner.interface.planner_report import PlannerReport
 from reward_planner.interface.sensor_inputs import DepthInput, PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings, check_source
@@ -70,7 +71,7 @@ class RewardPlannerNode(ManagedNode):
     =========================  ======================  ===================================================
 
     Services (Trigger): ``~/clear_map`` clears the map, ``~/save_map`` writes it to a file. If nav2_msgs is
-    installed, the node also serves Nav2's action ``compute_path_to_pose``.
+    installed, the node also serves Nav2's actions ``compute_path_to_pose``, ``navigate_to_pose`` and ``follow_path``.
     """
 
     SETTINGS = (
@@ -131,9 +132,11 @@ class RewardPlannerNode(ManagedNode):
         self._cmd_vel = VelocityPublisher(self, 'cmd_vel', base_frame) if is_driver else None
         for period, work in ((_DRIVE_PERIOD, self._run_cycle), (_MAP_PERIOD, self._maps.publish_map)):
             self.create_guarded_timer(period, _CONTROL, work)
-        self._path_server = create_compute_path_server(
-            self, self._settings.map_frame, self._navigator.route_between
+        create_compute_path_server(
+            self, self._guard, self._settings.map_frame, self._in_map, self._navigator.route_between
         )
+        refusal = '' if is_driver else 'drive is false'
+        self._actions = NavigationServer(self, self._guard, self._navigator, self._drive_to, refusal)
 
     def apply_settings(self) -> None:
         """Use changed settings from the next frame and control cycle on."""
@@ -197,12 +200,15 @@ class RewardPlannerNode(ManagedNode):
             self.get_logger().warning(f'poses are consistent again, at x {pose.x:.2f} m, y {pose.y:.2f} m')
 
     def _take_goal(self, message: PoseStamped) -> None:
+        self._drive_to(message, 'goal_pose')
+
+    def _drive_to(self, message: PoseStamped, topic: str, path: list[PoseStamped] | None = None) -> None:
         self._navigator.controller.cancel_goal()  # a rejected goal also cancels the previous one
-        goal = self._in_map(message, 'goal_pose', is_latest_valid=True)
-        self._navigator.set_goal(goal)
+        goal = self._in_map(message, topic)
+        self._navigator.set_goal(goal, None if path is None else [self._in_map(each, topic) for each in path])
         self._goal_yaw = goal.yaw
 
-    def _in_map(self, message: PoseStamped, topic: str, *, is_latest_valid: bool) -> SE2:
+    def _in_map(self, message: PoseStamped, topic: str, *, is_latest_valid: bool = True) -> SE2:
         header, map_frame = message.header, self._settings.map_frame
         refusal = (
             f'{topic} is in the frame {header.frame_id!r}, map_frame is {map_frame!r}; make them the same'
@@ -232,6 +238,7 @@ class RewardPlannerNode(ManagedNode):
             self._send(Velocity())  # otherwise the motors would keep the last velocity until their timeout
             raise
         self._report.add_drive(drive)
+        self._actions.update(drive, now)
         self._log_state(drive)
         self._publish_plan()
         if drive.waypoint_map is not None:
@@ -246,6 +253,7 @@ class RewardPlannerNode(ManagedNode):
 
     def halt(self) -> None:
         """Stop the robot and cancel its goal."""
+        self._actions.end('UNKNOWN', 'the node was deactivated')
         self._navigator.controller.halt()
         if self._cmd_vel is not None:
             self._cmd_vel.stop()

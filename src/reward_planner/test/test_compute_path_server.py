@@ -17,11 +17,16 @@ from reward_planner.core.route.route import NoRoute
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.interface.compute_path_server import create_compute_path_server, handle_request
 from shirube_core.geometry import SE2, CameraMount
-from shirube_ros.pose_conversion import pose_stamped
+from shirube_ros.callback_guard import CallbackGuard
+from shirube_ros.errors import FrameError
+from shirube_ros.pose_conversion import planar_pose, pose_stamped
 
 HEADER = Header(frame_id='map')
 CODES = {
+    'NONE': 0,
     'UNKNOWN': 200,
+    'INVALID_PLANNER': 201,
+    'TF_ERROR': 202,
     'START_OUTSIDE_MAP': 203,
     'GOAL_OUTSIDE_MAP': 204,
     'START_OCCUPIED': 205,
@@ -38,15 +43,21 @@ def navigator():
     return made
 
 
-def ask(planner, goal, start=None, frame='map'):
+def in_map(message, name):
+    if message.header.frame_id != 'map':
+        raise FrameError(f'{name} is in the frame {message.header.frame_id!r}')
+    return planar_pose(message.pose, name)
+
+
+def ask(planner, goal, start=None, frame='map', planner_id=''):
     request = SimpleNamespace(
         start=pose_stamped(start or SE2(0.0, 0.0, 0.0), Header(frame_id=frame)),
         goal=pose_stamped(goal, Header(frame_id=frame)),
         use_start=start is not None,
+        planner_id=planner_id,
     )
-    return handle_request(
-        request, SimpleNamespace(path=Path(), error_code=0, **CODES), HEADER, planner.route_between
-    )
+    result = SimpleNamespace(path=Path(), error_code=0, error_msg='', **CODES)
+    return handle_request(request, result, HEADER, in_map, planner.route_between)
 
 
 def test_a_route_around_the_obstacle_is_answered():
@@ -55,6 +66,7 @@ def test_a_route_around_the_obstacle_is_answered():
     places = np.array([(p.pose.position.x, p.pose.position.y) for p in result.path.poses])
     assert np.hypot(*(places[0] - (1.0, 3.0))) < 0.1
     assert places[-1].tolist() == [5.0, 3.0]
+    assert result.planning_time.nanosec > 0
     assert np.abs(places[:, 1] - 3.0).max() > 1.2
 
 
@@ -73,12 +85,14 @@ def test_errors_are_reported_by_line_and_code():
     outside = SE2(9.0, 3.0, 0.0)
     for goal, begin, frame, code, words in (
         (SE2(3.0, 3.0, 0.0), start, 'map', 206, NoRoute.GOAL_BLOCKED.value),
-        (SE2(5.0, 3.0, 0.0), start, 'odom', 200, "start is in the frame 'odom'; give it in 'map'"),
+        (SE2(5.0, 3.0, 0.0), start, 'odom', 202, "start is in the frame 'odom'"),
         (outside, start, 'map', 204, NoRoute.GOAL_OUTSIDE.value),
         (start, outside, 'map', 203, NoRoute.START_OUTSIDE.value),
     ):
         result, problem = ask(planner, goal, begin, frame)
-        assert (result.error_code, problem) == (code, words)
+        assert (result.error_code, result.error_msg, problem) == (code, words, words)
+    result, problem = ask(planner, start, start, planner_id='GridBased')
+    assert (result.error_code, 'leave it empty' in problem) == (201, True)
     planner.clear_map()
     with pytest.raises(DrivingError, match='give a nearer goal'):
         planner.route_between(start, SE2(1e7, 0.0, 0.0), 0.0)
@@ -86,4 +100,7 @@ def test_errors_are_reported_by_line_and_code():
 
 def test_without_nav2_there_is_no_action(graph):
     node = graph.add(lambda **options: Node('host', **options))
-    assert create_compute_path_server(node, 'map', navigator().route_between) is None
+    assert (
+        create_compute_path_server(node, CallbackGuard(node), 'map', in_map, navigator().route_between)
+        is None
+    )

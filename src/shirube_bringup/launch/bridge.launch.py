@@ -1,7 +1,7 @@
 """Starts motor_bridge with a parameter file.
 
 Arguments: `params_file` (your copy of config/motor_bridge.yaml), `cmd_vel` (topic of the velocities), `estop` (topic of
-the emergency stop), `use_sim_time` (the parameter file has precedence).
+the emergency stop), `namespace` and `frame_prefix` of the robot, `use_sim_time` (the parameter file has precedence).
 """
 
 from launch import LaunchDescription

@@ -3,7 +3,7 @@
 Arguments: `bag` (folder of the bag), `rate` (playback rate; 0: as fast as the nodes keep up), `wait_for` (the replay
 starts when this topic has a subscriber; use the images of the localizer that starts last, such as
 `/belly/image_raw/compressed`, to lose no message), and those of `robot.launch.py` except `driver`, `motors` and
-`use_sim_time`.
+`use_sim_time`. With `namespace`, the nodes subscribe to topics of that name; the bag is that of a robot in it.
 """
 
 from launch.actions import DeclareLaunchArgument, EmitEvent, IncludeLaunchDescription, RegisterEventHandler

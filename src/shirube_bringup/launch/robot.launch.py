@@ -1,6 +1,7 @@
 """Starts all nodes on a robot: localizers, arbiter, planner and motor bridge.
 
-Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (nodes to start; all by default), `config` (folder with your
+Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (nodes to start; all by default, but `stereo` and `vlc` only if
+their file is given), `namespace` and `frame_prefix` (of this robot, if there are several), `config` (folder with your
 copies of all parameter files), `places_dir` (taught places, for `stereo`) and `beacons_file` (lamps, for `vlc`; both
 default to the parameter files), `description` (URDF or xacro file of your robot, such as the installed
 `urdf/demo_robot.urdf.xacro`, for robot_state_publisher), `use_sim_time`, and `driver`, the publisher of `cmd_vel`:
@@ -12,16 +13,17 @@ The belly camera publishes in the namespace `floor_camera` (default `belly`), th
 """
 
 from functools import partial
+from pathlib import Path
 from typing import Any
 
-from launch.actions import DeclareLaunchArgument, GroupAction
+from launch.actions import DeclareLaunchArgument, GroupAction, LogInfo, OpaqueFunction
 from launch.conditions import IfCondition
 from launch.substitutions import Command, EqualsSubstitution, LaunchConfiguration, NotEqualsSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from launch import LaunchDescription
-from shirube_bringup.launching import declare, share
+from launch import LaunchContext, LaunchDescription
+from shirube_bringup.launching import ROBOT, declare, parameter_in, share
 from shirube_bringup.launching import include as include_from
 
 given = LaunchConfiguration
@@ -35,8 +37,8 @@ def generate_launch_description() -> LaunchDescription:
     )
     arguments = {
         'floor': ('true', 'localize by dots on the floor'),
-        'stereo': ('true', 'localize by taught landmarks'),
-        'vlc': ('true', 'localize by lamps on the ceiling'),
+        'stereo': ('auto', 'localize by taught landmarks; auto: if places_dir is set'),
+        'vlc': ('auto', 'localize by lamps on the ceiling; auto: if beacons_file is set'),
         'planner': ('true', 'map obstacles and plan paths'),
         'motors': ('true', 'drive the motor controller'),
         'config': (share('config'), 'folder of the parameter files'),
@@ -45,14 +47,35 @@ def generate_launch_description() -> LaunchDescription:
         'floor_camera': ('belly', 'namespace of the belly camera'),
         'ceiling_camera': ('ceiling', 'namespace of the ceiling camera'),
         'description': ('', 'URDF or xacro file of the robot; empty for none'),
+        **ROBOT,
         'use_sim_time': ('false', 'use /clock'),
     }
-    return LaunchDescription([driver, *declare(arguments), *parts(), description()])
+    choice = OpaqueFunction(function=leave_out)
+    return LaunchDescription([driver, *declare(arguments), choice, *parts(), description()])
+
+
+def leave_out(context: LaunchContext) -> list[LogInfo]:
+    """Leave out the localizers that are not asked for and whose file is not given; return a line for each."""
+    lines = []
+    for name, package, file in (
+        ('stereo', 'stereo_landmark', 'places_dir'),
+        ('vlc', 'vlc_beacon', 'beacons_file'),
+    ):
+        if given(name).perform(context) != 'auto':
+            continue
+        params_file = Path(given('config').perform(context)) / f'{package}.yaml'
+        is_given = bool(given(file).perform(context) or parameter_in(params_file, file))
+        context.launch_configurations[name] = str(is_given).lower()
+        if not is_given:
+            remedy = f'give {file}:=PATH, or set it in {params_file}'
+            lines.append(LogInfo(msg=f'{package} is left out, as {file} is not set; {remedy}'))
+    return lines
 
 
 def parts() -> list[GroupAction]:
     """Return the launch file of each node with its arguments."""
-    include = partial(include_from, folder=given('config'), use_sim_time=given('use_sim_time'))
+    robot = {name: given(name) for name in ROBOT}
+    include = partial(include_from, folder=given('config'), use_sim_time=given('use_sim_time'), **robot)
     return [
         include('floor', 'floor_localizer', condition='floor', **camera('floor_camera')),
         include('stereo', 'stereo_landmark', condition='stereo', places_dir=given('places_dir')),
@@ -82,7 +105,14 @@ def description() -> Node:
     return Node(
         package='robot_state_publisher',
         executable='robot_state_publisher',
-        parameters=[{'robot_description': urdf, 'use_sim_time': given('use_sim_time')}],
+        namespace=given('namespace'),
+        parameters=[
+            {
+                'robot_description': urdf,
+                'frame_prefix': given('frame_prefix'),
+                'use_sim_time': given('use_sim_time'),
+            }
+        ],
         condition=IfCondition(NotEqualsSubstitution(given('description'), '')),
     )
 

@@ -2,7 +2,8 @@
 
 Arguments: `params_file` (your copy of config/stereo_landmark.yaml), `places_dir` (folder of the taught places; default:
 that of the parameter file), `left` and `right` (namespaces of the two cameras), `image` (name of their image topics;
-raw images if the parameter `rectify` is true), `imu` (IMU topic), `use_sim_time` (the parameter file has precedence).
+raw images if the parameter `rectify` is true), `imu` (IMU topic), `namespace` and `frame_prefix` of the robot,
+`use_sim_time` (the parameter file has precedence).
 """
 
 from launch.substitutions import LaunchConfiguration
@@ -27,4 +28,5 @@ def generate_launch_description() -> LaunchDescription:
         **{f'{side}/camera_info': [camera, '/camera_info'] for side, camera in cameras.items()},
         'imu': LaunchConfiguration('imu'),
     }
-    return single_node('stereo_landmark', arguments, topics, paths=['places_dir'])
+    places = ['places_dir']
+    return single_node('stereo_landmark', arguments, topics, paths=places, required=places)

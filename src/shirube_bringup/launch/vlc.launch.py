@@ -2,8 +2,8 @@
 
 Arguments: `params_file` (your copy of config/vlc_beacon.yaml), `beacons_file` (positions of the lamps; default: that of
 the parameter file), `image` (image topic), `camera_info` (CameraInfo topic), `drive` (whether the lamps drive the
-robot; has precedence over the parameter file), `cmd_vel` (topic of the velocities), `use_sim_time` (the parameter file
-has precedence).
+robot; has precedence over the parameter file), `cmd_vel` (topic of the velocities), `namespace` and `frame_prefix` of
+the robot, `use_sim_time` (the parameter file has precedence).
 """
 
 from launch.substitutions import LaunchConfiguration
@@ -23,4 +23,13 @@ def generate_launch_description() -> LaunchDescription:
     }
     topics = {'image_raw': 'image', 'camera_info': 'camera_info', '~/cmd_vel': 'cmd_vel'}
     remapped = {topic: LaunchConfiguration(argument) for topic, argument in topics.items()}
-    return single_node('vlc_beacon', arguments, remapped, flags=['drive'], paths=['beacons_file'])
+    beacons = ['beacons_file']
+    return single_node(
+        'vlc_beacon',
+        arguments,
+        remapped,
+        flags=['drive'],
+        paths=beacons,
+        required=beacons,
+        optional=['key_file'],
+    )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+import yaml
 from launch.actions import DeclareLaunchArgument, GroupAction, IncludeLaunchDescription, OpaqueFunction
 from launch.conditions import IfCondition
 from launch.launch_description_sources import PythonLaunchDescriptionSource
@@ -14,6 +16,16 @@ from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchContext, LaunchDescription
+
+ROBOT = {
+    'namespace': ('', 'namespace of the robot'),
+    'frame_prefix': ('', "prefix of the robot's frames, such as robot1/; map_frame is shared"),
+}
+"""Launch arguments of every robot: with them, several robots are in one graph."""
+
+
+class MissingFileError(Exception):
+    """A file that a node needs is missing; the launch stops with this line."""
 
 
 def share(*parts: str) -> PathJoinSubstitution:
@@ -36,6 +48,8 @@ def single_node(
     *,
     flags: Sequence[str] = (),
     paths: Sequence[str] = (),
+    required: Sequence[str] = (),
+    optional: Sequence[str] = (),
 ) -> LaunchDescription:
     """Return a node with its parameter file, and its launch arguments.
 
@@ -45,23 +59,31 @@ def single_node(
         topics: remapped topics; by default those of the arguments' names.
         flags: arguments that are boolean parameters of the node; they have precedence over the parameter file.
         paths: arguments that are parameters of the node unless they are empty.
+        required: parameters that name files or folders which the node needs.
+        optional: the same, but they may be empty.
     """
 
     def start_node(context: LaunchContext) -> list[Node]:
         switched = [{name: ParameterValue(LaunchConfiguration(name), value_type=bool)} for name in flags]
         given = {name: LaunchConfiguration(name).perform(context) for name in paths}
+        params_file = Path(LaunchConfiguration('params_file').perform(context))
+        check_files(params_file, given, required, optional)
+        prefix, trees = frame_prefix(context)
         return [
             Node(
                 package=package,
                 executable='node',
                 name=package,
+                exec_name=package,  # in the log, instead of the executable's
+                namespace=LaunchConfiguration('namespace'),
                 output='screen',
                 parameters=[
                     LaunchConfiguration('params_file'),
                     *switched,
+                    *(prefix),
                     *({name: path} for name, path in given.items() if path),
                 ],
-                remappings=list(remapped.items()),
+                remappings=[*remapped.items(), *trees],
             )
         ]
 
@@ -71,11 +93,49 @@ def single_node(
         {
             'params_file': (share('config', f'{package}.yaml'), 'parameters of the node'),
             **arguments,
+            **ROBOT,
             'use_sim_time': ('false', 'use /clock'),
         }
     )
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
     return LaunchDescription([*declared, sim_time, OpaqueFunction(function=start_node)])
+
+
+def frame_prefix(context: LaunchContext) -> tuple[list[dict[str, str]], list[tuple[str, str]]]:
+    """Return parameters and remapped topics; robots with the same frames need a tree each, the others share one."""
+    prefix = LaunchConfiguration('frame_prefix').perform(context)
+    return ([{'frame_prefix': prefix}], []) if prefix else ([], [('/tf', 'tf'), ('/tf_static', 'tf_static')])
+
+
+def check_files(
+    params_file: Path, given: Mapping[str, str], required: Sequence[str], optional: Sequence[str]
+) -> None:
+    """Raise a MissingFileError if the parameter file, or a file that it or an argument names, is missing."""
+    if not params_file.is_file():
+        raise MissingFileError(
+            f'params_file {params_file} does not exist; give the absolute path of your copy'
+        )
+    for name in (*required, *optional):
+        path = given.get(name) or parameter_in(params_file, name)
+        if path and not Path(path).exists():
+            raise MissingFileError(f'{name} {path} does not exist; give an absolute path')
+        if not path and name in required:
+            raise MissingFileError(f'{name} is not set; give {name}:=PATH, or set it in {params_file}')
+
+
+def parameter_in(params_file: Path, name: str) -> str:
+    """Return a parameter that a parameter file sets for any node, or an empty string."""
+    try:
+        content = yaml.safe_load(params_file.read_text())
+    except (OSError, UnicodeError, yaml.YAMLError):
+        return ''  # the node names file and line
+    return next((str(value) for value in _values_of(content, name) if value), '')
+
+
+def _values_of(content: object, name: str) -> Iterator[object]:
+    if isinstance(content, Mapping):
+        for key, value in content.items():
+            yield from [value] if key == name else _values_of(value, name)
 
 
 def include(

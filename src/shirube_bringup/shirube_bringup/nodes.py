@@ -28,7 +28,7 @@ COMMAND_RADIUS = 2.0
 GOAL_TOLERANCE = 0.01
 """Goal tolerance of the planner [m]."""
 
-AREA = '/pose_arbiter/initialpose'
+AREA = 'pose_arbiter/initialpose'
 """Topic of the area where floor_localizer searches first, from the other localizers."""
 
 PLANNERS: Mapping[str, Mapping[str, Value]] = {
@@ -54,23 +54,32 @@ class NodeSetup:
         parameters: parameters that differ from the default.
         topics: remapped topics.
         images: resolved image topics that are subscribed to reliably.
+        namespace: namespace of the node.
     """
 
     package: str
     parameters: Mapping[str, Value]
     topics: Mapping[str, str]
     images: tuple[str, ...] = ()
+    namespace: str = ''
+
+    @property
+    def name(self) -> str:
+        """Name in a namespace, for files and processes."""
+        return f'{self.namespace}_{self.package}'.strip('_')
 
     def arguments(self, folder: Path) -> list[str]:
         """Write the parameters to a file in a folder and return the node's command line."""
         values: dict[str, Value] = {'use_sim_time': True, **self.parameters}
         for topic in self.images:
             values[f'qos_overrides.{topic}.subscription.reliability'] = 'reliable'
-        path = folder / f'{self.package}.yaml'
-        path.write_text(yaml.safe_dump({self.package: {'ros__parameters': values}}))
+        path = folder / f'{self.name}.yaml'
+        path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
         remapped = [
             argument for name, topic in self.topics.items() for argument in ('-r', f'{name}:={topic}')
         ]
+        if self.namespace:
+            remapped += ['-r', f'__ns:=/{self.namespace}']
         return ['--ros-args', '--params-file', str(path), *remapped]
 
 
@@ -149,7 +158,7 @@ def _planner(method: Mapping[str, Value]) -> NodeSetup:
         **_mount(DEPTH_MOUNT),
         **method,
     }
-    topics = {'pose': '/pose_arbiter/pose', 'command': '/vlc_beacon/command'}
+    topics = {'pose': 'pose_arbiter/pose', 'command': 'vlc_beacon/command'}
     return NodeSetup('reward_planner', parameters, topics, ('/depth/image',))
 
 
@@ -182,8 +191,8 @@ class NodeProcesses:
         }
         for node in self._nodes:
             command = [sys.executable, '-m', f'{node.package}.node', *node.arguments(self._folder)]
-            with (self._folder / f'{node.package}.log').open('wb') as log:
-                self._running[node.package] = subprocess.Popen(
+            with (self._folder / f'{node.name}.log').open('wb') as log:
+                self._running[node.name] = subprocess.Popen(
                     command,
                     env=environment,
                     stdin=subprocess.DEVNULL,

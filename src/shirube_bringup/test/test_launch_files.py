@@ -80,7 +80,9 @@ def declared_in(name: str) -> dict[str, Any]:
 def node_of(name: str, **given: str) -> dict[str, Any]:
     """Return the arguments of the node that a launch file starts."""
     (start,) = (a.named['function'] for a in actions_of(name) if a.kind == 'OpaqueFunction')
-    (node,) = start({**declared_in(name), **given})
+    files = {'params_file': str(PACKAGE / 'config' / f'{SINGLE[name]}.yaml')}
+    files |= {inner: str(PACKAGE) for inner in ('places_dir', 'beacons_file') if inner in declared_in(name)}
+    (node,) = start({**declared_in(name), **files, **given})
     return node.named
 
 
@@ -101,9 +103,10 @@ def test_launch_file_starts_the_node_that_the_parameter_file_is_for(launch: str)
     node, package = node_of(launch), SINGLE[launch]
     parameters = yaml.safe_load((PACKAGE / 'config' / f'{package}.yaml').read_text())
     assert (node['package'], node['name'], node['executable']) == (package, package, 'node')
+    assert node['exec_name'] == package
     assert package in (PACKAGE / 'package.xml').read_text()
-    assert list(parameters) == [package]
-    assert list(parameters[package]) == ['ros__parameters']
+    assert list(parameters) == ['/**']
+    assert list(parameters['/**']) == ['ros__parameters']
     defaults = declared_in(launch)
     assert defaults['params_file'].args[0][1:] == ['config', f'{package}.yaml']
     assert [*defaults][:: len(defaults) - 1] == ['params_file', 'use_sim_time']
@@ -114,16 +117,71 @@ def test_launch_file_starts_the_node_that_the_parameter_file_is_for(launch: str)
 
 @pytest.mark.parametrize('launch', SINGLE)
 def test_every_argument_reaches_the_node_and_an_empty_one_leaves_the_file_alone(launch: str) -> None:
-    empty = {name for name, default in declared_in(launch).items() if default == ''}
+    empty = {name for name, default in declared_in(launch).items() if default == ''} - {'namespace'}
     assert configurations_in(node_of(launch)) == set(declared_in(launch)) - empty - {'use_sim_time'}
-    first, *others = node_of(launch, **dict.fromkeys(empty, '/given'))['parameters']
+    first, *others = node_of(launch, **dict.fromkeys(empty, str(PACKAGE)))['parameters']
     assert first.args == ('params_file',)
-    assert not empty & {name for one in node_of(launch)['parameters'][1:] for name in one}
-    assert {name for one in others for name, value in one.items() if value == '/given'} == empty
+    unset = dict.fromkeys(empty - {'places_dir', 'beacons_file'}, '')
+    assert not unset.keys() & {name for one in node_of(launch, **unset)['parameters'][1:] for name in one}
+    assert {name for one in others for name, value in one.items() if value == str(PACKAGE)} == empty
+
+
+def test_robots_with_a_prefix_share_a_tree_and_others_have_their_own() -> None:
+    trees = {'/tf': 'tf', '/tf_static': 'tf_static'}
+    for launch in SINGLE:
+        assert trees.items() <= dict(node_of(launch)['remappings']).items()
+        assert not trees.keys() & dict(node_of(launch, frame_prefix='robot1/')['remappings']).keys()
+
+
+@pytest.mark.parametrize(
+    ('launch', 'given', 'words'),
+    [
+        ('bridge', {'params_file': '/no/where.yaml'}, 'params_file /no/where.yaml does not exist'),
+        ('stereo', {'places_dir': ''}, 'places_dir is not set; give places_dir:=PATH, or set it in .*yaml'),
+        ('vlc', {'beacons_file': '/no/where.yaml'}, 'beacons_file /no/where.yaml does not exist'),
+    ],
+)
+def test_a_missing_file_stops_the_launch(launch: str, given: dict[str, str], words: str) -> None:
+    with pytest.raises(Exception, match=words) as caught:
+        node_of(launch, **given)
+    assert (type(caught.value).__name__, str(caught.value).count('\n')) == ('MissingFileError', 0)
+
+
+def test_a_missing_map_of_the_parameter_file_stops_the_launch(tmp_path: Path) -> None:
+    file = tmp_path / 'planner.yaml'
+    file.write_text('/**:\n  ros__parameters:\n    map_file: /no/map.yaml\n')
+    with pytest.raises(Exception, match=r'map_file /no/map\.yaml does not exist'):
+        node_of('planner', params_file=str(file))
+
+
+class Context(dict[str, str]):
+    """Launch arguments, in both ways of access."""
+
+    @property
+    def launch_configurations(self) -> dict[str, str]:
+        return self
+
+
+def test_a_localizer_without_its_file_is_left_out_with_a_line_unless_it_is_asked_for() -> None:
+    (choice,) = (a.named['function'] for a in actions_of('robot') if a.kind == 'OpaqueFunction')
+    defaults = declared_in('robot') | {'config': str(PACKAGE / 'config'), 'places_dir': str(PACKAGE)}
+    context = Context(defaults)
+    (line,) = choice(context)
+    assert (context['stereo'], context['vlc']) == ('true', 'false')
+    assert line.named['msg'].startswith(
+        'vlc_beacon is left out, as beacons_file is not set; give beacons_file:='
+    )
+    context = Context(defaults | {'stereo': 'false', 'vlc': 'true'})
+    assert choice(context) == []
+    assert (context['stereo'], context['vlc']) == ('false', 'true')
 
 
 def test_topics_are_remapped_to_the_given_ones() -> None:
-    remapped = {name: dict(node_of(name)['remappings']) for name in SINGLE}
+    remapped = {name: dict(node_of(name, frame_prefix='robot1/')['remappings']) for name in SINGLE}
+    defaults = [*declared_in('arbiter').values(), *declared_in('planner').values()]
+    assert not any(
+        str(default).startswith('/') for default in defaults
+    )  # a namespace is that of the whole robot
     assert remapped['arbiter'].keys() == {'odom', 'initialpose'}
     assert remapped['bridge'].keys() == {'cmd_vel', 'estop'}
     assert remapped['planner'].keys() == {'points', 'pose', 'command'}

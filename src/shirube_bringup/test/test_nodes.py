@@ -19,12 +19,12 @@ def test_the_six_nodes_get_their_files_and_topics(tmp_path):
         flag, params, path, *remapped = node.arguments(tmp_path)
         assert (flag, params) == ('--ros-args', '--params-file')
         assert remapped[::2] == ['-r'] * len(node.topics)
-        values[name] = yaml.safe_load(Path(path).read_text())[name]['ros__parameters']
+        values[name] = yaml.safe_load(Path(path).read_text())['/**']['ros__parameters']
         assert values[name]['use_sim_time'] is True
     assert values['motor_bridge']['port'] == '/dev/pts/9'
     assert values['floor_localizer']['map_file'] == '/building/floor.dotmap'
     assert values['reward_planner']['drive'] is True
-    assert nodes['reward_planner'].topics['pose'] == '/pose_arbiter/pose'
+    assert nodes['reward_planner'].topics['pose'] == 'pose_arbiter/pose'
 
 
 def test_pictures_do_not_get_lost(tmp_path):

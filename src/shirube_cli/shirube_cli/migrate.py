@@ -1,4 +1,4 @@
-"""``shirube migrate``: gives parameters in YAML files their present names."""
+"""``shirube migrate``: gives parameters in YAML files their present names, for a node in any namespace."""
 
 import argparse
 import difflib
@@ -26,7 +26,8 @@ def migrate(arguments: Sequence[str]) -> int:
     """
     parser = argparse.ArgumentParser(
         prog='shirube migrate',
-        description='Rename former parameters in ROS parameter files; taught places need no change.',
+        description='Rename former parameters in ROS parameter files, and make their sections those of '
+        'nodes in any namespace; taught places need no change.',
     )
     parser.add_argument(
         'files', nargs='+', type=Path, metavar='FILE', help='parameter file or taught place (YAML)'
@@ -47,7 +48,7 @@ def migrate_file(path: Path, *, dry_run: bool = False) -> None:
     try:
         read_yaml(path)
         text = path.read_text()
-        changed = rename_parameters(text)
+        changed = widen_root(rename_parameters(text))
         remaining = sorted(former_names_in(yaml.safe_load(changed)))
         if remaining:
             raise CommandError(
@@ -102,6 +103,21 @@ def rename_parameters(text: str) -> str:
             present = names[former].removeprefix(f'{group}.') if group else names[former]
             lines[number] = line[: match.start('key')] + present + line[match.end('key') :]
     return ''.join(lines)
+
+
+def widen_root(text: str) -> str:
+    """Return the text of a parameter file whose sections of nodes are for any namespace.
+
+    A node in a namespace does not read a section of its bare name. In a file for one node ``/**`` replaces the name.
+    """
+    content = yaml.safe_load(text)
+    names = [str(name) for name in content] if isinstance(content, Mapping) else []
+    for name in names:
+        node = name.strip('/')
+        if node in SETTINGS_OF_NODES:
+            root = f'/**/{node}' if len(names) > 1 else '/**'
+            text = re.sub(rf'(?m)^([\'"]?){re.escape(name)}\1 *:', f'{root}:', text, count=1)
+    return text
 
 
 def former_names_in(content: object, path: tuple[str, ...] = ()) -> Iterator[str]:

@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from shirube_cli.main import main
-from shirube_cli.migrate import former_names, former_names_in, migrate, rename_parameters
+from shirube_cli.migrate import former_names, former_names_in, migrate, rename_parameters, widen_root
 from shirube_cli.project import CommandError
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
 from shirube_core.settings import describe_settings
@@ -49,6 +49,15 @@ def test_wildcards_and_namespaces_are_understood(node: str) -> None:
     assert rename_parameters(text) == text.replace('way_noise', 'odometry_noise_xy')
 
 
+def test_the_root_of_a_file_for_one_node_becomes_that_of_any_namespace() -> None:
+    text = '# motor_bridge:\n{}:\n  ros__parameters:\n    wheel_radius: 0.05 # motor_bridge:\n'
+    for root in ('motor_bridge', '/motor_bridge', "'motor_bridge'"):
+        assert widen_root(text.format(root)) == text.format('/**')
+    assert [*yaml.safe_load(widen_root(OLD))] == ['/**/pose_arbiter', '/**/vlc_beacon', 'other_node']
+    for other in (text.format('/robot1/motor_bridge'), text.format('/**'), text.format('driver'), '[1]'):
+        assert widen_root(other) == other
+
+
 def test_a_former_name_is_nobodys_present_name() -> None:
     for node, classes in SETTINGS_OF_NODES.items():
         names = {description.name for cls in classes.values() for description in describe_settings(cls)}
@@ -63,7 +72,7 @@ def test_the_command_rewrites_and_repeats_without_a_change(
     assert migrate(['--dry-run', str(path)]) == 0
     assert path.read_text() == OLD
     assert migrate([str(path)]) == 0
-    assert path.read_text() == NEW
+    assert path.read_text() == widen_root(NEW)
     assert '+    gate_margin_xy: 0.01' in capsys.readouterr().out
     assert migrate([str(path)]) == 0
     assert capsys.readouterr().out == f'{path}: nothing to change\n'

@@ -168,7 +168,7 @@ def help_text(name: str, node: object) -> str:
         f'usage: ros2 run <package> node --ros-args -p <parameter>:=<value> … --params-file <file.yaml> …\n\n{about}',
         'parameters (default; allowed; * can change at run time, by ros2 param set):',
         *rows,
-        f'\na parameter file:\n{name}:\n  {_PARAMETERS}:\n    <parameter>: <value>',
+        f'\na parameter file:\n/**:  # any node; or /{name}\n  {_PARAMETERS}:\n    <parameter>: <value>',
     ]
     return '\n'.join(parts)
 

@@ -78,7 +78,7 @@ class Diagnostics:
             values += [KeyValue(key='input', value=problem) for problem in self._inputs.problems.values()]
         return DiagnosticStatus(
             level=level.value,
-            name=f'{self._node.get_name()}: status',
+            name=f'{self._node.get_fully_qualified_name().strip("/")}: status',
             message=message,
             values=values + self._count_values(),
         )

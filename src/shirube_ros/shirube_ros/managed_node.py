@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, TypeVar, cast
 
 from rcl_interfaces.msg import SetParametersResult
@@ -27,6 +27,7 @@ from shirube_ros.quality_of_service import overridable
 
 Settings = TypeVar('Settings')
 
+_ROBOT_FRAMES = ('base_frame', 'odom_frame', 'camera_frame')  # map_frame is that of all robots
 _ENTITIES = ('subscription', 'publisher', 'timer', 'service', 'client', 'waitable')
 
 
@@ -36,6 +37,9 @@ class LifecycleSettings:
 
     autostart: bool = setting(
         True, 'whether the node configures and activates itself; otherwise a lifecycle manager does'
+    )
+    frame_prefix: str = setting(
+        '', 'prefix of base_frame, odom_frame and camera_frame, such as robot1/, as in robot_state_publisher'
     )
 
 
@@ -111,11 +115,15 @@ class ManagedNode(LifecycleNode):
         """Declare the settings of a class as parameters, and keep them up to date; errors as `declare_parameters`."""
         settings = declare_parameters(self, cls, allow_tuning=True)
         self._settings_by_class[cls] = settings
-        return settings
+        return self.settings(cls)
 
     def settings(self, cls: type[Settings]) -> Settings:
-        """Return the current settings of a class."""
-        return cast('Settings', self._settings_by_class[cls])
+        """Return the current settings of a class; the robot's frames have the prefix."""
+        settings: Any = self._settings_by_class[cls]
+        prefix = cast('LifecycleSettings', self._settings_by_class[LifecycleSettings]).frame_prefix
+        names = [each.name for each in fields(settings) if prefix and each.name in _ROBOT_FRAMES]
+        frames = {name: prefix + getattr(settings, name) for name in names if getattr(settings, name)}
+        return cast('Settings', replace(settings, **frames))
 
     def subscribe(
         self,

@@ -34,7 +34,7 @@ def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
         'camera_xyz': [round(value, 6) for value in mount.xyz],
         'camera_rpy': [round(value, 6) for value in mount.rpy],
     }
-    content = {'floor_localizer': {'ros__parameters': parameters}}
+    content = {'/**': {'ros__parameters': parameters}}
     head = ''.join(f'# {note}\n' for note in notes)
     write_text(path, head + yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
 

@@ -23,7 +23,7 @@ from shirube_core.settings import SettingsError, settings_from_values
 
 _HANDSHAKE_ATTEMPTS = 20  # an Arduino boots for up to 2 s
 _DEFAULTS = NodeSettings()
-_NODE = 'motor_bridge'
+_SECTION = re.compile(r'(?m)^(?P<name>/?(\*\*/)?motor_bridge|/\*\*):.*(?:\n[ \t#].*|\n)*')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -159,11 +159,12 @@ def read_drive_settings(path: Path) -> DriveSettings:
         MotorBridgeError: it is missing or corrupted, or has invalid values.
     """
     try:
-        node = read_yaml(path).get(_NODE)
+        content, section = read_yaml(path), _SECTION.search(path.read_text(encoding='utf-8'))
+        node = content.get(section['name']) if section else None
         parameters = node.get('ros__parameters') if isinstance(node, dict) else None
         if not isinstance(parameters, dict):
             raise MotorBridgeError(
-                f'{path}: has no {_NODE}: ros__parameters:; start from config/motor_bridge.yaml'
+                f'{path}: has no /**: ros__parameters: and none of motor_bridge; start from config/motor_bridge.yaml'
             )
         names = {field.name for field in fields(DriveSettings)}
         return settings_from_values(DriveSettings, {k: v for k, v in parameters.items() if k in names})
@@ -181,9 +182,11 @@ def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
         MotorBridgeError: the file does not have one parameter per line.
     """
     text = source.read_text(encoding='utf-8')
-    section = re.search(rf'(?m)^{_NODE}:.*(?:\n[ \t#].*|\n)*', text)
+    section = _SECTION.search(text)
     if section is None:
-        raise MotorBridgeError(f'{source}: has no {_NODE}:; start from config/motor_bridge.yaml')
+        raise MotorBridgeError(
+            f'{source}: has no /**: and no motor_bridge:; start from config/motor_bridge.yaml'
+        )
     own = section[0]
     for name, value in values.items():
         own, count = re.subn(rf'(?m)^(\s+{name}:)[^#\n]*?(\s*#.*)?$', rf'\g<1> {value:.6g}\g<2>', own)

@@ -129,7 +129,7 @@ class SourceSettings:
     """Settings of one localizer; its parameters are called ``<name>.topic`` and so on."""
 
     topic: str = setting(
-        '', 'topic of its poses; empty: /<name>/pose_with_covariance, or /<name>/pose without covariance'
+        '', 'topic of its poses; empty: <name>/pose_with_covariance, or <name>/pose without covariance'
     )
     with_covariance: bool = setting(
         True, 'true: the topic is PoseWithCovarianceStamped; false: PoseStamped with the sigmas below'

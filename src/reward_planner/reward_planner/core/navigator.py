@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -116,14 +117,15 @@ class Navigator:
             )
         self._static_map_frame = frame
 
-    def set_goal(self, T_map_goal: SE2) -> None:
-        """Set a goal; the previous one is cancelled even if this one is rejected.
+    def set_goal(self, T_map_goal: SE2, path: Sequence[SE2] | None = None) -> None:
+        """Set a goal, with a path to follow or without; the previous one is cancelled even if this one is rejected.
 
         Raises:
             DrivingError: the goal is not finite or outside of the static map.
         """
         self.controller.cancel_goal()
-        self.controller.set_goal(T_map_goal)
+        points = None if path is None else np.array([(each.x, each.y) for each in path])
+        self.controller.set_goal(T_map_goal, points)
         frame = self._static_map_frame
         if frame is not None and self._is_outside(frame, T_map_goal):
             self.controller.cancel_goal()

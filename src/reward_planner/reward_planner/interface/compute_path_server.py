@@ -5,27 +5,34 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
+from time import perf_counter
 from typing import Any
 
 import numpy as np
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from numpy.typing import NDArray
-from rclpy.action import ActionServer
+from rclpy.action import ActionServer, GoalResponse
+from rclpy.duration import Duration
 from rclpy.node import Node
 from std_msgs.msg import Header
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRoute
 from shirube_core.geometry import SE2
-from shirube_ros.errors import MessageError
+from shirube_ros.callback_guard import CallbackGuard
+from shirube_ros.errors import FrameError, MessageError
 from shirube_ros.map_conversion import path_message
-from shirube_ros.pose_conversion import planar_pose
 
 PlanRoute = Callable[[SE2 | None, SE2, float], NDArray[np.float64] | NoRoute]
 """Plans from a start (None for the robot's pose at a time [s]) to a goal: points [m], shape (n, 2), or a reason."""
 
+InMap = Callable[[PoseStamped, str], SE2]
+"""Returns a pose, whose name is given, in the map; a FrameError if there is no transform."""
+
+PLANNER_IDS = ('', 'reward_planner')
 _NAME = 'compute_path_to_pose'
-_CODES = {
+NO_ROUTE_CODES = {
     NoRoute.START_OUTSIDE: 'START_OUTSIDE_MAP',
     NoRoute.GOAL_OUTSIDE: 'GOAL_OUTSIDE_MAP',
     NoRoute.START_BLOCKED: 'START_OCCUPIED',
@@ -35,7 +42,9 @@ _CODES = {
 }
 
 
-def create_compute_path_server(node: Node, map_frame: str, plan: PlanRoute) -> ActionServer | None:
+def create_compute_path_server(
+    node: Node, guard: CallbackGuard, map_frame: str, in_map: InMap, plan: PlanRoute
+) -> ActionServer | None:
     """Create the action server of a node; return None if nav2_msgs is not installed."""
     if find_spec('nav2_msgs') is None:
         return None
@@ -43,7 +52,7 @@ def create_compute_path_server(node: Node, map_frame: str, plan: PlanRoute) -> A
 
     def execute(handle: Any) -> Any:
         header = Header(stamp=node.get_clock().now().to_msg(), frame_id=map_frame)
-        result, problem = handle_request(handle.request, action.Result(), header, plan)
+        result, problem = handle_request(handle.request, action.Result(), header, in_map, plan)
         if problem:
             node.get_logger().warning(f'{_NAME}: {problem}')
             handle.abort()
@@ -51,38 +60,44 @@ def create_compute_path_server(node: Node, map_frame: str, plan: PlanRoute) -> A
             handle.succeed()
         return result
 
-    return ActionServer(node, action, _NAME, execute)
+    def respond(_: Any) -> GoalResponse:
+        return GoalResponse.ACCEPT if guard.is_active else GoalResponse.REJECT
+
+    return ActionServer(node, action, _NAME, execute, goal_callback=respond)
 
 
-def handle_request(request: Any, result: Any, header: Header, plan: PlanRoute) -> tuple[Any, str]:
+def handle_request(
+    request: Any, result: Any, header: Header, in_map: InMap, plan: PlanRoute
+) -> tuple[Any, str]:
     """Fill the result of the action; return it with a one-line error, empty on success.
 
-    The header has the stamp of the result and the frame that goal and start must be in.
+    The header has the stamp of the result and the frame of the map.
     """
-    try:
-        start = _in_map(request.start, header, 'start') if request.use_start else None
-        goal = _in_map(request.goal, header, 'goal')
-        route = plan(start, goal, header.stamp.sec + 1e-9 * header.stamp.nanosec)
-    except (MessageError, RewardPlannerError) as fault:
-        _set_code(result, 'UNKNOWN')
-        return result, str(fault)
+    began, code, problem = perf_counter(), 'NONE', ''
     result.path = Path(header=header)
-    if isinstance(route, NoRoute):
-        _set_code(result, _CODES[route])
-        return result, route.value
-    result.path = path_message(route, goal.yaw, header)
-    return result, ''
+    try:
+        if request.planner_id not in PLANNER_IDS:
+            code = 'INVALID_PLANNER'
+            raise MessageError(f'planner_id is {request.planner_id!r}; leave it empty or give reward_planner')
+        start = in_map(request.start, 'start') if request.use_start else None
+        goal = in_map(request.goal, 'goal')
+        route = plan(start, goal, header.stamp.sec + 1e-9 * header.stamp.nanosec)
+        if isinstance(route, NoRoute):
+            code, problem = NO_ROUTE_CODES[route], route.value
+        else:
+            result.path = path_message(route, goal.yaw, header)
+    except FrameError as fault:
+        code, problem = 'TF_ERROR', str(fault)
+    except (MessageError, RewardPlannerError) as fault:
+        code, problem = 'UNKNOWN' if code == 'NONE' else code, str(fault)
+    set_error(result, result, code, problem)
+    result.planning_time = Duration(seconds=perf_counter() - began).to_msg()
+    return result, problem
 
 
-def _in_map(message: Any, header: Header, name: str) -> SE2:
-    if message.header.frame_id not in ('', header.frame_id):
-        raise MessageError(
-            f'{name} is in the frame {message.header.frame_id!r}; give it in {header.frame_id!r}'
-        )
-    return planar_pose(message.pose, name)
-
-
-def _set_code(result: Any, name: str) -> None:
-    """Set the error code, which older versions of the action do not have."""
+def set_error(result: Any, codes: Any, name: str, message: str) -> None:
+    """Set code and message of an error by its name; versions of the actions differ in what they have."""
     if hasattr(result, 'error_code'):
-        result.error_code = getattr(result, name)
+        result.error_code = getattr(codes, name, getattr(codes, 'UNKNOWN', 0))
+    if hasattr(result, 'error_msg'):
+        result.error_msg = message

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from reward_planner.core.driving.drive_state import DriveCommand, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.fixed_route import FixedRoute
 from reward_planner.core.driving.light_command import LightCommand, LightCommandState
 from reward_planner.core.driving.look_around import LookAround
 from reward_planner.core.driving.path_following import (
@@ -62,6 +63,7 @@ class DriveController:
         self._look_around = LookAround(global_map) if driving.look_around else None
         self.goal_count = 0
         self._goal: SE2 | None = None
+        self._path: NDArray[np.float64] | None = None
         self._is_at_goal = self._is_goal_reached = False
         self._last_motion_time = math.nan
         self._pose: SE2 | None = None
@@ -76,8 +78,8 @@ class DriveController:
         self._smoother.settings = driving
         self.command_state.set_speed_max(driving.max_linear_velocity)
         if self.replanner is not None and self._goal is not None:
-            count, goal = self.replanner.replan_count, (self._goal.x, self._goal.y)
-            self.replanner = Replanner(self._global_map, goal, planner, reward, driving)
+            count = self.replanner.replan_count
+            self.replanner = self._make_replanner(self._goal)
             self.replanner.replan_count = count
 
     @property
@@ -90,8 +92,8 @@ class DriveController:
         is_fresh = abs(now - self._pose_stamp) <= self._settings.pose_timeout
         return self._pose if is_fresh else None
 
-    def set_goal(self, T_map_goal: SE2) -> None:
-        """Set a goal; it replaces the previous one.
+    def set_goal(self, T_map_goal: SE2, path_map: NDArray[np.float64] | None = None) -> None:
+        """Set a goal; it replaces the previous one. A path to it [m], shape (n, 2), replaces planning.
 
         Raises:
             DrivingError: the goal is not finite.
@@ -102,8 +104,14 @@ class DriveController:
         self.goal_count += 1
         self._last_motion_time = math.nan
         self.command_state.cancel_turn()  # it belonged to the previous goal
-        goal = (T_map_goal.x, T_map_goal.y)
-        self.replanner = Replanner(self._global_map, goal, self._planner, self._reward, self._settings)
+        self._path = path_map
+        self.replanner = self._make_replanner(T_map_goal)
+
+    def _make_replanner(self, goal: SE2) -> Replanner:
+        settings = (self._global_map, self._planner, self._reward, self._settings)
+        if self._path is not None:
+            return FixedRoute(self._path, *settings)
+        return Replanner(self._global_map, (goal.x, goal.y), *settings[1:])
 
     def cancel_goal(self) -> None:
         """Cancel the goal and stop."""

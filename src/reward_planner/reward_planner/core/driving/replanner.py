@@ -50,6 +50,7 @@ class Replanner:
         self.replan_count = 0
         self._global_map, self._goal, self._settings = global_map, goal_map, driving
         self._planner, self._reward = planner, reward
+        self._covered = [goal_map]  # by the costmap, with the robot
         horizon = 2 + int(2.0 * driving.lookahead / global_map.resolution)
         self._horizon_steps = None if whole_route else horizon
         self.reset()
@@ -85,7 +86,10 @@ class Replanner:
             DrivingError: the goal is too far away.
         """
         # A resized costmap needs a new search.
-        if self.costmap.cover(self._global_map, [self._goal, (robot.x, robot.y)]) or not self._has_costmap:
+        if (
+            self.costmap.cover(self._global_map, [*self._covered, (robot.x, robot.y)])
+            or not self._has_costmap
+        ):
             if self._planner.mode == 'optimal':
                 self._search = DStarLite(self.costmap.blocked, self._cell_of(self._goal))
             self._has_costmap = self._has_changed = True
@@ -98,7 +102,7 @@ class Replanner:
             if is_due or (self._has_changed and self.no_route_reason is None):
                 self._replan(now, robot)
         # A route that cannot be followed to its end is replaced at once.
-        elif self._is_off_route(robot) or self._is_blocked() or self._is_nearly_finished():
+        elif self._is_off_route(robot) or self._is_blocked(self.points_map) or self._is_nearly_finished():
             self._replan(now, robot)
         # A free route is replaced once per period, if the map changed and the new one is clearly shorter.
         elif self._has_changed and is_due and self._search is not None:
@@ -182,9 +186,9 @@ class Replanner:
     def _is_off_route(self, robot: SE2) -> bool:
         return math.hypot(*(self.points_map[0] - (robot.x, robot.y))) > _OFF_ROUTE_DISTANCE
 
-    def _is_blocked(self) -> bool:
-        """Return whether the route enters blocked cells; where it starts in them, clearance must grow along it."""
-        rows, columns = self.costmap.frame.cell_of(self.points_map).T
+    def _is_blocked(self, points: NDArray[np.float64]) -> bool:
+        """Return whether a route enters blocked cells; where it starts in them, clearance must grow along it."""
+        rows, columns = self.costmap.frame.cell_of(points).T
         blocked, clearance = self.costmap.blocked[rows, columns], self.costmap.clearance[rows, columns]
         enters = blocked[1:] & (~blocked[:-1] | (np.diff(clearance) < -_ROUNDING))
         return bool(enters.any() or blocked[-1])
