@@ -58,13 +58,13 @@ FORBIDDEN_ATTRIBUTES = {
 
 # What is imported or started only where it is installed.
 OPTIONAL = {'shirube_ros': {'tf2_msgs', 'tf2_ros'}, 'shirube_bringup': {'robot_state_publisher', 'xacro'}}
+# What pip alone installs, for one option: rosdistro has no key.
+NOT_IN_ROSDISTRO = {'dask', 'distributed'}
+ROSDEP_LIST = ROOT / 'tests' / 'rosdep_keys.txt'
 # rosdep's key for a Python module that is called otherwise.
 ROSDEP_KEYS = {
-    **{
-        name: f'python3-{name}'
-        for name in ('aiohttp', 'dask', 'distributed', 'jsonschema', 'matplotlib', 'numba')
-    },
-    **{name: f'python3-{name}' for name in ('numpy', 'reedsolo', 'scipy', 'serial', 'tqdm', 'yaml')},
+    **{name: f'python3-{name}' for name in ('aiohttp', 'jsonschema', 'matplotlib', 'numba', 'numpy')},
+    **{name: f'python3-{name}' for name in ('reedsolo', 'scipy', 'serial', 'tqdm', 'yaml')},
     'cv2': 'python3-opencv',
     'rosbags': 'python3-rosbags-pip',
 }
@@ -124,7 +124,8 @@ def imported_modules(path: Path) -> set[str]:
 def rosdep_keys(package: str) -> set[str]:
     """Return the keys that the package's imports ask for."""
     modules = {module for path in SOURCES_OF[package] for module in imported_modules(path)}
-    return {ROSDEP_KEYS.get(m, m) for m in modules - set(sys.stdlib_module_names) - {package, 'setuptools'}}
+    modules -= set(sys.stdlib_module_names) | NOT_IN_ROSDISTRO | {package, 'setuptools'}
+    return {ROSDEP_KEYS.get(module, module) for module in modules}
 
 
 def declared(package: str, tag: str) -> list[str]:
@@ -161,6 +162,16 @@ def test_package_xml_names_what_is_imported_and_no_more(package: str) -> None:
     # Their nodes are started, not imported.
     launched = set(PACKAGES) - keys if package == 'shirube_bringup' else set()
     assert set(declared(package, 'exec_depend')) - launched == keys
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_rosdep_resolves_every_key(package: str) -> None:
+    lines = [line.split() for line in ROSDEP_LIST.read_text().splitlines() if not line.startswith('#')]
+    known = {key for key, _ in lines}
+    assert {source for _, source in lines} == {'apt', 'pip', 'jazzy'}
+    tree = ET.parse(ROOT / 'src' / package / 'package.xml').getroot()
+    keys = {node.text for node in tree if node.tag.endswith('depend')} - set(PACKAGES)
+    assert keys <= known, f'not in rosdistro: {sorted(map(str, keys - known))}'
 
 
 @pytest.mark.parametrize('package', PACKAGES)
