@@ -5,6 +5,7 @@ import re
 import sys
 import tomllib
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -66,6 +67,8 @@ ROSDEP_KEYS = {
     **{name: f'python3-{name}' for name in ('aiohttp', 'jsonschema', 'matplotlib', 'numba', 'numpy')},
     **{name: f'python3-{name}' for name in ('reedsolo', 'scipy', 'serial', 'tqdm', 'yaml')},
     'cv2': 'python3-opencv',
+    'hypothesis': 'python3-hypothesis',
+    'pytest': 'python3-pytest',
     'rosbags': 'python3-rosbags-pip',
 }
 
@@ -121,9 +124,9 @@ def imported_modules(path: Path) -> set[str]:
     return {name.split('.')[0] for name in names_in(path).imports}
 
 
-def rosdep_keys(package: str) -> set[str]:
-    """Return the keys that the package's imports ask for."""
-    modules = {module for path in SOURCES_OF[package] for module in imported_modules(path)}
+def rosdep_keys(package: str, files: Iterable[Path]) -> set[str]:
+    """Return the keys that the imports of the package's files ask for."""
+    modules = {module for path in files for module in imported_modules(path)}
     modules -= set(sys.stdlib_module_names) | NOT_IN_ROSDISTRO | {package, 'setuptools'}
     return {ROSDEP_KEYS.get(module, module) for module in modules}
 
@@ -158,10 +161,22 @@ def test_cores_import_no_part_that_is_not_pure(package: str) -> None:
 
 @pytest.mark.parametrize('package', PACKAGES)
 def test_package_xml_names_what_is_imported_and_no_more(package: str) -> None:
-    keys = rosdep_keys(package) | OPTIONAL.get(package, set())
+    keys = rosdep_keys(package, SOURCES_OF[package]) | OPTIONAL.get(package, set())
     # Their nodes are started, not imported.
     launched = set(PACKAGES) - keys if package == 'shirube_bringup' else set()
     assert set(declared(package, 'exec_depend')) - launched == keys
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_package_xml_names_what_the_tests_import(package: str) -> None:
+    files = sorted((ROOT / 'src' / package / 'test').rglob('*.py'))
+    beside = {
+        name for path in [*files, *(ROOT / 'tests').glob('*.py')] for name in (path.stem, path.parent.name)
+    }
+    assert rosdep_keys(package, files) - beside <= {
+        *declared(package, 'exec_depend'),
+        *declared(package, 'test_depend'),
+    }
 
 
 @pytest.mark.parametrize('package', PACKAGES)
