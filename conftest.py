@@ -13,9 +13,17 @@ if 'SHIRUBE_DATA' not in os.environ and _DATA.is_dir():
 _LONGEST_ID = 60
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
     """Add the option that writes the golden results anew."""
     parser.addoption('--renew-goldens', action='store_true', help='write tests/goldens from this run')
+    if not pluginmanager.has_plugin('timeout'):  # "colcon test" on a robot
+        parser.addini('timeout', 'limit of a test [s], with pytest-timeout')
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let tests with a time limit run without pytest-timeout."""
+    if not config.pluginmanager.has_plugin('timeout'):
+        config.addinivalue_line('markers', 'timeout(seconds): limit of a test, with pytest-timeout')
 
 
 def pytest_make_parametrize_id(val: object) -> str | None:

@@ -38,14 +38,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     project = tomllib.loads((ENVIRONMENT.parent / 'pyproject.toml').read_text())['project']
     extras = project['optional-dependencies']
     runtime = project['dependencies']
-    development = [*runtime, *extras['test'], *extras['check'], *extras['bench']]
+    development = [*runtime, *extras['cluster'], *extras['test'], *extras['check'], *extras['bench']]
     needed = compile_lock(runtime, 'runtime', '3.11', options)
     write_lock('runtime', needed)
     locked = ['--constraints', str(ENVIRONMENT / 'runtime.lock')]
     everything = compile_lock(development, 'dev', '3.11', [*options, *locked])
     write_lock('dev', {name: entry for name, entry in everything.items() if name not in needed})
     write_lock('installer', compile_lock(['setuptools', 'uv'], 'installer', '3.11', [*options, *locked]))
-    oldest = [*extras['oldest'], *runtime, *extras['test']]
+    oldest = [*extras['oldest'], *runtime, *extras['cluster'], *extras['test']]
     write_lock('oldest', compile_lock(oldest, 'oldest', '3.12', options))
     return 0
 

@@ -5,6 +5,7 @@ import re
 import sys
 import tomllib
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -58,14 +59,16 @@ FORBIDDEN_ATTRIBUTES = {
 
 # What is imported or started only where it is installed.
 OPTIONAL = {'shirube_ros': {'tf2_msgs', 'tf2_ros'}, 'shirube_bringup': {'robot_state_publisher', 'xacro'}}
+# What pip alone installs, for one option: rosdistro has no key.
+NOT_IN_ROSDISTRO = {'dask', 'distributed'}
+ROSDEP_LIST = ROOT / 'tests' / 'rosdep_keys.txt'
 # rosdep's key for a Python module that is called otherwise.
 ROSDEP_KEYS = {
-    **{
-        name: f'python3-{name}'
-        for name in ('aiohttp', 'dask', 'distributed', 'jsonschema', 'matplotlib', 'numba')
-    },
-    **{name: f'python3-{name}' for name in ('numpy', 'reedsolo', 'scipy', 'serial', 'tqdm', 'yaml')},
+    **{name: f'python3-{name}' for name in ('aiohttp', 'jsonschema', 'matplotlib', 'numba', 'numpy')},
+    **{name: f'python3-{name}' for name in ('reedsolo', 'scipy', 'serial', 'tqdm', 'yaml')},
     'cv2': 'python3-opencv',
+    'hypothesis': 'python3-hypothesis',
+    'pytest': 'python3-pytest',
     'rosbags': 'python3-rosbags-pip',
 }
 
@@ -121,10 +124,11 @@ def imported_modules(path: Path) -> set[str]:
     return {name.split('.')[0] for name in names_in(path).imports}
 
 
-def rosdep_keys(package: str) -> set[str]:
-    """Return the keys that the package's imports ask for."""
-    modules = {module for path in SOURCES_OF[package] for module in imported_modules(path)}
-    return {ROSDEP_KEYS.get(m, m) for m in modules - set(sys.stdlib_module_names) - {package, 'setuptools'}}
+def rosdep_keys(package: str, files: Iterable[Path]) -> set[str]:
+    """Return the keys that the imports of the package's files ask for."""
+    modules = {module for path in files for module in imported_modules(path)}
+    modules -= set(sys.stdlib_module_names) | NOT_IN_ROSDISTRO | {package, 'setuptools'}
+    return {ROSDEP_KEYS.get(module, module) for module in modules}
 
 
 def declared(package: str, tag: str) -> list[str]:
@@ -157,10 +161,32 @@ def test_cores_import_no_part_that_is_not_pure(package: str) -> None:
 
 @pytest.mark.parametrize('package', PACKAGES)
 def test_package_xml_names_what_is_imported_and_no_more(package: str) -> None:
-    keys = rosdep_keys(package) | OPTIONAL.get(package, set())
+    keys = rosdep_keys(package, SOURCES_OF[package]) | OPTIONAL.get(package, set())
     # Their nodes are started, not imported.
     launched = set(PACKAGES) - keys if package == 'shirube_bringup' else set()
     assert set(declared(package, 'exec_depend')) - launched == keys
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_package_xml_names_what_the_tests_import(package: str) -> None:
+    files = sorted((ROOT / 'src' / package / 'test').rglob('*.py'))
+    beside = {
+        name for path in [*files, *(ROOT / 'tests').glob('*.py')] for name in (path.stem, path.parent.name)
+    }
+    assert rosdep_keys(package, files) - beside <= {
+        *declared(package, 'exec_depend'),
+        *declared(package, 'test_depend'),
+    }
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_rosdep_resolves_every_key(package: str) -> None:
+    lines = [line.split() for line in ROSDEP_LIST.read_text().splitlines() if not line.startswith('#')]
+    known = {key for key, _ in lines}
+    assert {source for _, source in lines} == {'apt', 'pip', 'jazzy'}
+    tree = ET.parse(ROOT / 'src' / package / 'package.xml').getroot()
+    keys = {node.text for node in tree if node.tag.endswith('depend')} - set(PACKAGES)
+    assert keys <= known, f'not in rosdistro: {sorted(map(str, keys - known))}'
 
 
 @pytest.mark.parametrize('package', PACKAGES)

@@ -34,7 +34,7 @@ def test_every_dependency_is_locked_as_it_is_asked_for() -> None:
     extras = project['optional-dependencies']
     runtime = set(locked_versions('runtime'))
     assert format_names(project['dependencies']) <= runtime
-    development = format_names([*extras['test'], *extras['check'], *extras['bench']])
+    development = format_names([*extras['cluster'], *extras['test'], *extras['check'], *extras['bench']])
     assert development <= runtime | set(locked_versions('dev'))
     assert not runtime & set(locked_versions('dev'))
     oldest = locked_versions('oldest')

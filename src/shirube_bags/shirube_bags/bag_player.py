@@ -19,12 +19,15 @@ from shirube_bags.stamps import NANOSECONDS
 
 
 def load_message_class(msgtype: str) -> Any:
-    """Return the class of a type such as ``sensor_msgs/msg/Image``; raise a ReplayError if it is not
-    installed.
+    """Return the class of a message such as ``sensor_msgs/msg/Image`` or of a service's events, such as
+    ``std_srvs/srv/Trigger_Event``; raise a ReplayError if it is not installed or not to be published.
     """
-    package, _, name = msgtype.partition('/msg/')
+    package, kind, name = (*msgtype.split('/'), '', '')[:3]
+    if kind not in {'msg', 'srv'} or (kind == 'srv' and not name.endswith('_Event')):
+        raise ReplayError(f'{msgtype} is neither a message nor the events of a service; it can only be read')
     try:
-        return getattr(importlib.import_module(f'{package}.msg'), name)
+        module = importlib.import_module(f'{package}.{kind}')
+        return getattr(module, name) if kind == 'msg' else getattr(module, name.removesuffix('_Event')).Event
     except (ImportError, AttributeError, TypeError, ValueError) as fault:
         raise ReplayError(
             f'the message type {msgtype} is not installed; install its package {package}'

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from rosbags.interfaces import Connection, ConnectionExtRosbag2, MessageDefinitionFormat, Qos
 from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, TypesysError, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from shirube_bags.errors import BagError
@@ -27,6 +27,11 @@ def jazzy_types() -> Typestore:
 
 
 DAMAGED = 'it is truncated or corrupted: record it again, or repair it with "mcap recover"'
+
+
+# rosbags says so of a version, storage, compression or serialization that it cannot read.
+FOREIGN_WORDS = 'not supported'
+FOREIGN = 'convert it with "ros2 bag convert" to a mcap bag of CDR messages, compressed by zstd or not at all'
 
 
 @dataclass(frozen=True)
@@ -79,6 +84,7 @@ class BagReader:
             self._reader = Reader(self.path)
             self._reader.open()
             connections = list(self._reader.connections)
+            unify_connections(self._reader, connections)
             self._typestore = typestore_for(connections)
         except Exception as fault:
             raise self._make_error(fault) from fault
@@ -150,6 +156,11 @@ class BagReader:
         try:
             return self._typestore.deserialize_cdr(message.raw, message.msgtype)
         except Exception as fault:
+            if message.msgtype not in self._typestore.fielddefs:
+                raise BagError(
+                    f'{self.path}: the type {message.msgtype} of {message.topic} is not known and the bag does not '
+                    'define it; record it again with "ros2 bag record" of ROS 2 Jazzy'
+                ) from fault
             raise BagError(
                 f'{self.path}: message on {message.topic} at {message.stamp_ns} ns is not a valid '
                 f'{message.msgtype} ({fault}); {DAMAGED}'
@@ -163,7 +174,9 @@ class BagReader:
     def _make_error(self, fault: Exception) -> BagError:
         self._close()
         reason = ' '.join(str(fault).split()).rstrip('.') or type(fault).__name__
-        return BagError(f'{self.path}: cannot be read ({reason}); {DAMAGED}')
+        return BagError(
+            f'{self.path}: cannot be read ({reason}); {FOREIGN if FOREIGN_WORDS in reason else DAMAGED}'
+        )
 
 
 def check_is_bag(path: Path) -> None:
@@ -216,19 +229,37 @@ def offered_profiles(connection: Connection) -> tuple[Qos, ...]:
     return ()
 
 
+def unify_connections(reader: Reader, connections: Iterable[Connection]) -> None:
+    """Give the topics of each file the QoS and the hash of ``metadata.yaml``.
+
+    rosbags finds a topic's messages by both, but other recorders wrote them differently into the two places.
+    """
+    known = {(each.topic, each.msgtype): each for each in connections}
+    for storage in getattr(reader.storage, 'storages', ()):
+        for index, each in enumerate(storage.connections):
+            if (named := known.get((each.topic, each.msgtype))) is not None:
+                storage.connections[index] = each._replace(ext=named.ext, digest=named.digest)
+
+
 def typestore_for(connections: Iterable[Connection]) -> Typestore:
-    """Return the types of ROS 2 Jazzy and those that only the bag defines."""
+    """Return the types of ROS 2 Jazzy and those that only the bag defines, as far as they can be parsed.
+
+    Types of services and actions are not defined in a form that rosbags knows: they are played, not decoded.
+    """
     unknown = [each for each in connections if each.msgtype not in jazzy_types().fielddefs]
     if not unknown:
         return jazzy_types()
     typestore = get_typestore(Stores.ROS2_JAZZY)
     for connection in unknown:
         kind, text = connection.msgdef
-        if kind is MessageDefinitionFormat.MSG:
-            found = get_types_from_msg(text, connection.msgtype)
-        elif kind is MessageDefinitionFormat.IDL:
-            found = get_types_from_idl(text)
-        else:
+        try:
+            if kind is MessageDefinitionFormat.MSG:
+                found = get_types_from_msg(text, connection.msgtype)
+            elif kind is MessageDefinitionFormat.IDL:
+                found = get_types_from_idl(text)
+            else:
+                continue
+        except TypesysError:
             continue
         typestore.register(
             {name: fields for name, fields in found.items() if name not in typestore.fielddefs}

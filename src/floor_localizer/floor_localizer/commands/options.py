@@ -7,11 +7,14 @@ import logging
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError
-from contextlib import contextmanager, suppress
+from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import fields
-from multiprocessing import resource_tracker
+from importlib.util import find_spec
+from multiprocessing import get_context, parent_process, resource_tracker
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -23,16 +26,13 @@ from shirube_ros.errors import CameraFileError
 
 Settings = TypeVar('Settings')
 _SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has no workers [s]
-_RESTART_TIMEOUT = 10.0  # timeout of workers that are restarted [s]
-_ENVIRONMENT = 'distributed.nanny.pre-spawn-environ'
 # Dask's event loop logs a traceback if an interrupt arrives between two of its own steps.
 _LOGGERS_OF_DASK = ('distributed', 'distributed.client', 'tornado.application', 'asyncio')
-_WORKER_CONFIG = {
-    # Dask's workers return memory immediately, which makes arrays 50 % slower.
-    f'{_ENVIRONMENT}.MALLOC_TRIM_THRESHOLD_': None,
-    # Errors are raised here and reported in one line.
-    f'{_ENVIRONMENT}.DASK_LOGGING__DISTRIBUTED': 'critical',
-}
+# One thread a worker, which the libraries read when they are loaded.
+_WORKER_ENVIRONMENT = dict.fromkeys(('MKL_NUM_THREADS', 'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'), '1')
+_WORKER_DIED = (
+    '{} (not enough memory?); run the same command again with fewer --workers: completed tasks are kept'
+)
 
 
 def run_command(name: str, job: Callable[[], object], out: Path | None = None) -> int:
@@ -112,6 +112,50 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
+class ProcessRunner:
+    """Runs the tasks in processes of this computer, which stay until `stop`."""
+
+    def __init__(self, workers: int) -> None:
+        """Set the number of processes, which are started with the first tasks."""
+        self._workers = workers
+        self._pool: ProcessPoolExecutor | None = None
+
+    def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
+        """Call the function with each of the arguments; yield after each completed task, in any order."""
+        if self._pool is None:
+            # A fork would copy the locks of this process's threads.
+            self._pool = ProcessPoolExecutor(self._workers, get_context('spawn'), _end_with_parent)
+        with _worker_environment(), _block_interrupts():
+            futures = [self._pool.submit(function, *given) for given in arguments]
+        try:
+            for future in as_completed(futures):
+                future.result()
+                yield
+        except BrokenProcessPool as fault:
+            self.stop()
+            raise FloorLocalizerError(_WORKER_DIED.format('a worker died')) from fault
+        finally:
+            for future in futures:
+                future.cancel()
+
+    def stop(self) -> None:
+        """End the processes after their current tasks."""
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+        self._pool = None
+
+
+def _end_with_parent() -> None:
+    """End this worker with the process that started it, even if that was killed."""
+
+    def wait() -> None:
+        if (parent := parent_process()) is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
+
+
 class DaskRunner:
     """Runs the tasks on the workers of a dask.distributed client."""
 
@@ -121,19 +165,17 @@ class DaskRunner:
 
     def run(self, function: Task, arguments: Sequence[tuple[Any, ...]]) -> Iterator[None]:
         """Call the function with each of the arguments; yield after each completed task, in any order."""
-        from distributed import as_completed  # noqa: PLC0415 as in `task_runner`
+        from distributed import as_completed as clients_completed  # noqa: PLC0415 as in `_scheduler_workers`
         from distributed.scheduler import KilledWorker  # noqa: PLC0415
 
         futures = [self._client.submit(function, *given, pure=False) for given in arguments]
         try:
-            for future in as_completed(futures):
+            for future in clients_completed(futures):
                 future.result()
                 yield
         except KilledWorker as fault:
-            raise FloorLocalizerError(
-                'a worker died several times at the same task (not enough memory?); '
-                'run the same command again with fewer --workers: completed tasks are kept'
-            ) from fault
+            message = _WORKER_DIED.format('a worker died several times at the same task')
+            raise FloorLocalizerError(message) from fault
         except CancelledError as fault:
             raise FloorLocalizerError(
                 'the scheduler has stopped; start it and run the same command again: completed tasks are kept'
@@ -151,45 +193,34 @@ def task_runner(workers: int, scheduler: str | None = None) -> Iterator[TaskRunn
         scheduler: address of a dask scheduler whose workers access the same files; None for local processes.
 
     Raises:
-        FloorLocalizerError: the scheduler does not answer, or has no workers.
+        FloorLocalizerError: the scheduler does not answer or has no workers, or dask is not installed.
     """
     if scheduler is None and workers == 1:
         yield InProcessRunner()
         return
-    # Imported here, as it takes half a second and only index and survey need it; the import sets its logging levels.
-    import distributed  # noqa: F401, PLC0415
-
-    for name in _LOGGERS_OF_DASK:
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # as for the workers
-    with _local_workers(workers) if scheduler is None else _scheduler_workers(scheduler) as client:
-        yield DaskRunner(client)
-
-
-@contextmanager
-def _local_workers(workers: int) -> Iterator[Client]:
-    """Start local workers, and stop them at the end."""
-    import dask  # noqa: PLC0415 as in `task_runner`
-    from distributed import Client, LocalCluster  # noqa: PLC0415
-
-    with dask.config.set(_WORKER_CONFIG):
-        with _block_interrupts():
-            cluster = LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0
-            )
-        with cluster, Client(cluster) as client:
-            try:
-                yield client
-            finally:
-                # A worker that is restarted after its death prints a traceback if it is stopped before it is ready.
-                with suppress(TimeoutError):
-                    client.wait_for_workers(workers, timeout=_RESTART_TIMEOUT)
+    if scheduler is not None:
+        with _scheduler_workers(scheduler) as client:
+            yield DaskRunner(client)
+        return
+    runner = ProcessRunner(workers)
+    try:
+        yield runner
+    finally:
+        runner.stop()
 
 
 @contextmanager
 def _scheduler_workers(scheduler: str) -> Iterator[Client]:
     """Connect to the workers of a scheduler."""
-    from distributed import Client  # noqa: PLC0415 as in `task_runner`
+    if find_spec('distributed') is None:
+        raise FloorLocalizerError(
+            '--scheduler: needs dask; install it with "pip install dask distributed", or leave the option out'
+        )
+    # Imported here, as it takes half a second and only a cluster needs it; the import sets its logging levels.
+    from distributed import Client  # noqa: PLC0415
 
+    for name in _LOGGERS_OF_DASK:
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # errors are raised here and reported in one line
     try:
         client = Client(scheduler, timeout=_SCHEDULER_TIMEOUT)
     except (OSError, ValueError) as fault:
@@ -204,6 +235,18 @@ def _scheduler_workers(scheduler: str) -> Iterator[Client]:
                 f'--scheduler {scheduler}: has no workers; start "dask worker {scheduler}", or leave it out'
             ) from fault
         yield client
+
+
+@contextmanager
+def _worker_environment() -> Iterator[None]:
+    """Set the environment that workers inherit; this process keeps its own."""
+    missing = _WORKER_ENVIRONMENT.keys() - os.environ.keys()
+    os.environ.update({name: _WORKER_ENVIRONMENT[name] for name in missing})
+    try:
+        yield
+    finally:
+        for name in missing:
+            del os.environ[name]
 
 
 @contextmanager
