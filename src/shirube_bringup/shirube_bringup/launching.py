@@ -69,6 +69,7 @@ def single_node(
         params_file = Path(LaunchConfiguration('params_file').perform(context))
         check_files(params_file, given, required, optional)
         prefix, trees = frame_prefix(context)
+        parameters = [*switched, *prefix, *({name: path} for name, path in given.items() if path)]
         return [
             Node(
                 package=package,
@@ -77,26 +78,15 @@ def single_node(
                 exec_name=package,  # in the log, instead of the executable's
                 namespace=LaunchConfiguration('namespace'),
                 output='screen',
-                parameters=[
-                    LaunchConfiguration('params_file'),
-                    *switched,
-                    *(prefix),
-                    *({name: path} for name, path in given.items() if path),
-                ],
+                parameters=[LaunchConfiguration('params_file'), *parameters],
                 remappings=[*remapped.items(), *trees],
             )
         ]
 
     names = [name for name in arguments if name not in (*flags, *paths)]
     remapped = {name: LaunchConfiguration(name) for name in names} if topics is None else topics
-    declared = declare(
-        {
-            'params_file': (share('config', f'{package}.yaml'), 'parameters of the node'),
-            **arguments,
-            **ROBOT,
-            'use_sim_time': ('false', 'use /clock'),
-        }
-    )
+    params_file = {'params_file': (share('config', f'{package}.yaml'), 'parameters of the node')}
+    declared = declare({**params_file, **arguments, **ROBOT, 'use_sim_time': ('false', 'use /clock')})
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
     return LaunchDescription([*declared, sim_time, OpaqueFunction(function=start_node)])
 

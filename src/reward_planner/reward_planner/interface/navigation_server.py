@@ -89,7 +89,7 @@ class NavigationServer:
             self.end('UNKNOWN', 'the goal was cancelled in the node')
         else:
             self._handle.publish_feedback(self._feedback(drive, now))
-            self._abort_lasting_problem(drive, now)
+            self._abort_after_timeout(drive, now)
 
     def end(self, code: str, message: str) -> None:
         """End the goal, if there is one, with an error code; an empty message is success."""
@@ -137,7 +137,7 @@ class NavigationServer:
             pose.header.frame_id = pose.header.frame_id or request.path.header.frame_id
         self._drive_to(request.path.poses[-1], FOLLOW, request.path.poses)
 
-    def _abort_lasting_problem(self, drive: DriveCommand, now: float) -> None:
+    def _abort_after_timeout(self, drive: DriveCommand, now: float) -> None:
         """Abort a goal whose problem lasts."""
         if not drive.state.needs_attention:
             self._problem_since = math.nan
