@@ -38,7 +38,7 @@ from stereo_landmark.core.primitives.primitive import (
     PrimitiveKind,
     primitive_size,
 )
-from stereo_landmark.core.procedure.stereo_view import DetectedScene, StereoView, detect_scene
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import PAPER, LandmarkSettings
 from stereo_landmark.core.stereo import StereoImages
@@ -66,6 +66,8 @@ SIZES = {
     PrimitiveKind.PARALLEL_LINES: 0.5,
 }
 """Sizes of these primitives, see `primitive_size`, in radii."""
+SIZE_TOLERANCE = 0.25
+"""Largest relative difference from that size."""
 LINES_BELOW = 1.55
 """Middle of the lines of a lined meter below its own, in radii."""
 AMBIGUOUS = 'ambiguous: several poses match'
@@ -145,30 +147,29 @@ def taught_place(lesson: Lesson) -> TaughtPlace:
     """
     processing = ImageProcessing()
     left, right = (detect_scene(image, processing) for image in lesson.pair)
+    teacher = Teacher(StereoView(left, right, CAMERAS), processing)
     chosen = {
-        f'meter {number} {kind.value}': _nearest(left, kind, middle, lesson)
+        f'meter {number} {kind.value}': _choose(teacher, kind, middle, lesson)
         for number, middle in zip(lesson.chosen, meter_centres(lesson), strict=True)
         for kind in KINDS[lesson.design.case]
     }
-    teacher = Teacher(StereoView(left, right, CAMERAS), processing)
     return teacher.teach('corridor', [TargetSelection('meters', chosen)])
 
 
-def _nearest(
-    scene: DetectedScene, kind: PrimitiveKind, middle: NDArray[np.float64], lesson: Lesson
-) -> Primitive:
-    """Return the primitive of a kind where a meter has it, of nearest to its size."""
+def _choose(teacher: Teacher, kind: PrimitiveKind, middle: NDArray[np.float64], lesson: Lesson) -> Primitive:
+    """Return the primitive of a meter that is nearest to its size and can be measured: its rim or its face."""
     (meter,) = (each for each in lesson.scene.objects if each.name == 'meter_0')
     radius = meter.radius * FOCAL / (-T_MAP_LESSON.x - RIG.mount.xyz[0])
     shift = LINES_BELOW * radius if kind is PrimitiveKind.PARALLEL_LINES else 0.0
-    near = [
-        each
-        for each in scene.kinds[kind].primitives
+    sizes = {
+        each: abs(primitive_size(each) / (SIZES[kind] * radius) - 1.0)
+        for each in teacher.view.left.kinds[kind].primitives
         if np.hypot(*(each.centre - middle - [0.0, shift])) <= CHOSEN_WITHIN
-    ]
-    if not near:
-        raise StereoLandmarkError(f'{kind.value} of a meter is not detected')
-    return min(near, key=lambda each: abs(primitive_size(each) - SIZES[kind] * radius))
+    }
+    for primitive in sorted(sizes, key=lambda each: sizes[each]):
+        if sizes[primitive] <= SIZE_TOLERANCE and teacher.can_measure(primitive):
+            return primitive
+    raise StereoLandmarkError(f'{kind.value} of a meter is not detected')
 
 
 def size_on_disk(place: TaughtPlace, pair: Pair) -> tuple[int, int]:

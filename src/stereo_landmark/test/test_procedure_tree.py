@@ -27,7 +27,7 @@ class Detector:
             [
                 Detection(
                     DetectedPrimitives(PrimitiveKind.ELLIPSE, (circle(size),)),
-                    *(0, np.zeros(2), complex(*centre), misfit),
+                    *(0, np.zeros(2), complex(*centre), size, misfit),
                 )
                 for centre, misfit in places
             ]
@@ -93,10 +93,9 @@ def test_windows_are_where_the_primitives_found_before_predict():
 
 def test_of_the_combinations_the_fullest_and_nearest_is_the_first():
     first, second, third = ([(centre, 0.0)] for centre in CENTRES)
-    second += [((200.0, 108.0), 0.0), ((200.0, 100.0), 0.5)]
+    second += [((200.0, 112.0), 0.0), ((200.0, 101.0), 0.5)]
     found = search(Detector([((400.0, 400.0), 0.0), *first], second, third))
-    assert len(found) == 3
-    assert [len(each.found) for each in found] == [3, 3, 3]
+    assert [len(each.found) for each in found] == [3, 3]
     assert found[0].found[1].centre == 200.0 + 100.0j
     assert [each.misfit for each in found] == sorted(each.misfit for each in found)
     assert found[0].misfit == pytest.approx(0.0, abs=1e-9)

@@ -199,6 +199,17 @@ def shape_differences(kind: PrimitiveKind, found: Floats, taught: Floats, tolera
             return corner_differences(found, taught, tolerances.corner)
 
 
+def shape_sizes(kind: PrimitiveKind, vectors: Floats) -> Floats:
+    """Return the sizes of shape vectors, shape (n, d), as `primitive_size` does, shape (n,) [px]."""
+    match kind:
+        case PrimitiveKind.QUADRILATERAL:
+            return np.asarray(0.5 * np.linalg.norm(vectors[:, :8], axis=1))
+        case PrimitiveKind.CORNER:
+            return np.ones(len(vectors))
+        case _:
+            return vectors[:, 0]
+
+
 def shape_descriptors(kind: PrimitiveKind, vectors: Floats) -> Floats:
     """Return descriptors, shape (n, DESCRIPTOR_SIZE): primitives are similar if all of theirs differ by less than one.
 
@@ -214,7 +225,7 @@ def shape_descriptors(kind: PrimitiveKind, vectors: Floats) -> Floats:
             rows[:, 2:4] = _doubled_angle_vectors(vectors[:, 2]) * flatness[:, None] / ANGLE_TOLERANCE
             rows[:, 4] = 2.0 * vectors[:, 3]
         case PrimitiveKind.QUADRILATERAL:
-            sizes = 0.5 * np.linalg.norm(vectors[:, :8], axis=1)
+            sizes = shape_sizes(kind, vectors)
             rows[:, :8] = vectors[:, :8] / (sizes[:, None] * CORNER_TOLERANCE)
             rows[:, 8] = np.log(sizes) / SIZE_TOLERANCE + 100.0 * vectors[:, 8]
         case PrimitiveKind.PARALLEL_LINES:

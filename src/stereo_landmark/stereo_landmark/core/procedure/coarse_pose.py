@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.arrays import Floats, Masks
 from stereo_landmark.core.least_squares import invert_symmetric
 from stereo_landmark.core.procedure.stereo_view import CameraView, StereoView
+from stereo_landmark.core.stereo import StereoRig
 
 DETECTED_SIGMA = 0.7
 """Standard deviation of a detected primitive before its refinement in the grey image [px]."""
@@ -24,6 +25,8 @@ DEPTH_MIN = 0.05
 """Nearer points do not count in the fit [m]."""
 PREDICTED_DEPTH_MIN = 0.2
 """Nearer points have no predicted pixels [m]."""
+BORDER_MARGIN = 8.0
+"""Primitives predicted nearer to the border may be out of view [px]."""
 
 
 def predict_pixels(states: Floats, positions: Floats, view: CameraView) -> Floats:
@@ -36,6 +39,18 @@ def predict_pixels(states: Floats, positions: Floats, view: CameraView) -> Float
     """
     return np.asarray(
         _project(states, positions, view.camera.rotation, view.camera.position, stereo_intrinsics(view))
+    )
+
+
+def is_in_view(pixels: Floats, rig: StereoRig) -> Masks:
+    """Return the mask of predicted pixels u, v, shape (h, k, 2) or more, inside an image, shape (h, k)."""
+    width, height = rig.left.width, rig.left.height
+    u, v = pixels[..., 0], pixels[..., 1]
+    return np.asarray(
+        (u > BORDER_MARGIN)
+        & (u < width - 1 - BORDER_MARGIN)
+        & (v > BORDER_MARGIN)
+        & (v < height - 1 - BORDER_MARGIN)
     )
 
 

@@ -18,8 +18,13 @@ import numpy as np
 from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.place.point_registration import closed_form, find_consensus_set
-from stereo_landmark.core.procedure.coarse_pose import DETECTED_SIGMA, image_distances, predict_pixels
-from stereo_landmark.core.procedure.pose_hypotheses import FALSE_POSITIVE_MIN, is_in_view
+from stereo_landmark.core.procedure.coarse_pose import (
+    DETECTED_SIGMA,
+    image_distances,
+    is_in_view,
+    predict_pixels,
+)
+from stereo_landmark.core.procedure.pose_hypotheses import FALSE_POSITIVE_MIN
 from stereo_landmark.core.procedure.procedure_tree import Combination, ProcedureTree
 from stereo_landmark.core.procedure.stereo_matching import ROW_DIFFERENCE_MAX
 from stereo_landmark.core.procedure.stereo_view import NamedPair, align_pair, refine_pair, stereo_points
@@ -31,8 +36,8 @@ from stereo_landmark.core.procedure.target_search import (
     TargetResult,
     correct_circle_centres,
 )
-from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget
-from stereo_landmark.core.procedure.window_detector import SearchRegion, WindowDetector
+from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
+from stereo_landmark.core.procedure.window_detector import Detection, SearchRegion, WindowDetector
 from stereo_landmark.core.settings import SearchSettings
 from stereo_landmark.core.stereo import (
     MEASUREMENT_SIZE,
@@ -61,11 +66,12 @@ class _Cameras:
 
 
 class _Candidate(NamedTuple):
-    """A combination of both images: its primitives, the state x, y, z [m] and yaw [rad], and its score."""
+    """A combination of both images: its primitives, x, y, z [m] and yaw [rad], its score and the minimum score."""
 
     pairs: list[NamedPair]
     state: Floats
     score: float
+    needed: float
 
 
 class PaperSearch:
@@ -105,8 +111,7 @@ class PaperSearch:
             candidates += self._candidates(target, left, right, cameras)
             if has_succeeded:
                 break
-            needed = self._settings.log_likelihood_ratio_min
-            has_succeeded = any(each.score >= needed for each in candidates)
+            has_succeeded = any(each.score >= each.needed for each in candidates)
         if not candidates:
             detail = f'searched for {len(target.primitives)} primitives'
             return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, detail)
@@ -153,24 +158,37 @@ class PaperSearch:
                 for k in sorted(here.found.keys() & there.found.keys())
                 if abs(here.found[k].centre.imag - there.found[k].centre.imag) <= ROW_DIFFERENCE_MAX
             ]
-            if len(both) < needed:
-                continue
-            pairs = [
-                (f'{target.name}/{each.name}', *align_pair(each.shape, one.primitive, other.primitive))
-                for each, one, other in both
-            ]
-            candidate = self._locate(target, pairs, cameras)
+            candidate = self._locate(target, both, cameras) if len(both) >= needed else None
             if candidate is not None:
                 yield candidate
 
-    def _locate(self, target: TaughtTarget, pairs: list[NamedPair], cameras: _Cameras) -> _Candidate | None:
+    def _locate(
+        self,
+        target: TaughtTarget,
+        both: list[tuple[TaughtPrimitive, Detection, Detection]],
+        cameras: _Cameras,
+    ) -> _Candidate | None:
         """Return a candidate with its pose and score; None if the robot cannot be there."""
-        points = stereo_points(pairs)
-        noise = np.tile(DETECTED_SIGMA**2 * np.eye(MEASUREMENT_SIZE), (len(points), 1, 1))
-        detected = StereoPoints(points.names, points.pixels, noise)
+        pairs = [
+            (f'{target.name}/{each.name}', *align_pair(each.shape, one.primitive, other.primitive))
+            for each, one, other in both
+        ]
+        if len(both) == 1:
+            points = stereo_points(pairs)
+            pixels, names = points.pixels, points.names
+            taught = self._place.coordinates.select(names)
+        else:
+            # Nested outlines have nearly the same centre, but not the same corners.
+            names = tuple(name for name, *_ in pairs)
+            centres = np.array([[one.centre, other.centre] for _, one, other in both])
+            pixels = np.stack([centres.real, centres.imag], axis=2).reshape(-1, MEASUREMENT_SIZE)
+            positions = np.array([each.position for each, *_ in both])
+            taught = SpatialPoints(names, positions, np.zeros((len(names), 3, 3)))
+        noise = np.tile(DETECTED_SIGMA**2 * np.eye(MEASUREMENT_SIZE), (len(names), 1, 1))
+        detected = StereoPoints(names, pixels, noise)
         if not is_measurable(detected, cameras.rig).all():
             return None
-        found, taught = cameras.spatial_points(detected), self._place.coordinates.select(points.names)
+        found = cameras.spatial_points(detected)
         # Points at other distances than the taught ones do not count (3.4, end).
         kept = find_consensus_set(found, taught, 0.0).inliers
         displacement = closed_form(found.positions[kept], taught.positions[kept])
@@ -184,23 +202,25 @@ class PaperSearch:
         errors = found.positions - (taught.positions - [x, y, z]) @ turn.T
         spread = found.covariances + turn @ taught.covariances @ turn.T
         squares = np.einsum('ni,nij,nj->n', errors, np.linalg.inv(spread), errors)
-        # As in the likelihood of a hypothesis: primitives count for it unless out of place, missing ones against it.
-        owners = [name.rpartition('/')[0] for name in points.names]
-        score = 0.0
-        for name in dict.fromkeys(owners):
-            own = squares[[owner == name for owner in owners]]
-            score += max(0.0, self._found_score - 0.5 * max(0.0, float(own.sum()) - 3.0 * len(own)))
-        in_view = is_in_view(predict_pixels(state[None], target.positions, cameras), cameras.rig)
-        score += max(0, int(in_view.sum()) - len(pairs)) * self._missing_score
-        return _Candidate(pairs, state, score)
+        # As in the likelihood of a hypothesis: primitives count for it, missing ones or those out of place against it.
+        misfits = 0.5 * np.maximum(0.0, squares - 3.0)
+        worst = misfits.max() if len(both) == 1 else misfits
+        score = float(np.maximum(self._missing_score, self._found_score - worst).sum())
+        pixels = predict_pixels(state[None], target.positions, cameras)
+        in_view = is_in_view(pixels, cameras.rig) & is_in_view(pixels[..., [2, 3]], cameras.rig)
+        visible = max(int(in_view.sum()), len(both))
+        score += (visible - len(both)) * self._missing_score
+        # Without surroundings, the target itself must be there for the most part.
+        needed = self._settings.found_fraction_min * self._found_score * visible
+        return _Candidate(pairs, state, score, max(needed, self._settings.log_likelihood_ratio_min))
 
     def _check_best(
         self, target: TaughtTarget, candidates: list[_Candidate], cameras: _Cameras
     ) -> NoTargetDetection | None:
         """Return why the first of the candidates, the best ones first, is not accepted; None if it is."""
-        best, needed = candidates[0].score, self._settings.log_likelihood_ratio_min
+        best, needed = candidates[0].score, candidates[0].needed
         if best < needed:
-            detail = f'log-likelihood ratio {best:.1f}, {needed:g} is needed'
+            detail = f'log-likelihood ratio {best:.1f}, {needed:.1f} is needed'
             return NoTargetDetection(target.name, NoDetectionReason.NOT_SIGNIFICANT, detail)
         # The surroundings do not tell a hidden primitive from a target that is one further: a pose that lacks one more
         # primitive than the best one is a rival, too.
@@ -211,7 +231,7 @@ class PaperSearch:
             default=0.0,
         )
         margin = self._settings.margin + self._found_score - self._missing_score
-        if rival >= needed and best - rival < margin:
+        if rival >= self._settings.log_likelihood_ratio_min and best - rival < margin:
             detail = f'log-likelihood ratios {best:.1f} and {rival:.1f}'
             return NoTargetDetection(target.name, NoDetectionReason.AMBIGUOUS, detail)
         return None

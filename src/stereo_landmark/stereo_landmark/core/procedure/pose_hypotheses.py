@@ -14,14 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from stereo_landmark.core.arrays import Floats, Ints, Masks
+from stereo_landmark.core.arrays import Floats, Ints
 from stereo_landmark.core.primitives.primitive import Tolerances
-from stereo_landmark.core.procedure.coarse_pose import poses_from_match, predict_pixels
+from stereo_landmark.core.procedure.coarse_pose import is_in_view, poses_from_match, predict_pixels
 from stereo_landmark.core.procedure.guided_matching import StereoCandidates, similar_primitives
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive
 from stereo_landmark.core.settings import SearchSettings
-from stereo_landmark.core.stereo import StereoRig
 
 YAW_STEP = 0.09
 """Step between the tested yaws [rad]."""
@@ -31,6 +30,8 @@ DISPARITY_SCALE = 0.5
 """Ratio of the error of disparities to that of positions."""
 HYPOTHESES_MAX = 24
 """Maximum number of hypotheses that are refined."""
+SAME_PLACE = 12.0
+"""Side of the cells of an image [px]: primitives in one cell, such as nested outlines, count as the same match."""
 _Hypotheses = tuple[Floats, Ints, Floats, Ints]
 """States, matches, misfits and paths."""
 
@@ -74,18 +75,31 @@ def generate_hypotheses(
         matches, misfits = _match(pixels, starts, centres, order, path, settings.window, count_min)
         kept = np.flatnonzero(misfits < math.inf)
         generated.append((states[kept], matches[kept], misfits[kept], np.full(len(kept), path)))
-    return _select_best(*(np.concatenate(parts) for parts in zip(*generated, strict=True)))
+    states, matches, misfits, paths = (np.concatenate(parts) for parts in zip(*generated, strict=True))
+    return _select_best(states, matches, misfits, paths, _matched_cells(matches, candidates))
 
 
-def _select_best(states: Floats, matches: Ints, misfits: Floats, paths: Ints) -> list[PoseHypothesis]:
-    """Return hypotheses, of those with the same matches the one with the smallest misfit."""
+def _matched_cells(matches: Ints, candidates: Sequence[StereoCandidates]) -> Ints:
+    """Return a number for the image cell of each match, shape (h, k), -1 without a match."""
+    cells = np.full(matches.shape, -1)
+    for k, found in enumerate(candidates):
+        is_matched = matches[:, k] >= 0
+        columns, rows = np.rint(found.centres[:, :2] / SAME_PLACE).astype(np.int64).T
+        cells[is_matched, k] = (10000 * rows + columns)[matches[is_matched, k]]
+    return cells
+
+
+def _select_best(
+    states: Floats, matches: Ints, misfits: Floats, paths: Ints, cells: Ints
+) -> list[PoseHypothesis]:
+    """Return hypotheses, of those with matches in the same cells the one with the smallest misfit."""
     counts = (matches >= 0).sum(axis=1)
     chosen: list[int] = []
     # Hypotheses with the most matches come first, so that few need to be compared.
     for count in np.unique(counts)[::-1].tolist():
         alike = np.flatnonzero(counts == count)
         alike = alike[np.argsort(misfits[alike], kind='stable')]
-        best = {row.tobytes(): i for i, row in zip(alike[::-1].tolist(), matches[alike[::-1]], strict=True)}
+        best = {row.tobytes(): i for i, row in zip(alike[::-1].tolist(), cells[alike[::-1]], strict=True)}
         chosen += sorted(best.values(), key=lambda i: (paths[i], misfits[i]))
         if len(chosen) >= HYPOTHESES_MAX:
             break
@@ -206,22 +220,8 @@ WINDOW = 5.0
 CENTRE_SIGMA = 1.0
 """Standard deviation of a detection along each axis [px]; it separates rows of different spacing. Rendered scenes show
 0.01 px for the fitted primitives and 0.1 px for the context landmarks; real calibrations are worse."""
-BORDER_MARGIN = 8.0
-"""Primitives predicted nearer to the border may be out of view [px]."""
 FALSE_POSITIVE_MIN, FALSE_POSITIVE_MAX = 0.05, 0.5
 """Limits of the probability of a false positive in a window; patterns on walls keep it above the lower limit."""
-
-
-def is_in_view(pixels: Floats, rig: StereoRig) -> Masks:
-    """Return the mask of predicted pixels, shape (h, k, 4), that are wholly in the left image, shape (h, k)."""
-    width, height = rig.left.width, rig.left.height
-    u, v = pixels[..., 0], pixels[..., 1]
-    return np.asarray(
-        (u > BORDER_MARGIN)
-        & (u < width - 1 - BORDER_MARGIN)
-        & (v > BORDER_MARGIN)
-        & (v < height - 1 - BORDER_MARGIN)
-    )
 
 
 class PoseScorer:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.primitives.primitive import Primitive, primitive_size
+from stereo_landmark.core.procedure.pose_hypotheses import SAME_PLACE
 from stereo_landmark.core.procedure.window_detector import Detection, WindowDetector
 from stereo_landmark.core.settings import SearchSettings
 
@@ -19,6 +20,8 @@ GROWTH_FIRST, GROWTH = 0.2, 0.1
 """Growth of a window per pixel of distance, while one primitive gives the scale, and when several do."""
 BRANCHES_MAX = 4
 """Maximum number of combinations of one first candidate that are followed."""
+SIZE_TOLERANCE = 0.2
+"""Difference of the logarithm of a size from that of the other primitives at which the misfit is 1."""
 COMBINATIONS_MAX = 12
 """Maximum number of combinations of an image."""
 
@@ -28,7 +31,7 @@ class Combination(NamedTuple):
 
     Attributes:
         found: detected primitives by their index in the order of detection.
-        misfit: mean difference in shape and position, 0 for the taught ones, 1 at the tolerances.
+        misfit: mean difference in shape, position and size, 0 for the taught ones, 1 at the tolerances.
     """
 
     found: dict[int, Detection]
@@ -65,9 +68,16 @@ class ProcedureTree:
         for candidate in self._detector.find(first):
             combinations += self._follow(Combination({first: candidate}, candidate.difference))
         # The combinations with the most primitives, and of these the nearest to the taught ones.
-        enough = [each for each in combinations if len(each.found) >= needed]
-        enough.sort(key=lambda each: (-len(each.found), each.misfit))
-        return enough[:COMBINATIONS_MAX]
+        combinations.sort(key=lambda each: (-len(each.found), each.misfit))
+        best: dict[tuple[object, ...], Combination] = {}
+        for each in combinations:
+            if len(each.found) >= needed:
+                places = (
+                    (k, round(found.centre.real / SAME_PLACE), round(found.centre.imag / SAME_PLACE))
+                    for k, found in sorted(each.found.items())
+                )
+                best.setdefault(tuple(places), each)
+        return list(best.values())[:COMBINATIONS_MAX]
 
     def _follow(self, start: Combination) -> list[Combination]:
         """Return complete combinations that begin with a candidate."""
@@ -92,9 +102,8 @@ class ProcedureTree:
             centre, radius = self._window(found, index)
             branches = []
             for candidate in self._detector.find(index, centre, radius):
-                misfit = 0.5 * (candidate.difference + abs(candidate.centre - centre) / radius)
-                mean = combination.misfit + (misfit - combination.misfit) / (len(found) + 1)
-                branches.append(Combination({**found, index: candidate}, mean))
+                grown = {**found, index: candidate}
+                branches.append(Combination(grown, self._misfit(grown)))
             # Without a candidate, the branch with the next weight is followed; later windows are smaller.
             if branches:
                 return branches
@@ -102,18 +111,29 @@ class ProcedureTree:
 
     def _window(self, found: dict[int, Detection], index: int) -> tuple[complex, float]:
         """Return centre, in the complex plane, and radius of the window of a primitive [px]."""
+        mean, taught_mean, scale, is_known = self._similarity(found)
+        step = scale * (self._centres[index] - taught_mean)
+        return mean + step, self._settings.window + (GROWTH if is_known else GROWTH_FIRST) * abs(step)
+
+    def _similarity(self, found: dict[int, Detection]) -> tuple[complex, complex, complex, bool]:
+        """Return the mean centres, found and taught, scale and rotation, and whether several centres give these."""
         count, first = len(found), next(iter(found))
         mean = sum(each.centre for each in found.values()) / count
         taught_mean = sum(self._centres[k] for k in found) / count
-        # Position, rotation and scale by the centres found; with one of them, the scale by its size.
         spread = sum(abs(self._centres[k] - taught_mean) ** 2 for k in found)
-        if spread > self._settings.window**2:
-            turned = (
-                (each.centre - mean) * (self._centres[k] - taught_mean).conjugate()
-                for k, each in found.items()
-            )
-            scale, growth = sum(turned) / spread, GROWTH
-        else:
-            scale, growth = complex(found[first].size / self._sizes[first]), GROWTH_FIRST
-        step = scale * (self._centres[index] - taught_mean)
-        return mean + step, self._settings.window + growth * abs(step)
+        if spread <= self._settings.window**2:
+            return mean, taught_mean, complex(found[first].size / self._sizes[first]), False
+        turned = (
+            (each.centre - mean) * (self._centres[k] - taught_mean).conjugate() for k, each in found.items()
+        )
+        return mean, taught_mean, sum(turned) / spread, True
+
+    def _misfit(self, found: dict[int, Detection]) -> float:
+        """Return the mean difference of the primitives in shape, position and size."""
+        mean, taught_mean, scale, _ = self._similarity(found)
+        total = 0.0
+        for k, each in found.items():
+            apart = abs(each.centre - mean - scale * (self._centres[k] - taught_mean))
+            growth = abs(math.log(each.size / (self._sizes[k] * abs(scale)))) if self._sizes[k] > 1.0 else 0.0
+            total += each.difference + apart / self._settings.window + growth / SIZE_TOLERANCE
+        return total / (3.0 * len(found))

@@ -18,8 +18,8 @@ from stereo_landmark.core.primitives.primitive import (
     Primitive,
     bounding_box,
     primitive_kind,
-    primitive_size,
     shape_differences,
+    shape_sizes,
     shape_vectors,
     shift,
 )
@@ -53,6 +53,7 @@ class Detection(NamedTuple):
         index: its index among them.
         offset: offset of the window in which they are detected, shape (2,) [px].
         centre: centre in the image, in the complex plane [px].
+        size: size [px].
         difference: difference from the taught shape, 0 for none, 1 at the tolerance.
     """
 
@@ -60,12 +61,8 @@ class Detection(NamedTuple):
     index: int
     offset: Floats
     centre: complex
+    size: float
     difference: float
-
-    @property
-    def size(self) -> float:
-        """Size of the primitive [px]."""
-        return primitive_size(self.detected.primitives[self.index])
 
     @property
     def primitive(self) -> Primitive:
@@ -116,7 +113,9 @@ def _find_similar(
     (differences,) = shape_differences(detected.kind, *vectors, processing.tolerances)
     is_inside = ((centres >= region.low) & (centres <= region.high)).all(axis=1)
     chosen = np.flatnonzero(is_inside & (differences <= 1.0))
+    sizes = shape_sizes(detected.kind, detected.shape_vectors)
     detections = [
-        Detection(detected, i, offset, complex(*centres[i]), float(differences[i])) for i in chosen.tolist()
+        Detection(detected, i, offset, complex(*centres[i]), float(sizes[i]), float(differences[i]))
+        for i in chosen.tolist()
     ]
     return centres[chosen], detections
