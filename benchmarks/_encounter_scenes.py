@@ -202,9 +202,8 @@ def judge_contact(
         period: longest time between two measurements that arrived [s].
     """
     # Every 50 ms: shorter looks are less than a sensor period.
-    times, poses, speeds = (
-        [each[k] for k in range(len(times) - 1, -1, -5)][::-1] for each in (times, poses, speeds)
-    )
+    kept = range((len(times) - 1) % 5, len(times), 5)
+    times, poses, speeds = [times[k] for k in kept], [poses[k] for k in kept], [speeds[k] for k in kept]
     in_view = [
         scene.sensor.sees(scene.room, scene.walker.solids_at(t), p) for t, p in zip(times, poses, strict=True)
     ]

@@ -53,17 +53,18 @@ def main(run: Run, places: int, dirt: tuple[float, ...]) -> None:
             rng = np.random.default_rng([run.seed, number])
             image = camera.photograph(surveyed.floor, [pose], MOUNT, strewn, rng).image
             chips, pixels = camera.visible_chips(surveyed.floor, pose, MOUNT)
-            radii = 0.5 * surveyed.floor.diameters[chips] * CAMERA.fx / MOUNT.xyz[2]
+            radii = np.asarray(0.5 * surveyed.floor.diameters[chips] * CAMERA.fx / MOUNT.xyz[2])
             for smallest in SMALLEST:
                 found = DotDetector(DotDetectorSettings(minimum_diameter=smallest)).detect(image)
-                distances, nearest = cKDTree(pixels).query(found.pixels)
+                distances, nearest = map(np.asarray, cKDTree(pixels).query(found.pixels))
                 seen = len(np.unique(nearest[distances < radii[nearest]]))
                 counts[smallest] += len(pixels), len(pixels) - seen, len(found) - seen
                 for name, localizer in matchers.items():
                     if name == 'constellation' or number % POLE_STAR_EVERY == 0:
                         score = score_pose(localizer.locate_dots(found, CAMERA), pose)
                         verdicts.setdefault((smallest, name), []).append(score.verdict)
-        for smallest, (in_view, missing, spurious) in counts.items():
+        for smallest, count in counts.items():
+            in_view, missing, spurious = (int(each) for each in count)
             table.add(
                 *(f'x{level:g}', f'{smallest:g}', rate(missing, in_view, '', form='percent')),
                 rate(spurious, in_view, '', form='percent'),

@@ -30,6 +30,7 @@ from _stereo_peers import FeaturePipeline, TaughtFeatures
 from _stereo_scenes import CAMERAS, RIG, Pair, left_pixels
 from numpy.typing import NDArray
 
+from scene_simulator.corridor.instruments import Meter
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.primitives.primitive import (
@@ -158,8 +159,8 @@ def taught_place(lesson: Lesson) -> TaughtPlace:
 
 def _choose(teacher: Teacher, kind: PrimitiveKind, middle: NDArray[np.float64], lesson: Lesson) -> Primitive:
     """Return the primitive of a meter that is nearest to its size and can be measured: its rim or its face."""
-    (meter,) = (each for each in lesson.scene.objects if each.name == 'meter_0')
-    radius = meter.radius * FOCAL / (-T_MAP_LESSON.x - RIG.mount.xyz[0])
+    meters = {each.name: each for each in lesson.scene.objects if isinstance(each, Meter)}
+    radius = meters['meter_0'].radius * FOCAL / (-T_MAP_LESSON.x - RIG.mount.xyz[0])
     shift = LINES_BELOW * radius if kind is PrimitiveKind.PARALLEL_LINES else 0.0
     sizes = {
         each: abs(primitive_size(each) / (SIZES[kind] * radius) - 1.0)

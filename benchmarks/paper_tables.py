@@ -168,10 +168,14 @@ def main(run: Run, matchers: tuple[str, ...], tables: tuple[str, ...], places: i
         count = max(places // POLE_STAR_EVERY, 1) if matcher == 'pole_star' else places
         for table in tables:
             name = f'Table {table}' + (', pole star' if matcher == 'pole_star' else '')
-            function = match_rates if table == '5' else score
-            scores = iter(in_processes(function, list(tasks(matcher, table, count, run.seed)), name))
-            by_cell = [[next(scores) for _ in range(len(spread_places(count)))] for _ in TABLES[table]]
-            add_match_rates(run, name, by_cell) if table == '5' else add_table(run, name, table, by_cell)
+            wanted, views = list(tasks(matcher, table, count, run.seed)), len(spread_places(count))
+            starts = range(0, views * len(TABLES[table]), views)
+            if table == '5':
+                rates = in_processes(match_rates, wanted, name)
+                add_match_rates(run, name, [rates[k : k + views] for k in starts])
+            else:
+                scores = in_processes(score, wanted, name)
+                add_table(run, name, table, [scores[k : k + views] for k in starts])
 
 
 if __name__ == '__main__':

@@ -50,7 +50,7 @@ class Detection(NamedTuple):
 
     Attributes:
         detected: primitives of its kind.
-        index: its index among them.
+        number: its index among them.
         offset: offset of the window in which they are detected, shape (2,) [px].
         centre: centre in the image, in the complex plane [px].
         size: size [px].
@@ -58,7 +58,7 @@ class Detection(NamedTuple):
     """
 
     detected: DetectedPrimitives
-    index: int
+    number: int
     offset: Floats
     centre: complex
     size: float
@@ -67,7 +67,7 @@ class Detection(NamedTuple):
     @property
     def primitive(self) -> Primitive:
         """The primitive in the coordinates of the image."""
-        return shift(self.detected.primitives[self.index], self.offset)
+        return shift(self.detected.primitives[self.number], self.offset)
 
 
 class WindowDetector:
