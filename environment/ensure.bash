@@ -67,7 +67,7 @@ ensure_environment() {
     is_stamped "$folder/shirube.stamp" "python $version" "root $root" "${wanted[@]}" "project $project" && return 0
     if [ "$(uname -sm)" != 'Linux x86_64' ]; then
         echo "shirube: ROS 2 wheels exist for Linux on x86-64 only, this is $(uname -sm);" \
-            "see \"On a robot\" in README.md" >&2
+            "install ROS 2 Jazzy with apt and the rest with rosdep instead (docs/install.md)" >&2
         return 1
     fi
     python=$folder/bin/python

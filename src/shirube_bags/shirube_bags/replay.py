@@ -47,6 +47,10 @@ class ReplayClock:
             self._began += now - due
         return max(0.0, due - now)
 
+    def pause(self, duration: float) -> None:
+        """Make all further messages due later by a duration [s]."""
+        self._began += duration
+
     def bag_time(self, now: float) -> int:
         """Return the time of the bag [ns] at a time of the steady clock [s]."""
         return self._first_stamp_ns + round((now - self._began) * self._rate * NANOSECONDS)
@@ -118,6 +122,8 @@ def replay(
     *,
     stop: Event,
     on_progress: Callable[[float], None],
+    start_offset: float = 0.0,
+    is_paused: Callable[[], bool] = lambda: False,
 ) -> ReplayResult:
     """Publish the messages of an open bag once, until the event ``stop``.
 
@@ -128,25 +134,40 @@ def replay(
         lockstep: waits for the nodes after each message; None to publish without waiting for them.
         stop: event that ends the replay.
         on_progress: called with the replayed time of the bag [s].
+        start_offset: time of the bag that is left out [s].
+        is_paused: asked before each message; the replay goes on when it returns False.
     """
     began = time.monotonic()
-    replay_clock = ReplayClock(rate, bag.start_ns, began)
+    start_ns = bag.start_ns + round(start_offset * NANOSECONDS)
+    replay_clock = ReplayClock(rate, start_ns, began)
     publish = player.publish if lockstep is None else lockstep.publish
     count, played = 0, 0.0
-    for message in bag.messages(player.topics):
-        wait_until_due(replay_clock, message.stamp_ns, player, stop)
+    whole = start_offset == 0.0  # only then the number of messages is checked
+    messages = (
+        bag.messages(player.topics) if whole else bag.messages_between(player.topics, start_ns, bag.end_ns)
+    )
+    for message in messages:
+        wait_until_due(replay_clock, message.stamp_ns, player, stop, is_paused)
         if stop.is_set():
             break
         publish(message)
         count += 1
-        played = (message.stamp_ns - bag.start_ns) / NANOSECONDS
+        played = (message.stamp_ns - start_ns) / NANOSECONDS
         on_progress(played)
     return ReplayResult(count, played, time.monotonic() - began)
 
 
-def wait_until_due(replay_clock: ReplayClock, stamp_ns: int, player: BagPlayer, stop: Event) -> None:
-    """Wait for the time of a message, while publishing ``/clock``."""
-    while (delay := replay_clock.delay(stamp_ns, time.monotonic())) > 0.0:
-        if stop.wait(min(delay, CLOCK_INTERVAL)):
+def wait_until_due(
+    replay_clock: ReplayClock, stamp_ns: int, player: BagPlayer, stop: Event, is_paused: Callable[[], bool]
+) -> None:
+    """Wait for the time of a message, while publishing ``/clock``, which keeps its time during a pause."""
+    while not stop.is_set():
+        now = time.monotonic()
+        if is_paused():
+            stop.wait(CLOCK_INTERVAL)
+            replay_clock.pause(time.monotonic() - now)
+        elif (delay := replay_clock.delay(stamp_ns, now)) > 0.0:
+            stop.wait(min(delay, CLOCK_INTERVAL))
+            player.set_clock(min(replay_clock.bag_time(time.monotonic()), stamp_ns))
+        else:
             return
-        player.set_clock(min(replay_clock.bag_time(time.monotonic()), stamp_ns))

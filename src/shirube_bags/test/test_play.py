@@ -125,8 +125,14 @@ def test_topics_of_types_that_are_not_installed_are_left_out(play, tmp_path, mes
     assert 'install its package tf2_msgs' in one_line(capsys.readouterr().err)
 
 
+def test_an_offset_beyond_the_end_is_refused(play, bag_path, capsys):
+    assert play(bag_path, '--start-offset', '3') == 1
+    assert '--start-offset 3: the bag ends after 0.8 s' in one_line(capsys.readouterr().err)
+
+
 @pytest.mark.parametrize(
-    'arguments', [('--rate', '-1'), ('--rate', 'nan'), ('--loop', '0'), ('--timeout', '-1'), ()]
+    'arguments',
+    [('--start-offset', '-1'), ('--rate', '-1'), ('--rate', 'nan'), ('--loop', '0'), ('--timeout', '-1'), ()],
 )
 def test_bad_options_are_refused(play, arguments, bag_path, capsys):
     with pytest.raises(SystemExit, match='2'):

@@ -25,10 +25,10 @@ class Recorder:
         self.ticks.append(stamp_ns)
 
 
-def play(path, rate, stop, on_progress=lambda _: None):
+def play(path, rate, stop, on_progress=lambda _: None, **options):
     with BagReader(path) as bag:
         player = Recorder(tuple(bag.topics))
-        result = replay(bag, player, rate, None, stop=stop, on_progress=on_progress)
+        result = replay(bag, player, rate, None, stop=stop, on_progress=on_progress, **options)
         return player, result, list(bag.messages())
 
 
@@ -58,6 +58,37 @@ def test_a_wish_to_stop_ends_the_replay(bag_path):
     player, result, messages = play(bag_path, 0.0, stop, stop_halfway)
     assert 0 < result.messages < len(messages)
     assert len(player.published) == result.messages
+
+
+def test_an_offset_leaves_out_the_beginning_and_the_rest_keeps_its_times(bag_path):
+    player, result, messages = play(bag_path, 4.0, Event(), start_offset=0.4)
+    later = [each for each in messages if each.stamp_ns >= messages[0].stamp_ns + 400_000_000]
+    assert player.published == later
+    assert min(player.ticks) >= later[0].stamp_ns - 25_000_000
+    assert result.bag_duration == pytest.approx(0.4)
+
+
+def test_nothing_is_published_during_a_pause_and_nothing_is_lost_after_it(bag_path):
+    looks, published = iter([False] * 5 + [True] * 4), []
+
+    def is_paused():
+        paused = next(looks, False)
+        published.append((paused, len(player.published)))
+        return paused
+
+    with BagReader(bag_path) as bag:
+        player = Recorder(tuple(bag.topics))
+        result = replay(bag, player, 0.0, None, stop=Event(), on_progress=lambda _: None, is_paused=is_paused)
+        assert player.published == list(bag.messages())
+    assert len({count for paused, count in published if paused}) == 1
+    assert result.elapsed >= 4 * 0.025
+
+
+def test_a_pause_delays_all_further_messages():
+    pace = ReplayClock(2.0, 0, now=0.0)
+    pace.pause(3.0)
+    assert pace.delay(1 * SECOND, 3.0) == pytest.approx(0.5)
+    assert pace.bag_time(3.5) == SECOND
 
 
 SECOND = 10**9

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.resources import as_file, files
 from pathlib import Path
 from threading import Event
@@ -17,6 +17,7 @@ from shirube_bags.bag_player import BagPlayer, load_message_class
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ReplayError, ShirubeBagsError
 from shirube_bags.lockstep import Lockstep
+from shirube_bags.pause_key import pause_key
 from shirube_bags.replay import replay, wait_for_any, wait_for_counts
 from shirube_bags.ros_session import ros_session, stop_on_signals
 from shirube_bags.stamps import NANOSECONDS, number_from_zero
@@ -43,6 +44,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def play(options: argparse.Namespace, command_line: Sequence[str], stop: Event) -> None:
     """Replay the bag until its end or until ``stop`` is set."""
     with BagReader(options.bag) as bag, ros_session('bag_player', command_line) as session:
+        if options.start_offset >= (duration := (bag.end_ns - bag.start_ns) / NANOSECONDS) > 0.0:
+            raise ReplayError(
+                f'--start-offset {options.start_offset:g}: the bag ends after {duration:.1f} s; give less'
+            )
         topics = playable_topics(bag, options.topics)
         player = BagPlayer(session.node, [bag.topics[topic] for topic in topics])
         lockstep = Lockstep(player, session.node, session.executor, should_stop=stop.is_set)
@@ -54,20 +59,33 @@ def play(options: argparse.Namespace, command_line: Sequence[str], stop: Event) 
                 f'{", ".join(lockstep.nodes_without_services)} has no parameter service and may lose messages'
             )
         step = lockstep if options.lockstep or options.rate == 0.0 else None
-        for _ in range(options.loop):
-            if not stop.is_set():
-                play_once(bag, player, options.rate, step, stop)
+        with pause_key(lambda paused: log('paused; space continues' if paused else 'continued')) as is_paused:
+            for _ in range(options.loop):
+                if stop.is_set():
+                    break
+                play_once(bag, player, options, step, stop, is_paused)
         player.wait_until_received(topics, DELIVERY_TIMEOUT)
         lockstep.wait(topics)
 
 
-def play_once(bag: BagReader, player: BagPlayer, rate: float, lockstep: Lockstep | None, stop: Event) -> None:
+def play_once(
+    bag: BagReader,
+    player: BagPlayer,
+    options: argparse.Namespace,
+    lockstep: Lockstep | None,
+    stop: Event,
+    is_paused: Callable[[], bool],
+) -> None:
     """Replay the bag once with a progress bar, and report the speed."""
     player.rewind()
-    duration = (bag.end_ns - bag.start_ns) / NANOSECONDS
+    duration = (bag.end_ns - bag.start_ns) / NANOSECONDS - options.start_offset
     with tqdm(total=duration, delay=1.0, mininterval=0.5, bar_format=PROGRESS_BAR) as bar:
         result = replay(
-            bag, player, rate, lockstep, stop=stop, on_progress=lambda played: bar.update(played - bar.n)
+            *(bag, player, options.rate, lockstep),
+            stop=stop,
+            on_progress=lambda played: bar.update(played - bar.n),
+            start_offset=options.start_offset,
+            is_paused=is_paused,
         )
     speed = result.bag_duration / max(result.elapsed, 1e-9)
     log(
@@ -129,7 +147,7 @@ def make_parser() -> argparse.ArgumentParser:
         prog='play',
         description='Replay a bag to live nodes, with /clock. Topics are published reliably, so no message '
         'is lost on the network; nodes slower than the replay need --lockstep (or --rate 0) to lose '
-        'none in their queues. Give remappings after --ros-args.',
+        'none in their queues. The space bar pauses and continues. Give remappings after --ros-args.',
     )
     add = parser.add_argument
     add('bag', type=Path, help='folder of a rosbag2, or its .mcap or .db3 file')
@@ -137,8 +155,10 @@ def make_parser() -> argparse.ArgumentParser:
         help='playback rate (default: 1); 0: as fast as the nodes keep up, in lock step')  # fmt: skip
     add('--lockstep', action='store_true',
         help='publish a message only after the nodes have processed the last one')  # fmt: skip
-    add('--loop', type=loop_count, default=1, metavar='N',
-        help='number of repetitions; /clock jumps back each time')  # fmt: skip
+    add('--start-offset', type=number_from_zero, default=0.0, metavar='SECONDS',
+        help='leave out the beginning of the bag')  # fmt: skip
+    add('--loop', type=loop_count, default=1, nargs='?', const=sys.maxsize, metavar='N',
+        help='number of repetitions, without N until Ctrl-C; /clock jumps back each time')  # fmt: skip
     add('--topics', nargs='+', default=(), metavar='TOPIC', help='play only these topics')
     add('--wait-for', nargs='+', default=(), type=wanted_subscribers, metavar='TOPIC[/COUNT]',
         help='start when these topics have COUNT subscribers (default 1); without this option, any subscriber '
