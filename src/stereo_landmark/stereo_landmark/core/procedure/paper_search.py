@@ -173,19 +173,7 @@ class PaperSearch:
             (f'{target.name}/{each.name}', *align_pair(each.shape, one.primitive, other.primitive))
             for each, one, other in both
         ]
-        if len(both) == 1:
-            points = stereo_points(pairs)
-            pixels, names = points.pixels, points.names
-            taught = self._place.coordinates.select(names)
-        else:
-            # Nested outlines have nearly the same centre, but not the same corners.
-            names = tuple(name for name, *_ in pairs)
-            centres = np.array([[one.centre, other.centre] for _, one, other in both])
-            pixels = np.stack([centres.real, centres.imag], axis=2).reshape(-1, MEASUREMENT_SIZE)
-            positions = np.array([each.position for each, *_ in both])
-            taught = SpatialPoints(names, positions, np.zeros((len(names), 3, 3)))
-        noise = np.tile(DETECTED_SIGMA**2 * np.eye(MEASUREMENT_SIZE), (len(names), 1, 1))
-        detected = StereoPoints(names, pixels, noise)
+        detected, taught = self._corresponding_points(both, pairs)
         if not is_measurable(detected, cameras.rig).all():
             return None
         found = cameras.spatial_points(detected)
@@ -213,6 +201,24 @@ class PaperSearch:
         # Without surroundings, the target itself must be there for the most part.
         needed = self._settings.found_fraction_min * self._found_score * visible
         return _Candidate(pairs, state, score, max(needed, self._settings.log_likelihood_ratio_min))
+
+    def _corresponding_points(
+        self, both: list[tuple[TaughtPrimitive, Detection, Detection]], pairs: list[NamedPair]
+    ) -> tuple[StereoPoints, SpatialPoints]:
+        """Return the detected points and the taught ones: those of a single primitive, otherwise all centres."""
+        if len(both) == 1:
+            points = stereo_points(pairs)
+            pixels, names = points.pixels, points.names
+            taught = self._place.coordinates.select(names)
+        else:
+            # Nested outlines have nearly the same centre, but not the same corners.
+            names = tuple(name for name, *_ in pairs)
+            centres = np.array([[one.centre, other.centre] for _, one, other in both])
+            pixels = np.stack([centres.real, centres.imag], axis=2).reshape(-1, MEASUREMENT_SIZE)
+            positions = np.array([each.position for each, *_ in both])
+            taught = SpatialPoints(names, positions, np.zeros((len(names), 3, 3)))
+        noise = np.tile(DETECTED_SIGMA**2 * np.eye(MEASUREMENT_SIZE), (len(names), 1, 1))
+        return StereoPoints(names, pixels, noise), taught
 
     def _check_best(
         self, target: TaughtTarget, candidates: list[_Candidate], cameras: _Cameras
