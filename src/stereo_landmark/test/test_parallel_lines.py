@@ -5,7 +5,12 @@ import pytest
 from antialiased_shapes import photograph
 from seen_shapes import PRIMITIVES, box, polygon_light, polygon_photo, sides_of, turned_rectangle
 
-from stereo_landmark.core.primitives.parallel_lines import detect_parallel_lines, refine_parallel_lines
+from stereo_landmark.core.primitives.parallel_lines import (
+    ParallelLines,
+    ParallelLinesTolerance,
+    detect_parallel_lines,
+    refine_parallel_lines,
+)
 from stereo_landmark.core.primitives.primitive import Tolerances, difference
 
 BAR = turned_rectangle((50, 45), 60.0, 12.0, 0.4)
@@ -34,6 +39,14 @@ def test_polarity_distinguishes_bright_dark_and_steps():
     steps = detect_parallel_lines(sides_of(photograph(light, 1.0)), PRIMITIVES)[0]
     assert (dark.polarity, bright.polarity, steps.polarity) == (-1, 1, 0)
     assert difference(bright, dark, Tolerances()) == math.inf
+
+
+def test_the_tilt_of_lines_is_that_of_an_undirected_line():
+    """Tilts just above -pi/2 and just below pi/2 are near each other."""
+    upright = [ParallelLines(6.0, 40.0, tilt, np.zeros(2), 1, np.eye(3), 1.0) for tilt in (1.55, -1.55)]
+    assert difference(*upright, Tolerances()) == pytest.approx(
+        (math.pi - 3.1) / ParallelLinesTolerance().tilt
+    )
 
 
 def test_difference_grows_with_the_width():

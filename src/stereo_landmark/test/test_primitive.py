@@ -8,6 +8,15 @@ import pytest
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
+from stereo_landmark.core.primitives.primitive import (
+    Tolerances,
+    difference,
+    primitive_kind,
+    primitive_size,
+    shape_sizes,
+    shape_vectors,
+    shift,
+)
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 
 
@@ -29,3 +38,21 @@ def test_parallel_lines_are_two_a_corner_has_two_arms_and_a_quadrilateral_is_clo
     corners = np.array([[0.0, 0.0], [9.0, 1.0], [8.0, 7.0], [1.0, 6.0]])
     (line,) = Quadrilateral(corners, 1, 1.0, np.eye(8)).outline()
     assert line == pytest.approx(np.vstack([corners, corners[:1]]))
+    vectors = Quadrilateral(corners, 1, 1.0, np.eye(8)).corner_vectors
+    assert vectors.sum(axis=0) == pytest.approx([0.0, 0.0])
+    assert vectors + corners.mean(axis=0) == pytest.approx(corners)
+
+
+def test_primitives_of_other_kinds_differ_and_sizes_are_those_of_their_shape_vectors():
+    primitives = (
+        Ellipse(np.array([40.0, 30.0]), np.array([13.0, 5.0]), 0.4, 1, 1.0, np.eye(5)),
+        ParallelLines(6.0, 20.0, 0.0, np.array([30.0, 40.0]), 1, np.eye(3), 1.0),
+        Corner(np.array([5.0, 5.0]), math.pi / 2, math.pi / 4, np.array([3.0, 4.0]), 1, np.eye(2)),
+        Quadrilateral(np.array([[0.0, 0.0], [9.0, 1.0], [8.0, 7.0], [1.0, 6.0]]), 1, 1.0, np.eye(8)),
+    )
+    for one in primitives:
+        kind = primitive_kind(one)
+        assert shape_sizes(kind, shape_vectors(kind, [one]))[0] == pytest.approx(primitive_size(one))
+        assert shift(one, np.array([3.0, -2.0])).centre == pytest.approx(np.add(one.centre, [3.0, -2.0]))
+        for other in primitives:
+            assert (difference(one, other, Tolerances()) == 0.0) == (one is other)

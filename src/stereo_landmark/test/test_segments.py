@@ -23,6 +23,18 @@ def test_each_point_of_a_segment_follows_the_one_before():
         assert np.abs(np.diff(np.rint(points), axis=0)).max() <= 2
 
 
+@pytest.mark.parametrize('tolerance', [0.5, 2.0])
+def test_the_chords_of_a_polyline_stay_within_the_tolerance(tolerance):
+    segments = segments_of(ellipse_photo((50, 45), (30.0, 25.0), 0.0, noise=0.5), bend_tolerance=tolerance)
+    vertices = segments.vertex_indices[segments.vertex_starts[0] : segments.vertex_starts[1]]
+    distances = []
+    for begin, end in zip(vertices, vertices[1:], strict=False):
+        chord = segments.points[end] - segments.points[begin]
+        offsets = segments.points[begin:end] - segments.points[begin]
+        distances.append(np.abs(chord[0] * offsets[:, 1] - chord[1] * offsets[:, 0]).max() / np.hypot(*chord))
+    assert 0.4 * tolerance < max(distances) <= tolerance
+
+
 def test_polyline_of_a_square_bends_at_its_corners_and_stays_near_the_points():
     corners = turned_rectangle((50, 45), 40.0, 40.0, 0.2)
     segments = segments_of(polygon_photo(corners))
