@@ -53,6 +53,6 @@ def test_primitives_of_other_kinds_differ_and_sizes_are_those_of_their_shape_vec
     for one in primitives:
         kind = primitive_kind(one)
         assert shape_sizes(kind, shape_vectors(kind, [one]))[0] == pytest.approx(primitive_size(one))
-        assert shift(one, np.array([3.0, -2.0])).centre == pytest.approx(one.centre + np.array([3.0, -2.0]))
+        assert shift(one, np.array([3.0, -2.0])).centre == pytest.approx(np.add(one.centre, [3.0, -2.0]))
         for other in primitives:
             assert (difference(one, other, Tolerances()) == 0.0) == (one is other)
