@@ -101,7 +101,7 @@ def test_an_invalid_request_returns_an_error_and_changes_nothing(answers, reques
 
 
 def test_too_few_points_are_not_saved(answers, tmp_path):
-    choose_meters(answers, 2)
+    choose_meters(answers, 1)
     assert 'too few points' in ask(answers, 'save', replace=False)['error']
     assert not list(tmp_path.iterdir())
 

@@ -83,7 +83,7 @@ def test_what_was_found_is_found_again_in_the_same_image_only_where_it_is():
 
 def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_page_asks(monkeypatch):
     calls = []
-    for name in ('_find_same', 'refine_pair'):
+    for name in ('find_same', 'refine_pair'):
         work = getattr(teacher, name)
         monkeypatch.setattr(
             teacher, name, lambda *given, name=name, work=work: calls.append(name) or work(*given)
@@ -92,7 +92,7 @@ def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_pa
     session.apply(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
     calls.clear()
     assert snapshot(session, pairs_of_wall()) == snapshot(session, pairs_of_wall())
-    assert sorted(calls) == ['_find_same'] * 2 + ['refine_pair'] * 2
+    assert sorted(calls) == ['find_same'] * 2 + ['refine_pair'] * 2
 
 
 def test_images_of_another_size_are_refused():

@@ -11,7 +11,7 @@ SECRET = bytes(range(32))
 def random_command(seed: int) -> Command:
     rng = np.random.default_rng(seed)
     value = round(float(rng.uniform(-7.0, 7.0)), 6)
-    return Command(int(rng.integers(1 << 14)), int(rng.integers(32)), value, int(rng.integers(1 << 32)))
+    return Command(int(rng.integers(1 << 14)), int(rng.integers(16)), value, int(rng.integers(1 << 32)))
 
 
 @pytest.mark.parametrize(
