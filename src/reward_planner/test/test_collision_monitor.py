@@ -193,7 +193,7 @@ def test_contradictory_limits_are_refused(settings, source, text):
 def test_an_obstacle_too_low_to_be_seen_is_not_forgotten_and_one_that_leaves_is():
     drive = Drive()
     for present in (True, False):
-        drive.room = BoxRoom(HALL.size, ((0.75, -0.3, 0.0, 0.9, 0.3, 1.0),) if present else ())
+        drive.room = BoxRoom(HALL.size, ((0.45, -0.3, 0.0, 0.6, 0.3, 1.0),) if present else ())
         decision = drive.run(1.5, command=(0.1, 0.0))
         assert (decision.forward < 0.1) is present
     # Rays above an obstacle show nothing of it.

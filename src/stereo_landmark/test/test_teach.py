@@ -153,7 +153,7 @@ def test_a_target_has_image_processing_of_its_own(config, capsys):
     assert (own.threshold, own.length_min) == (4.0, 10.0)
     target['image_processing'] = {'edges': {'threshold': -1.0}}
     assert config.run('--replace') == 1
-    assert 'target meters: image_processing: edges.threshold' in capsys.readouterr().err
+    assert 'target meters: image_processing: setting edges.threshold' in capsys.readouterr().err
 
 
 def test_a_bag_teaches_the_same_as_its_images(config):
