@@ -144,7 +144,8 @@ class Frames:
             return
         known = self._look_up(self._base_frame, frame, Stamp())
         if known is None or not _is_same(known, mount) or frame in self._published:
-            x, y, z, w = _rotations().from_matrix(mount.rotation).as_quat().tolist()
+            # A copy: scipy before 1.12 rejects read-only arrays.
+            x, y, z, w = _rotations().from_matrix(mount.rotation.copy()).as_quat().tolist()
             position = Point(x=mount.xyz[0], y=mount.xyz[1], z=mount.xyz[2])
             pose = Pose(position=position, orientation=Quaternion(x=x, y=y, z=z, w=w))
             self._static = self._static or TransformPublisher(self._node, is_static=True)
@@ -168,7 +169,7 @@ def _rotations() -> Any:
 
 def _mount_of(T_base_camera: SE3) -> CameraMount:
     x, y, z = T_base_camera.position.tolist()
-    roll, pitch, yaw = _rotations().from_matrix(T_base_camera.rotation).as_euler('xyz').tolist()
+    roll, pitch, yaw = _rotations().from_matrix(T_base_camera.rotation.copy()).as_euler('xyz').tolist()
     return CameraMount((x, y, z), (roll, pitch, yaw))
 
 
