@@ -26,7 +26,7 @@ def thin(binary: Masks, passes: int) -> Masks:
                 for x in range(1, mask.shape[1] - 1):
                     peeled[y, x] = mask[y, x] and _is_removable(mask, x, y, side)
             mask &= ~peeled
-            removed += np.sum(peeled)
+            removed += int(np.sum(peeled))
         if removed == 0:
             break
     return mask
