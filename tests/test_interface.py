@@ -115,9 +115,14 @@ def format_names(package: str, node: Node) -> dict[str, Any]:
 
 
 def is_discovered(node: Node) -> bool:
-    """Return whether the graph has all topics of a node."""
-    publishers = all(node.count_publishers(publisher.topic_name) for publisher in node.publishers)
-    return publishers and all(node.count_subscribers(each.topic_name) for each in node.subscriptions)
+    """Return whether the graph knows all topics of a node, and that they are this node's."""
+    published, subscribed = (
+        {name for name, _ in find(node.get_name(), '/')}
+        for find in (node.get_publisher_names_and_types_by_node, node.get_subscriber_names_and_types_by_node)
+    )
+    return published >= {each.topic_name for each in node.publishers} and subscribed >= {
+        each.topic_name for each in node.subscriptions
+    }
 
 
 def short(package: str, name: str) -> str:
@@ -136,7 +141,7 @@ def interface(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         more = {'places_dir': str(places)} if package == 'stereo_landmark' else {}
         with isolated_graph() as graph:
             node = graph.add(create, **parameters, **more)
-            graph.spin_until(lambda node=node: is_discovered(node))  # type: ignore[misc]
+            assert graph.spin_until(lambda node=node: is_discovered(node), timeout=60.0), package  # type: ignore[misc]
             found[package] = format_names(package, node)
     return found
 
