@@ -167,7 +167,7 @@ class Simulator:
         for index in TILT.indices(before, self.now, TILT.latency):
             time = TILT.time_ms(index)
             self.publishers.publish_imu(time, self._sensors.tilt_reading(index, 1e-3 * time))
-        busy = []
+        busy = list[str]()
         for camera in CAMERAS:
             for index in camera.indices(before, self.now, camera.latency):
                 pictures = self._worker.collect(camera.name, index)

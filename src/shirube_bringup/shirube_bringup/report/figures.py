@@ -89,8 +89,7 @@ def draw_tracks(path: Path, traces: MissionTraces) -> None:
             axes.plot(*localizer_poses[:, 1:3].T, '.', color=COLOURS[name], markersize=size, label=label)
         for number in range(len(traces.people[0]) if traces.people else 0):
             way = np.array([places[number] for places in traces.people])
-            label = 'people' if number == 0 else None
-            axes.plot(*way.T, ':', color=PEOPLE, linewidth=1.5, label=label)
+            axes.plot(*way.T, ':', color=PEOPLE, linewidth=1.5, label='people' if number == 0 else None)
         _draw_goals(axes, traces)
         _finish_plan(axes, 'Tracks of the mission')
 
