@@ -50,32 +50,34 @@ def single_node(
     paths: Sequence[str] = (),
     required: Sequence[str] = (),
     optional: Sequence[str] = (),
+    name: str = '',
 ) -> LaunchDescription:
     """Return a node with its parameter file, and its launch arguments.
 
     Args:
-        package: package of the node, which is also its name and that of its parameter file.
+        package: package of the node.
         arguments: default and description of the launch arguments besides ``params_file`` and ``use_sim_time``.
         topics: remapped topics; by default those of the arguments' names.
         flags: arguments that are boolean parameters of the node; they have precedence over the parameter file.
         paths: arguments that are parameters of the node unless they are empty.
         required: parameters that name files or folders which the node needs.
         optional: the same, but they may be empty.
+        name: name of the node, its executable and its parameter file; empty for the package's and `node`.
     """
 
     def start_node(context: LaunchContext) -> list[Node]:
-        switched = [{name: ParameterValue(LaunchConfiguration(name), value_type=bool)} for name in flags]
-        given = {name: LaunchConfiguration(name).perform(context) for name in paths}
+        switched = [{flag: ParameterValue(LaunchConfiguration(flag), value_type=bool)} for flag in flags]
+        given = {path: LaunchConfiguration(path).perform(context) for path in paths}
         params_file = Path(LaunchConfiguration('params_file').perform(context))
         check_files(params_file, given, required, optional)
         prefix, trees = frame_prefix(context)
-        parameters = [*switched, *prefix, *({name: path} for name, path in given.items() if path)]
+        parameters = [*switched, *prefix, *({key: path} for key, path in given.items() if path)]
         return [
             Node(
                 package=package,
-                executable='node',
-                name=package,
-                exec_name=package,  # in the log, instead of the executable's
+                executable=name or 'node',
+                name=name or package,
+                exec_name=name or package,  # in the log, instead of the executable's
                 namespace=LaunchConfiguration('namespace'),
                 output='screen',
                 parameters=[LaunchConfiguration('params_file'), *parameters],
@@ -83,9 +85,9 @@ def single_node(
             )
         ]
 
-    names = [name for name in arguments if name not in (*flags, *paths)]
-    remapped = {name: LaunchConfiguration(name) for name in names} if topics is None else topics
-    params_file = {'params_file': (share('config', f'{package}.yaml'), 'parameters of the node')}
+    own = [each for each in arguments if each not in (*flags, *paths)]
+    remapped = {each: LaunchConfiguration(each) for each in own} if topics is None else topics
+    params_file = {'params_file': (share('config', f'{name or package}.yaml'), 'parameters of the node')}
     declared = declare({**params_file, **arguments, **ROBOT, 'use_sim_time': ('false', 'use /clock')})
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
     return LaunchDescription([*declared, sim_time, OpaqueFunction(function=start_node)])
