@@ -9,16 +9,11 @@ from threading import Event
 import numpy as np
 
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.controller_link import (
-    BadReplyError,
-    ControllerLink,
-    ControllerSetup,
-    WheelCounts,
-    parse_counts,
-)
+from motor_bridge.core.controller_protocol import BadReplyError, ControllerSetup, WheelCounts
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
+from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge, parse_counts
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.link.controller_session import ControllerSession, LinkReport
@@ -113,6 +108,9 @@ class CorruptedLine:
 
     drain = discard_received
 
+    def set_latency(self, latency: float) -> None:
+        """Nothing is late."""
+
     def _choose(self, faults: dict[str, Callable[..., bytes]]) -> str:
         kind = list(faults)[self._rng.integers(len(faults))]
         self.faults[kind] += 1
@@ -156,7 +154,7 @@ class FuzzedDrive:
         self.odometry = EncoderOdometry(self._base, settings)
         drive, report = BaseDrive(self._base, settings, PERIOD), LinkReport(lambda *_: None)
         self._session = ControllerSession(drive, self.odometry, self._now, report, self._states.append)
-        self._link, self._over = ControllerLink(self.line, SETUP), Event()
+        self._link, self._over = RosArduinoBridge(self.line, SETUP), Event()
         self._wanted, self._before = Velocity(), self._distance()
         self.exceptions = self.over_limit = 0
         self.fastest = self.jump = self.path = 0.0

@@ -12,11 +12,12 @@ from std_msgs.msg import Bool
 
 from motor_bridge.bridge_report import bridge_status
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.controller_link import ControllerSetup
+from motor_bridge.core.controller_protocol import ControllerSetup
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, check_velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
 from motor_bridge.link.controller_session import ControllerSession, LinkReport
 from motor_bridge.link.motor_loop import MotorLoop
 from motor_bridge.link.serial_port import SerialPort
@@ -28,6 +29,9 @@ from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
 from shirube_ros.quality_of_service import pose_profile
+
+AUTO_STOP_PERIODS = 3.0
+"""Least auto-stop that is set in the controller, in periods of the update rate."""
 
 
 class MotorBridgeNode(ManagedNode):
@@ -122,7 +126,9 @@ class MotorBridgeNode(ManagedNode):
     def _make_loop(self) -> MotorLoop:
         settings = self._settings
         open_line = partial(SerialPort, settings.port, settings.baud, settings.reply_timeout)
-        return MotorLoop(open_line, ControllerSetup(settings.baud, settings.gains), self._session, self._now)
+        auto_stop = max(settings.short_auto_stop, AUTO_STOP_PERIODS / settings.update_rate)
+        protocol = partial(RosArduinoBridge, setup=ControllerSetup(settings.baud, settings.gains, auto_stop))
+        return MotorLoop(open_line, protocol, self._session, self._now)
 
     def _subscribe(self) -> None:
         kind, take = (

@@ -20,6 +20,14 @@ class NodeSettings:
         minimum=0.005,
         maximum=1.0,
     )
+    short_auto_stop: float = setting(
+        0.25,
+        'auto-stop that is set in a controller that accepts it (firmware/motor_controller); longer on lines with '
+        'latency, and at least three periods of update_rate',
+        unit='s',
+        minimum=0.2,
+        maximum=2.0,
+    )
     update_rate: float = setting(
         30.0,
         'rate of sending speeds, reading encoders and publishing odometry',

@@ -5,16 +5,15 @@ import re
 import numpy as np
 import pytest
 
-from motor_bridge.core.controller_link import (
-    BadReplyError,
-    WheelCounts,
+from motor_bridge.core.controller_protocol import BadReplyError, WheelCounts
+from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.core.ros_arduino_bridge import (
     check_acknowledged,
     gains_request,
     parse_baud,
     parse_counts,
     speeds_request,
 )
-from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
 
 def test_commands_are_ended_by_a_carriage_return_alone():
