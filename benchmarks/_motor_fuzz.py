@@ -108,6 +108,8 @@ class CorruptedLine:
 
     drain = discard_received
 
+    slowest_reply = 0.0
+
     def set_latency(self, latency: float) -> None:
         """Nothing is late."""
 

@@ -25,6 +25,8 @@ AUTO_STOP = 0.25
 class ChipLine:
     """A line to the chip on which time passes only while somebody waits for a reply."""
 
+    slowest_reply = 0.0
+
     def __init__(self, chip: SimulatedMotorController) -> None:
         self._chip = chip
         self._received = b''

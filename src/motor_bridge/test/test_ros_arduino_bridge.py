@@ -4,10 +4,13 @@ import re
 
 import numpy as np
 import pytest
+from emulated_line import EmulatedLine
 
-from motor_bridge.core.controller_protocol import BadReplyError, WheelCounts
+from motor_bridge.core.checksum import crc8, with_checksum, without_checksum
+from motor_bridge.core.controller_protocol import BadReplyError, ControllerSetup, WheelCounts
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.ros_arduino_bridge import (
+    RosArduinoBridge,
     check_acknowledged,
     gains_request,
     parse_baud,
@@ -67,3 +70,66 @@ def test_random_bytes_are_refused_and_nothing_else_happens():
         except BadReplyError:
             continue
         assert strict.fullmatch(reply)
+
+
+SETUP = ControllerSetup(57600, (20, 12, 0, 50), 0.25)
+
+
+@pytest.mark.parametrize(
+    ('firmware', 'slowest_reply', 'auto_stop'),
+    [
+        ('ros_arduino_bridge', 0.02, np.inf),
+        ('motor_controller', 0.02, 0.25),
+        ('motor_controller', 0.1, 0.6),
+        ('motor_controller', 0.8, 2.0),
+    ],
+)
+def test_checksums_and_a_short_auto_stop_are_used_where_the_firmware_has_them(
+    firmware, slowest_reply, auto_stop
+):
+    line = EmulatedLine(firmware, slowest_reply)
+    link = RosArduinoBridge(line, SETUP)
+    for _ in range(2):  # it may still be in use with checksums
+        link.connect(0.02)
+        link.write_speeds(40, 40)
+        assert link.auto_stop == auto_stop
+        line.controller.advance(line.controller.time + 0.5 * min(auto_stop, 2.0))
+        assert line.controller.wheel_speeds[0] > 1.0
+        line.controller.advance(line.controller.time + 0.5 * min(auto_stop, 2.0) + 0.01)
+        assert line.controller._firmware.pwm == (0, 0)
+        link.stop()
+
+
+def test_one_damaged_probe_does_not_give_up_the_checksums():
+    line = EmulatedLine('motor_controller')
+    line.damage = {with_checksum(b'b') + b'\r': [b'b*00\r']}
+    link = RosArduinoBridge(line, SETUP)
+    link.connect(0.02)
+    assert 'with checksums' in link.name
+
+
+def test_a_reply_whose_checksum_is_wrong_is_refused():
+    link = RosArduinoBridge(line := EmulatedLine('motor_controller'), SETUP)
+    link.connect(0.02)
+    for reply in (b'12 13\r\n', b'12 13*00\r\n', with_checksum(b'12 13')[:-1] + b'\r\n', b'*\r\n'):
+        line.replies = [reply]
+        with pytest.raises(BadReplyError, match='instead of a line with a valid checksum'):
+            link.read_counts()
+    assert link.read_counts() == WheelCounts(0, 0)
+
+
+def test_a_plain_command_that_lost_its_checksum_moves_nothing():
+    link = RosArduinoBridge(line := EmulatedLine('motor_controller'), SETUP)
+    link.connect(0.02)
+    assert line.controller.receive(b'm 10 10\r').startswith(b'Invalid Command*')
+    assert line.controller.receive(b'm 0 0\r').startswith(b'OK*')
+    assert line.controller.receive(b'b\rm 10 10\r') == b'57600\r\nOK\r\n'
+
+
+def test_the_checksum_is_the_standard_one_and_finds_every_burst_of_8_bits():
+    assert crc8(b'123456789') == 0xF4
+    line = int.from_bytes(with_checksum(b'm -120 30'), 'big')
+    for pattern in range(1, 256, 2):
+        for shift in range(0, 72, 3):
+            damaged = (line ^ pattern << shift).to_bytes(12, 'big')
+            assert without_checksum(damaged) is None

@@ -17,7 +17,7 @@ from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_monitor import count_difference
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
-from motor_bridge.link.controller_session import LATENCIES
+from motor_bridge.link.controller_session import LATENCIES, longer_latency
 from motor_bridge.link.serial_port import SerialPort
 from motor_bridge.node_settings import NodeSettings
 from shirube_core.files import YamlFileError, read_yaml, write_text
@@ -97,7 +97,7 @@ def _handshake(link: ControllerProtocol) -> None:
         except LinkError:
             if left == 0:
                 raise
-            latency = min(2.0 * latency, LATENCIES[1])
+            latency = longer_latency(latency)
         else:
             return
 

@@ -44,7 +44,13 @@ class ControllerSetup:
 
 
 class SerialLine(Protocol):
-    """A serial line."""
+    """A serial line.
+
+    Attributes:
+        slowest_reply: longest time of a reply since `set_latency` [s].
+    """
+
+    slowest_reply: float
 
     def write(self, data: bytes) -> None:
         """Send bytes."""

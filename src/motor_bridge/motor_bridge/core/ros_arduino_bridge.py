@@ -34,7 +34,7 @@ _COUNT_MIN, _COUNT_MAX = -(2**31), 2**31 - 1
 _SHOWN_MAX = 40
 _PROBES = 2  # noise on the first one must not give up the checksums
 _AUTO_STOP = 0.2, 2.0  # range of the firmware [s]
-_AUTO_STOP_LATENCIES = 4.0  # so many latencies of the line are no reason for an auto-stop
+_AUTO_STOP_REPLIES = 6.0  # least auto-stop in replies: speeds and counts take two of them per cycle
 
 
 def speeds_request(left: int, right: int) -> bytes:
@@ -125,8 +125,8 @@ class RosArduinoBridge:
                 f'the controller uses {baud} baud, parameter baud is {self._setup.baud}; make them equal'
             )
         check_acknowledged(self._transact(gains_request(*self._setup.gains)))
-        self._set_auto_stop(max(self._setup.auto_stop, _AUTO_STOP_LATENCIES * latency))
         counts = self.read_counts()
+        self._set_auto_stop(max(self._setup.auto_stop, _AUTO_STOP_REPLIES * self._line.slowest_reply))
         self.stop()
         return counts
 

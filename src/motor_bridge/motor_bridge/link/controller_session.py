@@ -26,8 +26,13 @@ CONNECT_TIMEOUT = 5.0
 BAD_REPLIES_MAX = 10
 """Invalid replies in a row after which the session reconnects."""
 LATENCIES = 0.02, 0.4
-"""First and greatest latency of the line to allow for [s]; it doubles with each failed handshake."""
+"""First and greatest latency of the line to allow for [s]."""
 _BETWEEN_READS = 0.01  # upper bound of the time between the first two reads [s]
+
+
+def longer_latency(latency: float) -> float:
+    """Return the latency to allow for after a failed handshake [s]."""
+    return min(4.0 * latency, LATENCIES[1])
 
 
 @dataclass
@@ -111,7 +116,7 @@ class ControllerSession:
                 if monotonic() > deadline:
                     raise PortError(str(fault)) from fault
                 self.report.set_disconnected(str(fault))
-                latency = min(2.0 * latency, LATENCIES[1])
+                latency = longer_latency(latency)
                 continue
             with self.lock:
                 self.drive.halt()

@@ -33,7 +33,7 @@ class PortError(MotorBridgeError):
 
 
 class SerialPort:
-    """An open serial port, a context manager.
+    """An open serial port, a context manager; implements `SerialLine`.
 
     Every error of the port is a PortError; disconnection raises OSError, SerialException or termios.error internally.
     """
@@ -67,7 +67,7 @@ class SerialPort:
 
     def set_latency(self, latency: float) -> None:
         """Allow for replies that are late by so much [s]: the line is quiet after this time, replies take twice."""
-        self._quiet_time = latency
+        self._quiet_time, self.slowest_reply = latency, 0.0
         self._reply_timeout = max(self._reply_timeout_min, 2.0 * latency)
 
     def write(self, data: bytes) -> None:
@@ -77,12 +77,14 @@ class SerialPort:
 
     def read_line(self, size_max: int) -> bytes:
         """Return bytes up to a line feed, at most ``size_max``, or fewer after the reply timeout."""
-        end = monotonic() + self._reply_timeout
+        start = monotonic()
+        end = start + self._reply_timeout
         while b'\n' not in self._received and len(self._received) < size_max:
             remaining = end - monotonic()
             if remaining <= 0.0 or not self._wait(remaining):
                 break
             self._received += self._read()
+        self.slowest_reply = max(self.slowest_reply, monotonic() - start)
         size = min(self._received.find(b'\n') + 1 or size_max, size_max)
         line, self._received = self._received[:size], self._received[size:]
         return line
