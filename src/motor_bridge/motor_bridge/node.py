@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from functools import partial
 from time import monotonic
 from typing import Any
 
-from geometry_msgs.msg import Twist, TwistStamped
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.qos import DurabilityPolicy
+from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
 from motor_bridge.bridge_report import bridge_status
+from motor_bridge.command_inputs import CommandInputs
 from motor_bridge.core.base_drive import BaseDrive
+from motor_bridge.core.command_arbitration import parse_mux_topics
 from motor_bridge.core.controller_protocol import ControllerSetup
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, check_velocity
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.emergency_stop import EmergencyStop
 from motor_bridge.core.encoder_odometry import EncoderOdometry
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
+from motor_bridge.estop_file import EstopFile
 from motor_bridge.link.controller_session import ControllerSession, LinkReport
 from motor_bridge.link.motor_loop import MotorLoop
 from motor_bridge.link.serial_port import SerialPort
@@ -28,10 +35,12 @@ from shirube_ros.diagnostics import Status
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
-from shirube_ros.quality_of_service import pose_profile
+from shirube_ros.quality_of_service import map_profile, pose_profile
 
 AUTO_STOP_PERIODS = 3.0
 """Least auto-stop that is set in the controller, in periods of the update rate."""
+_FETCH_PERIOD = 0.25  # period of looking for publishers with stored messages of estop [s]
+_FETCH_TIME = 2.0  # time for such a message to arrive [s]
 
 
 class MotorBridgeNode(ManagedNode):
@@ -40,8 +49,9 @@ class MotorBridgeNode(ManagedNode):
     =====================  =================  ========================================================================
     subscribed             type               use
     =====================  =================  ========================================================================
-    ``cmd_vel``            TwistStamped       velocity command; Twist with ``stamped:=false``
-    ``estop``              Bool               emergency stop: true stops at once until false is received
+    ``cmd_vel``            TwistStamped       velocity command; Twist with ``stamped:=false``; or ``mux_topics``
+    ``joint_commands``     JointState         velocities of the wheels instead, with ``command_type:=joints``
+    ``estop``              Bool               emergency stop: true stops at once until false is received, over restarts
     =====================  =================  ========================================================================
 
     =====================  =================  ========================================================================
@@ -81,15 +91,19 @@ class MotorBridgeNode(ManagedNode):
             raise MotorBridgeError(
                 'left_wheel_joint and right_wheel_joint are equal; give them different names'
             )
+        parse_mux_topics(settings.mux_topics)
         DiffDriveKinematics(self.settings(DriveSettings))
 
     def configure(self) -> None:
-        """Subscribe to velocity commands."""
+        """Subscribe to velocity commands and the emergency stop."""
         self._settings, drive = self.settings(NodeSettings), self.settings(DriveSettings)
-        self._timeout = drive.cmd_vel_timeout
         self._is_simulated = bool(self.get_parameter('use_sim_time').value)
         self._output = OdometryPublisher(self, self._settings)
         self._session = self._make_session(drive)
+        kinematics = DiffDriveKinematics(drive)
+        self._commands = CommandInputs(self, self._settings, kinematics, self._now, self._set_target)
+        self._commands.timeout = drive.cmd_vel_timeout
+        self._load_estop()
         self._subscribe()
         create_trigger_service(self, self._guard, '~/reset_odometry', self._reset_odometry)
         self.create_timer(1.0 / self._settings.update_rate, self._cycle)
@@ -111,7 +125,7 @@ class MotorBridgeNode(ManagedNode):
         with self._session.lock:
             self._session.drive.apply_settings(drive)
             self._session.odometry.motion_bounds.apply_settings(DiffDriveKinematics(drive), drive)
-        self._timeout = drive.cmd_vel_timeout
+        self._commands.timeout = drive.cmd_vel_timeout
 
     def _make_session(self, drive: DriveSettings) -> ControllerSession:
         kinematics = DiffDriveKinematics(drive)
@@ -131,24 +145,27 @@ class MotorBridgeNode(ManagedNode):
         return MotorLoop(open_line, protocol, self._session, self._now)
 
     def _subscribe(self) -> None:
-        kind, take = (
-            (TwistStamped, self._take_stamped) if self._settings.stamped else (Twist, self._take_twist)
-        )
-        self._cmd_vel_subscription = self.subscribe(kind, 'cmd_vel', take, pose_profile())
-        self._inputs.add('cmd_vel', Need.COMMAND, remedy='change stamped')
+        self._commands.subscribe(self._guard.guard)
+        for topic in self._commands.topics:
+            self._inputs.add(topic.name, Need.COMMAND, remedy='change stamped or command_type')
         # An emergency stop also holds for the time after the node is activated.
         self.subscribe(Bool, 'estop', self._take_estop, pose_profile(), Need.REQUEST, while_inactive=True)
+        self._storing_publishers: set[tuple[int, ...]] = set()
+        self._fetching: Subscription | None = None
+        self.create_guarded_timer(_FETCH_PERIOD, 'publishers of estop', self._fetch_stored_estop)
 
     def _cycle(self) -> None:
+        self._apply_estop()
         if self._loop is not None:
             self._loop.cycle()
 
+    def _set_target(self, velocity: Velocity) -> None:
+        if self._loop is not None:
+            self._loop.set_target(velocity)
+
     def _now(self) -> float:
         """Return simulated time or a monotonic clock [s], so that setting the wall clock has no effect."""
-        return self._ros_now() if self._is_simulated else monotonic()
-
-    def _ros_now(self) -> float:
-        return float(self.get_clock().now().nanoseconds * 1e-9)
+        return float(self.get_clock().now().nanoseconds * 1e-9) if self._is_simulated else monotonic()
 
     def _log_link_state(self, message: str, is_connected: bool) -> None:
         if is_connected:
@@ -156,33 +173,61 @@ class MotorBridgeNode(ManagedNode):
         else:
             self.get_logger().warning(message)
 
-    def _take_stamped(self, message: TwistStamped) -> None:
-        stamp = float(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
-        if stamp > 0.0:  # 0 means now
-            age = self._ros_now() - stamp
-            if age > self._timeout:
-                raise MotorBridgeError('cmd_vel is too old; synchronize the clocks or check the network')
-            if age < -self._timeout:
-                raise MotorBridgeError(
-                    'cmd_vel has a stamp in the future; synchronize the clocks and set use_sim_time in both nodes'
-                )
-        self._take_twist(message.twist)
-
-    def _take_twist(self, message: Twist) -> None:
-        velocity = check_velocity(message.linear.x, message.angular.z)
-        if self._publisher_count() > 1:
-            raise MotorBridgeError('more than one node publishes cmd_vel, all are ignored; keep one of them')
-        if self._loop is not None:
-            self._loop.set_target(velocity)
-
-    def _publisher_count(self) -> int:
-        return int(self.count_publishers(self._cmd_vel_subscription.topic_name))
+    def _load_estop(self) -> None:
+        self._estop_file = EstopFile(self._settings.state_dir, self.get_fully_qualified_name())
+        is_on = self._settings.keep_estop and self._estop_file.is_on()
+        self._estop = EmergencyStop(self._settings.estop_heartbeat, is_latched=is_on)
+        self._apply_estop()
+        if is_on:
+            self.get_logger().warning(f'{self._estop.reason(self._now())} ({self._estop_file.path})')
+        elif self._settings.keep_estop:
+            self._warn_of_error(self._estop_file.check_writable)
 
     def _take_estop(self, message: Bool) -> None:
-        if self._loop is not None:
-            self._loop.set_emergency_stop(is_on=message.data)
-        else:
-            self._session.drive.set_emergency_stop(is_on=message.data)
+        before = self._estop.is_latched
+        self._estop.take(self._now(), is_on=message.data)
+        self._apply_estop()
+        if self._settings.keep_estop and message.data != before:
+            self._warn_of_error(partial(self._estop_file.store, is_on=message.data))
+
+    def _warn_of_error(self, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except MotorBridgeError as fault:
+            self.get_logger().warning(str(fault))
+
+    def _apply_estop(self) -> None:
+        is_on = bool(self._estop.reason(self._now()))
+        if is_on != self._session.drive.is_stopped:
+            self._session.set_emergency_stop(is_on=is_on)
+            if self._loop is not None:
+                self._loop.wake()
+
+    def _fetch_stored_estop(self) -> None:
+        """Fetch the stored messages of new transient local publishers of estop.
+
+        A subscription that is always transient local would not match volatile publishers.
+        """
+        infos = self.get_publishers_info_by_topic(self.resolve_topic_name('estop'))
+        storing = [i for i in infos if i.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL]
+        publishers = {tuple(info.endpoint_gid) for info in storing}
+        if publishers - self._storing_publishers:
+            self._fetch_end = monotonic() + _FETCH_TIME
+            if self._fetching is None:
+                take = self._guard.guard('estop', self._take_stored_estop, while_inactive=True)
+                events = SubscriptionEventCallbacks(use_default_callbacks=False)
+                self._fetching = self.create_subscription(
+                    Bool, 'estop', take, map_profile(), event_callbacks=events
+                )
+        elif self._fetching is not None and monotonic() > self._fetch_end:
+            self.destroy_subscription(self._fetching)
+            self._fetching = None
+        self._storing_publishers = publishers
+
+    def _take_stored_estop(self, message: Bool) -> None:
+        """Stop for a stored message; it does not release, since it may be older than the stop."""
+        if message.data:
+            self._take_estop(message)
 
     def _reset_odometry(self) -> str:
         with self._session.lock:
@@ -191,7 +236,9 @@ class MotorBridgeNode(ManagedNode):
 
     def status(self) -> Status:
         """Return the status of the serial link, the wheels and cmd_vel."""
-        return bridge_status(self._session, self._now(), self._publisher_count())
+        now, commands = self._now(), self._commands
+        reason, conflict = self._estop.reason(now), commands.conflict()
+        return bridge_status(self._session, now, commands.publisher_count(), reason, conflict)
 
     def destroy_node(self) -> None:
         """Stop the motors and destroy the node."""

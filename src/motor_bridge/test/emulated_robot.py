@@ -30,6 +30,7 @@ class Robot:
 
     def __init__(self, graph, link, *, real_time=True, **parameters):
         self._graph, self._stack = graph, ExitStack()
+        self._drives_by_twist = parameters.get('command_type') != 'joints'
         self.controller, self.lock = EmulatedController(SETTINGS, np.random.default_rng(1)), Lock()
         self.faults = LineFaults(np.random.default_rng(2))
         self.terminal = self._stack.enter_context(
@@ -37,7 +38,8 @@ class Robot:
         )
         if real_time:
             self._stack.enter_context(RealTimeStepper(self.controller, self.lock))
-        self.node = graph.add(MotorBridgeNode, port=str(link), **parameters)
+        settings = {'port': str(link), 'state_dir': str(link.parent / 'state')} | parameters
+        self.node = graph.add(MotorBridgeNode, **settings)
         self.person = graph.add(lambda **options: Node('person', **options))
         self.odometry, self.joints, self.reports = [], [], []
         listen = self.person.create_subscription
@@ -49,7 +51,10 @@ class Robot:
 
     def __enter__(self):
         assert self._graph.spin_until(
-            lambda: self.velocities.get_subscription_count() == self.estop.get_subscription_count() == 1
+            lambda: (
+                self.estop.get_subscription_count() == 1
+                and self.velocities.get_subscription_count() == self._drives_by_twist
+            )
         )
         return self
 

@@ -124,7 +124,13 @@ def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> 
         _planner(PLANNERS[planner]),
         NodeSetup(
             'motor_bridge',
-            {'port': port, 'update_rate': 50.0, 'reply_timeout': 1.0, 'max_linear_velocity': CRUISE_SPEED},
+            {
+                'port': port,
+                'update_rate': 50.0,
+                'reply_timeout': 1.0,
+                'max_linear_velocity': CRUISE_SPEED,
+                'keep_estop': False,
+            },
             {},
         ),
     )

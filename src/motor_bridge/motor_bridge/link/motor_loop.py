@@ -58,10 +58,8 @@ class MotorLoop:
             self._session.drive.set_target(velocity, self._now())
         self._wake.set()
 
-    def set_emergency_stop(self, *, is_on: bool) -> None:
-        """Stop at once, or allow later target velocities again."""
-        with self._session.lock:
-            self._session.drive.set_emergency_stop(is_on=is_on)
+    def wake(self) -> None:
+        """Send speeds that have changed at once."""
         self._wake.set()
 
     def cycle(self) -> None:
