@@ -9,7 +9,7 @@ from __future__ import annotations
 from _figures import count, error, measured, rate
 from _harness import Option, Run, run_benchmark
 from _motor_fuzz import FuzzedDrive
-from _motor_line import disconnect_terminal, kill_bridge, suspend_controller, wire_latency
+from _motor_line import connecting_time, disconnect_terminal, kill_bridge, suspend_controller, wire_latency
 
 
 def main(run: Run, replies: int, disconnections: int, commands: int, stops: int) -> None:
@@ -36,6 +36,8 @@ def main(run: Run, replies: int, disconnections: int, commands: int, stops: int)
         disconnect_terminal(disconnections),
         wire_latency(commands),
         kill_bridge(stops),
+        kill_bridge(stops, 'motor_controller'),
+        connecting_time(stops),
         suspend_controller(stops),
     ):
         for name, figure in rows:

@@ -54,10 +54,11 @@ def test_a_terminal_that_is_pulled_away_comes_back() -> None:
     assert float(error.split()[0]) < 5.0
 
 
-def test_a_killed_bridge_leaves_the_motors_to_the_auto_stop() -> None:
+@pytest.mark.parametrize(('firmware', 'limit'), [('ros_arduino_bridge', 2.2), ('motor_controller', 0.45)])
+def test_a_killed_bridge_leaves_the_motors_to_the_auto_stop(firmware: str, limit: float) -> None:
     kill_bridge = import_module('_motor_line').kill_bridge
-    off = kill_bridge(1)[0][1].text
-    assert float(off.split()[0]) < 2.2
+    off = kill_bridge(1, firmware)[0][1].text
+    assert float(off.split()[0]) < limit
 
 
 def test_a_held_controller_executes_one_command_at_most_and_then_stops() -> None:

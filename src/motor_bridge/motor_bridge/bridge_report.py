@@ -7,13 +7,11 @@ from motor_bridge.link.controller_session import ControllerSession
 from shirube_ros.diagnostics import Level, Status
 
 
-def bridge_status(
-    session: ControllerSession, now: float, publishers: int, stop_reason: str, conflict: str
-) -> Status:
+def bridge_status(session: ControllerSession, now: float, publishers: int, problem: str) -> Status:
     """Return the diagnostic status of the serial link, the wheels and the commands.
 
-    ``now`` is 0 before simulated time starts; ``publishers`` is the number of those of commands; ``stop_reason`` is
-    that of an emergency stop and ``conflict`` one between senders; both may be empty.
+    ``now`` is 0 before simulated time starts; ``publishers`` is the number of those of commands; ``problem`` why they
+    are ignored, or empty.
     """
     report = session.report
     with session.lock:
@@ -25,8 +23,8 @@ def bridge_status(
         level, message = Level.WARN, 'waiting for /clock; publish it, or set use_sim_time to false'
     elif not report.is_connected:
         level, message = Level.ERROR, report.state
-    elif stop_reason or conflict:
-        level, message = Level.WARN, stop_reason or conflict
+    elif problem:
+        level, message = Level.WARN, problem
     elif is_timed_out:
         message = 'stopped, cmd_vel timed out' if publishers else 'stopped, no publisher of cmd_vel'
     values = {

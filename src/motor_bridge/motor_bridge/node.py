@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from functools import partial
 from time import monotonic
 from typing import Any
@@ -16,7 +15,6 @@ from std_msgs.msg import Bool
 from motor_bridge.bridge_report import bridge_status
 from motor_bridge.command_inputs import CommandInputs
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.command_arbitration import parse_mux_topics
 from motor_bridge.core.controller_protocol import ControllerSetup
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
@@ -24,7 +22,7 @@ from motor_bridge.core.emergency_stop import EmergencyStop
 from motor_bridge.core.encoder_odometry import EncoderOdometry
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
-from motor_bridge.estop_file import EstopFile
+from motor_bridge.estop_file import estop_file, is_stop_kept, keep_stop
 from motor_bridge.link.controller_session import ControllerSession, LinkReport
 from motor_bridge.link.motor_loop import MotorLoop
 from motor_bridge.link.serial_port import SerialPort
@@ -39,8 +37,7 @@ from shirube_ros.quality_of_service import map_profile, pose_profile
 
 AUTO_STOP_PERIODS = 3.0
 """Least auto-stop that is set in the controller, in periods of the update rate."""
-_FETCH_PERIOD = 0.25  # period of looking for publishers with stored messages of estop [s]
-_FETCH_TIME = 2.0  # time for such a message to arrive [s]
+_GRAPH_PERIOD = 0.25  # period of looking for publishers with stored messages of estop [s]
 
 
 class MotorBridgeNode(ManagedNode):
@@ -91,7 +88,6 @@ class MotorBridgeNode(ManagedNode):
             raise MotorBridgeError(
                 'left_wheel_joint and right_wheel_joint are equal; give them different names'
             )
-        parse_mux_topics(settings.mux_topics)
         DiffDriveKinematics(self.settings(DriveSettings))
 
     def configure(self) -> None:
@@ -147,12 +143,11 @@ class MotorBridgeNode(ManagedNode):
     def _subscribe(self) -> None:
         self._commands.subscribe(self._guard.guard)
         for topic in self._commands.topics:
-            self._inputs.add(topic.name, Need.COMMAND, remedy='change stamped or command_type')
+            self._inputs.add(topic, Need.COMMAND, remedy='change stamped or command_type')
         # An emergency stop also holds for the time after the node is activated.
         self.subscribe(Bool, 'estop', self._take_estop, pose_profile(), Need.REQUEST, while_inactive=True)
-        self._storing_publishers: set[tuple[int, ...]] = set()
-        self._fetching: Subscription | None = None
-        self.create_guarded_timer(_FETCH_PERIOD, 'publishers of estop', self._fetch_stored_estop)
+        self._stored_estop: Subscription | None = None
+        self.create_guarded_timer(_GRAPH_PERIOD, 'publishers of estop', self._watch_stored_estop)
 
     def _cycle(self) -> None:
         self._apply_estop()
@@ -174,27 +169,22 @@ class MotorBridgeNode(ManagedNode):
             self.get_logger().warning(message)
 
     def _load_estop(self) -> None:
-        self._estop_file = EstopFile(self._settings.state_dir, self.get_fully_qualified_name())
-        is_on = self._settings.keep_estop and self._estop_file.is_on()
+        self._estop_file = estop_file(self._settings.state_dir, self.get_fully_qualified_name())
+        is_on = self._settings.keep_estop and is_stop_kept(self._estop_file)
         self._estop = EmergencyStop(self._settings.estop_heartbeat, is_latched=is_on)
         self._apply_estop()
         if is_on:
-            self.get_logger().warning(f'{self._estop.reason(self._now())} ({self._estop_file.path})')
-        elif self._settings.keep_estop:
-            self._warn_of_error(self._estop_file.check_writable)
+            self.get_logger().warning(f'{self._estop.reason(self._now())} ({self._estop_file})')
 
     def _take_estop(self, message: Bool) -> None:
         before = self._estop.is_latched
         self._estop.take(self._now(), is_on=message.data)
         self._apply_estop()
         if self._settings.keep_estop and message.data != before:
-            self._warn_of_error(partial(self._estop_file.store, is_on=message.data))
-
-    def _warn_of_error(self, action: Callable[[], None]) -> None:
-        try:
-            action()
-        except MotorBridgeError as fault:
-            self.get_logger().warning(str(fault))
+            try:
+                keep_stop(self._estop_file, is_on=message.data)
+            except MotorBridgeError as fault:
+                self.get_logger().warning(str(fault))
 
     def _apply_estop(self) -> None:
         is_on = bool(self._estop.reason(self._now()))
@@ -203,31 +193,23 @@ class MotorBridgeNode(ManagedNode):
             if self._loop is not None:
                 self._loop.wake()
 
-    def _fetch_stored_estop(self) -> None:
-        """Fetch the stored messages of new transient local publishers of estop.
+    def _watch_stored_estop(self) -> None:
+        """Receive the stored messages of transient local publishers of estop, if there are any.
 
-        A subscription that is always transient local would not match volatile publishers.
+        Such a subscription does not match volatile publishers. It can stop the robot, but not release it: the stored
+        message may be older than the stop.
         """
         infos = self.get_publishers_info_by_topic(self.resolve_topic_name('estop'))
-        storing = [i for i in infos if i.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL]
-        publishers = {tuple(info.endpoint_gid) for info in storing}
-        if publishers - self._storing_publishers:
-            self._fetch_end = monotonic() + _FETCH_TIME
-            if self._fetching is None:
-                take = self._guard.guard('estop', self._take_stored_estop, while_inactive=True)
-                events = SubscriptionEventCallbacks(use_default_callbacks=False)
-                self._fetching = self.create_subscription(
-                    Bool, 'estop', take, map_profile(), event_callbacks=events
-                )
-        elif self._fetching is not None and monotonic() > self._fetch_end:
-            self.destroy_subscription(self._fetching)
-            self._fetching = None
-        self._storing_publishers = publishers
-
-    def _take_stored_estop(self, message: Bool) -> None:
-        """Stop for a stored message; it does not release, since it may be older than the stop."""
-        if message.data:
-            self._take_estop(message)
+        is_stored = any(i.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL for i in infos)
+        if is_stored and self._stored_estop is None:
+            take = self._guard.guard('estop', lambda message: message.data and self._take_estop(message))
+            events = SubscriptionEventCallbacks(use_default_callbacks=False)
+            self._stored_estop = self.create_subscription(
+                Bool, 'estop', take, map_profile(), event_callbacks=events
+            )
+        elif not is_stored and self._stored_estop is not None:
+            self.destroy_subscription(self._stored_estop)
+            self._stored_estop = None
 
     def _reset_odometry(self) -> str:
         with self._session.lock:
@@ -237,8 +219,9 @@ class MotorBridgeNode(ManagedNode):
     def status(self) -> Status:
         """Return the status of the serial link, the wheels and cmd_vel."""
         now, commands = self._now(), self._commands
-        reason, conflict = self._estop.reason(now), commands.conflict()
-        return bridge_status(self._session, now, commands.publisher_count(), reason, conflict)
+        problems = [self._estop.reason(now), *map(commands.conflict, commands.topics)]
+        publishers = sum(map(commands.publisher_count, commands.topics))
+        return bridge_status(self._session, now, publishers, next(filter(None, problems), ''))
 
     def destroy_node(self) -> None:
         """Stop the motors and destroy the node."""

@@ -38,28 +38,23 @@ class NodeSettings:
     stamped: bool = setting(True, 'whether cmd_vel is TwistStamped; otherwise it is Twist')
     command_type: str = setting(
         'twist',
-        'type of the commands: twist on cmd_vel, or joints: JointState with the velocities of both wheels on '
-        'joint_commands, as ros2_control has it',
+        'twist: cmd_vel; joints: velocities of both wheels on joint_commands (JointState), as of ros2_control',
         choices=('twist', 'joints'),
     )
     mux_topics: str = setting(
         '',
-        'topics of commands with priority and timeout [s], such as joy_vel 10 0.5, cmd_vel 1 0.5: the highest priority '
-        'that has not timed out drives; empty: one topic, cmd_vel or joint_commands',
+        'topics of commands by priority, such as joy_vel, cmd_vel: the first one that has not timed out after '
+        'cmd_vel_timeout drives; empty: cmd_vel or joint_commands alone',
     )
     estop_heartbeat: float = setting(
         0.0,
-        'without a message on estop for so long the robot stops; 0: never',
+        'without estop messages for so long the robot stops; 0: never',
         unit='s',
         minimum=0.0,
         maximum=10.0,
     )
-    keep_estop: bool = setting(
-        True, 'whether an emergency stop is kept over a restart, until false is received'
-    )
-    state_dir: str = setting(
-        '', 'folder of the file that keeps the emergency stop; empty: $ROS_HOME/shirube or ~/.ros/shirube'
-    )
+    keep_estop: bool = setting(True, 'whether an emergency stop outlives a restart, until false is received')
+    state_dir: str = setting('', 'folder of the file for that; empty: $ROS_HOME/shirube or ~/.ros/shirube')
     publish_tf: bool = setting(
         True, 'whether odom_frame to base_frame is published on /tf, if tf2_msgs is installed'
     )
@@ -75,11 +70,6 @@ class NodeSettings:
     )
     gain_integral: int = setting(0, "integral gain of the firmware's speed control", minimum=0, maximum=1000)
     gain_divisor: int = setting(50, "divisor of the firmware's speed control output", minimum=1, maximum=1000)
-
-    @property
-    def command_topic(self) -> str:
-        """Topic of commands without ``mux_topics``."""
-        return 'joint_commands' if self.command_type == 'joints' else 'cmd_vel'
 
     @property
     def gains(self) -> tuple[int, int, int, int]:

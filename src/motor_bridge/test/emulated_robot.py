@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from threading import Lock
 
 import numpy as np
@@ -28,11 +29,16 @@ SETTINGS = EmulatorSettings(encoder_noise=0.3, slip_sigma=0.0, boot_time=0.3)
 class Robot:
     """The node under test, its robot and a driver."""
 
-    def __init__(self, graph, link, *, real_time=True, **parameters):
+    def __init__(self, graph, link, *, real_time=True, firmware=SETTINGS.firmware, faults=None, **parameters):
         self._graph, self._stack = graph, ExitStack()
         self._drives_by_twist = parameters.get('command_type') != 'joints'
-        self.controller, self.lock = EmulatedController(SETTINGS, np.random.default_rng(1)), Lock()
+        self.controller, self.lock = (
+            EmulatedController(replace(SETTINGS, firmware=firmware), np.random.default_rng(1)),
+            Lock(),
+        )
         self.faults = LineFaults(np.random.default_rng(2))
+        for fault in (faults or {}).items():
+            self.fault(*fault)
         self.terminal = self._stack.enter_context(
             PseudoTerminal(self.controller, self.lock, faults=self.faults, link=link)
         )

@@ -69,7 +69,7 @@ class SerialLine(Protocol):
 
 
 class ControllerProtocol(Protocol):
-    """A motor controller with two wheels. Every call but the last two raises a LinkError unless it was confirmed.
+    """A motor controller with two wheels; a call that the controller does not confirm raises a LinkError.
 
     Attributes:
         name: protocol and options in use, for the log.
@@ -80,7 +80,7 @@ class ControllerProtocol(Protocol):
     auto_stop: float
 
     def connect(self, latency: float) -> WheelCounts:
-        """Stop the motors, check that the controller is the expected one, send the setup, and return the counts.
+        """Stop, check that it is the expected controller, send the setup and return the counts.
 
         It is repeated with a longer expected latency of the line [s] until it succeeds.
         """
@@ -90,9 +90,6 @@ class ControllerProtocol(Protocol):
 
     def read_counts(self) -> WheelCounts:
         """Read the encoder counts."""
-
-    def stop(self) -> None:
-        """Stop the motors."""
 
     def resynchronize(self) -> None:
         """End partial commands and discard partial replies after an invalid reply."""

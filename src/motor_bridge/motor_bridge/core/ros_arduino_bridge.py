@@ -95,7 +95,6 @@ class RosArduinoBridge:
     Attributes:
         name: protocol and options in use.
         auto_stop: auto-stop of the controller [s]; infinite if it cannot be set, as then it is not known.
-        unsolicited_bytes: number of bytes received without a command.
     """
 
     def __init__(self, line: SerialLine, setup: ControllerSetup) -> None:
@@ -103,7 +102,6 @@ class RosArduinoBridge:
         self._line, self._setup = line, setup
         self._has_checksum = False
         self.name, self.auto_stop = 'ROSArduinoBridge', math.inf
-        self.unsolicited_bytes = 0
 
     def connect(self, latency: float) -> WheelCounts:
         """Stop the motors, check the baud rate, set gains and auto-stop, and return the encoder counts.
@@ -173,7 +171,7 @@ class RosArduinoBridge:
     def resynchronize(self) -> None:
         """Resynchronize after an invalid reply: end partial commands and discard partial replies."""
         self._line.write(END_OF_COMMAND)
-        self.unsolicited_bytes += self._line.drain()
+        self._line.drain()
 
     def _transact(self, request: bytes) -> bytes:
         if not self._has_checksum:
@@ -185,7 +183,7 @@ class RosArduinoBridge:
         return text + b'\r\n'
 
     def _exchange(self, request: bytes) -> bytes:
-        self.unsolicited_bytes += self._line.discard_received()
+        self._line.discard_received()
         self._line.write(request)
         reply = self._line.read_line(REPLY_MAX)
         if not reply.endswith(b'\n') and len(reply) < REPLY_MAX:

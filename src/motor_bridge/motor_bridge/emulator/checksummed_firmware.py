@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 from motor_bridge.core.checksum import with_checksum, without_checksum
-from motor_bridge.emulator.firmware import Firmware, atoi
+from motor_bridge.emulator.firmware import Firmware
 
 _AUTO_STOP = 200, 2000  # range [ms]
-_END = b'\r\n'
 
 
 class ChecksummedFirmware(Firmware):
@@ -23,22 +24,15 @@ class ChecksummedFirmware(Firmware):
         return b''.join(map(self._reply, lines))
 
     def _reply(self, line: bytes) -> bytes:
-        text = self._accept(line)
-        if text is None:
-            reply = b'Invalid Command'
-        elif text[:2] == b'h ' and _AUTO_STOP[0] <= atoi(text[2:].decode('latin-1')) <= _AUTO_STOP[1]:
-            self._auto_stop = 1e-3 * atoi(text[2:].decode('latin-1'))
-            reply = b'OK'
-        else:
-            reply = super().receive(text + b'\r').removesuffix(_END)
-        return (with_checksum(reply) if self._is_checksummed else reply) + _END
-
-    def _accept(self, line: bytes) -> bytes | None:
-        """Return the text of a line that is to be executed, or None."""
-        if b'*' in line:
-            text = without_checksum(line)
+        text = without_checksum(line) if b'*' in line else line
+        if text is not line:
             self._is_checksummed |= text is not None
-            return text
-        if line == b'b':
-            self._is_checksummed = False
-        return line if not self._is_checksummed or line == b'm 0 0' else None
+        elif self._is_checksummed and line != b'm 0 0':
+            self._is_checksummed = line != b'b'
+            text = None if self._is_checksummed else line
+        auto_stop = re.fullmatch(rb'h (\d{1,5})', text or b'')
+        if auto_stop and _AUTO_STOP[0] <= int(auto_stop[1]) <= _AUTO_STOP[1]:
+            self._auto_stop, reply = 1e-3 * int(auto_stop[1]), b'OK'
+        else:
+            reply = super().receive((text or b'') + b'\r').removesuffix(b'\r\n')
+        return (with_checksum(reply) if self._is_checksummed else reply) + b'\r\n'

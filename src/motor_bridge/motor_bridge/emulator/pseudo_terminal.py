@@ -70,6 +70,7 @@ class PseudoTerminal:
     def _plug(self) -> None:
         # Keep the port's end open here, too: a terminal that no process has open accepts no bytes.
         self._master, self._port = pty.openpty()
+        self._replies.clear()
         tty.setraw(self._port)
         self.path = os.ttyname(self._port)
         if self._link is not None:

@@ -1,17 +1,10 @@
-"""Priorities of topics, and senders that are told apart though messages do not name them."""
+"""Senders of commands are distinguished though messages do not name them."""
 
 import numpy as np
 import pytest
 
-from motor_bridge.core.command_arbitration import (
-    MIXED_TIME,
-    CommandMux,
-    CommandTopic,
-    SenderMonitor,
-    parse_mux_topics,
-)
 from motor_bridge.core.diff_drive_kinematics import Velocity
-from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.core.sender_monitor import MIXED_TIME, SenderMonitor
 
 
 def is_mixed(commands):
@@ -59,37 +52,3 @@ def test_mixed_commands_are_forgotten_when_the_clock_jumps_back():
     assert monitor.is_mixed(10.0 + MIXED_TIME)
     assert not monitor.is_mixed(10.0 + 1.01 * MIXED_TIME)
     assert not monitor.is_mixed(9.0)
-
-
-def test_a_topic_drives_unless_one_of_higher_priority_is_alive():
-    mux = CommandMux(parse_mux_topics(' nav_vel 1 0.5 , /joy/vel 10 0.2,~/auto 5 1'))
-    taken = [
-        ('nav_vel', 0.0, True),
-        ('/joy/vel', 0.1, True),
-        ('nav_vel', 0.29, False),
-        ('~/auto', 0.3, False),
-        ('~/auto', 0.31, True),
-        ('nav_vel', 1.2, False),
-        ('nav_vel', 1.32, True),
-        ('nav_vel', -5.0, True),
-    ]
-    assert [mux.take(name, now) for name, now, _ in taken] == [is_taken for *_, is_taken in taken]
-    assert parse_mux_topics('') == []
-    assert parse_mux_topics('a 1 2') == [CommandTopic('a', 1.0, 2.0)]
-
-
-@pytest.mark.parametrize(
-    ('text', 'words'),
-    [
-        *(
-            (t, 'mux_topics has .*; write topic')
-            for t in ('a', 'a 1', 'a 1 2 3', 'a x 1', 'a nan 1', 'a 1 0')
-        ),
-        *((t, 'mux_topics has .*; write topic') for t in ('a 1 inf', '9a 1 1', 'a/ 1 1', 'a! 1 1')),
-        *((t, 'a topic or a priority twice') for t in ('a 1 1, a 2 1', 'a 1 1, b 1 1')),
-    ],
-)
-def test_other_texts_are_refused_in_one_line(text, words):
-    with pytest.raises(MotorBridgeError, match=words) as refusal:
-        parse_mux_topics(text)
-    assert '\n' not in str(refusal.value)
