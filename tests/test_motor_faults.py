@@ -54,7 +54,7 @@ def test_a_terminal_that_is_pulled_away_comes_back() -> None:
     assert float(error.split()[0]) < 5.0
 
 
-@pytest.mark.parametrize(('firmware', 'limit'), [('ros_arduino_bridge', 2.2), ('motor_controller', 0.45)])
+@pytest.mark.parametrize(('firmware', 'limit'), [('ros_arduino_bridge', 2.2), ('motor_controller', 1.5)])
 def test_a_killed_bridge_leaves_the_motors_to_the_auto_stop(firmware: str, limit: float) -> None:
     kill_bridge = import_module('_motor_line').kill_bridge
     off = kill_bridge(1, firmware)[0][1].text
