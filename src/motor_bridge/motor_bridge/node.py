@@ -196,13 +196,13 @@ class MotorBridgeNode(ManagedNode):
     def _watch_stored_estop(self) -> None:
         """Receive the stored messages of transient local publishers of estop, if there are any.
 
-        Such a subscription does not match volatile publishers. It can stop the robot, but not release it: the stored
-        message may be older than the stop.
+        Such a subscription does not match volatile publishers. It only stops the robot: a stored release may be older
+        than the stop.
         """
         infos = self.get_publishers_info_by_topic(self.resolve_topic_name('estop'))
         is_stored = any(i.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL for i in infos)
         if is_stored and self._stored_estop is None:
-            take = self._guard.guard('estop', lambda message: message.data and self._take_estop(message))
+            take = self._guard.guard('estop', self._take_stored_estop)
             events = SubscriptionEventCallbacks(use_default_callbacks=False)
             self._stored_estop = self.create_subscription(
                 Bool, 'estop', take, map_profile(), event_callbacks=events
@@ -210,6 +210,10 @@ class MotorBridgeNode(ManagedNode):
         elif not is_stored and self._stored_estop is not None:
             self.destroy_subscription(self._stored_estop)
             self._stored_estop = None
+
+    def _take_stored_estop(self, message: Bool) -> None:
+        if message.data:
+            self._take_estop(message)
 
     def _reset_odometry(self) -> str:
         with self._session.lock:
