@@ -109,7 +109,7 @@ class CommandInputs:
 
     def conflict(self, topic: str) -> str:
         """Return which nodes send on a topic at the same time; empty if at most one does."""
-        if not self._senders[topic].is_mixed(self._now()) or self.publisher_count(topic) == 1:
+        if not self._senders[topic].is_mixed(self._now()) or self.publisher_count(topic) < 2:
             return ''
         infos = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
         names = sorted(f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos)

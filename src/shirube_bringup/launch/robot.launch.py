@@ -6,7 +6,7 @@ copies of all parameter files), `places_dir` (taught places, for `stereo`) and `
 default to the parameter files), `description` (URDF or xacro file of your robot, such as the installed
 `urdf/demo_robot.urdf.xacro`, for robot_state_publisher), `use_sim_time`, and `driver`, the publisher of `cmd_vel`:
 `planner` (drives to goals on `goal_pose`), `lamps` (drives as the lamps command) or `none` (you drive, for example with
-a joystick). Use only one: motor_bridge rejects `cmd_vel` from two publishers.
+a joystick). Use only one: motor_bridge rejects `cmd_vel` from two that send at once.
 
 The belly camera publishes in the namespace `floor_camera` (default `belly`), the ceiling camera in `ceiling_camera`
 (default `ceiling`), the stereo pair in `left` and `right`; the planner's sensor is set in its parameter file.
