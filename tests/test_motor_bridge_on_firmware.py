@@ -118,7 +118,9 @@ def test_a_link_without_replies_stops_the_robot_until_they_return(bridge: Bridge
     assert any(bridge.chip.truth().pwm)
     bridge.chip.run(AUTO_STOP + 2e-3)
     assert bridge.chip.truth().pwm == (0, 0)
+    bridge.drive(Velocity(0.3, 0.0), 2.0 * PERIOD)
+    assert bridge.session.drive.velocity.forward < 0.05  # from rest, within the limits
     bridge.drive(Velocity(0.3, 0.0), 0.5)
     assert any(bridge.chip.truth().pwm)
-    bridge.drive(Velocity(), 1.0)
+    bridge.drive(Velocity(), 1.5)
     assert bridge.counts() == bridge.chip.truth().ticks

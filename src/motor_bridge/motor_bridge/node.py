@@ -189,7 +189,8 @@ class MotorBridgeNode(ManagedNode):
     def _apply_estop(self) -> None:
         is_on = bool(self._estop.reason(self._now()))
         if is_on != self._session.drive.is_stopped:
-            self._session.set_emergency_stop(is_on=is_on)
+            with self._session.lock:
+                self._session.drive.set_emergency_stop(is_on=is_on)
             if self._loop is not None:
                 self._loop.wake()
 

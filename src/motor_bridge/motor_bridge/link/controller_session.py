@@ -127,11 +127,6 @@ class ControllerSession:
             self.report.set_connected(f'connected to the controller ({link.name}){detail}')
             return
 
-    def set_emergency_stop(self, *, is_on: bool) -> None:
-        """Stop at once, or allow later target velocities again."""
-        with self.lock:
-            self.drive.set_emergency_stop(is_on=is_on)
-
     def step(self, link: ControllerProtocol, stop_event: Event, *, is_cycle: bool) -> bool:
         """Send the wheel speeds and, once per cycle, read the encoders; between cycles only changed speeds are sent.
 
