@@ -89,6 +89,14 @@ class NodeSetup:
         return ['--ros-args', '--params-file', str(path), *remapped]
 
 
+_BRIDGE = {
+    'update_rate': 50.0,
+    'reply_timeout': 1.0,
+    'max_linear_velocity': CRUISE_SPEED,
+    'keep_estop': False,
+}
+
+
 def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> tuple[NodeSetup, ...]:
     """Return the nodes, given the serial port of the motor controller and one of `PLANNERS`."""
     return (
@@ -129,11 +137,7 @@ def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> 
         NodeSetup('pose_arbiter', {'initialpose_for': 'floor_localizer'}, {}),
         _planner(PLANNERS[planner]),
         _collision_monitor(),
-        NodeSetup(
-            'motor_bridge',
-            {'port': port, 'update_rate': 50.0, 'reply_timeout': 1.0, 'max_linear_velocity': CRUISE_SPEED},
-            {},
-        ),
+        NodeSetup('motor_bridge', {'port': port, **_BRIDGE}, {}),
     )
 
 
