@@ -34,7 +34,11 @@ from shirube_core.geometry import SE2
 FRACTIONS = np.linspace(1.0, 0.0, 11)
 """Parts of the command that are tried, the greatest first."""
 _CLOCK_BACK = 0.1  # a clock that goes back by more has jumped [s]
-_YIELD_MARGIN = 0.12  # clearance to the predicted way of people [m]
+_YIELD_MARGINS = (
+    0.02,
+    0.06,
+    0.12,
+)  # clearances to the predicted way of people; the greatest that a stop allows [m]
 _SIGNIFICANT = 3.0  # a velocity counts if it exceeds its standard deviation as many times
 _WALKING = 0.2  # a slower cluster does not walk [m/s]
 
@@ -175,8 +179,8 @@ class CollisionMonitor:
             found = source.obstacles(now, T_odom_base)
             # 6. Approach: the robot stands before a disc that holds each obstacle meets its footprint.
             best = min(best, self._approach(source.name, paths, found.all), key=_fraction)
-            # 7. Giving way: it does not stop where somebody is about to walk.
-            best = min(best, self._yield(source.name, paths, found), key=_fraction)
+            # 7. Giving way: it waits for those whose way it would cross.
+            best = min(best, self._yield(source.name, motion, command, found), key=_fraction)
             # 8. Slow-down zone: along the commanded path for some time, and what may turn out to walk.
             best = min(best, self._slow_down(source.name, command, found.all), key=_fraction)
             caution = max(self._approach(source.name, paths, found.unsure)[0], self._settings.slow_fraction)
@@ -216,21 +220,34 @@ class CollisionMonitor:
                 return fraction, Action.APPROACH, name
         return 0.0, Action.STOP, name
 
-    def _yield(self, name: str, paths: list[NDArray[np.float64]], found: PredictedObstacles) -> _Limit:
+    def _yield(
+        self, name: str, motion: BaseMotion, command: tuple[float, float], found: PredictedObstacles
+    ) -> _Limit:
+        """Stop for people whom the commanded drive would meet, if they do not walk into a robot that stops now."""
         obstacles, speed = found.all, np.hypot(*found.all.velocity.T)
         walking = (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))
         time, corners, reach = self._settings.yield_time, self.footprint.corners, self.footprint.radius
         if not walking.any():
             return 1.0, Action.YIELD, name
         people = chosen(obstacles, walking)
-        people = people._replace(radius=np.full(len(people.xy), _YIELD_MARGIN), growth=0.0 * people.growth)
-        # Who would walk into the robot wherever it stands is left to the approach.
-        unavoidable = contacts(paths[-1], corners, reach, people, time, False) >= 0
-        people = chosen(people, ~np.isin(people.velocity[:, 0], people.velocity[unavoidable, 0]))
-        for fraction, path in zip(FRACTIONS.tolist(), paths, strict=True):
-            if (contacts(path, corners, reach, people, time, True) < 0).all():
-                return fraction, Action.YIELD, name
-        return 0.0, Action.YIELD, name
+        people = people._replace(growth=0.0 * people.growth)
+        period = 1.0 / self._settings.rate
+        drive = stopping_paths(motion, command, FRACTIONS[:1], time, self._base)[0][: int(time / STEP)]
+        stop = stopping_paths(motion, command, FRACTIONS[-1:], period, self._base)[0]
+        # A group of cells has one velocity.
+        groups, margin = people.velocity[:, 0], _YIELD_MARGINS[-1]
+        people = people._replace(radius=np.full(len(groups), margin))
+        is_met = np.isin(groups, groups[contacts(drive, corners, reach, people, 0.0, False) >= 0])
+        for margin in _YIELD_MARGINS[::-1]:
+            people = chosen(people, is_met)
+            groups, is_met = people.velocity[:, 0], is_met[is_met]
+            people = people._replace(radius=np.full(len(groups), margin))
+            meets = contacts(stop, corners, reach, people, time, False) >= 0
+            is_met = np.isin(groups, groups[meets])
+            if not is_met.all():
+                return 0.0, Action.YIELD, name
+        # Who would walk into the robot wherever it stops is left to the approach.
+        return 1.0, Action.YIELD, name
 
     def _slow_down(self, name: str, command: tuple[float, float], obstacles: Obstacles) -> _Limit:
         settings = self._settings

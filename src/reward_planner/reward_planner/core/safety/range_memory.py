@@ -21,6 +21,7 @@ from reward_planner.core.safety.range_kernels import (
     classify,
     clear,
     insert,
+    passed,
 )
 from reward_planner.core.safety.safety_settings import SourceSettings
 from shirube_core.geometry import SE2, rotation_matrix
@@ -75,6 +76,7 @@ class RangeMemory:
         heights = settings.height_min, settings.height_max
         noise = settings.range_noise
         bins = bin_rays(origin, ends, frame.is_hit, heights)
+        self._bins, self._origin = bins, origin
         carve(cells, bins, origin, stamp, settings.range_max, noise)
         insert(cells, ends, used, stamp, settings.points_min)
         clear(cells, bins, origin, stamp, noise)
@@ -91,6 +93,10 @@ class RangeMemory:
         cells = self._cells
         chosen = cells.kind != FREE
         return ObstacleCells(cells.xyz[chosen][:, :2], cells.last[chosen], cells.kind[chosen])
+
+    def is_open(self, xy_odom: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return where the rays of the latest measurement passed, shape (n,), at positions of shape (n, 2) [m]."""
+        return passed(self._bins, self._origin, xy_odom, self._settings.range_noise)
 
     def forget(self, xy_odom: NDArray[np.float64]) -> None:
         """Forget the cells at positions, shape (n, 2) [m]."""
