@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -192,6 +192,9 @@ class RollingVoxelGrid:
         frames: number of frames that observed the voxel, of the shape of the values; (slots, 1, 1, 1) if not counted.
         stamps: time of the last decay of the tile [s], shape (slots,).
         has_obstacle: columns with an uncleared obstacle of points, shape (slots, TILE_SIZE, TILE_SIZE).
+        was_free: columns whose cell was free before an obstacle came, of the same shape.
+        cleared: number of voxels of obstacles that rays cleared since the last hit of the column, of the same shape.
+        changed: time of the last such hit or clearing [s], of the same shape.
     """
 
     def __init__(self, layers: int, tiles_max: int, *, counts_frames: bool = False) -> None:
@@ -202,7 +205,9 @@ class RollingVoxelGrid:
         frames_shape = self.values.shape if counts_frames else (0, 1, 1, 1)
         self.frames = np.empty(frames_shape, dtype=np.float32)
         self.stamps = np.empty(0)
-        self.has_obstacle = np.empty((0, TILE_SIZE, TILE_SIZE), dtype=np.bool_)
+        columns = (0, TILE_SIZE, TILE_SIZE)
+        self.has_obstacle, self.was_free = (np.empty(columns, dtype=np.bool_) for _ in range(2))
+        self.cleared, self.changed = np.empty(columns, dtype=np.uint8), np.empty(columns)
         self._grow(min(_INITIAL_TILES, tiles_max))
 
     def __len__(self) -> int:
@@ -212,7 +217,12 @@ class RollingVoxelGrid:
     @property
     def bytes(self) -> int:
         """Memory of all slots, used and free [bytes]."""
-        return self.values.nbytes + self.frames.nbytes + self.stamps.nbytes + self.has_obstacle.nbytes
+        return sum(array.nbytes for array in self._arrays)
+
+    @property
+    def _arrays(self) -> tuple[NDArray[Any], ...]:
+        columns = self.has_obstacle, self.was_free, self.cleared, self.changed
+        return self.values, self.frames, self.stamps, *columns
 
     def slots_of(self, window: FrameWindow) -> NDArray[np.int64]:
         """Return the slots of a window's tiles, shape (tiles, tiles) along x and y, NO_TILE for missing ones."""
@@ -235,7 +245,8 @@ class RollingVoxelGrid:
         for (i, j), slot in zip(missing.tolist(), free.tolist(), strict=False):
             place = (window.tile_x + i, window.tile_y + j)
             self._slots[place] = slots[i, j] = slot
-            self.values[slot], self.frames[slot], self.has_obstacle[slot] = 0.0, 0.0, False
+            for array in self._arrays:
+                array[slot] = 0
             self.stamps[slot] = stamp
 
     def clear(self) -> None:
@@ -258,7 +269,15 @@ class RollingVoxelGrid:
 
     def _grow(self, slots: int) -> None:
         extra = slots - len(self.values)
-        self.values, self.frames, self.stamps, self.has_obstacle = (
+        (
+            self.values,
+            self.frames,
+            self.stamps,
+            self.has_obstacle,
+            self.was_free,
+            self.cleared,
+            self.changed,
+        ) = (
             np.concatenate([array, np.zeros((extra, *array.shape[1:]), array.dtype)])
-            for array in (self.values, self.frames, self.stamps, self.has_obstacle)
+            for array in self._arrays
         )

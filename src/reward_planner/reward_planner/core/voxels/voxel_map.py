@@ -26,6 +26,7 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
     window_around,
     window_shape,
 )
+from reward_planner.core.voxels.seen_again import forget_rest, look_again, note_changes
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
 _MAXIMUM_QUANTILE = 0.99  # of the counts, M in eq. (3)
@@ -72,6 +73,11 @@ class VoxelMap:
             return frame
         # The tiles of the window: their values decay, and tiles that the frame touches are allocated.
         slots = self.tiles.slots_of(frame.window)
+        unseen = np.zeros((0, 0), dtype=np.bool_)
+        if self.settings.rule == 'log_odds' and view.focal_length > 0.0:
+            cloud, occupied = np.ascontiguousarray(points, dtype=np.float32), self.settings.log_odds_occupied
+            passed, unseen = look_again(self.tiles, slots, frame.window, cloud, view, occupied)
+            frame = self._voxelizer.with_passed(frame, passed)
         self._decay(slots[slots != NO_TILE], stamp)
         needed = touched_tiles(frame.window, frame.cells) | touched_tiles(frame.window, frame.traversed)
         self.tiles.allocate_missing(frame.window, slots, needed, stamp)
@@ -82,6 +88,14 @@ class VoxelMap:
             once = np.ones(1, dtype=np.float32)
             for cells in (frame.cells, frame.traversed):
                 add_to_voxels(self.tiles.frames, slots, frame.window, cells, once, limits)
+        else:
+            columns = self.tiles.values, self.tiles.cleared, self.tiles.changed
+            hits, change = (
+                frame.cells[is_hit(frame, s.hit_fraction_min)],
+                (stamp, s.log_odds_occupied, s.log_odds_pass),
+            )
+            note_changes(columns, slots, frame.window, hits, frame.traversed, change)
+            forget_rest(self.tiles, slots, frame.window, unseen, frame.traversed, stamp, s.obstacle_memory)
         for cells, amounts in self._values_of(frame):
             add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
         return frame

@@ -1,0 +1,223 @@
+"""Obstacles that a frame should have shown again and did not.
+
+Rays of a sparse sensor pass between voxels, and a near sensor sees only a part of a high obstacle. So beside the rays:
+
+1. Behind test: a voxel of an obstacle is traversed if it projects into the image where all rays around it end behind
+   it, and a surface across it would have met at least every other frame a ray.
+2. Unseen rest: if rays cleared a part of at least 0.2 m of a column, and nothing of the column was hit since, then what
+   is left of it out of view has gone, too. This holds for the connected obstacle as a whole: a table whose top is out
+   of view stays when somebody's legs leave from under it. A low box under the view stays when its column above is seen
+   free: nothing of it was cleared. What came where the floor had been seen free before leaves no rest after
+   ``obstacle_memory``; below somebody who was there from the first sight there may be a stool: ten times as long.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from reward_planner.core.voxels.rolling_voxel_grid import (
+    NO_TILE,
+    TILE_SIZE,
+    FrameWindow,
+    RollingVoxelGrid,
+    SensorView,
+    unravel_cell,
+)
+
+_RAYS_MAX = 40_000  # denser frames are thinned
+_BIN_RAYS = 2.0  # rays across a bin of directions: without ray it is out of view, or has no depth
+_BIN_MIN = 0.01  # least width of a bin [tangent]
+_TANGENT_MAX = 3.0  # 72 degrees off the axis
+_RAYS_EXPECTED = 0.5  # rays that meet a surface across a voxel, at which a missing hit counts
+_DEPTH_NOISE = 0.01  # standard deviation of a depth of 1 m; it grows with the square [m]
+_CLEARED_MIN = 0.2  # height of the cleared part of an obstacle [m]
+_CLEARED_FRACTION = 0.3  # of the columns of an obstacle of which a part was cleared
+_FIRST_SIGHT_FACTOR = 10.0  # of the memory, for what was there from the first sight
+_PASSED, _BLOCKED, _OUT = 0, 1, 2
+
+
+class RayImage(NamedTuple):
+    """Least depth of the rays by direction, shape (bins, bins) [m], 0 without ray, and the width of a bin [tangent]."""
+
+    depth: NDArray[np.float32]
+    width: float
+
+
+def ray_image(points: NDArray[np.float32], focal_length: float) -> RayImage:
+    """Return the image of points in the optical frame, shape (n, 3) [m], with a density, see `SensorView` [px]."""
+    stride = -(-len(points) // _RAYS_MAX) | 1  # odd, so that it visits all columns of an image
+    width = max(_BIN_RAYS * math.sqrt(stride) / focal_length, _BIN_MIN)
+    bins = 2 * math.ceil(_TANGENT_MAX / width)
+    depth = np.zeros((bins, bins), dtype=np.float32)
+    _bin_rays(points, stride, width, depth)
+    return RayImage(depth, width)
+
+
+@njit(cache=True)
+def _bin_rays(points: NDArray[np.float32], stride: int, width: float, depth: NDArray[np.float32]) -> None:
+    bins = len(depth)
+    for n in range(0, len(points), stride):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        if not (0.0 < z < np.inf):
+            continue
+        column, row = x / z / width + 0.5 * bins, y / z / width + 0.5 * bins
+        if 0.0 <= column < bins and 0.0 <= row < bins:
+            i, j = int(row), int(column)
+            if depth[i, j] == 0.0 or z < depth[i, j]:
+                depth[i, j] = z
+
+
+class SeenAgain(NamedTuple):
+    """Voxels that rays passed, flat indices of shape (n,), and columns whose obstacle is out of view, (side, side)."""
+
+    passed: NDArray[np.int32]
+    unseen: NDArray[np.bool_]
+
+
+def look_again(
+    tiles: RollingVoxelGrid,
+    slots: NDArray[np.int64],
+    window: FrameWindow,
+    points: NDArray[np.float32],
+    view: SensorView,
+    occupied: float,
+) -> SeenAgain:
+    """Compare the positive voxels of a window with the rays of a frame; arguments as of `VoxelMap.add`.
+
+    ``occupied`` is the least value of an obstacle.
+    """
+    image = ray_image(points, view.focal_length)
+    # From voxels of the window to the sensor frame.
+    R = view.T_map_sensor[:3, :3].T
+    T = np.column_stack([window.resolution * R, R @ (window.corner - view.origin)])
+    geometry = window.resolution, view.focal_length
+    passed, unseen = _look_again(tiles.values, tiles.has_obstacle, slots, image, T, geometry, occupied)
+    return SeenAgain(passed, unseen)
+
+
+@njit(cache=True)
+def _look_again(
+    values: NDArray[np.float32],
+    has_obstacle: NDArray[np.bool_],
+    slots: NDArray[np.int64],
+    image: RayImage,
+    T: NDArray[np.float64],
+    geometry: tuple[float, float],
+    occupied: float,
+) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+    side, layers = TILE_SIZE * len(slots), values.shape[3]
+    unseen = np.zeros((side, side), dtype=np.bool_)
+    passed = [np.int32(0) for _ in range(0)]
+    for column in range(side):
+        for row in range(side):
+            slot = slots[column // TILE_SIZE, row // TILE_SIZE]
+            if slot == NO_TILE:
+                continue
+            i, j = column % TILE_SIZE, row % TILE_SIZE
+            is_rest, is_in_view = False, False
+            for layer in range(layers):
+                value = values[slot, i, j, layer]
+                if value <= 0.0:
+                    continue
+                state, expected = _state(image, T, (column + 0.5, row + 0.5, layer + 0.5), geometry)
+                if state == _PASSED and expected >= _RAYS_EXPECTED:
+                    passed.append(np.int32((column * side + row) * layers + layer))
+                is_rest |= value >= occupied
+                is_in_view |= value >= occupied and state != _OUT
+            unseen[column, row] = is_rest and not is_in_view and has_obstacle[slot, i, j]
+    return np.array(passed, dtype=np.int32), unseen
+
+
+@njit(cache=True)
+def _state(
+    image: RayImage,
+    T: NDArray[np.float64],
+    voxel: tuple[float, float, float],
+    geometry: tuple[float, float],
+) -> tuple[int, float]:
+    """Return whether all rays around a voxel pass behind it, and how many rays meet a surface across it."""
+    resolution, focal_length = geometry
+    x = T[0, 0] * voxel[0] + T[0, 1] * voxel[1] + T[0, 2] * voxel[2] + T[0, 3]
+    y = T[1, 0] * voxel[0] + T[1, 1] * voxel[1] + T[1, 2] * voxel[2] + T[1, 3]
+    z = T[2, 0] * voxel[0] + T[2, 1] * voxel[1] + T[2, 2] * voxel[2] + T[2, 3]
+    half, scale, bins = 0.87 * resolution, 1.0 / (max(z, 1e-6) * image.width), len(image.depth)
+    first_row, last_row = (y - half) * scale + 0.5 * bins, (y + half) * scale + 0.5 * bins
+    first_column, last_column = (x - half) * scale + 0.5 * bins, (x + half) * scale + 0.5 * bins
+    if z <= half or first_row < 0.0 or first_column < 0.0 or last_row >= bins or last_column >= bins:
+        return _OUT, 0.0
+    state, behind = _PASSED, z + 1.5 * resolution + 2.0 * _DEPTH_NOISE * z * z
+    for row in range(int(first_row), int(last_row) + 1):
+        for column in range(int(first_column), int(last_column) + 1):
+            depth = image.depth[row, column]
+            if depth == 0.0:
+                state = _OUT
+            elif depth < behind:
+                return _BLOCKED, 0.0
+    return state, (focal_length * resolution / z) ** 2
+
+
+@njit(cache=True)
+def note_changes(
+    tiles: tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.float64]],
+    slots: NDArray[np.int64],
+    window: FrameWindow,
+    hits: NDArray[np.int32],
+    traversed: NDArray[np.int32],
+    change: tuple[float, float, float],
+) -> None:
+    """Count the voxels of obstacles that rays clear in each column since its last hit, before they are subtracted.
+
+    Args:
+        tiles: voxel values, cleared voxels, and stamps of the last change [s] of the columns.
+        slots: slots of the window's tiles, shape (tiles, tiles).
+        window: window of the frame.
+        hits: hit voxels, flat indices, shape (k,).
+        traversed: traversed voxels, shape (m,).
+        change: stamp of the frame [s], least value of an obstacle, value that is subtracted.
+    """
+    values, cleared, changed = tiles
+    stamp, occupied, amount = change
+    for cell in traversed:
+        column, row, layer = unravel_cell(cell, window.side, window.layers)
+        slot, i, j = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
+        if values[slot, i, j, layer] >= occupied > values[slot, i, j, layer] - amount:
+            cleared[slot, i, j] = min(cleared[slot, i, j] + 1, 255)
+            changed[slot, i, j] = stamp
+    for cell in hits:
+        column, row, _ = unravel_cell(cell, window.side, window.layers)
+        slot, i, j = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
+        cleared[slot, i, j], changed[slot, i, j] = 0, stamp
+
+
+def forget_rest(
+    tiles: RollingVoxelGrid,
+    slots: NDArray[np.int64],
+    window: FrameWindow,
+    unseen: NDArray[np.bool_],
+    traversed: NDArray[np.int32],
+    stamp: float,
+    memory: float,
+) -> None:
+    """Drop the unseen rest of obstacles whose seen part was cleared before ``memory`` [s], if rays pass there now."""
+    column, row = np.nonzero(unseen)
+    place = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
+    kept = np.where(tiles.was_free[place], memory, _FIRST_SIGHT_FACTOR * memory)
+    needed = math.ceil(_CLEARED_MIN / window.resolution - 1e-6)
+    has_left = (tiles.cleared[place] >= needed) & (stamp - tiles.changed[place] >= kept)
+    if not has_left.any():
+        return
+    is_looked_at = np.zeros(window.side**2, dtype=np.bool_)
+    is_looked_at[traversed // window.layers] = True
+    has_left &= is_looked_at[column * window.side + row]
+    labels, count = ndimage.label(unseen, np.ones((3, 3)))
+    of_column = labels[column, row]
+    columns, left = (np.bincount(each, minlength=count + 1) for each in (of_column, of_column[has_left]))
+    gone = (left >= _CLEARED_FRACTION * columns)[of_column]
+    place = place[0][gone], place[1][gone], place[2][gone]
+    tiles.values[place] = np.minimum(tiles.values[place], 0.0)
