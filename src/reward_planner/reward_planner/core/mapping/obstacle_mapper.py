@@ -116,8 +116,8 @@ def project_voxels(voxels: VoxelMap, view: SensorView, global_map: GlobalMap, fr
         voxels.tiles.frames,
         slots,
         limits,
-        global_map.occupancy_in(grid),
-        (voxels.tiles.has_obstacle, voxels.tiles.was_free),
+        global_map.occupancy_in(grid) >= OCCUPIED_THRESHOLD,
+        voxels.tiles.has_obstacle,
         is_detected,
     )
     return LocalMap(grid, occupancy, observed)
@@ -138,20 +138,19 @@ def _project(
     frames: NDArray[np.float32],
     slots: NDArray[np.int64],
     limits: tuple[float, float],
-    known: NDArray[np.int8],
-    columns: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    was_occupied: NDArray[np.bool_],
+    has_obstacle: NDArray[np.bool_],
     is_detected: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int8], NDArray[np.bool_]]:
     """Return occupancy and observed cells of the window; rows along y.
 
     Values have the shape (slots, TILE_SIZE, TILE_SIZE, layers); if frames are counted, their numbers have it, too, and
-    divide the values. The limits are the lowest value of an obstacle and the highest of free space. ``known`` are cells
-    of the global map; ``columns`` are those whose obstacle rays may clear, and those that were free before it came,
-    updated in place.
+    divide the values. The limits are the lowest value of an obstacle and the highest of free space. ``was_occupied``
+    are cells of the global map; ``has_obstacle`` are columns whose obstacle rays may clear, updated in place.
     ``is_detected`` are cells in the detection range of the frame, which are movable unless occupied; with log-odds
     there are none.
     """
-    side, is_mean, (has_obstacle, was_free) = TILE_SIZE * len(slots), frames.shape[3] > 1, columns
+    side, is_mean = TILE_SIZE * len(slots), frames.shape[3] > 1
     occupancy = np.full((side, side), UNKNOWN, dtype=np.int8)
     observed = np.zeros((side, side), dtype=np.bool_)
     for i, j in np.ndindex(slots.shape):
@@ -171,8 +170,7 @@ def _project(
                 cell = (j * TILE_SIZE + row, i * TILE_SIZE + column)
                 if highest >= limits[0]:
                     occupancy[cell], observed[cell] = OCCUPIED, True
-                    has_obstacle[slot, column, row] |= known[cell] < OCCUPIED_THRESHOLD
-                    was_free[slot, column, row] |= known[cell] == FREE
+                    has_obstacle[slot, column, row] |= not was_occupied[cell]
                 elif is_detected[cell]:
                     occupancy[cell], observed[cell] = FREE, True
                     has_obstacle[slot, column, row] = False

@@ -4,10 +4,10 @@ Rays of a sparse sensor pass between voxels, and a near sensor sees only a part 
 
 1. Behind test: a voxel of an obstacle is traversed if it projects into the image where all rays around it end behind
    it, and a surface across it would have met at least every other frame a ray.
-2. Unseen rest: if rays cleared a part of at least 0.2 m of a column, and nothing of the column was hit since, then what
+2. Unseen rest: if rays cleared a part of at least 0.1 m of a column, and nothing of the column was hit since, then what
    is left of it out of view has gone, too. This holds for the connected obstacle as a whole: a table whose top is out
    of view stays when somebody's legs leave from under it. A low box under the view stays when its column above is seen
-   free: nothing of it was cleared. What came where the floor had been seen free before leaves no rest after
+   free: nothing of it was cleared. What is where rays passed before came there as a whole and leaves no rest after
    ``obstacle_memory``; below somebody who was there from the first sight there may be a stool: ten times as long.
 """
 
@@ -36,10 +36,14 @@ _BIN_MIN = 0.01  # least width of a bin [tangent]
 _TANGENT_MAX = 3.0  # 72 degrees off the axis
 _RAYS_EXPECTED = 0.5  # rays that meet a surface across a voxel, at which a missing hit counts
 _DEPTH_NOISE = 0.01  # standard deviation of a depth of 1 m; it grows with the square [m]
-_CLEARED_MIN = 0.2  # height of the cleared part of an obstacle [m]
+_CLEARED_MIN, _CLEARED_LAYERS = (
+    0.1,
+    2,
+)  # height of the cleared part of an obstacle [m, voxels]: more than noise
 _CLEARED_FRACTION = 0.3  # of the columns of an obstacle of which a part was cleared
 _FIRST_SIGHT_FACTOR = 10.0  # of the memory, for what was there from the first sight
 _PASSED, _BLOCKED, _OUT = 0, 1, 2
+_IN_VIEW, ENTERED, FIRST_SIGHT = 3, 1, 2
 
 
 class RayImage(NamedTuple):
@@ -64,7 +68,7 @@ def _bin_rays(points: NDArray[np.float32], stride: int, width: float, depth: NDA
     bins = len(depth)
     for n in range(0, len(points), stride):
         x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        if not (0.0 < z < np.inf):
+        if not 0.0 < z < np.inf:
             continue
         column, row = x / z / width + 0.5 * bins, y / z / width + 0.5 * bins
         if 0.0 <= column < bins and 0.0 <= row < bins:
@@ -74,10 +78,16 @@ def _bin_rays(points: NDArray[np.float32], stride: int, width: float, depth: NDA
 
 
 class SeenAgain(NamedTuple):
-    """Voxels that rays passed, flat indices of shape (n,), and columns whose obstacle is out of view, (side, side)."""
+    """What a frame shows of obstacles.
+
+    Attributes:
+        passed: voxels that rays passed, flat indices, shape (n,).
+        unseen: columns whose obstacle is out of view, shape (side, side): ENTERED if all of it is where rays passed
+            before, else FIRST_SIGHT; 0 for others.
+    """
 
     passed: NDArray[np.int32]
-    unseen: NDArray[np.bool_]
+    unseen: NDArray[np.int8]
 
 
 def look_again(
@@ -86,33 +96,30 @@ def look_again(
     window: FrameWindow,
     points: NDArray[np.float32],
     view: SensorView,
-    occupied: float,
 ) -> SeenAgain:
-    """Compare the positive voxels of a window with the rays of a frame; arguments as of `VoxelMap.add`.
-
-    ``occupied`` is the least value of an obstacle.
-    """
+    """Compare the positive voxels of a window with the rays of a frame; arguments as of `VoxelMap.add`."""
     image = ray_image(points, view.focal_length)
     # From voxels of the window to the sensor frame.
     R = view.T_map_sensor[:3, :3].T
     T = np.column_stack([window.resolution * R, R @ (window.corner - view.origin)])
     geometry = window.resolution, view.focal_length
-    passed, unseen = _look_again(tiles.values, tiles.has_obstacle, slots, image, T, geometry, occupied)
-    return SeenAgain(passed, unseen)
+    return SeenAgain(
+        *_look_again((tiles.values, tiles.was_free), tiles.has_obstacle, slots, image, T, geometry)
+    )
 
 
 @njit(cache=True)
 def _look_again(
-    values: NDArray[np.float32],
+    voxels: tuple[NDArray[np.float32], NDArray[np.bool_]],
     has_obstacle: NDArray[np.bool_],
     slots: NDArray[np.int64],
     image: RayImage,
     T: NDArray[np.float64],
     geometry: tuple[float, float],
-    occupied: float,
-) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+) -> tuple[NDArray[np.int32], NDArray[np.int8]]:
+    values, was_free = voxels
     side, layers = TILE_SIZE * len(slots), values.shape[3]
-    unseen = np.zeros((side, side), dtype=np.bool_)
+    unseen = np.zeros((side, side), dtype=np.int8)
     passed = [np.int32(0) for _ in range(0)]
     for column in range(side):
         for row in range(side):
@@ -120,7 +127,7 @@ def _look_again(
             if slot == NO_TILE:
                 continue
             i, j = column % TILE_SIZE, row % TILE_SIZE
-            is_rest, is_in_view = False, False
+            rest = 0
             for layer in range(layers):
                 value = values[slot, i, j, layer]
                 if value <= 0.0:
@@ -128,9 +135,11 @@ def _look_again(
                 state, expected = _state(image, T, (column + 0.5, row + 0.5, layer + 0.5), geometry)
                 if state == _PASSED and expected >= _RAYS_EXPECTED:
                     passed.append(np.int32((column * side + row) * layers + layer))
-                is_rest |= value >= occupied
-                is_in_view |= value >= occupied and state != _OUT
-            unseen[column, row] = is_rest and not is_in_view and has_obstacle[slot, i, j]
+                if state != _OUT or not has_obstacle[slot, i, j]:
+                    rest = _IN_VIEW
+                elif rest != _IN_VIEW:
+                    rest = max(rest, ENTERED if was_free[slot, i, j, layer] else FIRST_SIGHT)
+            unseen[column, row] = rest % _IN_VIEW
     return np.array(passed, dtype=np.int32), unseen
 
 
@@ -164,29 +173,31 @@ def _state(
 
 @njit(cache=True)
 def note_changes(
-    tiles: tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.float64]],
+    tiles: tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.uint8], NDArray[np.float64]],
     slots: NDArray[np.int64],
     window: FrameWindow,
     hits: NDArray[np.int32],
     traversed: NDArray[np.int32],
-    change: tuple[float, float, float],
+    change: tuple[float, float, float, float],
 ) -> None:
     """Count the voxels of obstacles that rays clear in each column since its last hit, before they are subtracted.
 
     Args:
-        tiles: voxel values, cleared voxels, and stamps of the last change [s] of the columns.
+        tiles: voxel values, voxels that were free, and of the columns cleared voxels and stamps of the last change [s].
         slots: slots of the window's tiles, shape (tiles, tiles).
         window: window of the frame.
         hits: hit voxels, flat indices, shape (k,).
         traversed: traversed voxels, shape (m,).
-        change: stamp of the frame [s], least value of an obstacle, value that is subtracted.
+        change: stamp of the frame [s], least value of an obstacle, greatest of free space, value that is subtracted.
     """
-    values, cleared, changed = tiles
-    stamp, occupied, amount = change
+    values, was_free, cleared, changed = tiles
+    stamp, occupied, free, amount = change
     for cell in traversed:
         column, row, layer = unravel_cell(cell, window.side, window.layers)
         slot, i, j = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
-        if values[slot, i, j, layer] >= occupied > values[slot, i, j, layer] - amount:
+        value = values[slot, i, j, layer]
+        was_free[slot, i, j, layer] |= value <= free
+        if value >= occupied > value - amount:
             cleared[slot, i, j] = min(cleared[slot, i, j] + 1, 255)
             changed[slot, i, j] = stamp
     for cell in hits:
@@ -199,7 +210,7 @@ def forget_rest(
     tiles: RollingVoxelGrid,
     slots: NDArray[np.int64],
     window: FrameWindow,
-    unseen: NDArray[np.bool_],
+    unseen: NDArray[np.int8],
     traversed: NDArray[np.int32],
     stamp: float,
     memory: float,
@@ -207,15 +218,15 @@ def forget_rest(
     """Drop the unseen rest of obstacles whose seen part was cleared before ``memory`` [s], if rays pass there now."""
     column, row = np.nonzero(unseen)
     place = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
-    kept = np.where(tiles.was_free[place], memory, _FIRST_SIGHT_FACTOR * memory)
-    needed = math.ceil(_CLEARED_MIN / window.resolution - 1e-6)
+    kept = np.where(unseen[column, row] == ENTERED, memory, _FIRST_SIGHT_FACTOR * memory)
+    needed = max(math.ceil(_CLEARED_MIN / window.resolution - 1e-6), _CLEARED_LAYERS)
     has_left = (tiles.cleared[place] >= needed) & (stamp - tiles.changed[place] >= kept)
     if not has_left.any():
         return
     is_looked_at = np.zeros(window.side**2, dtype=np.bool_)
     is_looked_at[traversed // window.layers] = True
     has_left &= is_looked_at[column * window.side + row]
-    labels, count = ndimage.label(unseen, np.ones((3, 3)))
+    labels, count = ndimage.label(unseen > 0, np.ones((3, 3)))
     of_column = labels[column, row]
     columns, left = (np.bincount(each, minlength=count + 1) for each in (of_column, of_column[has_left]))
     gone = (left >= _CLEARED_FRACTION * columns)[of_column]

@@ -27,7 +27,7 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
     window_shape,
 )
 from reward_planner.core.voxels.seen_again import forget_rest, look_again, note_changes
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 
 _MAXIMUM_QUANTILE = 0.99  # of the counts, M in eq. (3)
 _DECAY_STEPS = 32  # decay updates per half-life
@@ -73,10 +73,10 @@ class VoxelMap:
             return frame
         # The tiles of the window: their values decay, and tiles that the frame touches are allocated.
         slots = self.tiles.slots_of(frame.window)
-        unseen = np.zeros((0, 0), dtype=np.bool_)
+        unseen = np.zeros((0, 0), dtype=np.int8)
         if self.settings.rule == 'log_odds' and view.focal_length > 0.0:
-            cloud, occupied = np.ascontiguousarray(points, dtype=np.float32), self.settings.log_odds_occupied
-            passed, unseen = look_again(self.tiles, slots, frame.window, cloud, view, occupied)
+            cloud = np.ascontiguousarray(points, dtype=np.float32)
+            passed, unseen = look_again(self.tiles, slots, frame.window, cloud, view)
             frame = self._voxelizer.with_passed(frame, passed)
         self._decay(slots[slots != NO_TILE], stamp)
         needed = touched_tiles(frame.window, frame.cells) | touched_tiles(frame.window, frame.traversed)
@@ -89,13 +89,11 @@ class VoxelMap:
             for cells in (frame.cells, frame.traversed):
                 add_to_voxels(self.tiles.frames, slots, frame.window, cells, once, limits)
         else:
-            columns = self.tiles.values, self.tiles.cleared, self.tiles.changed
-            hits, change = (
-                frame.cells[is_hit(frame, s.hit_fraction_min)],
-                (stamp, s.log_odds_occupied, s.log_odds_pass),
-            )
-            note_changes(columns, slots, frame.window, hits, frame.traversed, change)
             forget_rest(self.tiles, slots, frame.window, unseen, frame.traversed, stamp, s.obstacle_memory)
+            tiles, hits = self.tiles, frame.cells[is_hit(frame, s.hit_fraction_min)]
+            arrays = tiles.values, tiles.was_free, tiles.cleared, tiles.changed
+            change = stamp, s.log_odds_occupied, -FREE_FRACTION * s.log_odds_pass, s.log_odds_pass
+            note_changes(arrays, slots, frame.window, hits, frame.traversed, change)
         for cells, amounts in self._values_of(frame):
             add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
         return frame
