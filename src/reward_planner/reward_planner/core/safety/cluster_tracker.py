@@ -60,10 +60,15 @@ class CellMotion(NamedTuple):
 
 
 class ClusterTracker:
-    """Velocities of clusters from one measurement to the next."""
+    """Velocities of clusters from one measurement to the next.
+
+    Attributes:
+        labels: number of the cluster of each cell of the latest measurement, shape (n,).
+    """
 
     def __init__(self) -> None:
         """Start without tracks."""
+        self.labels = np.empty(0, dtype=np.int64)
         self._tracks: list[_Track] = []
 
     def update(self, stamp: float, xy_odom: NDArray[np.float64]) -> CellMotion:
@@ -71,7 +76,9 @@ class ClusterTracker:
         velocity, sigma = np.zeros((len(xy_odom), 2)), np.full(len(xy_odom), np.nan)
         free = [track for track in self._tracks if stamp - track.stamp < _LOST]
         self._tracks = list(free)
-        for members in _clusters(xy_odom):
+        self.labels = np.zeros(len(xy_odom), dtype=np.int64)
+        for label, members in enumerate(_clusters(xy_odom)):
+            self.labels[members] = label
             track = self._assign(stamp, xy_odom[members].mean(axis=0), free)
             if stamp - track.begin >= _CONFIRMED_TIME and track.speed_sigma < _CONFIRMED_SIGMA:
                 velocity[members], sigma[members] = track.state[2:], track.speed_sigma

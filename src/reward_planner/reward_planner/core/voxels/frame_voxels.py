@@ -78,7 +78,7 @@ class FrameVoxelizer:
         """
         window = window_around(view, self.settings)
         T = _window_from_sensor(view, window)
-        filled, point_counts = count_points(_as_points(points), T, self._ranges, self._counts, self._cells)
+        filled, point_counts = count_points(as_points(points), T, self._ranges, self._counts, self._cells)
         cells = self._cells[:filled].copy()
         counts = pop_counts(cells, self._counts)
         expected = expected_points(cells, window, T, view.focal_length)
@@ -91,7 +91,7 @@ class FrameVoxelizer:
         neither hit nor traversed, and clear nothing behind them.
         """
         try:
-            return self._trace(_as_points(points), view, self.count(points, view))
+            return self._trace(as_points(points), view, self.count(points, view))
         except BaseException:  # remains in the work space would count for the next frame
             self._counts.fill(0)
             self._marks.fill(0)
@@ -172,7 +172,8 @@ def _window_from_sensor(view: SensorView, window: FrameWindow) -> NDArray[np.flo
     return T / window.resolution
 
 
-def _as_points(points: ArrayLike) -> NDArray[np.float32]:
+def as_points(points: ArrayLike) -> NDArray[np.float32]:
+    """Return points as a contiguous array, shape (n, 3); raise a RewardPlannerError for other shapes."""
     cloud = np.ascontiguousarray(points, dtype=np.float32)
     if cloud.ndim != 2 or cloud.shape[1] != 3:
         raise RewardPlannerError(f'points have the shape {cloud.shape}; give one row x, y, z per point')
