@@ -2,13 +2,14 @@
 
 Rays of a sparse sensor pass between voxels, and a near sensor sees only a part of a high obstacle. So beside the rays:
 
-1. Behind test: a voxel of an obstacle is traversed if it projects into the image where all rays around it end behind
-   it, and a surface across it would have met at least every other frame a ray.
-2. Unseen rest: if rays cleared a part of at least 0.1 m of a column, and nothing of the column was hit since, then what
-   is left of it out of view has gone, too. This holds for the connected obstacle as a whole: a table whose top is out
-   of view stays when somebody's legs leave from under it. A low box under the view stays when its column above is seen
-   free: nothing of it was cleared. What is where rays passed before came there as a whole and leaves no rest after
-   ``obstacle_memory``; below somebody who was there from the first sight there may be a stool: ten times as long.
+1. Behind test: a voxel of an obstacle is traversed if all rays around it end behind it, and a surface across it would
+   have met at least a quarter of a ray.
+2. Unseen rest: if rays cleared a part of the column, and nothing of it was hit for ``obstacle_memory``, then what is
+   left of it out of view has gone, too. This holds for the connected obstacle as a whole: a table whose top is out of
+   view stays when somebody's legs leave from under it. A low box under the view stays when its column above is seen
+   free: nothing of it was cleared. Noise at its edge is less than the 0.1 m that must be cleared, and below somebody
+   who was there from the first sight there may be a stool, so such a rest stays ten times as long. What is where rays
+   passed before has come as a whole: there, one cleared voxel is enough.
 """
 
 from __future__ import annotations
@@ -30,12 +31,12 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
     unravel_cell,
 )
 
-_RAYS_MAX = 40_000  # denser frames are thinned
+_RAYS_MAX = 100_000  # denser frames are thinned
 _BIN_RAYS = 2.0  # rays across a bin of directions: without ray it is out of view, or has no depth
 _BIN_MIN = 0.01  # least width of a bin [tangent]
 _TANGENT_MAX = 3.0  # 72 degrees off the axis
-_RAYS_EXPECTED = 0.5  # rays that meet a surface across a voxel, at which a missing hit counts
-_DEPTH_NOISE = 0.01  # standard deviation of a depth of 1 m; it grows with the square [m]
+_RAYS_EXPECTED = 0.25  # rays that meet a surface across a voxel, at which a missing hit counts
+_DEPTH_NOISE = 0.005  # standard deviation of a depth of 1 m; it grows with the square [m]
 _CLEARED_MIN, _CLEARED_LAYERS = (
     0.1,
     2,
@@ -83,7 +84,7 @@ class SeenAgain(NamedTuple):
     Attributes:
         passed: voxels that rays passed, flat indices, shape (n,).
         unseen: columns whose obstacle is out of view, shape (side, side): ENTERED if all of it is where rays passed
-            before, else FIRST_SIGHT; 0 for others.
+            before, or decays; else FIRST_SIGHT; 0 for others.
     """
 
     passed: NDArray[np.int32]
@@ -96,13 +97,14 @@ def look_again(
     window: FrameWindow,
     points: NDArray[np.float32],
     view: SensorView,
+    occupied: float,
 ) -> SeenAgain:
-    """Compare the positive voxels of a window with the rays of a frame; arguments as of `VoxelMap.add`."""
+    """Compare the positive voxels of a window with the rays of a frame; ``occupied``: least value of an obstacle."""
     image = ray_image(points, view.focal_length)
     # From voxels of the window to the sensor frame.
     R = view.T_map_sensor[:3, :3].T
     T = np.column_stack([window.resolution * R, R @ (window.corner - view.origin)])
-    geometry = window.resolution, view.focal_length
+    geometry = window.resolution, view.focal_length, occupied
     return SeenAgain(
         *_look_again((tiles.values, tiles.was_free), tiles.has_obstacle, slots, image, T, geometry)
     )
@@ -115,7 +117,7 @@ def _look_again(
     slots: NDArray[np.int64],
     image: RayImage,
     T: NDArray[np.float64],
-    geometry: tuple[float, float],
+    geometry: tuple[float, float, float],
 ) -> tuple[NDArray[np.int32], NDArray[np.int8]]:
     values, was_free = voxels
     side, layers = TILE_SIZE * len(slots), values.shape[3]
@@ -138,7 +140,8 @@ def _look_again(
                 if state != _OUT or not has_obstacle[slot, i, j]:
                     rest = _IN_VIEW
                 elif rest != _IN_VIEW:
-                    rest = max(rest, ENTERED if was_free[slot, i, j, layer] else FIRST_SIGHT)
+                    has_come = was_free[slot, i, j, layer] or value < geometry[2]
+                    rest = max(rest, ENTERED if has_come else FIRST_SIGHT)
             unseen[column, row] = rest % _IN_VIEW
     return np.array(passed, dtype=np.int32), unseen
 
@@ -148,27 +151,27 @@ def _state(
     image: RayImage,
     T: NDArray[np.float64],
     voxel: tuple[float, float, float],
-    geometry: tuple[float, float],
+    geometry: tuple[float, float, float],
 ) -> tuple[int, float]:
     """Return whether all rays around a voxel pass behind it, and how many rays meet a surface across it."""
-    resolution, focal_length = geometry
+    resolution, focal_length, _ = geometry
     x = T[0, 0] * voxel[0] + T[0, 1] * voxel[1] + T[0, 2] * voxel[2] + T[0, 3]
     y = T[1, 0] * voxel[0] + T[1, 1] * voxel[1] + T[1, 2] * voxel[2] + T[1, 3]
     z = T[2, 0] * voxel[0] + T[2, 1] * voxel[1] + T[2, 2] * voxel[2] + T[2, 3]
-    half, scale, bins = 0.87 * resolution, 1.0 / (max(z, 1e-6) * image.width), len(image.depth)
+    half, scale, bins = 0.5 * resolution, 1.0 / (max(z, 1e-6) * image.width), len(image.depth)
     first_row, last_row = (y - half) * scale + 0.5 * bins, (y + half) * scale + 0.5 * bins
     first_column, last_column = (x - half) * scale + 0.5 * bins, (x + half) * scale + 0.5 * bins
     if z <= half or first_row < 0.0 or first_column < 0.0 or last_row >= bins or last_column >= bins:
         return _OUT, 0.0
-    state, behind = _PASSED, z + 1.5 * resolution + 2.0 * _DEPTH_NOISE * z * z
+    total, empty, behind = 0, 0, z + 1.5 * resolution + 2.0 * _DEPTH_NOISE * z * z
     for row in range(int(first_row), int(last_row) + 1):
         for column in range(int(first_column), int(last_column) + 1):
             depth = image.depth[row, column]
-            if depth == 0.0:
-                state = _OUT
-            elif depth < behind:
+            total += 1
+            empty += depth == 0.0
+            if 0.0 < depth < behind:
                 return _BLOCKED, 0.0
-    return state, (focal_length * resolution / z) ** 2
+    return _OUT if 2 * empty > total else _PASSED, (focal_length * resolution / z) ** 2
 
 
 @njit(cache=True)
@@ -178,9 +181,9 @@ def note_changes(
     window: FrameWindow,
     hits: NDArray[np.int32],
     traversed: NDArray[np.int32],
-    change: tuple[float, float, float, float],
+    change: tuple[float, float, float, float, float],
 ) -> None:
-    """Count the voxels of obstacles that rays clear in each column since its last hit, before they are subtracted.
+    """Count the voxels of obstacles that rays clear in each column since its last obstacle; values are added later.
 
     Args:
         tiles: voxel values, voxels that were free, and of the columns cleared voxels and stamps of the last change [s].
@@ -188,10 +191,11 @@ def note_changes(
         window: window of the frame.
         hits: hit voxels, flat indices, shape (k,).
         traversed: traversed voxels, shape (m,).
-        change: stamp of the frame [s], least value of an obstacle, greatest of free space, value that is subtracted.
+        change: stamp of the frame [s], least value of an obstacle, greatest of free space, subtracted and added
+            values.
     """
     values, was_free, cleared, changed = tiles
-    stamp, occupied, free, amount = change
+    stamp, occupied, free, amount, hit = change
     for cell in traversed:
         column, row, layer = unravel_cell(cell, window.side, window.layers)
         slot, i, j = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
@@ -201,9 +205,11 @@ def note_changes(
             cleared[slot, i, j] = min(cleared[slot, i, j] + 1, 255)
             changed[slot, i, j] = stamp
     for cell in hits:
-        column, row, _ = unravel_cell(cell, window.side, window.layers)
+        column, row, layer = unravel_cell(cell, window.side, window.layers)
         slot, i, j = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
-        cleared[slot, i, j], changed[slot, i, j] = 0, stamp
+        changed[slot, i, j] = stamp
+        if values[slot, i, j, layer] + hit >= occupied:
+            cleared[slot, i, j] = 0  # a single hit, as of somebody who passes, brings no obstacle back
 
 
 def forget_rest(
@@ -218,8 +224,11 @@ def forget_rest(
     """Drop the unseen rest of obstacles whose seen part was cleared before ``memory`` [s], if rays pass there now."""
     column, row = np.nonzero(unseen)
     place = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
-    kept = np.where(unseen[column, row] == ENTERED, memory, _FIRST_SIGHT_FACTOR * memory)
-    needed = max(math.ceil(_CLEARED_MIN / window.resolution - 1e-6), _CLEARED_LAYERS)
+    is_first_sight = unseen[column, row] == FIRST_SIGHT
+    kept = np.where(is_first_sight, _FIRST_SIGHT_FACTOR * memory, memory)
+    needed = np.where(
+        is_first_sight, max(math.ceil(_CLEARED_MIN / window.resolution - 1e-6), _CLEARED_LAYERS), 1
+    )
     has_left = (tiles.cleared[place] >= needed) & (stamp - tiles.changed[place] >= kept)
     if not has_left.any():
         return

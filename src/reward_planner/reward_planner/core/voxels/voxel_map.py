@@ -76,7 +76,9 @@ class VoxelMap:
         unseen = np.zeros((0, 0), dtype=np.int8)
         if self.settings.rule == 'log_odds' and view.focal_length > 0.0:
             cloud = np.ascontiguousarray(points, dtype=np.float32)
-            passed, unseen = look_again(self.tiles, slots, frame.window, cloud, view)
+            passed, unseen = look_again(
+                self.tiles, slots, frame.window, cloud, view, self.settings.log_odds_occupied
+            )
             frame = self._voxelizer.with_passed(frame, passed)
         self._decay(slots[slots != NO_TILE], stamp)
         needed = touched_tiles(frame.window, frame.cells) | touched_tiles(frame.window, frame.traversed)
@@ -92,7 +94,13 @@ class VoxelMap:
             forget_rest(self.tiles, slots, frame.window, unseen, frame.traversed, stamp, s.obstacle_memory)
             tiles, hits = self.tiles, frame.cells[is_hit(frame, s.hit_fraction_min)]
             arrays = tiles.values, tiles.was_free, tiles.cleared, tiles.changed
-            change = stamp, s.log_odds_occupied, -FREE_FRACTION * s.log_odds_pass, s.log_odds_pass
+            change = (
+                stamp,
+                s.log_odds_occupied,
+                -FREE_FRACTION * s.log_odds_pass,
+                s.log_odds_pass,
+                s.log_odds_hit,
+            )
             note_changes(arrays, slots, frame.window, hits, frame.traversed, change)
         for cells, amounts in self._values_of(frame):
             add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
