@@ -44,7 +44,7 @@ _CLEARED_MIN, _CLEARED_LAYERS = (
 _CLEARED_FRACTION = 0.3  # of the columns of an obstacle of which a part was cleared
 _FIRST_SIGHT_FACTOR = 10.0  # of the memory, for what was there from the first sight
 _PASSED, _BLOCKED, _OUT = 0, 1, 2
-_IN_VIEW, ENTERED, FIRST_SIGHT = 3, 1, 2
+ENTERED, FIRST_SIGHT = 1, 2
 
 
 class RayImage(NamedTuple):
@@ -83,7 +83,7 @@ class SeenAgain(NamedTuple):
 
     Attributes:
         passed: voxels that rays passed, flat indices, shape (n,).
-        unseen: columns whose obstacle is out of view, shape (side, side): ENTERED if all of it is where rays passed
+        unseen: columns whose obstacle is out of view, shape (side, side): ENTERED if most of it is where rays passed
             before, or decays; else FIRST_SIGHT; 0 for others.
     """
 
@@ -129,7 +129,7 @@ def _look_again(
             if slot == NO_TILE:
                 continue
             i, j = column % TILE_SIZE, row % TILE_SIZE
-            rest = 0
+            hidden = come = 0
             for layer in range(layers):
                 value = values[slot, i, j, layer]
                 if value <= 0.0:
@@ -137,12 +137,12 @@ def _look_again(
                 state, expected = _state(image, T, (column + 0.5, row + 0.5, layer + 0.5), geometry)
                 if state == _PASSED and expected >= _RAYS_EXPECTED:
                     passed.append(np.int32((column * side + row) * layers + layer))
-                if state != _OUT or not has_obstacle[slot, i, j]:
-                    rest = _IN_VIEW
-                elif rest != _IN_VIEW:
-                    has_come = was_free[slot, i, j, layer] or value < geometry[2]
-                    rest = max(rest, ENTERED if has_come else FIRST_SIGHT)
-            unseen[column, row] = rest % _IN_VIEW
+                if state != _OUT:
+                    hidden = -layers  # a part of it is in view
+                hidden += 1
+                come += was_free[slot, i, j, layer] or value < geometry[2]
+            if hidden > 0 and has_obstacle[slot, i, j]:
+                unseen[column, row] = ENTERED if 2 * come >= hidden else FIRST_SIGHT
     return np.array(passed, dtype=np.int32), unseen
 
 
