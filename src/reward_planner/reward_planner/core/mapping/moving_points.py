@@ -74,7 +74,8 @@ class MovingPoints:
         is_now = cells.stamp == stamp
         xy = cells.xy[is_now & (cells.kind == MOVING)]
         motion = self._tracker.update(stamp, xy)
-        walks = np.isfinite(motion.sigma) & (np.hypot(*motion.velocity.T) >= _SPEED_MIN)
+        walks = self._tracker.shifted & np.isfinite(motion.sigma)
+        walks &= np.hypot(*motion.velocity.T) >= _SPEED_MIN
         labels = self._tracker.labels
         self.obstacles = [
             _obstacle_of(stamp, xy[labels == k], motion.velocity[labels == k][0])

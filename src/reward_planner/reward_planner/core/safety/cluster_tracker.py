@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,12 @@ _GATE_GROWTH = 1.5
 _POSITION_SIGMA = 0.08  # standard deviation of a cluster's centre: its visible part changes [m]
 _ACCELERATION = 1.0  # standard deviation of the acceleration of people [m/s^2]
 _SPEED_SIGMA = 1.0  # standard deviation of the velocity of a new track [m/s]
+_HISTORY = 1.0  # clusters of this time are compared [s]
+_SHIFT_FRACTION, _SHIFT_MIN = (
+    0.5,
+    0.1,
+)  # part of the way, and distance [m], that front and back must have moved
+_JUMP, _SPEED_MAX = 0.1, 2.0  # greatest way of the centre between measurements [m, m/s]
 _LOST = 0.7  # a track without cluster is dropped after this time [s]
 _CONFIRMED_TIME, _CONFIRMED_SIGMA = 0.25, 0.7  # age [s] and standard deviation of the speed [m/s]
 
@@ -28,6 +34,24 @@ class _Track:
     covariance: NDArray[np.float64]
     stamp: float
     begin: float
+    history: list[tuple[float, NDArray[np.float64]]] = field(default_factory=list)
+
+    def remember(self, stamp: float, xy: NDArray[np.float64]) -> None:
+        """Keep the cells of the last clusters, shape (n, 2) [m]; one that split, merged or jumped begins anew."""
+        self.history = [(then, each) for then, each in self.history if stamp - then < _HISTORY]
+        if self.history:
+            then, before = self.history[-1]
+            if np.hypot(*(xy.mean(axis=0) - before.mean(axis=0))) > _JUMP + _SPEED_MAX * (stamp - then):
+                self.history.clear()
+        self.history.append((stamp, xy))
+
+    def has_shifted(self) -> bool:
+        """Return whether front and back moved as the centre did: what comes into view grows on one side only."""
+        (begin, before), (end, after) = self.history[0], self.history[-1]
+        speed = float(np.hypot(*self.state[2:]))
+        heading = self.state[2:] / max(speed, 1e-9)
+        ways = (edge(after @ heading) - edge(before @ heading) for edge in (np.max, np.min))
+        return min(ways) > max(_SHIFT_FRACTION * speed * (end - begin), _SHIFT_MIN)
 
     def predicted(self, stamp: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return state and covariance at a later stamp."""
@@ -64,11 +88,12 @@ class ClusterTracker:
 
     Attributes:
         labels: number of the cluster of each cell of the latest measurement, shape (n,).
+        shifted: whether the cluster moved as a whole, of each cell, shape (n,).
     """
 
     def __init__(self) -> None:
         """Start without tracks."""
-        self.labels = np.empty(0, dtype=np.int64)
+        self.labels, self.shifted = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.bool_)
         self._tracks: list[_Track] = []
 
     def update(self, stamp: float, xy_odom: NDArray[np.float64]) -> CellMotion:
@@ -76,10 +101,15 @@ class ClusterTracker:
         velocity, sigma = np.zeros((len(xy_odom), 2)), np.full(len(xy_odom), np.nan)
         free = [track for track in self._tracks if stamp - track.stamp < _LOST]
         self._tracks = list(free)
-        self.labels = np.zeros(len(xy_odom), dtype=np.int64)
+        self.labels, self.shifted = (
+            np.zeros(len(xy_odom), dtype=np.int64),
+            np.zeros(len(xy_odom), dtype=np.bool_),
+        )
         for label, members in enumerate(_clusters(xy_odom)):
             self.labels[members] = label
             track = self._assign(stamp, xy_odom[members].mean(axis=0), free)
+            track.remember(stamp, xy_odom[members])
+            self.shifted[members] = track.has_shifted()
             if stamp - track.begin >= _CONFIRMED_TIME and track.speed_sigma < _CONFIRMED_SIGMA:
                 velocity[members], sigma[members] = track.state[2:], track.speed_sigma
         return CellMotion(velocity, sigma)
