@@ -129,7 +129,9 @@ def run_blockage(scene: Blockage, seed: int) -> Outcome:
     navigator.set_static_map(walls)
     corridor = walls.frame.centre_of(np.argwhere(np.ones(walls.frame.shape, dtype=np.bool_)))
     inside = (
-        (np.abs(corridor[:, 1]) < 0.5 * scene.width - 0.15) & (corridor[:, 0] > 0.0) & (corridor[:, 0] < GOAL.x)
+        (np.abs(corridor[:, 1]) < 0.5 * scene.width - 0.15)
+        & (corridor[:, 0] > 0.0)
+        & (corridor[:, 0] < GOAL.x)
     )
     was_blocked, freed, kept = False, math.inf, 0
     for step in range(math.ceil((scene.leaves + PATIENCE) / PERIOD)):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.moving_obstacle import MovingObstacle
@@ -81,19 +81,28 @@ class MovingPoints:
             _obstacle_of(stamp, xy[labels == k], motion.velocity[labels == k][0])
             for k in np.unique(labels[walks]).tolist()
         ]
-        # 3. Their points, and those beside them that do not belong to anything at rest.
         if not walks.any():
             return points
-        low = np.floor(cells.xy.min(axis=0) / CELL).astype(np.int64) - 1
-        is_moving = np.zeros(np.floor(cells.xy.max(axis=0) / CELL).astype(np.int64) - low + 2, dtype=np.bool_)
-        x, y = (np.floor(xy[walks] / CELL).astype(np.int64) - low).T
-        for dx, dy in np.ndindex(3, 3):
-            is_moving[x + dx - 1, y + dy - 1] = True
-        x, y = (np.floor(cells.xy[is_now & (cells.kind == STATIC)] / CELL).astype(np.int64) - low).T
-        is_moving[x, y] = False
-        rest = points[~_inside(points, T_map_sensor, is_moving, low)]
-        # Somebody who fills the view is no covered camera.
-        return rest if len(rest) > 0 else points
+        # 3. Leave out their points and those beside them, but not what rests there.
+        with np.errstate(invalid='ignore'):  # NaN and infinite points
+            places = points @ R[:2].T.astype(np.float32) + origin[:2]
+        at_rest = cells.xy[is_now & (cells.kind == STATIC)]
+        return points[~_is_beside(places, xy[walks]) | _is_beside(places, at_rest, 0)]
+
+
+def _is_beside(places: NDArray[np.float64], xy: NDArray[np.float64], reach: int = 1) -> NDArray[np.bool_]:
+    """Return which places, shape (n, 2) [m], are within so many cells of the cells at ``xy``, shape (n,)."""
+    found = np.zeros(len(places), dtype=np.bool_)
+    if len(xy) == 0:
+        return found
+    low = np.floor(xy.min(axis=0) / CELL) - reach
+    marked = np.zeros((np.floor(xy.max(axis=0) / CELL) - low + reach + 1.0).astype(np.int64), dtype=np.uint8)
+    marked[tuple((np.floor(xy / CELL) - low).astype(np.int64).T)] = 1
+    marked = np.asarray(cv2.dilate(marked, np.ones((2 * reach + 1, 2 * reach + 1))))
+    cells = np.floor(places / CELL) - low
+    inside = ((cells >= 0.0) & (cells < marked.shape)).all(axis=1)
+    found[inside] = marked[tuple(cells[inside].astype(np.int64).T)] > 0
+    return found
 
 
 def _obstacle_of(stamp: float, xy: NDArray[np.float64], velocity: NDArray[np.float64]) -> MovingObstacle:
@@ -102,21 +111,3 @@ def _obstacle_of(stamp: float, xy: NDArray[np.float64], velocity: NDArray[np.flo
     radius = float(np.hypot(*(xy - centre).T).max()) + 0.5 * math.sqrt(2.0) * CELL
     x, y, speed_x, speed_y = (*centre.tolist(), *velocity.tolist())
     return MovingObstacle(stamp, (x, y), (speed_x, speed_y), radius)
-
-
-@njit(cache=True)
-def _inside(
-    points: NDArray[np.float32],
-    T: NDArray[np.float64],
-    is_moving: NDArray[np.bool_],
-    low: NDArray[np.int64],
-) -> NDArray[np.bool_]:
-    """Return which points are in marked cells, whose first is ``low``, shape (n,)."""
-    inside = np.zeros(len(points), dtype=np.bool_)
-    for n in range(len(points)):
-        x, y, z = points[n, 0], points[n, 1], points[n, 2]
-        column = math.floor((T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3]) / CELL) - low[0]
-        row = math.floor((T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3]) / CELL) - low[1]
-        if 0 <= column < is_moving.shape[0] and 0 <= row < is_moving.shape[1]:
-            inside[n] = is_moving[column, row]
-    return inside

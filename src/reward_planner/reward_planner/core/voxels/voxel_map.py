@@ -73,13 +73,7 @@ class VoxelMap:
             return frame
         # The tiles of the window: their values decay, and tiles that the frame touches are allocated.
         slots = self.tiles.slots_of(frame.window)
-        unseen = np.zeros((0, 0), dtype=np.int8)
-        if self.settings.rule == 'log_odds' and view.focal_length > 0.0:
-            cloud = np.ascontiguousarray(points, dtype=np.float32)
-            passed, unseen = look_again(
-                self.tiles, slots, frame.window, cloud, view, self.settings.log_odds_occupied
-            )
-            frame = self._voxelizer.with_passed(frame, passed)
+        frame, unseen = self._look_again(points, view, frame, slots)
         self._decay(slots[slots != NO_TILE], stamp)
         needed = touched_tiles(frame.window, frame.cells) | touched_tiles(frame.window, frame.traversed)
         self.tiles.allocate_missing(frame.window, slots, needed, stamp)
@@ -91,20 +85,31 @@ class VoxelMap:
             for cells in (frame.cells, frame.traversed):
                 add_to_voxels(self.tiles.frames, slots, frame.window, cells, once, limits)
         else:
-            forget_rest(self.tiles, slots, frame.window, unseen, frame.traversed, stamp, s.obstacle_memory)
-            tiles, hits = self.tiles, frame.cells[is_hit(frame, s.hit_fraction_min)]
-            arrays = tiles.values, tiles.was_free, tiles.cleared, tiles.changed
-            change = (
-                stamp,
-                s.log_odds_occupied,
-                -FREE_FRACTION * s.log_odds_pass,
-                s.log_odds_pass,
-                s.log_odds_hit,
-            )
-            note_changes(arrays, slots, frame.window, hits, frame.traversed, change)
+            self._note_changes(frame, slots, unseen, stamp)
         for cells, amounts in self._values_of(frame):
             add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
         return frame
+
+    def _look_again(
+        self, points: ArrayLike, view: SensorView, frame: FrameVoxels, slots: NDArray[np.int64]
+    ) -> tuple[FrameVoxels, NDArray[np.int8]]:
+        """Return the frame with the voxels of obstacles that its rays passed, and columns out of view (log-odds)."""
+        if self.settings.rule != 'log_odds' or view.focal_length == 0.0:
+            return frame, np.zeros((0, 0), dtype=np.int8)
+        cloud, occupied = np.ascontiguousarray(points, dtype=np.float32), self.settings.log_odds_occupied
+        passed, unseen = look_again(self.tiles, slots, frame.window, cloud, view, occupied)
+        return self._voxelizer.with_passed(frame, passed), unseen
+
+    def _note_changes(
+        self, frame: FrameVoxels, slots: NDArray[np.int64], unseen: NDArray[np.int8], stamp: float
+    ) -> None:
+        tiles, s = self.tiles, self.settings
+        forget_rest(tiles, slots, frame.window, unseen, frame.traversed, stamp, s.obstacle_memory)
+        arrays = tiles.values, tiles.was_free, tiles.cleared, tiles.changed
+        free = -FREE_FRACTION * s.log_odds_pass
+        change = stamp, s.log_odds_occupied, free, s.log_odds_pass, s.log_odds_hit
+        hits = frame.cells[is_hit(frame, s.hit_fraction_min)]
+        note_changes(arrays, slots, frame.window, hits, frame.traversed, change)
 
     def slots_around(self, view: SensorView) -> tuple[FrameWindow, NDArray[np.int64]]:
         """Return the window of a view and the slots of its tiles, shape (tiles, tiles) along x and y."""
