@@ -9,6 +9,7 @@ corridor where nothing is. The robot only waits: recovery could only help.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,6 +113,15 @@ def known_walls(scene: Blockage) -> OccupancyMap:
     return OccupancyMap(frame, np.where(solid, OCCUPIED, UNKNOWN).astype(np.int8))
 
 
+GROUPS: dict[str, Callable[[Blockage], str]] = {
+    'Image': lambda scene: f'{scene.camera.width} x {scene.camera.height}',
+    'Vertical view': lambda scene: f'{scene.view}°',
+    'Width': lambda scene: f'{scene.width} m',
+    'Arrival': lambda scene: 'walks in' if scene.enters else 'stands there at first sight',
+    'All': lambda _: 'all',
+}
+
+
 @dataclass(frozen=True)
 class Outcome:
     """Time from the leave until a route was found [s], inf for none; occupied cells that were kept."""
@@ -158,13 +168,7 @@ def main(run: Run, cases: int) -> None:
     outcomes = {
         seed: run_blockage(blockage(run.seed + seed), run.seed + seed) for seed in progress(range(cases))
     }
-    for title, key in (
-        ('Image', lambda scene: f'{scene.camera.width} x {scene.camera.height}'),
-        ('Vertical view', lambda scene: f'{scene.view}°'),
-        ('Width', lambda scene: f'{scene.width} m'),
-        ('Arrival', lambda scene: 'walks in' if scene.enters else 'stands there at first sight'),
-        ('All', lambda _: 'all'),
-    ):  # fmt: skip
+    for title, key in GROUPS.items():
         table = run.table(
             title,
             f'{title.lower()} | blocked before | way free again | time s: median / 95 % / max | kept cells',

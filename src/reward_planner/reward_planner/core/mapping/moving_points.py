@@ -109,5 +109,5 @@ def _obstacle_of(stamp: float, xy: NDArray[np.float64], velocity: NDArray[np.flo
     """Return the obstacle of a cluster of cells, shape (n, 2) [m]."""
     centre = 0.5 * (xy.min(axis=0) + xy.max(axis=0))
     radius = float(np.hypot(*(xy - centre).T).max()) + 0.5 * math.sqrt(2.0) * CELL
-    x, y, speed_x, speed_y = (*centre.tolist(), *velocity.tolist())
-    return MovingObstacle(stamp, (x, y), (speed_x, speed_y), radius)
+    place, speed = (float(centre[0]), float(centre[1])), (float(velocity[0]), float(velocity[1]))
+    return MovingObstacle(stamp, place, speed, radius)

@@ -78,19 +78,6 @@ def _bin_rays(points: NDArray[np.float32], stride: int, width: float, depth: NDA
                 depth[i, j] = z
 
 
-class SeenAgain(NamedTuple):
-    """What a frame shows of obstacles.
-
-    Attributes:
-        passed: voxels that rays passed, flat indices, shape (n,).
-        unseen: columns whose obstacle is out of view, shape (side, side): ENTERED if most of it is where rays passed
-            before, or decays; else FIRST_SIGHT; 0 for others.
-    """
-
-    passed: NDArray[np.int32]
-    unseen: NDArray[np.int8]
-
-
 def look_again(
     tiles: RollingVoxelGrid,
     slots: NDArray[np.int64],
@@ -98,16 +85,19 @@ def look_again(
     points: NDArray[np.float32],
     view: SensorView,
     occupied: float,
-) -> SeenAgain:
-    """Compare the positive voxels of a window with the rays of a frame; ``occupied``: least value of an obstacle."""
+) -> tuple[NDArray[np.int32], NDArray[np.int8]]:
+    """Compare the positive voxels of a window with the rays of a frame; ``occupied`` is an obstacle's least value.
+
+    Returns:
+        voxels that rays passed, flat indices, shape (n,); columns whose obstacle is out of view, shape (side, side):
+        ENTERED if most of it is where rays passed before, or decays, else FIRST_SIGHT; 0 for others.
+    """
     image = ray_image(points, view.focal_length)
     # From voxels of the window to the sensor frame.
     R = view.T_map_sensor[:3, :3].T
     T = np.column_stack([window.resolution * R, R @ (window.corner - view.origin)])
     geometry = window.resolution, view.focal_length, occupied
-    return SeenAgain(
-        *_look_again((tiles.values, tiles.was_free), tiles.has_obstacle, slots, image, T, geometry)
-    )
+    return _look_again((tiles.values, tiles.was_free), tiles.has_obstacle, slots, image, T, geometry)
 
 
 @njit(cache=True)
