@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,11 @@ _GATE_GROWTH = 1.5
 _POSITION_SIGMA = 0.08  # standard deviation of a cluster's centre: its visible part changes [m]
 _ACCELERATION = 1.0  # standard deviation of the acceleration of people [m/s^2]
 _SPEED_SIGMA = 1.0  # standard deviation of the velocity of a new track [m/s]
+_RESTING_TIME = 0.5  # a cluster that did not move as a whole for this time rests [s]
+_HISTORY = 1.0  # clusters of this time are compared [s]
+# Part of the way, and distance [m], that front and back must have moved.
+_SHIFT_FRACTION, _SHIFT_MIN = 0.5, 0.1
+_JUMP, _SPEED_MAX = 0.1, 2.0  # greatest way of the centre between measurements [m, m/s]
 _LOST = 0.7  # a track without cluster is dropped after this time [s]
 _HIDDEN_TIME = 3.0  # somebody who left the field of view is predicted for this time [s]
 _HIDDEN_SHARE = 0.5  # with more of his places in view, somebody is not hidden
@@ -25,13 +30,36 @@ _CONFIRMED_TIME, _CONFIRMED_SIGMA = 0.25, 0.7  # age [s] and standard deviation 
 
 @dataclass(eq=False)
 class _Track:
-    """Centre and velocity, shape (4,), their covariance, stamp of the last and first cluster [s], its cells."""
+    """Centre and velocity, shape (4,), their covariance, stamp of the last and first cluster [s], last cells."""
 
     state: NDArray[np.float64]
     covariance: NDArray[np.float64]
     stamp: float
     begin: float
-    offsets: NDArray[np.float64]
+    history: list[tuple[float, NDArray[np.float64]]] = field(default_factory=list)
+
+    def remember(self, stamp: float, xy: NDArray[np.float64]) -> None:
+        """Keep the cells of the last clusters, shape (n, 2) [m]; one that split, merged or jumped begins anew."""
+        self.history = [(then, each) for then, each in self.history if stamp - then < _HISTORY]
+        if self.history:
+            then, before = self.history[-1]
+            if np.hypot(*(xy.mean(axis=0) - before.mean(axis=0))) > _JUMP + _SPEED_MAX * (stamp - then):
+                self.history.clear()
+        self.history.append((stamp, xy))
+
+    @property
+    def duration(self) -> float:
+        """Time for which the cells were seen without a jump [s]."""
+        return self.history[-1][0] - self.history[0][0]
+
+    @property
+    def is_shifted(self) -> bool:
+        """Whether front and back moved as the centre did: what comes into view grows on one side only."""
+        (begin, before), (end, after) = self.history[0], self.history[-1]
+        speed = float(np.hypot(*self.state[2:]))
+        heading = self.state[2:] / max(speed, 1e-9)
+        ways = (edge(after @ heading) - edge(before @ heading) for edge in (np.max, np.min))
+        return min(ways) > max(_SHIFT_FRACTION * speed * (end - begin), _SHIFT_MIN)
 
     def predicted(self, stamp: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return state and covariance at a later stamp."""
@@ -49,6 +77,11 @@ class _Track:
         self.state = state + gain @ (centre - state[:2])
         self.covariance = covariance - gain @ covariance[:2]
         self.stamp = stamp
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Cells of the last cluster, shape (n, 2) [m]."""
+        return self.history[-1][1]
 
     @property
     def is_confirmed(self) -> bool:
@@ -86,10 +119,18 @@ def all_open(xy: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 class ClusterTracker:
-    """Velocities of clusters from one measurement to the next."""
+    """Velocities of clusters from one measurement to the next.
+
+    Attributes:
+        labels: number of the cluster of each cell of the latest measurement, shape (n,).
+        shifted: whether the cluster moved as a whole, of each cell, shape (n,).
+        resting: whether the cluster was there for a while without moving as a whole, of each cell, shape (n,).
+    """
 
     def __init__(self) -> None:
         """Start without tracks."""
+        self.labels = np.empty(0, dtype=np.int64)
+        self.shifted, self.resting = np.empty(0, dtype=np.bool_), np.empty(0, dtype=np.bool_)
         self._tracks: list[_Track] = []
         self._hidden: list[_Track] = []
 
@@ -106,16 +147,21 @@ class ClusterTracker:
         velocity, sigma = np.zeros((len(xy_odom), 2)), np.full(len(xy_odom), np.nan)
         self._tracks = [track for track in self._tracks if stamp - track.stamp < _HIDDEN_TIME]
         free = list(self._tracks)
-        for members in _clusters(xy_odom):
+        self.labels = np.zeros(len(xy_odom), dtype=np.int64)
+        self.shifted, self.resting = (np.zeros(len(xy_odom), dtype=np.bool_) for _ in range(2))
+        for label, members in enumerate(_clusters(xy_odom)):
             track = self._assign(stamp, xy_odom[members], free)
+            self.labels[members] = label
+            self.shifted[members] = track.is_shifted
+            self.resting[members] = not track.is_shifted and track.duration >= _RESTING_TIME
             if track.is_confirmed:
                 velocity[members], sigma[members] = track.state[2:], track.speed_sigma
         # Who is not where the prediction has him, though rays pass there, is lost; he may also have left the view.
         self._hidden = []
         for track in free:
-            places = track.predicted(stamp)[0][:2] + track.offsets
+            places = track.places + (track.predicted(stamp)[0] - track.state)[:2]
             if is_open(places).mean() <= _HIDDEN_SHARE:
-                self._hidden += [track] if track.is_confirmed else []
+                self._hidden += [track] if track.is_confirmed and track.is_shifted else []
             elif stamp - track.stamp > _LOST:
                 self._tracks.remove(track)
         return CellMotion(velocity, sigma)
@@ -124,8 +170,8 @@ class ClusterTracker:
         """Return the cells of people who left the field of view before the latest measurement."""
         parts = [
             (
-                track.state[:2] + track.offsets,
-                np.tile([*track.state[2:], track.speed_sigma, track.stamp], (len(track.offsets), 1)),
+                track.places,
+                np.tile([*track.state[2:], track.speed_sigma, track.stamp], (len(track.places), 1)),
             )
             for track in self._hidden
         ]
@@ -142,10 +188,11 @@ class ClusterTracker:
             if distances[best] < _GATE + _GATE_GROWTH * (stamp - free[best].stamp):
                 track = free.pop(best)
                 track.update(stamp, centre)
-                track.offsets = xy - centre
+                track.remember(stamp, xy)
                 return track
         covariance = np.diag([_POSITION_SIGMA, _POSITION_SIGMA, _SPEED_SIGMA, _SPEED_SIGMA]) ** 2
-        track = _Track(np.array([*centre, 0.0, 0.0]), covariance, stamp, stamp, xy - centre)
+        track = _Track(np.array([*centre, 0.0, 0.0]), covariance, stamp, stamp)
+        track.remember(stamp, xy)
         self._tracks.append(track)
         return track
 

@@ -210,7 +210,11 @@ def classify(cells: Cells, origin: NDArray[np.float64], stamp: float, noise: flo
         near = min(int(1.0 + 2.0 * noise * flat * flat / CELL), _TOLERANCE_MAX)
         cells.kind[i, j] = UNSURE
         low, z, high = cells.span[i, j, 0] - _SPAN, cells.xyz[i, j, 2], cells.span[i, j, 1] + _SPAN
-        if _was_occupied(cells, i, j, near, stamp - _STATIC_TIME) or _rested(cells, i, j, near, stamp) or _continues_old(cells, i, j, stamp):
+        if (
+            _was_occupied(cells, i, j, near, stamp - _STATIC_TIME)
+            or _rested(cells, i, j, near, stamp)
+            or _continues_old(cells, i, j, stamp)
+        ):
             cells.kind[i, j] = STATIC
         elif stamp - _FREE_MEMORY < cells.free[i, j] < stamp and low < z < high:
             cells.kind[i, j] = MOVING

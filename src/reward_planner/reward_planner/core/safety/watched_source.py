@@ -12,7 +12,7 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.safety.cluster_tracker import CellMotion, ClusterTracker
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.safety.range_frame import RangeFrame
-from reward_planner.core.safety.range_kernels import CELL, MOVING, UNSURE
+from reward_planner.core.safety.range_kernels import CELL, MOVING, STATIC, UNSURE
 from reward_planner.core.safety.range_memory import ObstacleCells, RangeMemory
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
 from reward_planner.core.safety.stopping_motion import Obstacles
@@ -100,6 +100,9 @@ class WatchedSource:
         motion = self._tracker.update(stamp, self._cells.xy[moves], self._memory.is_open)
         velocity, sigma = np.zeros((len(moves), 2)), np.full(len(moves), np.nan)
         velocity[moves], sigma[moves] = motion
+        # A part of a surface that comes into view looks as if it moved.
+        resting = np.flatnonzero(moves)[self._tracker.resting]
+        self._cells.kind[resting], velocity[resting], sigma[resting] = STATIC, 0.0, np.nan
         self._append_hidden(CellMotion(velocity, sigma))
 
     def _append_hidden(self, motion: CellMotion) -> None:
