@@ -33,6 +33,8 @@ from shirube_core.geometry import SE2
 
 FRACTIONS = np.linspace(1.0, 0.0, 11)
 """Parts of the command that are tried, the greatest first."""
+# A robot that stopped for an obstacle drives on when the way has been free for this time [s]; slower, it has stopped.
+_RESUME_TIME, _STOPPED_SPEED = 0.3, 0.02
 _CLOCK_BACK = 0.1  # a clock that goes back by more has jumped [s]
 _YIELD_MARGINS = (
     0.02,
@@ -105,6 +107,7 @@ class CollisionMonitor:
         self._motion = MotionHistory(self._base)
         self._command: tuple[float, float, float] | None = None
         self._command_fault = 'no cmd_vel_in yet'
+        self._stopped = -math.inf, Action.STOP, ''
         self.path = self.slow_path = np.zeros((1, 3))
 
     def add_command(self, now: float, forward: float, turn_rate: float) -> None:
@@ -189,6 +192,10 @@ class CollisionMonitor:
         fraction, action, source_name = best
         if fraction == 0.0 and any(command):
             action = Action.STOP if action is not Action.YIELD else action
+            if abs(motion.forward) < _STOPPED_SPEED:
+                self._stopped = now, action, source_name
+        elif now - self._stopped[0] < _RESUME_TIME:
+            fraction, (_, action, source_name) = 0.0, self._stopped
         reason = f'{source_name}: {_REASONS[action]}' if source_name else _REASONS[action]
         return Decision(fraction * command[0], fraction * command[1], action, reason, source_name, fraction)
 

@@ -12,13 +12,14 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.safety.cluster_tracker import CellMotion, ClusterTracker
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.safety.range_frame import RangeFrame
-from reward_planner.core.safety.range_kernels import CELL, MOVING, STATIC, UNSURE
+from reward_planner.core.safety.range_kernels import MOVING, STATIC, UNSURE
 from reward_planner.core.safety.range_memory import ObstacleCells, RangeMemory
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
 from reward_planner.core.safety.stopping_motion import Obstacles
 from shirube_core.geometry import SE2, rotation_matrix
 
 _FUTURE_MAX = 0.1  # stamps may be this far ahead of the clock [s]
+_UNSEEN_MARGIN = 0.018  # [m]
 _GROWTH_TIME = 1.0  # the place of somebody hidden becomes no less certain after this time [s]
 _WALK_CHANGE = 0.3  # by how much somebody changes his velocity at once [m/s]
 
@@ -156,9 +157,9 @@ class WatchedSource:
         walk = np.nan_to_num(2.0 * sigma + _WALK_CHANGE, nan=np.inf)
         growth = np.where(moves, np.minimum(walk, settings.obstacle_speed), 0.0)
         xy = T_odom_base.inverse().transform(cells.xy + self._motion.velocity * age[:, None])
-        velocity, margin = self._motion.velocity @ rotation_matrix(T_odom_base.yaw), settings.stop_margin
-        # A cell has its points in the middle, not at its edge.
-        margin += 0.5 * CELL
+        velocity = self._motion.velocity @ rotation_matrix(T_odom_base.yaw)
+        # What has left the view may be nearer than the part that was seen last.
+        margin = settings.stop_margin + _UNSEEN_MARGIN * (cells.stamp < self._stamp)
         known = Obstacles(xy, velocity, margin + growth * np.minimum(age, _GROWTH_TIME), growth, ~moves)
         # What was seen for a moment only is an obstacle, and may be somebody.
         speed = np.full(len(xy), settings.obstacle_speed)
