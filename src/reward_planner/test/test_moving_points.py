@@ -10,6 +10,7 @@ import pytest
 from reward_planner.core.mapping.moving_points import MovingPoints
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
+from reward_planner.core.safety.cluster_tracker import ClusterTracker
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom
 from scene_simulator.room.people import Walker
@@ -25,12 +26,12 @@ RAYS = np.stack([(U - 59.5) / F, (V - 44.5) / F, np.ones_like(U)], axis=2).resha
 PERIOD = 0.1
 
 
-def points_at(solids, pose, room=ROOM):
+def points_at(solids, pose):
     """What the camera sees from a pose, in the optical frame."""
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     origin = turn @ MOUNT.xyz + (pose.x, pose.y, 0.0)
-    return (RAYS * cast_rays(room, solids, origin, RAYS @ (turn @ MOUNT.rotation).T)[:, None]).astype(
+    return (RAYS * cast_rays(ROOM, solids, origin, RAYS @ (turn @ MOUNT.rotation).T)[:, None]).astype(
         np.float32
     )
 
@@ -104,13 +105,23 @@ def test_points_at_rest_are_kept_and_an_older_frame_changes_nothing():
     assert filter_.obstacles == []
 
 
-def test_a_wall_that_comes_into_view_does_not_move():
-    room, drive = (BoxRoom(ROOM.size, (WALL, (1.5, -2.0, 0.0, 1.7, 0.0, 1.5))), Drive())
-    for k in range(30):
-        pose = SE2(0.0, 0.0, 1.0 - 0.06 * k)
-        stamp = PERIOD * k
-        drive.navigator.add_pose(stamp, pose)
-        drive.navigator.add_frame(stamp, stamp, SensorFrame(points_at(Solids(), pose, room), F))
-        drive.navigator.process_frames(stamp)
-        assert not drive.navigator.moving_obstacles
-    assert drive.occupied(1.45, -1.5, 1.55, 0.0) >= 25
+def block(low, high):
+    """Cells that fill a rectangle from x = low to high."""
+    return np.stack(np.meshgrid(np.arange(low, high, 0.05), np.arange(0.0, 0.3, 0.05)), axis=2).reshape(-1, 2)
+
+
+@pytest.mark.parametrize(
+    ('cells_at', 'moves'),
+    [
+        (lambda k: block(0.1 * k, 0.1 * k + 0.4), True),
+        (lambda k: block(0.0, 0.4 + 0.2 * k), False),  # comes into view
+        (lambda k: block(0.1 * k, 1.6), False),  # leaves it
+        (lambda k: block(0.4 * (k // 4), 0.4 * (k // 4) + 0.4), False),  # another one
+    ],
+)
+def test_only_what_moves_as_a_whole_has_shifted(cells_at, moves):
+    tracker = ClusterTracker()
+    for k in range(8):
+        motion = tracker.update(PERIOD * k, cells_at(k))
+    assert motion.velocity[0, 0] > 0.2
+    assert tracker.shifted.all() == tracker.shifted.any() == moves

@@ -19,6 +19,7 @@ from shirube_core.geometry import SE2
 
 _RANGE_MAX = 5.0  # obstacles are tracked within this range: farther ones have few points [m]
 _MEMORY = 10.0  # time for which the tracker keeps what rests [s]
+_VIEW_FRACTION = 0.2  # of the points must be left
 _SPEED_MIN = 0.2  # slower clusters belong into the map [m/s]
 
 
@@ -87,10 +88,13 @@ class MovingPoints:
         with np.errstate(invalid='ignore'):  # NaN and infinite points
             places = points @ R[:2].T.astype(np.float32) + origin[:2]
         at_rest = cells.xy[is_now & (cells.kind == STATIC)]
-        return points[~_is_beside(places, xy[walks]) | _is_beside(places, at_rest, 0)]
+        is_kept = ~_find_near(places, xy[walks]) | _find_near(places, at_rest, 0)
+        # Somebody who fills the view is mapped: a frame without him would be that of a covered sensor.
+        fills_view = (is_kept & np.isfinite(places[:, 0])).sum() < _VIEW_FRACTION * len(points)
+        return points if fills_view else points[is_kept]
 
 
-def _is_beside(places: NDArray[np.float64], xy: NDArray[np.float64], reach: int = 1) -> NDArray[np.bool_]:
+def _find_near(places: NDArray[np.float64], xy: NDArray[np.float64], reach: int = 1) -> NDArray[np.bool_]:
     """Return which places, shape (n, 2) [m], are within so many cells of the cells at ``xy``, shape (n,)."""
     found = np.zeros(len(places), dtype=np.bool_)
     if len(xy) == 0:

@@ -59,7 +59,7 @@ class _Track:
         speed = float(np.hypot(*self.state[2:]))
         heading = self.state[2:] / max(speed, 1e-9)
         ways = (edge(after @ heading) - edge(before @ heading) for edge in (np.max, np.min))
-        return min(ways) > max(_SHIFT_FRACTION * speed * (end - begin), _SHIFT_MIN)
+        return bool(min(ways) > max(_SHIFT_FRACTION * speed * (end - begin), _SHIFT_MIN))
 
     def predicted(self, stamp: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return state and covariance at a later stamp."""
