@@ -24,7 +24,9 @@ _TIE_BITS = 20
 _TIE_STEP = 18  # 2^18 units are about half a cell
 _TIE_MAX = (1 << _TIE_BITS) - 1
 _LAST_KEY = (1 << 63) - 1
-_TOTAL_MAX = (1 << (63 - _TIE_BITS)) - 1  # costs beyond do not fit into a key: 18 million cells without obstacles
+_TOTAL_MAX = (
+    1 << (63 - _TIE_BITS)
+) - 1  # costs beyond do not fit into a key: 18 million cells without obstacles
 
 WEIGHT_BITS = 20
 
@@ -172,7 +174,7 @@ def apply_changes(
 def replan(
     state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
 ) -> tuple[OpenList, NDArray[np.int64]]:
-    """Repair the search after changes; return the open list and the cells of a least-cost route, empty if there is none.
+    """Repair the search after changes; return the open list and the cells of a least-cost route, empty if none.
 
     ``changed`` are the cells whose costs changed since the last call, ``start`` is the robot's cell, and
     ``key_modifier`` k_m, the sum of its motions so far [1/STRAIGHT cells].
