@@ -7,6 +7,7 @@ from dataclasses import astuple, dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.safety.footprint import Footprint
 from shirube_core.settings import setting, tunable
 
 
@@ -96,3 +97,9 @@ class RewardSettings:
         5000, 'maximum number of steps of the virtual search; 0 disables it', minimum=0, maximum=10_000_000
     )
     table: RewardTable = field(default_factory=RewardTable)
+
+
+def check_planner_settings(planner: PlannerSettings) -> None:
+    """Raise a RewardPlannerError if the footprint is no polygon around the base frame's origin."""
+    if planner.footprint:
+        _ = Footprint(planner.footprint, planner.robot_radius).inscribed_radius

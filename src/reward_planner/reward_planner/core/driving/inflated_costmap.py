@@ -39,7 +39,7 @@ class InflatedCostmap:
     def __init__(
         self, inscribed_radius: float, clearance_max: float, settings: PlannerSettings = _PLAIN
     ) -> None:
-        """Start with one cell; ``clearance_max`` is at least ``inscribed_radius`` and the settings' inflation_radius."""
+        """Start with one cell; ``clearance_max`` is at least the inscribed and the settings' inflation radius."""
         self.inscribed_radius, self.clearance_max = inscribed_radius, clearance_max
         self._settings = settings
         self._allocate(GridFrame(0.0, 0.0, 1.0, 1, 1))
@@ -122,7 +122,7 @@ class InflatedCostmap:
     def _distances(
         self, global_map: GlobalMap, first: NDArray[np.int64], last: NDArray[np.int64], pad: int
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Return the clearance of the cells [first, last), from obstacles up to ``pad`` cells outside, and the unknown."""
+        """Return the clearance of cells [first, last), from obstacles up to ``pad`` cells outside; and the unknown."""
         resolution = self.frame.resolution
         rows, columns = (int(n) for n in last - first + 2 * pad)
         origin_y, origin_x = (self.frame.origin_y, self.frame.origin_x) + resolution * (first - pad)

@@ -29,7 +29,8 @@ def lookahead_point(
     """Return the farthest point of the route within the lookahead distance in line of sight, shape (2,) [m].
 
     This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inscribed radius
-    and half of what the route keeps more, or the robot's present clearance if that is less. If no point is in line of sight, it is the route's next point.
+    and half of what the route keeps above it, or the robot's present clearance if that is less. If no point is in line
+    of sight, it is the route's next point.
     The route begins near the robot [m], shape (n, 2), n at least 1.
     """
     along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))

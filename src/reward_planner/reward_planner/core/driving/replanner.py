@@ -163,28 +163,34 @@ class Replanner:
     def _feasible_route(self, search: DStarLite, begin: tuple[int, int]) -> Route | NoRoute:
         """Return a route of least cost; with a footprint, one that it can follow in the direction of the route.
 
-        Cells where the footprint collides are blocked, and the search is repeated. Routes that are free in every
-        direction remain, so one of these is found if there is no other.
+        Cells where the footprint collides are blocked, and the search is repeated. Of the last search all cells are
+        blocked that are not free in every direction.
         """
         costmap, result = self.costmap, search.route_from(begin)
         if self._footprint is None:
             return result
-        avoided = [np.empty((0, 2), dtype=np.int64)]
-        for attempt in range(_SEARCHES_MAX + 1):
-            if isinstance(result, NoRoute):
-                break
-            cells = result.cells[self._collides(costmap.frame.centre_of(result.cells))]
+        ends, avoided = np.array([begin, self._cell_of(self._goal)]), [np.empty((0, 2), dtype=np.int64)]
+        for count in range(_SEARCHES_MAX):
+            cells = self._colliding_cells(result)
             if len(cells) == 0:
                 break
-            if attempt == _SEARCHES_MAX - 1:
+            if count == _SEARCHES_MAX - 1:
                 cells = np.argwhere(costmap.clearance <= self._footprint.clearance_min)
-                cells = cells[(cells != begin).any(axis=1)]
-            avoided.append(cells)
-            search.update_cells(cells, LETHAL)
+            avoided.append(cells[(cells[:, None] != ends).any(axis=2).all(axis=1)])
+            search.update_cells(avoided[-1], LETHAL)
             result = search.route_from(begin)
         rows, columns = np.concatenate(avoided).T
         search.update_cells(np.stack([rows, columns], axis=1), costmap.costs[rows, columns])
-        return result
+        return NoRoute.UNREACHABLE if len(self._colliding_cells(result)) else result
+
+    def _colliding_cells(self, route: Route | NoRoute) -> NDArray[np.int64]:
+        """Return the cells of a route where the footprint collides, shape (n, 2)."""
+        if isinstance(route, NoRoute):
+            return np.empty((0, 2), dtype=np.int64)
+        collides = self._collides(self.costmap.frame.centre_of(route.cells))
+        # At the goal the direction is that of the last steps: the cell before it is to blame.
+        collides[-2:-1] |= collides[-1:]
+        return route.cells[collides]
 
     def _collides(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return at which points of a route but the first the footprint collides, shape (n,)."""
