@@ -94,6 +94,8 @@ def step_of(state: SearchState, number: int) -> tuple[int, int]:
 @njit(cache=True)
 def edge_cost(state: SearchState, cell: int, other: int, step: int) -> int:
     """Return the cost c of the edge between two neighbours, ``step`` is its length; the same in both directions."""
+    if state.weight == 0:
+        return step
     both = np.int64(state.costs[cell]) + np.int64(state.costs[other])
     return step + ((step * state.weight * both) >> WEIGHT_BITS)
 
@@ -119,9 +121,8 @@ def best_rhs(state: SearchState, cell: int) -> int:
     if state.costs[cell] <= COST_MAX:
         for number in range(8):
             offset, step = step_of(state, number)
-            total = state.g[cell + offset] + edge_cost(state, cell, cell + offset, step)
-            if total < best and is_traversable(state, cell, offset):
-                best = total
+            if state.g[cell + offset] + step < best and is_traversable(state, cell, offset):
+                best = min(best, state.g[cell + offset] + edge_cost(state, cell, cell + offset, step))
     return best
 
 
