@@ -3,8 +3,8 @@
 Known maps: all methods find the same lengths by the same corner rule; they take turns on the same pairs, warm. The time
 of ours holds all it does, from the array of the map to the route. Unknown maps: a robot that sees 6 cells far follows
 its plan; at every step where it sees a new obstacle, the plan is repaired, and at every tenth also made from scratch.
-Costs: maps of larger structures, 5 cm a cell, with the node's defaults. The gap is the least distance of a route from an
-obstacle minus the least one allowed, between centres of cells.
+Costs: maps of larger structures, 5 cm a cell, with the node's defaults. The gap is the least distance of a route from
+obstacles minus the least one that is allowed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from _figures import count, ratio, time
+from _figures import error, ratio, time
 from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from numpy.typing import NDArray
 
@@ -134,7 +134,9 @@ def compare_costs(kind: str, side: int, count: int) -> dict[str, NDArray[np.floa
         lambda ends: route_of(shortest_route(blocked, *ends)),
         lambda ends: route_of(DStarLite(costs, ends[1], planner.cost_travel_multiplier).route_from(ends[0])),
     )
-    for pair in pairs_of(blocked, count):
+    pairs = pairs_of(blocked, count)
+    _ = [method(pairs[0]) for method in methods]  # warm
+    for pair in pairs:
         taken = [cpu_time(method, pair) for method in methods]
         found['ms'].append([milliseconds for _, milliseconds in taken])
         found['length'].append([max(route.length, 1.0) for route, _ in taken])
@@ -154,14 +156,14 @@ def main(run: Run, side: int, pairs: int, drives: int) -> None:
         compared['all'] = np.concatenate(list(compared.values()))
         for name, times in compared.items():
             table.add(name, *(time(column) for column in times.T), ratio(times[:, 0], times[:, 1], '.2f'))
-    heads = (
-        'map | shortest ms: median / 95 % | least cost | times slower | length over shortest: median / 95 %'
+    heads = 'map | shortest ms: median / 95 % | least cost | least cost over shortest'
+    table = run.table(
+        'Costs', heads, 'length: median / 95 % / max | gap mm: shortest, median | least cost, median'
     )
-    table = run.table('Costs', heads, 'gap mm: shortest, median | least cost, median')
     for kind in progress(GRID_MAPS):
         found = compare_costs(kind, side, pairs)
-        lengths = ratio(found['length'][:, 1], found['length'][:, 0], '.3f')
-        gaps = (count(float(gap), '.0f') for gap in np.median(found['gap'], axis=0))
+        lengths = error(found['length'][:, 1] / found['length'][:, 0], '.3f')
+        gaps = [error(column, '.0f', shown=(50.0,), better='higher') for column in found['gap'].T]
         slower = ratio(found['ms'][:, 1], found['ms'][:, 0], '.1f')
         table.add(kind, *(time(column) for column in found['ms'].T), slower, lengths, *gaps)
     heads = 'map | replans | replanned ms: median / 95 % | new obstacle on the route | from scratch'
