@@ -129,7 +129,7 @@ def compare_costs(kind: str, side: int, count: int) -> dict[str, NDArray[np.floa
     distances = clearance(np.kron(GRID_MAPS[kind](side // COARSE, 1), block), RESOLUTION)
     radius = planner.robot_radius + max(DrivingSettings().clearance_margin, MARGIN_CELLS_MIN * RESOLUTION)
     costs = inflation_costs(distances, radius + 1e-6, planner.inflation_radius, planner.cost_scaling_factor)
-    blocked, found = costs > COST_MAX, defaultdict(list)
+    blocked, found = costs > COST_MAX, defaultdict[str, list[list[float]]](list)
     methods = (
         lambda ends: route_of(shortest_route(blocked, *ends)),
         lambda ends: route_of(DStarLite(costs, ends[1], planner.cost_travel_multiplier).route_from(ends[0])),
@@ -161,11 +161,11 @@ def main(run: Run, side: int, pairs: int, drives: int) -> None:
         'Costs', heads, 'length: median / 95 % / max | gap mm: shortest, median | least cost, median'
     )
     for kind in progress(GRID_MAPS):
-        found = compare_costs(kind, side, pairs)
-        lengths = error(found['length'][:, 1] / found['length'][:, 0], '.3f')
-        gaps = [error(column, '.0f', shown=(50.0,), better='higher') for column in found['gap'].T]
-        slower = ratio(found['ms'][:, 1], found['ms'][:, 0], '.1f')
-        table.add(kind, *(time(column) for column in found['ms'].T), slower, lengths, *gaps)
+        results = compare_costs(kind, side, pairs)
+        lengths = error(results['length'][:, 1] / results['length'][:, 0], '.3f')
+        gaps = [error(column, '.0f', shown=(50.0,), better='higher') for column in results['gap'].T]
+        slower = ratio(results['ms'][:, 1], results['ms'][:, 0], '.1f')
+        table.add(kind, *(time(column) for column in results['ms'].T), slower, lengths, *gaps)
     heads = 'map | replans | replanned ms: median / 95 % | new obstacle on the route | from scratch'
     table = run.table('Unknown maps', heads, 'replan over from scratch | new D* Lite')
     for name in progress(GRID_MAPS):
