@@ -128,7 +128,7 @@ def compare_costs(kind: str, side: int, count: int) -> dict[str, NDArray[np.floa
     block = np.ones((COARSE, COARSE), dtype=bool)
     distances = clearance(np.kron(GRID_MAPS[kind](side // COARSE, 1), block), RESOLUTION)
     radius = planner.robot_radius + max(DrivingSettings().clearance_margin, MARGIN_CELLS_MIN * RESOLUTION)
-    costs = inflation_costs(distances, radius + 1e-6, planner.inflation_radius, planner.cost_scaling_factor)
+    costs = inflation_costs(distances, radius, planner)
     blocked, found = costs > COST_MAX, defaultdict[str, list[list[float]]](list)
     methods = (
         lambda ends: route_of(shortest_route(blocked, *ends)),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.costmap_masks import CostmapMasks
-from reward_planner.core.occupancy_map import UNKNOWN, OccupancyMap, clearance, inflate_obstacles
+from reward_planner.core.occupancy_map import UNKNOWN, OccupancyMap, clearance
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward.reward_walk import explained_walk, reward_route
 from reward_planner.core.reward_planner_error import RewardPlannerError
@@ -79,18 +79,13 @@ def plan(options: argparse.Namespace) -> int:
 
 def plan_costs(grid: OccupancyMap, settings: PlannerSettings, keepout: Path | None) -> NDArray[np.uint8]:
     """Return the costs of a map's cells, shape (rows, columns); the robot's centre keeps its radius from obstacles."""
-    frame, occupied = grid.frame, grid.occupied()
     costs = inflation_costs(
-        clearance(occupied, frame.resolution),
-        settings.robot_radius,
-        settings.inflation_radius,
-        settings.cost_scaling_factor,
+        clearance(grid.occupied(), grid.frame.resolution), settings.robot_radius, settings
     )
-    costs[inflate_obstacles(occupied, frame.resolution, settings.robot_radius)] = LETHAL
     if settings.unknown == 'blocked':
         costs[grid.occupancy == UNKNOWN] = LETHAL
     if keepout is not None:
-        mask = CostmapMasks(load_occupancy_map(keepout)).keepout_costs(frame)
+        mask = CostmapMasks(load_occupancy_map(keepout)).keepout_costs(grid.frame)
         costs = costs if mask is None else np.maximum(costs, mask)
     return costs
 

@@ -1,4 +1,4 @@
-"""Occupancy grids: geometry in the map frame, cell values, clearance and inflation of obstacles."""
+"""Occupancy grids: geometry in the map frame, cell values, and clearance from obstacles."""
 
 from __future__ import annotations
 
@@ -188,12 +188,3 @@ def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.floa
     free = np.logical_not(occupied).astype(np.uint8)
     distances = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     return np.asarray(distances * np.float32(resolution), dtype=np.float32)
-
-
-def inflate_obstacles(
-    occupied: NDArray[np.bool_], resolution: float, robot_radius: float
-) -> NDArray[np.bool_]:
-    """Return the cells that the robot's centre cannot enter: occupied ones inflated by its radius [m], same shape."""
-    if robot_radius < resolution:
-        return occupied.copy()
-    return clearance(occupied, resolution) <= robot_radius + _ROUNDING * resolution

@@ -52,10 +52,7 @@ class PlannerSettings:
         maximum=100.0,
     )
     cost_travel_multiplier: float = setting(
-        2.0,
-        'a metre at the greatest cost counts as so many metres more',
-        minimum=0.0,
-        maximum=100.0,
+        2.0, 'a metre at the greatest cost counts as so many metres more', minimum=0.0, maximum=100.0
     )
     unknown: str = setting('free', 'whether routes may enter unknown cells', choices=('free', 'blocked'))
 

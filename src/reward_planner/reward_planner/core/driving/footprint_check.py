@@ -15,7 +15,7 @@ class FootprintCheck:
     """Points that fill a footprint, to be looked up in a costmap.
 
     Attributes:
-        clearance_min: with more clearance the footprint is free in every direction [m].
+        clearance_min: clearance above which the footprint is free in every direction [m].
     """
 
     def __init__(self, footprint: Footprint, resolution: float) -> None:

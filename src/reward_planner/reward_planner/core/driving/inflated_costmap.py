@@ -42,6 +42,7 @@ class InflatedCostmap:
         """Start with one cell; ``clearance_max`` is at least the inscribed and the settings' inflation radius."""
         self.inscribed_radius, self.clearance_max = inscribed_radius, clearance_max
         self._settings = settings
+        self._keepout: NDArray[np.uint8] | None = None
         self._allocate(GridFrame(0.0, 0.0, 1.0, 1, 1))
 
     def _allocate(self, frame: GridFrame) -> None:
@@ -94,14 +95,8 @@ class InflatedCostmap:
             return np.empty((0, 2), dtype=np.int64)
         part = (slice(first[0], last[0]), slice(first[1], last[1]))
         distances, is_unknown = self._distances(global_map, first, last, pad)
-        settings = self._settings
-        costs = inflation_costs(
-            distances,
-            self.inscribed_radius + 1e-4 * resolution,
-            settings.inflation_radius,
-            settings.cost_scaling_factor,
-        )
-        if settings.unknown == 'blocked':
+        costs = inflation_costs(distances, self.inscribed_radius, self._settings)
+        if self._settings.unknown == 'blocked':
             costs[is_unknown] = LETHAL
         if self._keepout is not None:
             np.maximum(costs, self._keepout[part], out=costs)
