@@ -165,6 +165,15 @@ def test_a_footprint_is_free_along_the_route_which_is_found_if_the_circle_around
     assert counts[0] < counts[1] <= counts[2], counts
 
 
+@pytest.mark.parametrize(('end', 'reason'), [(8.9, None), (8.4, NoRoute.UNREACHABLE)])
+def test_a_goal_where_the_footprint_does_not_fit_is_unreachable(end, reason):
+    floor = Floor(footprint=LONG)
+    for box in ((7.0, -0.7, 9.0, -0.4), (7.0, 0.4, 9.0, 0.7), (end, -0.7, end + 0.1, 0.7)):
+        floor.paint(box, OCCUPIED)
+    floor.replanner.update(0.0, HERE)
+    assert floor.replanner.no_route_reason is reason
+
+
 def assert_footprint_is_free(floor, corners):
     """Each obstacle is outside of the footprint at all points, in the direction of the chord."""
     outline, points = Footprint(corners, 0.0), floor.replanner.points_map
