@@ -67,5 +67,6 @@ def test_a_speed_mask_limits_as_in_nav2_but_never_to_zero(tmp_path, kind, base, 
 def test_a_mask_that_is_malformed_is_refused_with_its_file_and_field(tmp_path, name):
     path = tmp_path / 'mask.yaml'
     path.write_text('image: mask.pgm\nresolution: 0.1\norigin: [0, 0]\noccupied_thresh: 1\nfree_thresh: 0\n')
+    navigator = Navigator(CameraMount((0.0, 0.0, 0.3), (0.0, 0.0, 0.0)), NavigatorSettings())
     with pytest.raises(RewardPlannerError, match=r'mask\.yaml: origin is .* must be \[x, y, yaw\]'):
-        load_masks(NodeSettings(**{name: str(path)}))
+        load_static_map(navigator, NodeSettings(**{name: str(path)}))
