@@ -151,7 +151,7 @@ def turned_map(
     x, y, yaw = origin
     turn = np.array(
         [[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]]
-    )  # map to grid, transposed
+    )  # grid to map, transposed
     low, high = grid.frame.corners
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])]) @ turn + (x, y)
     first = np.floor(corners.min(axis=0) / resolution + _ROUNDING)

@@ -32,7 +32,6 @@ _MODES = ('trinary', 'scale', 'raw')
 # Free, unknown and occupied. map_saver's 205 for unknown would be read as free with its threshold of 0.25.
 _WHITE, _GREY, _BLACK = 254, 128, 0
 _RAW_UNKNOWN = 255
-_YAW_MIN = 1e-9  # smaller yaws of an origin are zero [rad]
 _NAME_MAX = 1000  # longest path of an image
 _ORIGIN_MAX = 1e8  # largest coordinate of an origin [m]
 _REQUIRED_FIELDS = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
@@ -58,7 +57,7 @@ def load_occupancy_map(path: Path, resolution: float | None = None) -> Occupancy
         )
     x, y, yaw = _read_origin(path, fields['origin'])
     cells = _occupancy_of(path, fields, *_read_image(path.parent / fields['image']))
-    if abs(yaw) > _YAW_MIN:
+    if yaw:
         return turned_map(cells, side, (x, y, yaw))
     rows, columns = cells.shape
     return OccupancyMap(GridFrame(x, y, side, columns, rows), cells)
