@@ -96,7 +96,9 @@ def edge_cost(state: SearchState, cell: int, other: int, step: int) -> int:
     """Return the cost c of the edge between two neighbours, ``step`` is its length; the same in both directions."""
     if state.weight == 0:
         return step
-    both = np.int64(state.costs[cell]) + np.int64(state.costs[other])
+    both = int(
+        np.int64(state.costs[cell]) + np.int64(state.costs[other])
+    )  # uint8 would become floats in numba
     return step + ((step * state.weight * both) >> WEIGHT_BITS)
 
 
