@@ -130,7 +130,7 @@ def compare_costs(kind: str, side: int, count: int) -> dict[str, NDArray[np.floa
     radius = planner.robot_radius + max(DrivingSettings().clearance_margin, MARGIN_CELLS_MIN * RESOLUTION)
     costs = inflation_costs(distances, radius, planner)
     blocked, found = costs > COST_MAX, defaultdict[str, list[list[float]]](list)
-    methods = (
+    methods: tuple[Callable[[tuple[Cell, Cell]], Route], ...] = (
         lambda ends: route_of(shortest_route(blocked, *ends)),
         lambda ends: route_of(DStarLite(costs, ends[1], planner.cost_travel_multiplier).route_from(ends[0])),
     )

@@ -155,10 +155,9 @@ def turned_map(
     low, high = grid.frame.corners
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])]) @ turn + (x, y)
     first = np.floor(corners.min(axis=0) / resolution + _ROUNDING)
-    count_x, count_y = np.ceil(corners.max(axis=0) / resolution - _ROUNDING).astype(int) - first.astype(int)
-    frame = GridFrame(
-        *(first * resolution).tolist(), resolution=resolution, columns=int(count_x), rows=int(count_y)
-    )
+    count = np.ceil(corners.max(axis=0) / resolution - _ROUNDING) - first
+    low_x, low_y = (first * resolution).tolist()
+    frame = GridFrame(low_x, low_y, resolution, int(count[0]), int(count[1]))
     centres = frame.centre_of(np.argwhere(np.ones(frame.shape, dtype=np.bool_)))
     at = grid.frame.cell_of((centres - (x, y)) @ turn.T)
     inside = grid.frame.contains(at)
