@@ -18,7 +18,7 @@ from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings, check_planner_settings
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.rolling_voxel_grid import check_voxel_settings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -97,6 +97,7 @@ class RewardPlannerNode(ManagedNode):
     def check_settings(self) -> None:
         """Raise a RewardPlannerError for contradictory parameters."""
         check_source(self.settings(NodeSettings))
+        check_planner_settings(self.settings(PlannerSettings))
         check_voxel_settings(self.settings(VoxelSettings))
 
     def _navigator_settings(self) -> NavigatorSettings:

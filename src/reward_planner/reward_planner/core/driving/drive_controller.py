@@ -266,7 +266,7 @@ class DriveController:
     def _allowed_speed(self, robot: SE2, replanner: Replanner) -> float:
         """Return the speed that commands, obstacles and the goal allow [m/s]."""
         costmap, settings = replanner.costmap, self._settings
-        robot_radius = self._planner.robot_radius
+        robot_radius, masks = replanner.robot_radius, self._global_map.masks
         distance_max = max(settings.lookahead, 2.0 * self._smoother.braking_distance())
         free_distance, clearance = check_path_ahead(
             costmap, robot, robot_radius + _CELL_MARGIN * costmap.frame.resolution, distance_max
@@ -276,6 +276,7 @@ class DriveController:
         to_goal = path_length(ahead) + math.hypot(*(ahead[0] - (robot.x, robot.y)))
         return min(
             self.command_state.speed_limit,
+            masks.speed_limit(robot.x, robot.y, settings.max_linear_velocity),
             obstacle_speed_limit(clearance - robot_radius, settings),
             braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
             braking_speed_limit(to_goal, settings),

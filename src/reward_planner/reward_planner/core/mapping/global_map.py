@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.costmap_masks import CostmapMasks
 from reward_planner.core.occupancy_map import UNKNOWN, GridFrame
 from reward_planner.core.reward_planner_error import RewardPlannerError
 
@@ -39,12 +40,14 @@ class GlobalMap:
         resolution: side of a cell [m]; cell borders are at its multiples.
         cells_max: maximum number of cells of the map and of a costmap.
         rejected_cells: number of cells that were not written because the map is full.
+        masks: keep-out and speed masks; they stay when the map is cleared.
     """
 
     def __init__(self, resolution: float, cells_max: int) -> None:
         """Start with an empty map."""
         self.resolution, self.cells_max = resolution, cells_max
         self.rejected_cells = 0
+        self.masks = CostmapMasks()
         self._blocks: dict[tuple[int, int], NDArray[np.int8]] = {}
 
     @property
