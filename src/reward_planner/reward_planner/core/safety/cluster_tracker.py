@@ -61,6 +61,15 @@ class _Track:
         ways = (edge(after @ heading) - edge(before @ heading) for edge in (np.max, np.min))
         return bool(min(ways) > max(_SHIFT_FRACTION * speed * (end - begin), _SHIFT_MIN))
 
+    def rests(self, origin: NDArray[np.float64] | None) -> bool:
+        """Return whether the cluster was there for a while without moving as a whole, or to the sensor at an origin."""
+        if self.is_shifted or self.duration < _RESTING_TIME:
+            return False
+        if origin is None:
+            return True
+        before, after = (float(np.hypot(*(self.history[k][1] - origin).T).min()) for k in (0, -1))
+        return before - after < _SHIFT_MIN
+
     def predicted(self, stamp: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return state and covariance at a later stamp."""
         dt = stamp - self.stamp
@@ -139,10 +148,12 @@ class ClusterTracker:
         stamp: float,
         xy_odom: NDArray[np.float64],
         is_open: Callable[[NDArray[np.float64]], NDArray[np.bool_]] = all_open,
+        origin: NDArray[np.float64] | None = None,
     ) -> CellMotion:
         """Return the motion of the moving cells of a measurement, shape (n, 2) [m], in the frame of the odometry.
 
-        ``is_open`` returns at which positions, shape (n, 2) [m], the measurement shows that nobody is there.
+        ``is_open`` returns at which positions, shape (n, 2) [m], the measurement shows that nobody is there; the
+        sensor is at ``origin``, shape (2,) [m].
         """
         velocity, sigma = np.zeros((len(xy_odom), 2)), np.full(len(xy_odom), np.nan)
         self._tracks = [track for track in self._tracks if stamp - track.stamp < _HIDDEN_TIME]
@@ -153,7 +164,7 @@ class ClusterTracker:
             track = self._assign(stamp, xy_odom[members], free)
             self.labels[members] = label
             self.shifted[members] = track.is_shifted
-            self.resting[members] = not track.is_shifted and track.duration >= _RESTING_TIME
+            self.resting[members] = track.rests(origin)
             if track.is_confirmed:
                 velocity[members], sigma[members] = track.state[2:], track.speed_sigma
         # Who is not where the prediction has him, though rays pass there, is lost; he may also have left the view.
@@ -169,11 +180,9 @@ class ClusterTracker:
     def hidden(self) -> HiddenCells:
         """Return the cells of people who left the field of view before the latest measurement."""
         parts = [
-            (
-                track.places,
-                np.tile([*track.state[2:], track.speed_sigma, track.stamp], (len(track.places), 1)),
-            )
-            for track in self._hidden
+            (each.places, np.tile([*velocity, each.speed_sigma, each.stamp], (len(each.places), 1)))
+            for each in self._hidden
+            for velocity in (each.state[2:], np.zeros(2))  # they may have stopped
         ]
         xy = np.concatenate([np.zeros((0, 2)), *(places for places, _ in parts)])
         more = np.concatenate([np.zeros((0, 4)), *(values for _, values in parts)])

@@ -98,7 +98,9 @@ class WatchedSource:
         self._memory.update(stamp, frame, T_odom_base, used)
         self._cells = self._memory.obstacles()
         moves = (self._cells.kind == MOVING) & (self._cells.stamp == stamp)
-        motion = self._tracker.update(stamp, self._cells.xy[moves], self._memory.is_open)
+        motion = self._tracker.update(
+            stamp, self._cells.xy[moves], self._memory.is_open, self._memory.origin[:2]
+        )
         velocity, sigma = np.zeros((len(moves), 2)), np.full(len(moves), np.nan)
         velocity[moves], sigma[moves] = motion
         # A part of a surface that comes into view looks as if it moved.
