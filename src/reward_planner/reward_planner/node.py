@@ -157,7 +157,7 @@ class RewardPlannerNode(ManagedNode):
         self._points: PointsInput | None = None
         match self._settings.source:
             case 'depth':
-                DepthInput(self, self._guard, self._take_frame)
+                DepthInput(self, self._guard, self.settings(VoxelSettings), self._take_frame)
                 for topic in ('depth/image', 'depth/camera_info'):
                     self._inputs.add(topic, Need.REQUIRED)
             case 'trinocular':

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from reward_planner.core.driving.drive_controller import DriveController
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.inflated_costmap import required_frame
+from reward_planner.core.driving.moving_obstacle import MovingObstacle
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
@@ -89,6 +90,11 @@ class Navigator:
         self._pose_buffer = PoseBuffer(settings.mapping)
         self._static_map_frame: GridFrame | None = None
 
+    @property
+    def moving_obstacles(self) -> list[MovingObstacle]:
+        """Moving obstacles of the latest frame, in the map frame."""
+        return self.mapper.moving.obstacles
+
     def apply_settings(self, mount: CameraMount, settings: NavigatorSettings) -> None:
         """Use another mount and other settings, but those of poses, map and voxel sizes; the maps are kept.
 
@@ -149,6 +155,8 @@ class Navigator:
         """Add the robot's pose at a stamp [s] and return its status; the robot stops while poses jump."""
         status = self._pose_buffer.add(stamp, T_map_base)
         self.pose_status_counts[status] += 1
+        if status is PoseStatus.RELOCATED:
+            self.mapper.moving.reset()
         if status in (PoseStatus.ACCEPTED, PoseStatus.RELOCATED):
             self.controller.update_pose(stamp, T_map_base)
         elif self._pose_buffer.has_jumped:
@@ -223,6 +231,7 @@ class Navigator:
     def handle_time_jump(self) -> None:
         """Reset poses, queued frames and goal after a jump of the clock; the map stays."""
         self._pose_buffer = PoseBuffer(self._settings.mapping)
+        self.mapper.moving.reset()
         dropped = self.message_filter.dropped
         dropped[DropReason.TIME_JUMP] += len(self.message_filter)
         self.message_filter = PoseMessageFilter(self._settings.mapping.pose_wait)
