@@ -203,7 +203,6 @@ class RewardPlannerNode(ManagedNode):
         self._drive_to(message, 'goal_pose')
 
     def _drive_to(self, message: PoseStamped, topic: str, path: list[PoseStamped] | None = None) -> None:
-        self._navigator.controller.cancel_goal()  # a rejected goal also cancels the previous one
         goal = self._in_map(message, topic)
         self._navigator.set_goal(goal, None if path is None else [self._in_map(each, topic) for each in path])
         self._goal_yaw = goal.yaw

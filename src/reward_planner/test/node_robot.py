@@ -88,11 +88,11 @@ class Robot:
     def send_goal(self, pose, frame='map'):
         self.send('goal_pose', pose_stamped(pose, self.header(frame)))
 
-    def send_points(self, frame='camera_optical_frame'):
+    def send_points(self, frame='camera_optical_frame', ago=0.0):
         pose = self.body.pose_at(self.body.time)
         depth = ROOM.depth_image(CAMERA, forward_camera(pose.x, pose.y, 0.3, pose.yaw))
         points = points_from_depth(depth, CAMERA)
-        self.send('points', cloud_from_points(points.astype(np.float32), self.header(frame)))
+        self.send('points', cloud_from_points(points.astype(np.float32), self.header(frame, ago)))
 
     def drive(self, seconds, until=lambda: False):
         """Publish points and pose, and drive, ten times per simulated second."""

@@ -118,22 +118,20 @@ class Navigator:
         self._static_map_frame = frame
 
     def set_goal(self, T_map_goal: SE2, path: Sequence[SE2] | None = None) -> None:
-        """Set a goal, with a path to follow or without; the previous one is cancelled even if this one is rejected.
+        """Set a goal, with a path to follow or without; a goal that is rejected does not cancel the previous one.
 
         Raises:
             DrivingError: the goal is not finite or outside of the static map.
         """
-        self.controller.cancel_goal()
-        points = None if path is None else np.array([(each.x, each.y) for each in path])
-        self.controller.set_goal(T_map_goal, points)
-        frame = self._static_map_frame
-        if frame is not None and self._is_outside(frame, T_map_goal):
-            self.controller.cancel_goal()
+        frame, is_finite = self._static_map_frame, math.isfinite(T_map_goal.x + T_map_goal.y)
+        if frame is not None and is_finite and self._is_outside(frame, T_map_goal):
             (low_x, low_y), (high_x, high_y) = frame.corners
             raise DrivingError(
                 f'the goal at x {T_map_goal.x:.2f} m, y {T_map_goal.y:.2f} m is outside of the map, which extends from '
                 f'x {low_x:.2f} to {high_x:.2f} m and y {low_y:.2f} to {high_y:.2f} m; give one on it'
             )
+        points = None if path is None else np.array([(each.x, each.y) for each in path])
+        self.controller.set_goal(T_map_goal, points)
 
     def _is_outside(self, frame: GridFrame, place: SE2) -> bool:
         """Return whether a pose is neither on the static map nor on a cell observed since."""

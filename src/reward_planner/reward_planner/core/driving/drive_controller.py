@@ -44,6 +44,7 @@ class DriveController:
     Attributes:
         replanner: route to the goal; None without a goal.
         command_state: commands of lamps that are in effect.
+        goal: the goal in the map; None without one.
         goal_count: number of goals set so far.
     """
 
@@ -62,7 +63,7 @@ class DriveController:
         self._smoother = VelocitySmoother(driving)
         self._look_around = LookAround(global_map) if driving.look_around else None
         self.goal_count = 0
-        self._goal: SE2 | None = None
+        self.goal: SE2 | None = None
         self._path: NDArray[np.float64] | None = None
         self._is_at_goal = self._is_goal_reached = False
         self._last_motion_time = math.nan
@@ -77,9 +78,9 @@ class DriveController:
         self._planner, self._reward, self._settings = planner, reward, driving
         self._smoother.settings = driving
         self.command_state.set_speed_max(driving.max_linear_velocity)
-        if self.replanner is not None and self._goal is not None:
+        if self.replanner is not None and self.goal is not None:
             count = self.replanner.replan_count
-            self.replanner = self._make_replanner(self._goal)
+            self.replanner = self._make_replanner(self.goal)
             self.replanner.replan_count = count
 
     @property
@@ -100,7 +101,7 @@ class DriveController:
         """
         if not all(math.isfinite(number) for number in (T_map_goal.x, T_map_goal.y, T_map_goal.yaw)):
             raise DrivingError('the goal is not finite; give x, y and yaw')
-        self._goal, self._is_at_goal, self._is_goal_reached = T_map_goal, False, False
+        self.goal, self._is_at_goal, self._is_goal_reached = T_map_goal, False, False
         self.goal_count += 1
         self._last_motion_time = math.nan
         self.command_state.cancel_turn()  # it belonged to the previous goal
@@ -115,7 +116,7 @@ class DriveController:
 
     def cancel_goal(self) -> None:
         """Cancel the goal and stop."""
-        self._goal, self.replanner, self._is_goal_reached = None, None, False
+        self.goal, self.replanner, self._is_goal_reached = None, None, False
 
     def halt(self) -> None:
         """Cancel the goal of a robot that was stopped."""
@@ -124,7 +125,7 @@ class DriveController:
 
     def apply_command(self, command: LightCommand) -> None:
         """Apply a command of a lamp; a turn is ignored without a goal or a pose."""
-        is_on_its_way = self._goal is not None and not self._is_goal_reached and self._pose is not None
+        is_on_its_way = self.goal is not None and not self._is_goal_reached and self._pose is not None
         if command.operation != 'turn' or is_on_its_way:
             self.command_state.apply_command(command)
 
@@ -177,7 +178,7 @@ class DriveController:
     def _decide(self, now: float) -> DriveCommand:
         """Return state and detail, with the target velocity and the lookahead point."""
         # Without a goal there is nothing to do.
-        if self._goal is None or self.replanner is None or self._is_goal_reached:
+        if self.goal is None or self.replanner is None or self._is_goal_reached:
             return _stop(DriveState.GOAL_REACHED if self._is_goal_reached else DriveState.IDLE)
         # 1. Input: pose and map must be fresh.
         stale = self._stale_input(now)
@@ -190,7 +191,7 @@ class DriveController:
         except DrivingError as fault:
             return _stop(DriveState.UNREACHABLE, str(fault))
         # 3. Commands of lamps, and 4. unknown surroundings come before the route.
-        return self._command_in_place(robot) or self._follow_route(robot, self._goal, self.replanner)
+        return self._command_in_place(robot) or self._follow_route(robot, self.goal, self.replanner)
 
     def _command_in_place(self, robot: SE2) -> DriveCommand | None:
         """Return the stop or turn that lamps command, or the turn to look around (the paper's step 1)."""
