@@ -1,0 +1,210 @@
+"""Decides between driving on, waiting and going around by predicting moving obstacles against the route."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.driving.drive_state import DriveState
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.moving_obstacle import MovingObstacle
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
+from shirube_core.geometry import SE2
+
+_AGE_MAX = 1.0  # an obstacle whose position is older is ignored [s]
+_DISTANCE_MAX = 10.0  # an obstacle that is farther away is ignored [m]
+_STEP = 0.1  # of the prediction [s]
+_CLEARER = 0.02  # where an obstacle is nearer than allowed, it may not come nearer by more than this [m]
+_CLEAR_TIME = {
+    DriveState.GIVING_WAY: 0.5,
+    DriveState.GOING_AROUND: 2.0,
+}  # time without a conflict that ends it [s]
+_AROUND_TIME = 1.5  # a robot that goes around keeps off the path of the obstacle for this time [s]
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """A moving obstacle that the robot would meet on its route.
+
+    Attributes:
+        obstacle: the obstacle.
+        free_distance: along the route up to the path of the obstacle [m].
+        meeting_distance: along the route up to the predicted meeting [m].
+        is_approaching: whether it would also reach a robot that stands.
+    """
+
+    obstacle: MovingObstacle
+    free_distance: float
+    meeting_distance: float
+    is_approaching: bool
+
+
+def predict_conflict(
+    route_map: NDArray[np.float64],
+    robot: SE2,
+    speed: float,
+    obstacles: Sequence[MovingObstacle],
+    now: float,
+    clearance: float,
+    settings: DrivingSettings,
+) -> Conflict | None:
+    """Return the nearest conflict of a robot that accelerates along its route, None if there is none.
+
+    Args:
+        route_map: points of the route [m], shape (n, 2), n at least 1.
+        robot: pose in the map.
+        speed: present speed [m/s].
+        obstacles: moving obstacles in the map.
+        now: time [s].
+        clearance: least distance between the robot's centre and the edge of an obstacle [m].
+        settings: limits of the motion, and the time of the prediction.
+    """
+    times = np.arange(0.0, settings.prediction_time + _STEP, _STEP)
+    top, acceleration = settings.max_linear_velocity, settings.max_linear_acceleration
+    travelled = np.cumsum(np.minimum(top, max(speed, 0.0) + acceleration * times)) * _STEP
+    points = np.concatenate([[(robot.x, robot.y)], route_map])
+    along = np.cumsum(np.hypot(*np.diff(points, axis=0, prepend=points[:1]).T))
+    places = np.stack([np.interp(travelled, along, axis) for axis in points.T], axis=1)
+    travelled = np.minimum(travelled, along[-1])
+    conflicts = []
+    for obstacle in obstacles:
+        path = np.array([obstacle.position_at(now + time) for time in times])
+        here = float(np.hypot(*(path[0] - points[0])))
+        # Who is nearer than allowed may leave.
+        reach = min(clearance + obstacle.radius, here - _CLEARER)
+        meets = np.hypot(*(path - places).T) < reach
+        if not meets.any():
+            continue
+        crosses = np.hypot(*(path[:, None] - places).transpose(2, 0, 1)).min(axis=0) < reach
+        is_approaching = bool((np.hypot(*(path - points[0]).T) < reach).any())
+        free, meeting = (float(travelled[int(each.argmax())]) for each in (crosses, meets))
+        conflicts.append(Conflict(obstacle, free, meeting, is_approaching))
+    return min(conflicts, key=lambda each: each.meeting_distance, default=None)
+
+
+class MovingObstaclePolicy:
+    """Waits for obstacles that cross the route, for a bounded time, and goes around them or those that approach.
+
+    Attributes:
+        state: GIVING_WAY or GOING_AROUND; None without a conflict.
+        detail: which obstacle, one line; fixed while the state lasts.
+    """
+
+    def __init__(self) -> None:
+        """Start without a conflict."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all conflicts, for another goal."""
+        self.state: DriveState | None = None
+        self.detail = ''
+        self._route = np.empty((0, 2))
+        self._began = self._latest = -math.inf
+
+    def describe(self, is_stopped: bool) -> tuple[DriveState, str]:
+        """Return state and detail of a robot with a route, which may be stopped."""
+        if self.state is None:
+            return DriveState.DRIVING, DriveState.DRIVING.value
+        state = DriveState.WAITING if is_stopped else self.state
+        return state, f'{state.value} {self.detail}'
+
+    def cells_to_avoid(
+        self, obstacles: Sequence[MovingObstacle], now: float, resolution: float
+    ) -> LocalMap | None:
+        """Return the cells that a robot that goes around keeps off; None in other states."""
+        is_around = self.state is DriveState.GOING_AROUND
+        return obstacle_cells(obstacles, now, _AROUND_TIME, resolution) if is_around else None
+
+    def is_waiting_for_route(self, now: float, settings: DrivingSettings) -> bool:
+        """Return whether a robot without a route around obstacles should wait for them to leave, at a time [s]."""
+        is_around = self.state is DriveState.GOING_AROUND
+        return is_around and now - self._began <= settings.moving_obstacle_wait
+
+    def update(
+        self,
+        route_map: NDArray[np.float64],
+        robot: SE2,
+        speed: float,
+        obstacles: Sequence[MovingObstacle],
+        now: float,
+        clearance: float,
+        settings: DrivingSettings,
+    ) -> float:
+        """Update the state; return the distance along the route that is free [m], infinite without a conflict.
+
+        Arguments are those of `predict_conflict`; without a route, the last one with a conflict counts.
+        """
+        route = route_map if len(route_map) else self._route
+        conflict = None
+        if len(route) and len(obstacles):
+            conflict = predict_conflict(route, robot, speed, obstacles, now, clearance, settings)
+        if conflict is None:
+            if self.state is not None and now - self._latest > _CLEAR_TIME[self.state]:
+                self.reset()
+            return math.inf
+        self._latest = now
+        is_late = now - self._began > settings.moving_obstacle_wait
+        if self.state is None:
+            # An obstacle that comes at the robot would also meet it while it waits.
+            self._enter(
+                DriveState.GOING_AROUND if conflict.is_approaching else DriveState.GIVING_WAY, now, conflict
+            )
+            self._route = route
+        elif self.state is DriveState.GIVING_WAY and (conflict.is_approaching or is_late):
+            self._enter(DriveState.GOING_AROUND, now, conflict)
+        elif self.state is DriveState.GOING_AROUND and is_late and len(route_map):
+            self._enter(DriveState.GIVING_WAY, now, conflict)
+        is_around = self.state is DriveState.GOING_AROUND
+        return conflict.meeting_distance if is_around else conflict.free_distance
+
+    def _enter(self, state: DriveState, now: float, conflict: Conflict) -> None:
+        x, y = conflict.obstacle.position
+        speed = math.hypot(*conflict.obstacle.velocity)
+        self.state, self._began = state, now
+        self.detail = f'at x {x:.1f} m, y {y:.1f} m, with {speed:.1f} m/s'
+
+
+def nearby_obstacles(
+    obstacles: Sequence[MovingObstacle], robot: SE2, now: float
+) -> tuple[MovingObstacle, ...]:
+    """Return the obstacles near the robot at a time [s] whose position is recent."""
+    here = (robot.x, robot.y)
+    return tuple(
+        each
+        for each in obstacles
+        if abs(now - each.stamp) <= _AGE_MAX and math.dist(each.position_at(now), here) <= _DISTANCE_MAX
+    )
+
+
+def obstacle_cells(
+    obstacles: Sequence[MovingObstacle], now: float, duration: float, resolution: float
+) -> LocalMap | None:
+    """Return the cells that obstacles cover from a time [s] on for a duration [s], as occupied; None without any."""
+    if not obstacles:
+        return None
+    times = now + np.arange(0.0, duration + _STEP, _STEP)[: None if duration else 1]
+    discs = np.array([(*each.position_at(time), each.radius) for each in obstacles for time in times])
+    low, high = (discs[:, :2] - discs[:, 2:]).min(axis=0), (discs[:, :2] + discs[:, 2:]).max(axis=0)
+    first, last = np.floor(low / resolution).astype(int), np.ceil(high / resolution).astype(int)
+    columns, rows = (int(n) for n in last - first)
+    frame = GridFrame(float(first[0] * resolution), float(first[1] * resolution), resolution, columns, rows)
+    centres = frame.centre_of(np.stack(np.indices(frame.shape), axis=-1))
+    covered = np.zeros(frame.shape, dtype=np.bool_)
+    for x, y, radius in discs:
+        covered |= np.hypot(centres[..., 0] - x, centres[..., 1] - y) <= max(radius, resolution)
+    return LocalMap(frame, np.full(frame.shape, OCCUPIED, dtype=np.int8), covered)
+
+
+def with_obstacles(global_map: GlobalMap, obstacles: Sequence[MovingObstacle], now: float) -> GlobalMap:
+    """Return the map with the obstacles where they are at a time [s]; the map itself if there are none."""
+    cells = obstacle_cells(obstacles, now, 0.0, global_map.resolution)
+    if cells is None:
+        return global_map
+    snapshot = global_map.snapshot()
+    snapshot.write(cells)
+    return snapshot
