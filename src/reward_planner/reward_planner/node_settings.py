@@ -43,6 +43,11 @@ class NodeSettings(CameraSettings):
         '', 'output file of ~/save_map (YAML; the PGM is in the same folder); empty takes map_file'
     )
     drive: bool = setting(False, 'whether the node drives the robot by cmd_vel')
+    planning_thread: bool = setting(
+        True,
+        'whether routes are planned beside the control loop, which then publishes cmd_vel without gaps; false for '
+        'replays in lockstep, whose results do not depend on the computing time',
+    )
     depth: DepthSettings = field(default_factory=DepthSettings)
 
 

@@ -230,7 +230,7 @@ class Navigator:
         half = math.ceil(radius / resolution) + 1
         column, row = (math.floor(number / resolution) - half for number in (place.x, place.y))
         frame = GridFrame(column * resolution, row * resolution, resolution, 2 * half + 1, 2 * half + 1)
-        centres = frame.centre_of(np.stack(np.indices(frame.shape), axis=-1))
+        centres = frame.centre_of(np.moveaxis(np.indices(frame.shape), 0, -1))
         is_near = np.hypot(*np.moveaxis(centres - (place.x, place.y), -1, 0)) <= radius
         cleared = is_near & (global_map.occupancy_in(frame) != UNKNOWN)
         global_map.write(LocalMap(frame, self._static_cells.occupancy_in(frame), cleared))

@@ -193,7 +193,7 @@ def obstacle_cells(
     first, last = np.floor(low / resolution).astype(int), np.ceil(high / resolution).astype(int)
     columns, rows = (int(n) for n in last - first)
     frame = GridFrame(float(first[0] * resolution), float(first[1] * resolution), resolution, columns, rows)
-    centres = frame.centre_of(np.stack(np.indices(frame.shape), axis=-1))
+    centres = frame.centre_of(np.moveaxis(np.indices(frame.shape), 0, -1))
     covered = np.zeros(frame.shape, dtype=np.bool_)
     for x, y, radius in discs:
         covered |= np.hypot(centres[..., 0] - x, centres[..., 1] - y) <= max(radius, resolution)

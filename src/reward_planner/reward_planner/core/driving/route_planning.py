@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.route import NoRoute
 from shirube_core.geometry import SE2
 
+Result = TypeVar('Result')
 _NEAR = 2.0  # part of a route in which the robot is [m]
 
 
@@ -41,9 +43,9 @@ RunPlanning = Callable[[Callable[[], PlannedRoute]], Future[PlannedRoute]]
 """Starts a planning cycle, at once or in another thread."""
 
 
-def run_at_once(work: Callable[[], PlannedRoute]) -> Future[PlannedRoute]:
+def run_at_once(work: Callable[[], Result]) -> Future[Result]:
     """Run a planning cycle within the control cycle; results do not depend on the computing time."""
-    future: Future[PlannedRoute] = Future()
+    future: Future[Result] = Future()
     try:
         future.set_result(work())
     except Exception as fault:  # noqa: BLE001 as an executor does

@@ -138,7 +138,7 @@ def _compact_open_list(state: SearchState, open_list: OpenList) -> OpenList:
     return OpenList(keys, cells, size)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def apply_changes(
     state: SearchState, cells: NDArray[np.int64], blocked: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
@@ -154,7 +154,7 @@ def apply_changes(
     return changed[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def replan(
     state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
 ) -> tuple[OpenList, NDArray[np.int64]]:
