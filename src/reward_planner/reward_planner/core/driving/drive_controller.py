@@ -44,6 +44,7 @@ _TURN_TOLERANCE = 0.02  # tolerance of a commanded turn [rad]
 _STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
 _REACH_MARGIN = 1.0  # of the costmap around the robot, which may be off its route [m]
+_GAP = 0.1  # distance that the robot keeps before the path of a moving obstacle [m]
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
 
 
@@ -247,7 +248,7 @@ class DriveController:
         costmap = planning.costmap_around(known, robot, reach)
         x, y = lookahead_point(costmap, robot, planning.points_map, settings.lookahead)
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
-        limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free, settings))
+        limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
         target = velocity_towards(bearing, limit, settings)
         state, detail = self._policy.describe(limit <= _STOPPED_SPEED)
         return DriveCommand(state, detail, target, (float(x), float(y)))

@@ -24,7 +24,8 @@ _CLEAR_TIME = {
     DriveState.GIVING_WAY: 0.5,
     DriveState.GOING_AROUND: 2.0,
 }  # time without a conflict that ends it [s]
-_AROUND_TIME = 1.5  # a robot that goes around keeps off the path of the obstacle for this time [s]
+_APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that waits must not be reached
+_AROUND_TIME = 2.5  # a robot that goes around keeps off the path of the obstacle for this time [s]
 
 
 @dataclass(frozen=True)
@@ -33,8 +34,8 @@ class Conflict:
 
     Attributes:
         obstacle: the obstacle.
-        free_distance: along the route up to the path of the obstacle [m].
-        meeting_distance: along the route up to the predicted meeting [m].
+        free_distance: length of the route up to the path of the obstacle [m].
+        meeting_distance: length of the route up to the predicted meeting [m].
         is_approaching: whether it would also reach a robot that stands.
     """
 
@@ -81,7 +82,8 @@ def predict_conflict(
         if not meets.any():
             continue
         crosses = np.hypot(*(path[:, None] - places).transpose(2, 0, 1)).min(axis=0) < reach
-        is_approaching = bool((np.hypot(*(path - points[0]).T) < reach).any())
+        later = np.array([obstacle.position_at(now + _APPROACH_FACTOR * time) for time in times])
+        is_approaching = bool((np.hypot(*(later - points[0]).T) < reach).any())
         free, meeting = (float(travelled[int(each.argmax())]) for each in (crosses, meets))
         conflicts.append(Conflict(obstacle, free, meeting, is_approaching))
     return min(conflicts, key=lambda each: each.meeting_distance, default=None)

@@ -116,7 +116,7 @@ class Recovery:
             now: time [s].
             robot: pose in the map.
             known: map with all obstacles; the robot backs up on its free cells only.
-            radius: of the robot [m].
+            radius: radius of the robot [m].
             settings: behaviors and their limits.
         """
         step = now - self._latest
