@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from threading import Event
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
+from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
 from scene_simulator.room.box_room import forward_camera
@@ -139,6 +141,32 @@ def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     monkeypatch.setattr(robot.node._navigator.controller, 'step', fail)
     robot.tick(0.2)
     assert graph.spin_until(lambda: robot.speed == 0.0)
+
+
+def test_while_a_route_is_computed_the_robot_stands_and_commands_go_on(graph, monkeypatch):
+    release, update = Event(), Replanner.update
+
+    def update_late(*arguments):
+        assert release.wait(20.0)
+        update(*arguments)
+
+    monkeypatch.setattr(Replanner, 'update', update_late)
+    robot = Robot(graph, drive=True, planning_thread=True)
+    robot.drive_to(AHEAD)
+    assert robot.message().message == 'planning'
+    assert len(robot.velocities) >= 8
+    assert robot.speed == 0.0
+    release.set()
+    assert graph.spin_until(lambda: robot.node._navigator.controller.replanner._future.done())
+    robot.drive(1.0, until=lambda: robot.speed > 0.0)
+    assert robot.speed > 0.0
+    release.clear()
+    robot.node.trigger_deactivate()  # does not wait for the cycle that runs
+    robot.node.trigger_activate()
+    release.set()
+    robot.drive_to(AHEAD)
+    robot.drive(2.0, until=lambda: robot.speed > 0.0)
+    assert robot.speed > 0.0
 
 
 def test_a_lower_speed_limit_and_deactivation_hold_at_once(graph):
