@@ -150,20 +150,20 @@ def test_while_a_route_is_computed_the_robot_stands_and_commands_go_on(graph, mo
         assert release.wait(20.0)
         update(*arguments)
 
-    monkeypatch.setattr(Replanner, 'update', update_late)
     robot = Robot(graph, drive=True, planning_thread=True)
+    monkeypatch.setattr(Replanner, 'update', update_late)
     robot.drive_to(AHEAD)
     assert robot.message().message == 'planning'
     assert len(robot.velocities) >= 8
     assert robot.speed == 0.0
     release.set()
-    assert graph.spin_until(lambda: robot.node._navigator.controller.replanner._future.done())
+    assert graph.spin_until(robot.node._navigator.controller.replanner._future.done)
     robot.drive(1.0, until=lambda: robot.speed > 0.0)
     assert robot.speed > 0.0
     release.clear()
     robot.node.trigger_deactivate()  # does not wait for the cycle that runs
-    robot.node.trigger_activate()
     release.set()
+    robot.node.trigger_activate()
     robot.drive_to(AHEAD)
     robot.drive(2.0, until=lambda: robot.speed > 0.0)
     assert robot.speed > 0.0
