@@ -61,11 +61,15 @@ class InflatedCostmap:
         else:
             union = _union(self.frame, frame)
             frame = union if union.size <= global_map.cells_max else frame
+        self.cover_frame(global_map, frame)
+        return True
+
+    def cover_frame(self, global_map: GlobalMap, frame: GridFrame) -> None:
+        """Cover a frame of the map's resolution, and nothing else."""
         self.frame = frame
         self.clearance = np.full(frame.shape, self.clearance_max, dtype=np.float32)
         self.blocked = np.zeros(frame.shape, dtype=np.bool_)
         self.refresh(global_map, frame)
-        return True
 
     def refresh(self, global_map: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
         """Update the costmap where the map changed; return the cells that became blocked or free, shape (n, 2)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from copy import copy
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -77,8 +78,7 @@ class RoutePlanning:
         self._global_map, self._run = global_map, run
         self._map = global_map.snapshot()  # that of the planning cycles
         self._replanner = make_replanner(self._map)
-        costmap = self._replanner.costmap
-        self._distances = costmap.inflation_radius, costmap.clearance_max
+        self._costmap = copy(self._replanner.costmap)  # empty, with the margins of the route
         self.points_map, self.replan_count = np.empty((0, 2)), 0
         if previous is not None:
             self.points_map, self.replan_count = previous.points_map, previous.replan_count
@@ -121,11 +121,9 @@ class RoutePlanning:
         half = int(reach / resolution) + 2
         column, row = (int(np.floor(number / resolution)) - half for number in (robot.x, robot.y))
         side = 2 * half + 1
-        costmap = InflatedCostmap(*self._distances)
-        costmap.frame = GridFrame(column * resolution, row * resolution, resolution, side, side)
-        costmap.clearance = np.full((side, side), costmap.clearance_max, dtype=np.float32)
-        costmap.blocked = np.zeros((side, side), dtype=np.bool_)
-        costmap.refresh(known, costmap.frame)
+        costmap = copy(self._costmap)
+        frame = GridFrame(column * resolution, row * resolution, resolution, side, side)
+        costmap.cover_frame(known, frame)
         return costmap
 
     def _snapshot(self) -> GlobalMap:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,9 +80,9 @@ class GlobalMap:
 
     def snapshot(self) -> GlobalMap:
         """Return a copy that later changes of either map leave as it is, for another thread; it shares the blocks."""
-        copy = GlobalMap(self.resolution, self.cells_max)
-        copy.replace_by(self)
-        return copy
+        snapshot = copy(self)
+        snapshot.replace_by(self)
+        return snapshot
 
     def replace_by(self, other: GlobalMap) -> None:
         """Take the cells of another map of the same resolution."""
