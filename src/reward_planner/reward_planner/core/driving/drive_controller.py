@@ -19,8 +19,11 @@ from reward_planner.core.driving.light_command import LightCommand, LightCommand
 from reward_planner.core.driving.look_around import LookAround
 from reward_planner.core.driving.moving_obstacle import MovingObstacle
 from reward_planner.core.driving.moving_obstacle_policy import (
+    AROUND_TIME,
     MovingObstaclePolicy,
     nearby_obstacles,
+    obstacle_cells,
+    predict_conflict,
     with_obstacles,
 )
 from reward_planner.core.driving.path_following import (
@@ -45,6 +48,7 @@ _STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
 _REACH_MARGIN = 1.0  # of the costmap around the robot, which may be off its route [m]
 _GAP = 0.1  # distance that the robot keeps before the path of a moving obstacle [m]
+_WAITING_SPEED = 0.02  # below this it waits for an obstacle [m/s, rad/s]
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
 
 
@@ -234,11 +238,16 @@ class DriveController:
     def _follow_route(self, now: float, robot: SE2, planning: RoutePlanning) -> DriveCommand:
         """Follow the route (6.) towards the lookahead point, or act as long as there is none."""
         obstacles, settings = nearby_obstacles(self.moving_obstacles, robot, now), self._settings
-        # Moving obstacles: wait for them, or plan around them.
-        clearance = self._planner.robot_radius + settings.clearance_margin
-        speed = self._smoother.velocity.forward
-        free = self._policy.update(planning.points_map, robot, speed, obstacles, now, clearance, settings)
-        planning.set_obstacles(self._policy.cells_to_avoid(obstacles, now, self._global_map.resolution))
+        # Moving obstacles: wait for them, or plan around them. Without a route, the last one with a conflict counts.
+        clearance, speed = (
+            self._planner.robot_radius + settings.clearance_margin,
+            self._smoother.velocity.forward,
+        )
+        points = planning.points_map if len(planning.points_map) else self._policy.route_map
+        conflict = predict_conflict(points, robot, speed, obstacles, now, clearance, settings)
+        free = self._policy.update(conflict, planning.points_map, now, settings)
+        avoided = obstacles if self._policy.is_around else ()
+        planning.set_obstacles(obstacle_cells(avoided, now, AROUND_TIME, self._global_map.resolution))
         if len(planning.points_map) == 0 or self.recovery.must_finish:
             return self._act_without_route(now, robot, planning, obstacles)
         self.recovery.end(robot)
@@ -250,7 +259,9 @@ class DriveController:
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
         limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
         target = velocity_towards(bearing, limit, settings)
-        state, detail = self._policy.describe(limit <= _STOPPED_SPEED)
+        velocity = self._smoother.velocity
+        is_stopped = max(velocity.forward, abs(velocity.turn_rate)) <= _WAITING_SPEED
+        state, detail = self._policy.describe(is_stopped)
         return DriveCommand(state, detail, target, (float(x), float(y)))
 
     def _act_without_route(

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,12 +21,14 @@ _AGE_MAX = 1.0  # an obstacle whose position is older is ignored [s]
 _DISTANCE_MAX = 10.0  # an obstacle that is farther away is ignored [m]
 _STEP = 0.1  # of the prediction [s]
 _CLEARER = 0.02  # where an obstacle is nearer than allowed, it may not come nearer by more than this [m]
-_CLEAR_TIME = {
+_CLEAR_TIMES = {
     DriveState.GIVING_WAY: 0.5,
     DriveState.GOING_AROUND: 2.0,
-}  # time without a conflict that ends it [s]
+}  # times without a conflict that end it [s]
 _APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that waits must not be reached
-_AROUND_TIME = 2.5  # a robot that goes around keeps off the path of the obstacle for this time [s]
+AROUND_TIME = 2.5
+"""A robot that goes around keeps off the path of the obstacle for this time [s]."""
+_PATH_MAX = 5.0  # at most for this distance [m]
 
 
 @dataclass(frozen=True)
@@ -57,7 +60,7 @@ def predict_conflict(
     """Return the nearest conflict of a robot that accelerates along its route, None if there is none.
 
     Args:
-        route_map: points of the route [m], shape (n, 2), n at least 1.
+        route_map: points of the route [m], shape (n, 2).
         robot: pose in the map.
         speed: present speed [m/s].
         obstacles: moving obstacles in the map.
@@ -65,6 +68,8 @@ def predict_conflict(
         clearance: least distance between the robot's centre and the edge of an obstacle [m].
         settings: limits of the motion, and the time of the prediction.
     """
+    if not obstacles or len(route_map) == 0:
+        return None
     times = np.arange(0.0, settings.prediction_time + _STEP, _STEP)
     top, acceleration = settings.max_linear_velocity, settings.max_linear_acceleration
     travelled = np.cumsum(np.minimum(top, max(speed, 0.0) + acceleration * times)) * _STEP
@@ -84,7 +89,7 @@ def predict_conflict(
         crosses = np.hypot(*(path[:, None] - places).transpose(2, 0, 1)).min(axis=0) < reach
         later = np.array([obstacle.position_at(now + _APPROACH_FACTOR * time) for time in times])
         is_approaching = bool((np.hypot(*(later - points[0]).T) < reach).any())
-        free, meeting = (float(travelled[int(each.argmax())]) for each in (crosses, meets))
+        free, meeting = (float(travelled[max(int(each.argmax()) - 1, 0)]) for each in (crosses, meets))
         conflicts.append(Conflict(obstacle, free, meeting, is_approaching))
     return min(conflicts, key=lambda each: each.meeting_distance, default=None)
 
@@ -95,6 +100,7 @@ class MovingObstaclePolicy:
     Attributes:
         state: GIVING_WAY or GOING_AROUND; None without a conflict.
         detail: which obstacle, one line; fixed while the state lasts.
+        route_map: points of the route with the latest conflict [m], shape (n, 2).
     """
 
     def __init__(self) -> None:
@@ -104,9 +110,13 @@ class MovingObstaclePolicy:
     def reset(self) -> None:
         """Forget all conflicts, for another goal."""
         self.state: DriveState | None = None
-        self.detail = ''
-        self._route = np.empty((0, 2))
+        self.detail, self.route_map = '', np.empty((0, 2))
         self._began = self._latest = -math.inf
+
+    @property
+    def is_around(self) -> bool:
+        """Whether the robot goes around."""
+        return self.state is DriveState.GOING_AROUND
 
     def describe(self, is_stopped: bool) -> tuple[DriveState, str]:
         """Return state and detail of a robot with a route, which may be stopped."""
@@ -115,72 +125,38 @@ class MovingObstaclePolicy:
         state = DriveState.WAITING if is_stopped else self.state
         return state, f'{state.value} {self.detail}'
 
-    def cells_to_avoid(
-        self, obstacles: Sequence[MovingObstacle], now: float, resolution: float
-    ) -> LocalMap | None:
-        """Return the cells that a robot that goes around keeps off; None in other states."""
-        is_around = self.state is DriveState.GOING_AROUND
-        return obstacle_cells(obstacles, now, _AROUND_TIME, resolution) if is_around else None
-
     def is_waiting_for_route(self, now: float, settings: DrivingSettings) -> bool:
         """Return whether a robot without a route around obstacles should wait for them to leave, at a time [s]."""
-        is_around = self.state is DriveState.GOING_AROUND
-        return is_around and now - self._began <= settings.moving_obstacle_wait
+        return self.is_around and now - self._began <= settings.moving_obstacle_wait
 
     def update(
-        self,
-        route_map: NDArray[np.float64],
-        robot: SE2,
-        speed: float,
-        obstacles: Sequence[MovingObstacle],
-        now: float,
-        clearance: float,
-        settings: DrivingSettings,
+        self, conflict: Conflict | None, route_map: NDArray[np.float64], now: float, settings: DrivingSettings
     ) -> float:
-        """Update the state; return the distance along the route that is free [m], infinite without a conflict.
-
-        Arguments are those of `predict_conflict`; without a route, the last one with a conflict counts.
-        """
-        route = route_map if len(route_map) else self._route
-        conflict = None
-        if len(route) and len(obstacles):
-            conflict = predict_conflict(route, robot, speed, obstacles, now, clearance, settings)
+        """Update the state with the conflict on a route; return how far the route is free [m], infinite without one."""
         if conflict is None:
-            if self.state is not None and now - self._latest > _CLEAR_TIME[self.state]:
+            if self.state is not None and now - self._latest > _CLEAR_TIMES[self.state]:
                 self.reset()
             return math.inf
         self._latest = now
         is_late = now - self._began > settings.moving_obstacle_wait
-        if self.state is None:
-            # An obstacle that comes at the robot would also meet it while it waits.
-            self._enter(
-                DriveState.GOING_AROUND if conflict.is_approaching else DriveState.GIVING_WAY, now, conflict
-            )
-            self._route = route
-        elif self.state is DriveState.GIVING_WAY and (conflict.is_approaching or is_late):
-            self._enter(DriveState.GOING_AROUND, now, conflict)
-        elif self.state is DriveState.GOING_AROUND and is_late and len(route_map):
-            self._enter(DriveState.GIVING_WAY, now, conflict)
-        is_around = self.state is DriveState.GOING_AROUND
-        return conflict.meeting_distance if is_around else conflict.free_distance
-
-    def _enter(self, state: DriveState, now: float, conflict: Conflict) -> None:
-        x, y = conflict.obstacle.position
-        speed = math.hypot(*conflict.obstacle.velocity)
-        self.state, self._began = state, now
-        self.detail = f'at x {x:.1f} m, y {y:.1f} m, with {speed:.1f} m/s'
+        state = self.state
+        if len(route_map) and (state is None or (self.is_around and is_late)):
+            state, self.route_map = DriveState.GIVING_WAY, route_map
+        # An obstacle that comes at the robot would also meet it while it waits.
+        if state is DriveState.GIVING_WAY and (conflict.is_approaching or (is_late and state is self.state)):
+            state = DriveState.GOING_AROUND
+        if state is not self.state:
+            x, y = conflict.obstacle.position
+            speed = math.hypot(*conflict.obstacle.velocity)
+            self.state, self._began = state, now
+            self.detail = f'at x {x:.1f} m, y {y:.1f} m, with {speed:.1f} m/s'
+        return conflict.meeting_distance if self.is_around else conflict.free_distance
 
 
-def nearby_obstacles(
-    obstacles: Sequence[MovingObstacle], robot: SE2, now: float
-) -> tuple[MovingObstacle, ...]:
+def nearby_obstacles(obstacles: Sequence[MovingObstacle], robot: SE2, now: float) -> list[MovingObstacle]:
     """Return the obstacles near the robot at a time [s] whose position is recent."""
-    here = (robot.x, robot.y)
-    return tuple(
-        each
-        for each in obstacles
-        if abs(now - each.stamp) <= _AGE_MAX and math.dist(each.position_at(now), here) <= _DISTANCE_MAX
-    )
+    recent = (each for each in obstacles if abs(now - each.stamp) <= _AGE_MAX)
+    return [each for each in recent if math.dist(each.position_at(now), (robot.x, robot.y)) <= _DISTANCE_MAX]
 
 
 def obstacle_cells(
@@ -189,17 +165,19 @@ def obstacle_cells(
     """Return the cells that obstacles cover from a time [s] on for a duration [s], as occupied; None without any."""
     if not obstacles:
         return None
-    times = now + np.arange(0.0, duration + _STEP, _STEP)[: None if duration else 1]
-    discs = np.array([(*each.position_at(time), each.radius) for each in obstacles for time in times])
-    low, high = (discs[:, :2] - discs[:, 2:]).min(axis=0), (discs[:, :2] + discs[:, 2:]).max(axis=0)
-    first, last = np.floor(low / resolution).astype(int), np.ceil(high / resolution).astype(int)
-    columns, rows = (int(n) for n in last - first)
-    frame = GridFrame(float(first[0] * resolution), float(first[1] * resolution), resolution, columns, rows)
-    centres = frame.centre_of(np.moveaxis(np.indices(frame.shape), 0, -1))
-    covered = np.zeros(frame.shape, dtype=np.bool_)
-    for x, y, radius in discs:
-        covered |= np.hypot(centres[..., 0] - x, centres[..., 1] - y) <= max(radius, resolution)
-    return LocalMap(frame, np.full(frame.shape, OCCUPIED, dtype=np.int8), covered)
+    ends = []
+    for each in obstacles:
+        later = min(duration, _PATH_MAX / max(math.hypot(*each.velocity), 1e-3))
+        ends.append((each.position_at(now), each.position_at(now + later)))
+    cells = np.floor(np.array(ends) / resolution).astype(np.int64)
+    widths = [1 + math.ceil(2.0 * each.radius / resolution) for each in obstacles]
+    low = cells.min(axis=(0, 1)) - max(widths)
+    columns, rows = (int(n) for n in cells.max(axis=(0, 1)) + max(widths) + 1 - low)
+    covered = np.zeros((rows, columns), dtype=np.uint8)
+    for (begin, end), width in zip((cells - low).tolist(), widths, strict=True):
+        cv2.line(covered, begin, end, 1, width)  # a capsule: its ends are round
+    frame = GridFrame(float(low[0] * resolution), float(low[1] * resolution), resolution, columns, rows)
+    return LocalMap(frame, np.full(frame.shape, OCCUPIED, dtype=np.int8), covered > 0)
 
 
 def with_obstacles(global_map: GlobalMap, obstacles: Sequence[MovingObstacle], now: float) -> GlobalMap:
