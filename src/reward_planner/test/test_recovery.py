@@ -126,5 +126,5 @@ def test_a_robot_with_a_wall_behind_does_not_back_up():
         LocalMap(drive.frame, (100 * drive.walls).astype(np.int8), np.ones_like(drive.walls))
     )
     last = drive.run(20.0, until=(DriveState.UNREACHABLE,))
-    assert last.detail.endswith('; not possible: back_up')
+    assert last.detail.endswith('; tried back_up (not possible)')
     assert drive.way() < 1e-6

@@ -75,10 +75,8 @@ class PlannerReport:
         replanner = navigator.controller.replanner
         if replanner is not None:
             values['routes taken'] = str(replanner.replan_count)
-        tried = navigator.controller.recovery.tried
-        if tried:
-            words = {True: '', False: ' (not possible)'}
-            values['recovery'] = ', '.join(f'{each.value}{words[done]}' for each, done in tried.items())
+        if navigator.controller.recovery.tried:
+            values['recovery'] = navigator.controller.recovery.summary
         if navigator.moving_obstacles:
             values['moving obstacles'] = str(len(navigator.moving_obstacles))
         is_ok = self._drive is None or not self._drive.state.needs_attention

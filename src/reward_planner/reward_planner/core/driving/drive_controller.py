@@ -30,10 +30,9 @@ from reward_planner.core.driving.path_following import (
     braking_speed_limit,
     lookahead_point,
     route_speed_limit,
-    turn_rate_for_angle,
     velocity_towards,
 )
-from reward_planner.core.driving.recovery import Recovery
+from reward_planner.core.driving.recovery import Recovery, RecoveryBehavior
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.driving.route_planning import RoutePlanning, RunPlanning, run_at_once
 from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
@@ -43,12 +42,10 @@ from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import DrivingError
 from shirube_core.geometry import SE2, wrap_angle
 
-_TURN_TOLERANCE = 0.02  # tolerance of a commanded turn [rad]
 _STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
 _REACH_MARGIN = 1.0  # of the costmap around the robot, which may be off its route [m]
 _GAP = 0.1  # distance that the robot keeps before the path of a moving obstacle [m]
-_WAITING_SPEED = 0.02  # below this it waits for an obstacle [m/s, rad/s]
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
 
 
@@ -229,7 +226,9 @@ class DriveController:
         if self.command_state.is_stopped or self.command_state.speed_limit <= _STOPPED_SPEED:
             return stop_command(DriveState.STOPPED_BY_LAMP)
         if self.command_state.remaining_turn != 0.0:
-            return DriveCommand(DriveState.TURNING, DriveState.TURNING.value, self._turn_on_command())
+            is_stopped = abs(self._smoother.velocity.forward) <= _STOPPED_SPEED
+            turn = self._turn_in_place(self.command_state.turn_rate(self._settings, is_stopped=is_stopped))
+            return DriveCommand(DriveState.TURNING, DriveState.TURNING.value, turn)
         if self._look_around is not None and self._look_around.update(robot):
             turn = self._turn_in_place(_LOOK_FRACTION * self._settings.max_angular_velocity)
             return DriveCommand(DriveState.LOOKING_AROUND, DriveState.LOOKING_AROUND.value, turn)
@@ -239,10 +238,8 @@ class DriveController:
         """Follow the route (6.) towards the lookahead point, or act as long as there is none."""
         obstacles, settings = nearby_obstacles(self.moving_obstacles, robot, now), self._settings
         # Moving obstacles: wait for them, or plan around them. Without a route, the last one with a conflict counts.
-        clearance, speed = (
-            self._planner.robot_radius + settings.clearance_margin,
-            self._smoother.velocity.forward,
-        )
+        clearance = self._planner.robot_radius + settings.clearance_margin
+        speed = self._smoother.velocity.forward
         points = planning.points_map if len(planning.points_map) else self._policy.route_map
         conflict = predict_conflict(points, robot, speed, obstacles, now, clearance, settings)
         free = self._policy.update(conflict, planning.points_map, now, settings)
@@ -253,15 +250,12 @@ class DriveController:
         self.recovery.end(robot)
         # The costmap around the robot is fresh in each cycle; the route may be older.
         reach = settings.lookahead + 2.0 * self._smoother.braking_distance() + _REACH_MARGIN
-        known = with_obstacles(self._global_map, obstacles, now)
-        costmap = planning.costmap_around(known, robot, reach)
+        costmap = planning.costmap_around(with_obstacles(self._global_map, obstacles, now), robot, reach)
         x, y = lookahead_point(costmap, robot, planning.points_map, settings.lookahead)
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
         limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
         target = velocity_towards(bearing, limit, settings)
-        velocity = self._smoother.velocity
-        is_stopped = max(velocity.forward, abs(velocity.turn_rate)) <= _WAITING_SPEED
-        state, detail = self._policy.describe(is_stopped)
+        state, detail = self._policy.describe(self._smoother.velocity)
         return DriveCommand(state, detail, target, (float(x), float(y)))
 
     def _act_without_route(
@@ -269,7 +263,7 @@ class DriveController:
     ) -> DriveCommand:
         """Return what to do without a route: wait for it, recover, or give up with the reason."""
         reason = planning.no_route_reason
-        if not planning.is_planned and self.recovery.behavior is None:
+        if not planning.is_planned and self.recovery.behavior in (None, RecoveryBehavior.REPLAN):
             return stop_command(DriveState.PLANNING)
         if self._policy.is_waiting_for_route(now, self._settings):
             return stop_command(DriveState.WAITING, f'{DriveState.WAITING.value}: no route around it')
@@ -281,7 +275,8 @@ class DriveController:
                 turns = velocity.turn_rate != 0.0
                 target = self._turn_in_place(velocity.turn_rate) if turns else velocity
                 return DriveCommand(DriveState.RECOVERING, f'{self.recovery.detail} ({why})', target)
-        return stop_command(DriveState.UNREACHABLE, f'{why}{self.recovery.summary}')
+        tried = self.recovery.summary
+        return stop_command(DriveState.UNREACHABLE, f'{why}; tried {tried}' if tried else why)
 
     def _is_stuck(self, now: float, velocity: Velocity) -> bool:
         """Return whether a robot that should drive has not moved for long."""
@@ -289,14 +284,6 @@ class DriveController:
         if moves or not now >= self._last_motion_time:
             self._last_motion_time = now
         return now - self._last_motion_time > _STUCK_TIMEOUT
-
-    def _turn_on_command(self) -> Velocity:
-        remaining = self.command_state.remaining_turn
-        is_stopped = self._smoother.velocity.forward <= _STOPPED_SPEED
-        if is_stopped and abs(remaining) <= _TURN_TOLERANCE:
-            self.command_state.cancel_turn()
-            return Velocity()
-        return self._turn_in_place(turn_rate_for_angle(remaining, self._settings))
 
     def _turn_in_place(self, turn_rate: float) -> Velocity:
         """Return a turn rate [rad/s] once the robot has stopped."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from reward_planner.core.driving.drive_state import DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.moving_obstacle import MovingObstacle
+from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
 from shirube_core.geometry import SE2
@@ -26,6 +27,7 @@ _CLEAR_TIMES = {
     DriveState.GOING_AROUND: 2.0,
 }  # times without a conflict that end it [s]
 _APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that waits must not be reached
+_WAITING_SPEED = 0.02  # below this the robot waits [m/s, rad/s]
 AROUND_TIME = 2.5
 """A robot that goes around keeps off the path of the obstacle for this time [s]."""
 _PATH_MAX = 5.0  # at most for this distance [m]
@@ -118,10 +120,11 @@ class MovingObstaclePolicy:
         """Whether the robot goes around."""
         return self.state is DriveState.GOING_AROUND
 
-    def describe(self, is_stopped: bool) -> tuple[DriveState, str]:
-        """Return state and detail of a robot with a route, which may be stopped."""
+    def describe(self, velocity: Velocity) -> tuple[DriveState, str]:
+        """Return state and detail of a robot with a route and a velocity."""
         if self.state is None:
             return DriveState.DRIVING, DriveState.DRIVING.value
+        is_stopped = max(velocity.forward, abs(velocity.turn_rate)) <= _WAITING_SPEED
         state = DriveState.WAITING if is_stopped else self.state
         return state, f'{state.value} {self.detail}'
 

@@ -88,12 +88,9 @@ class Recovery:
 
     @property
     def summary(self) -> str:
-        """What was tried in vain, to be added to a reason."""
-        parts = []
-        for words, was_possible in (('tried', True), ('not possible:', False)):
-            names = ', '.join(each.value for each, possible in self.tried.items() if possible is was_possible)
-            parts += [f'; {words} {names}'] if names else []
-        return ''.join(parts)
+        """Names of the behaviors that were tried in vain."""
+        words = {True: '', False: ' (not possible)'}
+        return ', '.join(f'{each.value}{words[done]}' for each, done in self.tried.items())
 
     def can_help(self, reason: NoRoute | None, route_count: int) -> bool:
         """Return whether recovery makes sense for a reason; not for a goal that was in an obstacle from the start."""
