@@ -80,13 +80,14 @@ class Navigator:
         moving_obstacles: obstacles that move; they are not in the map.
     """
 
+    moving_obstacles: Sequence[MovingObstacle] = ()
+
     def __init__(self, mount: CameraMount, settings: NavigatorSettings) -> None:
         """Start with an empty map; ``mount`` is the pose of the sensor's optical frame in the base frame."""
         self._settings = settings
         self.mapper = ObstacleMapper(mount, settings.voxels, settings.mapping)
         planning = (settings.planner, settings.reward, settings.driving)
         self.controller = DriveController(self.mapper.map, *planning, clear_around=self.clear_around)
-        self.moving_obstacles: Sequence[MovingObstacle] = ()
         self.message_filter: PoseMessageFilter[SensorFrame] = PoseMessageFilter(settings.mapping.pose_wait)
         self.pose_status_counts: Counter[PoseStatus] = Counter()
         self._pose_buffer = PoseBuffer(settings.mapping)
