@@ -130,6 +130,22 @@ def test_each_goal_gets_its_plan_and_a_latecomer_the_newest(graph):
     assert robot.robot.count_publishers('/cmd_vel') == 0
 
 
+def test_without_a_route_the_robot_recovers_and_then_gives_up_with_the_reason(graph, tmp_path, capfd):
+    cells = np.zeros((60, 100), dtype=np.int8)
+    cells[[9, 50], 9:71] = cells[9:51, [9, 70]] = 100  # the walls of the room
+    save_occupancy_map(tmp_path / 'hall.yaml', OccupancyMap(GridFrame(-2.0, -3.0, 0.1, 100, 60), cells))
+    values = {'recovery': 'clear wait', 'recovery_wait': 0.5, 'map_file': str(tmp_path / 'hall.yaml')}
+    robot = Robot(graph, drive=True, **values)
+    robot.drive_to(SE2(6.5, 0.0, 0.0), 5.0)
+    reason = 'no path to the goal: obstacles block every path'
+    status = robot.message()
+    assert status.message == f'{reason}; tried clear, wait'
+    assert ('recovery', 'clear, wait') in [(each.key, each.value) for each in status.values]
+    lines = capfd.readouterr().err
+    assert f'recovering: clear ({reason})' in lines
+    assert f'recovering: wait ({reason})' in lines
+
+
 def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     robot = Robot(graph, drive=True)
     robot.drive_to(AHEAD)

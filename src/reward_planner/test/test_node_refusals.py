@@ -170,6 +170,7 @@ def test_a_pose_that_is_not_of_now_does_not_stop_the_robot(graph):
         ({'save_file': 'hall.pgm'}, 'hall.pgm: is not a name for the YAML file of a map'),
         ({'height_min': 2.0}, 'height_min is 2, it must be lower'),
         ({'log_odds_occupied': 4.0}, 'log_odds_occupied is 4, it may not be more; log_odds_max is 3.5'),
+        ({'recovery': 'wait dance'}, "recovery is 'wait dance'; give names of look_around, wait"),
         ({'source': 'trinocular', 'depth.block': 4}, 'disparities is 64 and block 4'),
     ],
 )
