@@ -127,7 +127,7 @@ def test_a_goal_behind_walls_is_reported_unreachable_and_the_robot_stops():
     assert last.state is DriveState.UNREACHABLE
     assert last.detail == (
         'no path to the goal: obstacles block every path; '
-        'tried look_around, wait, back_up, clear (not possible), replan'
+        'tried look_around, wait, back_up, clear (not possible), replan, wait, clear (not possible)'
     )
     assert is_stopped(drive.run(2.0))
 

@@ -62,7 +62,7 @@ class DrivingSettings:
         'that sees all around or turns itself',
     )
     recovery: str = setting(
-        'look_around wait back_up clear replan',
+        'look_around wait back_up clear replan wait clear',
         'recovery behaviors in their order, of look_around, wait, back_up, clear and replan, for a robot without a '
         'route; empty for none',
     )
@@ -73,7 +73,7 @@ class DrivingSettings:
         0.3, 'distance of the recovery behavior back_up', unit='m', minimum=0.0, maximum=5.0
     )
     recovery_radius: float = setting(
-        2.0,
+        5.0,
         'the recovery behavior clear clears the map within this radius',
         unit='m',
         minimum=0.0,

@@ -47,7 +47,7 @@ def parse_recovery(names: str) -> tuple[RecoveryBehavior, ...]:
 
 
 class Recovery:
-    """Runs each behavior once, in the order of the settings, until there is a route; each ends after a bounded time.
+    """Runs the behaviors in the order of the settings until there is a route; each ends after a bounded time.
 
     All are allowed again at another place and for another goal.
 
@@ -69,7 +69,7 @@ class Recovery:
     def reset(self) -> None:
         """Allow all behaviors again, for another goal."""
         self.behavior: RecoveryBehavior | None = None
-        self.tried: dict[RecoveryBehavior, bool] = {}
+        self.tried: list[tuple[RecoveryBehavior, bool]] = []
         self._place: SE2 | None = None
         self._last = SE2(0.0, 0.0, 0.0)
         self._latest = math.nan
@@ -90,7 +90,7 @@ class Recovery:
     def summary(self) -> str:
         """Names of the behaviors that were tried in vain."""
         words = {True: '', False: ' (not possible)'}
-        return ', '.join(f'{each.value}{words[done]}' for each, done in self.tried.items())
+        return ', '.join(f'{each.value}{words[done]}' for each, done in self.tried)
 
     def can_help(self, reason: NoRoute | None, route_count: int) -> bool:
         """Return whether recovery makes sense for a reason; not for a goal that was in an obstacle from the start."""
@@ -126,18 +126,17 @@ class Recovery:
         velocity = None if self.behavior is None else self._run(self.behavior, robot, known, radius, settings)
         self._last = robot
         while velocity is None:
-            left = [each for each in parse_recovery(settings.recovery) if each not in self.tried]
-            if not left:
-                self.behavior = None
+            left = parse_recovery(settings.recovery)[len(self.tried) :]
+            self.behavior, self._elapsed, self._progress = left[0] if left else None, 0.0, 0.0
+            if self.behavior is None:
                 return None
-            self.behavior, self._elapsed, self._progress = left[0], 0.0, 0.0
             if self.behavior is RecoveryBehavior.CLEAR and self._clear is not None:
                 self._clear(robot, settings.recovery_radius)
             elif self.behavior is RecoveryBehavior.REPLAN:
                 self._replan()
             velocity = self._run(self.behavior, robot, known, radius, settings)
             is_missing = self.behavior is RecoveryBehavior.CLEAR and self._clear is None
-            self.tried[self.behavior] = velocity is not None and not is_missing
+            self.tried.append((self.behavior, velocity is not None and not is_missing))
         return velocity
 
     def _run(
