@@ -164,7 +164,8 @@ class Recovery:
             case RecoveryBehavior.WAIT:
                 return None if self._elapsed >= settings.recovery_wait else Velocity()
             case _:
-                return None if self._elapsed >= _SETTLE_TIME else Velocity()
+                # Longer than a route must wait, so that a route that was found is followed first.
+                return None if self._elapsed >= _SETTLE_TIME + _STEP_MAX else Velocity()
 
 
 def free_distance_behind(known: GlobalMap, robot: SE2, radius: float, distance_max: float) -> float:
