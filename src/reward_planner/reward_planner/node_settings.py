@@ -62,6 +62,11 @@ class NodeSettings(CameraSettings):
         -1.0, 'change of the speed limit of a mask from each value to the next', minimum=-1e4, maximum=1e4
     )
     drive: bool = setting(False, 'whether the node drives the robot by cmd_vel')
+    planning_thread: bool = setting(
+        True,
+        'whether routes are planned beside the control loop, which then publishes cmd_vel without gaps; false for '
+        'replays in lockstep, whose results do not depend on the computing time',
+    )
     depth: DepthSettings = field(default_factory=DepthSettings)
 
 

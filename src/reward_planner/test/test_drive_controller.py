@@ -146,7 +146,10 @@ def test_a_goal_behind_walls_is_reported_unreachable_and_the_robot_stops():
     drive.controller.set_goal(goal_at(8.0, 3.0))
     last = drive.run(200.0, until=(DriveState.UNREACHABLE, DriveState.GOAL_REACHED))
     assert last.state is DriveState.UNREACHABLE
-    assert last.detail == 'no path to the goal: obstacles block every path'
+    assert last.detail == (
+        'no path to the goal: obstacles block every path; '
+        'tried look_around, wait, back_up, clear (not possible), replan, wait, clear (not possible)'
+    )
     assert is_stopped(drive.run(2.0))
 
 

@@ -76,10 +76,14 @@ class InflatedCostmap:
         else:
             union = _union(self.frame, frame)
             frame = union if union.size <= global_map.cells_max else frame
+        self.cover_frame(global_map, frame)
+        return True
+
+    def cover_frame(self, global_map: GlobalMap, frame: GridFrame) -> None:
+        """Cover a frame of the map's resolution, and nothing else."""
         self._allocate(frame)
         self._keepout = global_map.masks.keepout_costs(frame)
         self.refresh(global_map, frame)
-        return True
 
     def refresh(self, global_map: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
         """Update the costmap where the map changed; return the cells whose cost changed, shape (n, 2)."""

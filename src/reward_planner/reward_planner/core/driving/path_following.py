@@ -12,6 +12,8 @@ from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.velocity_smoother import Velocity
 from shirube_core.geometry import SE2
 
+CELL_MARGIN = 0.75
+"""From the centre of an occupied cell to its edge, rounded up [cells]."""
 _SAMPLES_PER_CELL = 2.0
 _EXIT_DISTANCE = 1.5  # a robot on an occupied cell may drive on if it leaves it within this distance [cells]
 _KEPT_FRACTION = 0.5  # of the clearance that a route keeps above the least one
@@ -98,3 +100,24 @@ def obstacle_speed_limit(gap: float, settings: DrivingSettings) -> float:
     fastest = settings.max_linear_velocity
     slowest = min(_SLOWEST, _SLOWEST_FRACTION * fastest)
     return max(slowest, fastest * min(1.0, gap / settings.slow_distance))
+
+
+def route_speed_limit(
+    costmap: InflatedCostmap,
+    robot: SE2,
+    robot_radius: float,
+    points_map: NDArray[np.float64],
+    distance_max: float,
+    settings: DrivingSettings,
+) -> float:
+    """Return the speed that obstacles up to a distance straight ahead [m], and the end of the route, allow [m/s]."""
+    radius = robot_radius + CELL_MARGIN * costmap.frame.resolution
+    free_distance, clearance = check_path_ahead(costmap, robot, radius, distance_max)
+    # The nearest point may be behind the robot; the next one is ahead.
+    ahead = points_map[min(1, len(points_map) - 1) :]
+    to_goal = float(np.hypot(*np.diff(ahead, axis=0).T).sum()) + math.hypot(*(ahead[0] - (robot.x, robot.y)))
+    return min(
+        obstacle_speed_limit(clearance - robot_radius, settings),
+        braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
+        braking_speed_limit(to_goal, settings),
+    )

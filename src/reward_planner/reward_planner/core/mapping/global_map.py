@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,12 +72,24 @@ class GlobalMap:
             observed = local.observed[part]
             if not observed.any():
                 continue
-            if index not in self._blocks:
-                if (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
-                    self.rejected_cells += int(observed.sum())
-                    continue
-                self._blocks[index] = np.full((_BLOCK, _BLOCK), UNKNOWN, dtype=np.int8)
-            self._blocks[index][block][observed] = local.occupancy[part][observed]
+            if index not in self._blocks and (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
+                self.rejected_cells += int(observed.sum())
+                continue
+            # A new block: snapshots keep the old one.
+            known = self._blocks.get(index)
+            cells = np.full((_BLOCK, _BLOCK), UNKNOWN, dtype=np.int8) if known is None else known.copy()
+            cells[block][observed] = local.occupancy[part][observed]
+            self._blocks[index] = cells
+
+    def snapshot(self) -> GlobalMap:
+        """Return a copy that later changes of either map leave as it is, for another thread; it shares the blocks."""
+        snapshot = copy(self)
+        snapshot.replace_by(self)
+        return snapshot
+
+    def replace_by(self, other: GlobalMap) -> None:
+        """Take the cells of another map of the same resolution."""
+        self._blocks = dict(other._blocks)
 
     def frame(self) -> GridFrame | None:
         """Return the smallest rectangle of blocks around all known cells, None if there are none."""

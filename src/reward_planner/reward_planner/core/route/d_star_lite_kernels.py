@@ -157,7 +157,7 @@ def _compact_open_list(state: SearchState, open_list: OpenList) -> OpenList:
     return OpenList(keys, cells, size)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def apply_changes(
     state: SearchState, cells: NDArray[np.int64], costs: NDArray[np.uint8]
 ) -> NDArray[np.int64]:
@@ -173,7 +173,7 @@ def apply_changes(
     return changed[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def replan(
     state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
 ) -> tuple[OpenList, NDArray[np.int64]]:
