@@ -87,7 +87,6 @@ def run_mission(
     """
     began, waveforms = monotonic(), lamp_waveforms(read_key(files.key))
     sensors = MissionSensors(seed, waveforms)
-    walking = mission_pedestrians(seed, people, sensors.room, sensors.layout)
     controller, lock = _controller(seed, sensors.layout.start), Lock()
     with ExitStack() as stack:
         port = stack.enter_context(PseudoTerminal(controller, lock)).path
@@ -96,12 +95,13 @@ def run_mission(
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
         subscribers = MissionSubscribers(node)
-        parts = controller, lock, sensors, worker, subscribers
-        steps = Simulator(node, executor, *parts, processes.has_ended, walking)
+        moved = controller, lock, sensors, worker, subscribers, processes.has_ended
+        steps = Simulator(
+            node, executor, *moved, mission_pedestrians(seed, people, sensors.room, sensors.layout)
+        )
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
-        record = MissionRecord(seed)
-        stopwatch = Stopwatch(processes, worker)
-        mission = Mission(sensors, controller, subscribers, steps, record, processes, stopwatch, is_kidnapped)
+        parts = sensors, controller, subscribers, steps, MissionRecord(seed), processes
+        mission = Mission(*parts, Stopwatch(processes, worker), is_kidnapped)
         ready, finished = _drive(mission, executor, log, began)
         if bag:
             log(f'recorded {bag.write()} messages in {bag.path}')

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.safety.cell_classes import classify
 from reward_planner.core.safety.range_frame import RangeFrame
 from reward_planner.core.safety.range_kernels import (
     CELL,
@@ -18,7 +19,6 @@ from reward_planner.core.safety.range_kernels import (
     Cells,
     bin_rays,
     carve,
-    classify,
     clear,
     insert,
     passed,
