@@ -75,7 +75,7 @@ def run_mission(
         folder: existing folder for logs.
         log: called with a line for each event.
         record_to: folder of the recorded bag; None records no bag.
-        launched: whether the nodes are started elsewhere, on the default ROS domain; their parameter files are written.
+        launched: whether the nodes are started elsewhere, on the default domain; their parameter files are written.
         planner: one of `PLANNERS`.
         is_kidnapped: whether the robot is carried away at the first goal.
         people: number of people who walk in the room.
@@ -86,22 +86,21 @@ def run_mission(
         BagError: the bag exists, or cannot be written.
     """
     began, waveforms = monotonic(), lamp_waveforms(read_key(files.key))
-    sensors = MissionSensors(seed, waveforms)
-    controller, lock = _controller(seed, sensors.layout.start), Lock()
+    sensors, lock = MissionSensors(seed, waveforms), Lock()
+    walking = mission_pedestrians(seed, people, sensors.room, sensors.layout)
+    controller = _controller(seed, sensors.layout.start)
     with ExitStack() as stack:
-        port = stack.enter_context(PseudoTerminal(controller, lock)).path
-        nodes = mission_nodes(files, port, planner)
-        domain, processes = _start_nodes(stack, nodes, folder, log, launched=launched)
+        setups = mission_nodes(files, stack.enter_context(PseudoTerminal(controller, lock)).path, planner)
+        domain, nodes = _start_nodes(stack, setups, folder, log, launched=launched)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
-        subscribers = MissionSubscribers(node)
-        moved = controller, lock, sensors, worker, subscribers, processes.has_ended
+        received = MissionSubscribers(node)
         steps = Simulator(
-            node, executor, *moved, mission_pedestrians(seed, people, sensors.room, sensors.layout)
+            node, executor, controller, lock, sensors, worker, received, nodes.has_ended, walking
         )
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
-        parts = sensors, controller, subscribers, steps, MissionRecord(seed), processes
-        mission = Mission(*parts, Stopwatch(processes, worker), is_kidnapped)
+        parts = sensors, controller, received, steps, MissionRecord(seed), nodes
+        mission = Mission(*parts, Stopwatch(nodes, worker), is_kidnapped)
         ready, finished = _drive(mission, executor, log, began)
         if bag:
             log(f'recorded {bag.write()} messages in {bag.path}')
