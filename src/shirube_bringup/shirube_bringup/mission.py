@@ -18,8 +18,8 @@ from shirube_bringup.simulator import STEP_MS, Simulator
 from shirube_bringup.subscribers import MissionSubscribers, StampedPose
 from shirube_core.geometry import SE2
 
-_FIRST_POSE, _GOAL_TIME = 10.0, 90.0
-"""Timeouts for the first pose and for each goal, in mission time [s]."""
+_FIRST_POSE, _GOAL_TIME, _GOAL_TIME_AMONG_PEOPLE = 10.0, 90.0, 180.0
+"""Timeouts for the first pose and for each goal, also while people walk around, in mission time [s]."""
 
 _STATIONARY_TIME = 1.0
 """A robot without motion for this long is stationary [s]."""
@@ -155,7 +155,8 @@ class Mission:
             is_fresh = status_time >= 1e-3 * (self.steps.now - stationary_ms) + _STATIONARY_TIME
             return status == _REACHED and status_time > 1e-3 * start + 0.5 and is_fresh
 
-        reached = self._step_until(is_goal_done, _GOAL_TIME)
+        seconds = _GOAL_TIME_AMONG_PEOPLE if self.steps.people else _GOAL_TIME
+        reached = self._step_until(is_goal_done, seconds)
         truth = self.controller.T_world_base
         fused = self.subscribers.fused[-1]
         then = self.controller.pose_at(fused.time)

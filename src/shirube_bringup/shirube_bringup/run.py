@@ -81,8 +81,7 @@ def run_mission(
         people: number of people who walk in the room.
 
     Raises:
-        MissionError: a node did not start.
-        ReplayError: a node does not respond before the first step.
+        MissionError, ReplayError: a node did not start, or does not respond before the first step.
         BagError: the bag exists, or cannot be written.
     """
     began, waveforms = monotonic(), lamp_waveforms(read_key(files.key))

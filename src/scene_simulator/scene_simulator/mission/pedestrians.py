@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
+from scipy.spatial.distance import cdist
 
 from scene_simulator.errors import SceneError
 from scene_simulator.mission.layout import ROOM, MissionLayout
@@ -29,8 +30,8 @@ _PERSONAL_SPACE, _AHEAD = 0.85, math.radians(70.0)
 """A person waits for a robot as near as this from middle to middle [m], and within this angle of the way [rad]."""
 _TURN_AFTER = 2.0
 """A person who waited this long turns round [s]."""
-_START_DISTANCE = 1.5
-"""Least distance from the robot's start [m]."""
+_STOP_DISTANCE = 0.8
+"""Least distance of a way from the robot's start and goals [m]."""
 _STREAM, _TRIES = 12, 2000
 
 
@@ -90,6 +91,7 @@ def mission_pedestrians(
     """Return people of a seed on ways without furniture, or raise a SceneError if there are none."""
     rng, found = np.random.default_rng((seed, _STREAM)), list[Pedestrian]()
     is_free = _free_cells(room)
+    stops = np.array([(pose.x, pose.y) for pose in (layout.start, *layout.goals)])
     for _ in range(_TRIES):
         if len(found) == count:
             return found
@@ -97,7 +99,7 @@ def mission_pedestrians(
         speed = rng.uniform(*_SPEEDS)
         steps = np.linspace(start, end, math.ceil(math.dist(start, end) / _CELL) + 2)
         columns, rows = np.floor(steps / _CELL).astype(np.int64).T
-        is_far = math.dist(start, (layout.start.x, layout.start.y)) > _START_DISTANCE
+        is_far = cdist(steps, stops).min() > _STOP_DISTANCE
         if math.dist(start, end) >= _LENGTH_MIN and is_far and is_free[rows, columns].all():
             found.append(Pedestrian((start[0], start[1]), (end[0], end[1]), speed))
     if len(found) == count:
