@@ -6,7 +6,13 @@ starts when this topic has a subscriber; use the images of the localizer that st
 `use_sim_time`. With `namespace`, the nodes subscribe to topics of that name; the bag is that of a robot in it.
 """
 
-from launch.actions import DeclareLaunchArgument, EmitEvent, IncludeLaunchDescription, RegisterEventHandler
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    IncludeLaunchDescription,
+    OpaqueFunction,
+    RegisterEventHandler,
+)
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.launch_description_sources import PythonLaunchDescriptionSource
@@ -14,7 +20,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
-from shirube_bringup.launching import declare, share
+from shirube_bringup.launching import check_path, declare, share
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -43,5 +49,8 @@ def generate_launch_description() -> LaunchDescription:
         launch_arguments={'driver': 'none', 'motors': 'false', 'use_sim_time': 'true'}.items(),
     )
     bag = DeclareLaunchArgument('bag', description='folder of the bag')
+    check = OpaqueFunction(
+        function=lambda context: check_path('bag', LaunchConfiguration('bag').perform(context))
+    )
     end = RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[EmitEvent(event=Shutdown())]))
-    return LaunchDescription([bag, *declare(arguments), robot, player, end])
+    return LaunchDescription([bag, *declare(arguments), check, robot, player, end])

@@ -23,10 +23,23 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from launch import LaunchContext, LaunchDescription
-from shirube_bringup.launching import ROBOT, declare, parameter_in, share
+from shirube_bringup.launching import ROBOT, check_files, check_path, declare, parameter_in, share
 from shirube_bringup.launching import include as include_from
 
 given = LaunchConfiguration
+
+PARTS = {
+    'floor_localizer': 'floor',
+    'stereo_landmark': 'stereo',
+    'vlc_beacon': 'vlc',
+    'pose_arbiter': '',
+    'reward_planner': 'planner',
+    'motor_bridge': 'motors',
+}
+"""The nodes, and the arguments that start them."""
+
+FILES = {'stereo_landmark': 'places_dir', 'vlc_beacon': 'beacons_file'}
+"""Nodes that are left out without a file, and its argument."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -50,17 +63,15 @@ def generate_launch_description() -> LaunchDescription:
         **ROBOT,
         'use_sim_time': ('false', 'use /clock'),
     }
-    choice = OpaqueFunction(function=leave_out)
-    return LaunchDescription([driver, *declare(arguments), choice, *parts(), description()])
+    checks = [OpaqueFunction(function=leave_out), OpaqueFunction(function=check_parts)]
+    return LaunchDescription([driver, *declare(arguments), *checks, *parts(), description()])
 
 
 def leave_out(context: LaunchContext) -> list[LogInfo]:
     """Leave out the localizers that are not asked for and whose file is not given; return a line for each."""
     lines = []
-    for name, package, file in (
-        ('stereo', 'stereo_landmark', 'places_dir'),
-        ('vlc', 'vlc_beacon', 'beacons_file'),
-    ):
+    for package, file in FILES.items():
+        name = PARTS[package]
         if given(name).perform(context) != 'auto':
             continue
         params_file = Path(given('config').perform(context)) / f'{package}.yaml'
@@ -70,6 +81,17 @@ def leave_out(context: LaunchContext) -> list[LogInfo]:
             remedy = f'give {file}:=PATH, or set it in {params_file}'
             lines.append(LogInfo(msg=f'{package} is left out, as {file} is not set; {remedy}'))
     return lines
+
+
+def check_parts(context: LaunchContext) -> None:
+    """Raise a MissingFileError before a node is started."""
+    check_path('description', given('description').perform(context))
+    for package, name in PARTS.items():
+        if name and given(name).perform(context).lower() not in ('true', '1'):
+            continue
+        file = FILES.get(package)
+        paths = {file: given(file).perform(context)} if file else {}
+        check_files(package, Path(given('config').perform(context)) / f'{package}.yaml', paths)
 
 
 def parts() -> list[GroupAction]:

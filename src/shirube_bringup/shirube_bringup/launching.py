@@ -24,6 +24,19 @@ ROBOT = {
 """Launch arguments of every robot: with them, several robots are in one graph."""
 
 
+REQUIRED_FILES = {'stereo_landmark': ('places_dir',), 'vlc_beacon': ('beacons_file',)}
+"""Parameters of nodes that name files or folders which the node needs."""
+
+OPTIONAL_FILES = {
+    'floor_localizer': ('map_file',),
+    'reward_planner': ('map_file',),
+    'vlc_beacon': ('key_file',),
+}
+"""The same, but they may be empty."""
+
+_FLAG_VALUES = ['true', 'false', 'True', 'False', '1', '0']
+
+
 class MissingFileError(Exception):
     """A file that a node needs is missing; the launch stops with this line."""
 
@@ -36,9 +49,14 @@ def share(*parts: str) -> PathJoinSubstitution:
 def declare(arguments: Mapping[str, tuple[Any, str]]) -> list[DeclareLaunchArgument]:
     """Return launch arguments, given default and description of each by name."""
     return [
-        DeclareLaunchArgument(name, default_value=default, description=text)
+        DeclareLaunchArgument(name, default_value=default, description=text, choices=_choices(default))
         for name, (default, text) in arguments.items()
     ]
+
+
+def _choices(default: object) -> list[str] | None:
+    """Return the values that a flag may have: a wrong one must stop the launch before a node is started."""
+    return [*_FLAG_VALUES, 'auto'] if default in ('true', 'false', 'auto') else None
 
 
 def single_node(
@@ -48,8 +66,6 @@ def single_node(
     *,
     flags: Sequence[str] = (),
     paths: Sequence[str] = (),
-    required: Sequence[str] = (),
-    optional: Sequence[str] = (),
 ) -> LaunchDescription:
     """Return a node with its parameter file, and its launch arguments.
 
@@ -59,15 +75,13 @@ def single_node(
         topics: remapped topics; by default those of the arguments' names.
         flags: arguments that are boolean parameters of the node; they have precedence over the parameter file.
         paths: arguments that are parameters of the node unless they are empty.
-        required: parameters that name files or folders which the node needs.
-        optional: the same, but they may be empty.
     """
 
     def start_node(context: LaunchContext) -> list[Node]:
         switched = [{name: ParameterValue(LaunchConfiguration(name), value_type=bool)} for name in flags]
         given = {name: LaunchConfiguration(name).perform(context) for name in paths}
         params_file = Path(LaunchConfiguration('params_file').perform(context))
-        check_files(params_file, given, required, optional)
+        check_files(package, params_file, given)
         prefix, trees = frame_prefix(context)
         parameters = [*switched, *prefix, *({name: path} for name, path in given.items() if path)]
         return [
@@ -97,20 +111,27 @@ def frame_prefix(context: LaunchContext) -> tuple[list[dict[str, str]], list[tup
     return ([{'frame_prefix': prefix}], []) if prefix else ([], [('/tf', 'tf'), ('/tf_static', 'tf_static')])
 
 
-def check_files(
-    params_file: Path, given: Mapping[str, str], required: Sequence[str], optional: Sequence[str]
-) -> None:
-    """Raise a MissingFileError if the parameter file, or a file that it or an argument names, is missing."""
+def check_files(package: str, params_file: Path, given: Mapping[str, str]) -> None:
+    """Raise a MissingFileError if a node's parameter file, or a file that it or an argument names, is missing.
+
+    ROS launch does not end the nodes that it has started before an error: check all files first.
+    """
     if not params_file.is_file():
         raise MissingFileError(
             f'params_file {params_file} does not exist; give the absolute path of your copy'
         )
-    for name in (*required, *optional):
+    required = REQUIRED_FILES.get(package, ())
+    for name in (*required, *OPTIONAL_FILES.get(package, ())):
         path = given.get(name) or parameter_in(params_file, name)
-        if path and not Path(path).exists():
-            raise MissingFileError(f'{name} {path} does not exist; give an absolute path')
+        check_path(name, path)
         if not path and name in required:
             raise MissingFileError(f'{name} is not set; give {name}:=PATH, or set it in {params_file}')
+
+
+def check_path(name: str, path: str) -> None:
+    """Raise a MissingFileError if the file or folder of an argument is missing; an empty path is none."""
+    if path and not Path(path).exists():
+        raise MissingFileError(f'{name} {path} does not exist; give an absolute path')
 
 
 def parameter_in(params_file: Path, name: str) -> str:
