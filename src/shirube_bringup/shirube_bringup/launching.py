@@ -56,7 +56,11 @@ def declare(arguments: Mapping[str, tuple[Any, str]]) -> list[DeclareLaunchArgum
 
 def _choices(default: object) -> list[str] | None:
     """Return the values that a flag may have: a wrong one must stop the launch before a node is started."""
-    return [*_FLAG_VALUES, 'auto'] if default in ('true', 'false', 'auto') else None
+    return (
+        [*_FLAG_VALUES, *(['auto'] if default == 'auto' else [])]
+        if default in ('true', 'false', 'auto')
+        else None
+    )
 
 
 def single_node(
