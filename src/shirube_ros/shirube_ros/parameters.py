@@ -93,7 +93,10 @@ def _is_fixed_value(node: Node, parameter: Parameter) -> bool:
         return False
     given, current = parameter.value, node.get_parameter(parameter.name).value
     if isinstance(current, Sequence) and not isinstance(current, str):
-        given, current = list(given or ()), list(current)  # lists and arrays, of which ROS reads an empty one as None
+        given, current = (
+            list(given or ()),
+            list(current),
+        )  # lists and arrays, of which ROS reads an empty one as None
     return bool(given == current and isinstance(given, bool) == isinstance(current, bool))
 
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import sys
 
-from reward_planner.collision_monitor_node import main
+from shirube_ros.start import run_main
 
-__all__ = ['main']
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_main('reward_planner.collision_monitor_node')
+
 
 if __name__ == '__main__':
     sys.exit(main())
