@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import sys
+from typing import NoReturn
 
 from shirube_ros.start import run_main
 
 
-def main() -> int:
+def main() -> NoReturn:
     """Run the node until SIGINT or SIGTERM."""
-    return run_main('reward_planner.collision_monitor_node')
+    run_main('reward_planner.collision_monitor_node')
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

@@ -27,6 +27,9 @@ NAVIGATE, FOLLOW = 'navigate_to_pose', 'follow_path'
 PROBLEM_TIMEOUT = 10.0
 """Time without a route, pose or map, or without motion, after which a goal is aborted [s]."""
 
+_SLOW = 0.01
+"""Speed below which the remaining time is not estimated [m/s]."""
+
 _CODES = {
     DriveState.LOST: 'NO_VALID_CONTROL',
     DriveState.MAP_STALE: 'NO_VALID_CONTROL',
@@ -172,11 +175,13 @@ class NavigationServer:
         points, pose = self._navigator.controller.points_map, self._navigator.controller.fresh_pose(now)
         to_route = 0.0 if pose is None or not len(points) else math.dist(points[0], (pose.x, pose.y))
         distance = path_length(points) + to_route if len(points) else 0.0
+        speed = 0.0 if drive.velocity is None else drive.velocity.forward
         if self._name == FOLLOW:
-            speed = 0.0 if drive.velocity is None else drive.velocity.forward
             return self._actions.FollowPath.Feedback(distance_to_goal=distance, speed=speed)
         feedback = self._actions.NavigateToPose.Feedback(distance_remaining=distance)
         feedback.navigation_time = Duration(seconds=max(now - self._started, 0.0)).to_msg()
+        if speed > _SLOW:
+            feedback.estimated_time_remaining = Duration(seconds=distance / speed).to_msg()
         if pose is not None:
             stamp = self._node.get_clock().now().to_msg()
             frame = self._node.get_parameter('map_frame').value
