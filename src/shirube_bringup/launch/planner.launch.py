@@ -18,4 +18,4 @@ def generate_launch_description() -> LaunchDescription:
         'pose': ('pose_arbiter/pose', "topic of the robot's pose"),
         'command': ('vlc_beacon/command', "topic of the lamps' commands"),
     }
-    return single_node('reward_planner', arguments, flags=['drive'])
+    return single_node('reward_planner', arguments)

@@ -50,7 +50,7 @@ def generate_launch_description() -> LaunchDescription:
     )
     bag = DeclareLaunchArgument('bag', description='folder of the bag')
     check = OpaqueFunction(
-        function=lambda context: check_path('bag', LaunchConfiguration('bag').perform(context))
+        function=lambda where: check_path('bag', LaunchConfiguration('bag').perform(where))
     )
     end = RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[EmitEvent(event=Shutdown())]))
     return LaunchDescription([bag, *declare(arguments), check, robot, player, end])

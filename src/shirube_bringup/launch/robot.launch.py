@@ -23,7 +23,15 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from launch import LaunchContext, LaunchDescription
-from shirube_bringup.launching import ROBOT, check_files, check_path, declare, parameter_in, share
+from shirube_bringup.launching import (
+    REQUIRED_FILE,
+    ROBOT,
+    check_files,
+    check_path,
+    declare,
+    parameter_in,
+    share,
+)
 from shirube_bringup.launching import include as include_from
 
 given = LaunchConfiguration
@@ -37,9 +45,6 @@ PARTS = {
     'motor_bridge': 'motors',
 }
 """The nodes, and the arguments that start them."""
-
-FILES = {'stereo_landmark': 'places_dir', 'vlc_beacon': 'beacons_file'}
-"""Nodes that are left out without a file, and its argument."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -63,35 +68,34 @@ def generate_launch_description() -> LaunchDescription:
         **ROBOT,
         'use_sim_time': ('false', 'use /clock'),
     }
-    checks = [OpaqueFunction(function=leave_out), OpaqueFunction(function=check_parts)]
-    return LaunchDescription([driver, *declare(arguments), *checks, *parts(), description()])
+    choice = OpaqueFunction(function=choose_parts)
+    return LaunchDescription([driver, *declare(arguments), choice, *parts(), description()])
 
 
-def leave_out(context: LaunchContext) -> list[LogInfo]:
-    """Leave out the localizers that are not asked for and whose file is not given; return a line for each."""
-    lines = []
-    for package, file in FILES.items():
-        name = PARTS[package]
-        if given(name).perform(context) != 'auto':
-            continue
-        params_file = Path(given('config').perform(context)) / f'{package}.yaml'
-        is_given = bool(given(file).perform(context) or parameter_in(params_file, file))
-        context.launch_configurations[name] = str(is_given).lower()
-        if not is_given:
-            remedy = f'give {file}:=PATH, or set it in {params_file}'
-            lines.append(LogInfo(msg=f'{package} is left out, as {file} is not set; {remedy}'))
-    return lines
+def choose_parts(context: LaunchContext) -> list[LogInfo]:
+    """Leave out the localizers that are not asked for and whose file is not given; return a line for each.
 
-
-def check_parts(context: LaunchContext) -> None:
-    """Raise a MissingFileError before a node is started."""
+    Raises:
+        MissingFileError: a file of another part is missing; no node was started yet.
+    """
     check_path('description', given('description').perform(context))
+    lines = []
     for package, name in PARTS.items():
-        if name and given(name).perform(context).lower() not in ('true', '1'):
-            continue
-        file = FILES.get(package)
-        paths = {file: given(file).perform(context)} if file else {}
-        check_files(package, Path(given('config').perform(context)) / f'{package}.yaml', paths)
+        params_file = Path(given('config').perform(context)) / f'{package}.yaml'
+        choice = given(name).perform(context).lower() if name else 'true'
+        files = {
+            file: given(file).perform(context) for owner, file in REQUIRED_FILE.items() if owner == package
+        }
+        if choice == 'auto':
+            ((file, path),) = files.items()
+            choice = str(bool(path or parameter_in(params_file, file))).lower()
+            context.launch_configurations[name] = choice
+            if choice == 'false':
+                remedy = f'give {file}:=PATH, or set it in {params_file}'
+                lines.append(LogInfo(msg=f'{package} is left out, as {file} is not set; {remedy}'))
+        if choice in ('true', '1'):
+            check_files(package, params_file, files)
+    return lines
 
 
 def parts() -> list[GroupAction]:

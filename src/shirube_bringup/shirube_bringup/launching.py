@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,17 +24,15 @@ ROBOT = {
 """Launch arguments of every robot: with them, several robots are in one graph."""
 
 
-REQUIRED_FILES = {'stereo_landmark': ('places_dir',), 'vlc_beacon': ('beacons_file',)}
-"""Parameters of nodes that name files or folders which the node needs."""
+REQUIRED_FILE = {'stereo_landmark': 'places_dir', 'vlc_beacon': 'beacons_file'}
+"""Parameter and launch argument of a node that names a file or folder which it needs."""
 
-OPTIONAL_FILES = {
-    'floor_localizer': ('map_file',),
-    'reward_planner': ('map_file',),
-    'vlc_beacon': ('key_file',),
-}
-"""The same, but they may be empty."""
+OPTIONAL_FILE = {'floor_localizer': 'map_file', 'reward_planner': 'map_file', 'vlc_beacon': 'key_file'}
+"""Parameter that may be empty."""
 
-_FLAG_VALUES = ['true', 'false', 'True', 'False', '1', '0']
+_FLAG = ['true', 'false', 'True', 'False', '1', '0']
+_CHOICES = {'true': _FLAG, 'false': _FLAG, 'auto': [*_FLAG, 'auto']}
+"""Values of a flag by its default: a wrong one must stop the launch before a node is started."""
 
 
 class MissingFileError(Exception):
@@ -49,41 +47,28 @@ def share(*parts: str) -> PathJoinSubstitution:
 def declare(arguments: Mapping[str, tuple[Any, str]]) -> list[DeclareLaunchArgument]:
     """Return launch arguments, given default and description of each by name."""
     return [
-        DeclareLaunchArgument(name, default_value=default, description=text, choices=_choices(default))
+        DeclareLaunchArgument(name, default_value=default, description=text, choices=_CHOICES.get(default))
         for name, (default, text) in arguments.items()
     ]
-
-
-def _choices(default: object) -> list[str] | None:
-    """Return the values that a flag may have: a wrong one must stop the launch before a node is started."""
-    return (
-        [*_FLAG_VALUES, *(['auto'] if default == 'auto' else [])]
-        if default in ('true', 'false', 'auto')
-        else None
-    )
 
 
 def single_node(
     package: str,
     arguments: Mapping[str, tuple[str, str]],
     topics: Mapping[str, Any] | None = None,
-    *,
-    flags: Sequence[str] = (),
-    paths: Sequence[str] = (),
 ) -> LaunchDescription:
     """Return a node with its parameter file, and its launch arguments.
 
     Args:
         package: package of the node, which is also its name and that of its parameter file.
-        arguments: default and description of the launch arguments besides ``params_file`` and ``use_sim_time``.
+        arguments: default and description of the launch arguments besides ``params_file`` and ``use_sim_time``; flags,
+            and the required file unless it is empty, are parameters of the node that win over the parameter file.
         topics: remapped topics; by default those of the arguments' names.
-        flags: arguments that are boolean parameters of the node; they have precedence over the parameter file.
-        paths: arguments that are parameters of the node unless they are empty.
     """
 
     def start_node(context: LaunchContext) -> list[Node]:
         switched = [{name: ParameterValue(LaunchConfiguration(name), value_type=bool)} for name in flags]
-        given = {name: LaunchConfiguration(name).perform(context) for name in paths}
+        given = {name: LaunchConfiguration(name).perform(context) for name in file}
         params_file = Path(LaunchConfiguration('params_file').perform(context))
         check_files(package, params_file, given)
         prefix, trees = frame_prefix(context)
@@ -101,7 +86,9 @@ def single_node(
             )
         ]
 
-    names = [name for name in arguments if name not in (*flags, *paths)]
+    flags = [name for name, (default, _) in arguments.items() if default in _CHOICES]
+    file = [REQUIRED_FILE[package]] if package in REQUIRED_FILE else []
+    names = [name for name in arguments if name not in (*flags, *file)]
     remapped = {name: LaunchConfiguration(name) for name in names} if topics is None else topics
     params_file = {'params_file': (share('config', f'{package}.yaml'), 'parameters of the node')}
     declared = declare({**params_file, **arguments, **ROBOT, 'use_sim_time': ('false', 'use /clock')})
@@ -124,11 +111,11 @@ def check_files(package: str, params_file: Path, given: Mapping[str, str]) -> No
         raise MissingFileError(
             f'params_file {params_file} does not exist; give the absolute path of your copy'
         )
-    required = REQUIRED_FILES.get(package, ())
-    for name in (*required, *OPTIONAL_FILES.get(package, ())):
+    required = REQUIRED_FILE.get(package)
+    for name in filter(None, (required, OPTIONAL_FILE.get(package))):
         path = given.get(name) or parameter_in(params_file, name)
         check_path(name, path)
-        if not path and name in required:
+        if not path and name == required:
             raise MissingFileError(f'{name} is not set; give {name}:=PATH, or set it in {params_file}')
 
 

@@ -81,23 +81,16 @@ def change_settings(
 
 
 def changed_parameters(node: Node, parameters: Sequence[Parameter]) -> list[Parameter]:
-    """Leave out parameters that can only be set at start and have their value already.
-
-    So a file of ``ros2 param dump``, which has all parameters, can be loaded.
-    """
-    return [each for each in parameters if not _is_fixed_value(node, each)]
+    """Leave out what can only be set at start and has its value already: a ``ros2 param dump`` can be loaded."""
+    fixed = {name for name in node._parameters if node.describe_parameter(name).read_only}  # noqa: SLF001 as below
+    return [p for p in parameters if p.name not in fixed or _plain(p) != _plain(node.get_parameter(p.name))]
 
 
-def _is_fixed_value(node: Node, parameter: Parameter) -> bool:
-    if not node.has_parameter(parameter.name) or not node.describe_parameter(parameter.name).read_only:
-        return False
-    given, current = parameter.value, node.get_parameter(parameter.name).value
-    if isinstance(current, Sequence) and not isinstance(current, str):
-        given, current = (
-            list(given or ()),
-            list(current),
-        )  # lists and arrays, of which ROS reads an empty one as None
-    return bool(given == current and isinstance(given, bool) == isinstance(current, bool))
+def _plain(parameter: Parameter) -> tuple[bool, object]:
+    """Return a value that can be compared: ROS has lists and arrays, and reads an empty one as None."""
+    value = parameter.value
+    is_list = not isinstance(value, (str, bool, int, float))
+    return isinstance(value, bool), list(value or ()) if is_list else value
 
 
 def parameters_of(settings: Mapping[type, object], parameters: Sequence[Parameter]) -> list[Parameter]:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from functools import partial
 
 from shirube_ros.start import run_main
 
-
-def main() -> NoReturn:
-    """Run the node until SIGINT or SIGTERM."""
-    run_main('reward_planner.collision_monitor_node')
-
+main = partial(run_main, 'reward_planner.collision_monitor_node')
 
 if __name__ == '__main__':
     main()

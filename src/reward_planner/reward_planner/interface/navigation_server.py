@@ -27,9 +27,6 @@ NAVIGATE, FOLLOW = 'navigate_to_pose', 'follow_path'
 PROBLEM_TIMEOUT = 10.0
 """Time without a route, pose or map, or without motion, after which a goal is aborted [s]."""
 
-_SLOW = 0.01
-"""Speed below which the remaining time is not estimated [m/s]."""
-
 _CODES = {
     DriveState.LOST: 'NO_VALID_CONTROL',
     DriveState.MAP_STALE: 'NO_VALID_CONTROL',
@@ -180,7 +177,7 @@ class NavigationServer:
             return self._actions.FollowPath.Feedback(distance_to_goal=distance, speed=speed)
         feedback = self._actions.NavigateToPose.Feedback(distance_remaining=distance)
         feedback.navigation_time = Duration(seconds=max(now - self._started, 0.0)).to_msg()
-        if speed > _SLOW:
+        if speed > 0.01:  # m/s, as in Nav2
             feedback.estimated_time_remaining = Duration(seconds=distance / speed).to_msg()
         if pose is not None:
             stamp = self._node.get_clock().now().to_msg()
