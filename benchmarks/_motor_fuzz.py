@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from threading import Event
 
 import numpy as np
 
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.controller_link import (
-    BadReplyError,
-    ControllerLink,
-    ControllerSetup,
-    WheelCounts,
-    parse_counts,
-)
+from motor_bridge.core.checksum import without_checksum
+from motor_bridge.core.controller_protocol import BadReplyError, ControllerSetup, WheelCounts
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
+from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge, parse_counts
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.link.controller_session import ControllerSession, LinkReport
@@ -44,6 +41,11 @@ def _with_digit(rng: Random, reply: bytes, _: int) -> bytes:
 
 def _digits(reply: bytes) -> list[int]:
     return [k for k, byte in enumerate(reply) if chr(byte).isdigit()]
+
+
+def _counts(reply: bytes) -> WheelCounts:
+    line = reply.removesuffix(b'\r\n')
+    return parse_counts((without_checksum(line) or line) + b'\r\n')
 
 
 def _without_byte(rng: Random, data: bytes) -> bytes:
@@ -113,6 +115,11 @@ class CorruptedLine:
 
     drain = discard_received
 
+    slowest_reply = 0.0
+
+    def set_latency(self, latency: float) -> None:
+        """Nothing is late."""
+
     def _choose(self, faults: dict[str, Callable[..., bytes]]) -> str:
         kind = list(faults)[self._rng.integers(len(faults))]
         self.faults[kind] += 1
@@ -122,7 +129,7 @@ class CorruptedLine:
         make = REPLY_FAULTS[self._choose(REPLY_FAULTS)]
         corrupted = make(self._rng, reply, int(self._rng.integers(len(reply))))
         try:
-            sent, got = parse_counts(reply), parse_counts(corrupted)
+            sent, got = _counts(reply), _counts(corrupted)
         except BadReplyError:
             return corrupted
         if sent != got:
@@ -145,18 +152,24 @@ class FuzzedDrive:
         path: distance of the wheels [m].
     """
 
-    def __init__(self, seed: int, fraction: float = 0.05, request_fraction: float = 0.003) -> None:
+    def __init__(
+        self,
+        seed: int,
+        fraction: float = 0.05,
+        request_fraction: float = 0.003,
+        firmware: str = ROBOT.firmware,
+    ) -> None:
         self._rng, settings = np.random.default_rng(seed), DriveSettings()
         self._base = DiffDriveKinematics(settings)
         fastest = Velocity(settings.max_linear_velocity, settings.max_angular_velocity)
         self._limit = max(self._base.to_wheel_ticks(fastest))
-        self._controller = EmulatedController(ROBOT, self._rng.spawn(1)[0])
+        self._controller = EmulatedController(replace(ROBOT, firmware=firmware), self._rng.spawn(1)[0])
         self.line = CorruptedLine(self._controller, self._rng.spawn(1)[0], fraction, request_fraction)
         self._states: list[OdometryState] = []
         self.odometry = EncoderOdometry(self._base, settings)
         drive, report = BaseDrive(self._base, settings, PERIOD), LinkReport(lambda *_: None)
         self._session = ControllerSession(drive, self.odometry, self._now, report, self._states.append)
-        self._link, self._over = ControllerLink(self.line, SETUP), Event()
+        self._link, self._over = RosArduinoBridge(self.line, SETUP), Event()
         self._wanted, self._before = Velocity(), self._distance()
         self.exceptions = self.over_limit = 0
         self.fastest = self.jump = self.path = 0.0

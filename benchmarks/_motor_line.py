@@ -28,17 +28,23 @@ from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from motor_bridge.link.controller_session import ControllerSession
 from motor_bridge.node import MotorBridgeNode
+from motor_bridge.node_settings import NodeSettings
 from shirube_cli.child_process import child_process
 
-AUTO_STOP = EmulatorSettings().auto_stop
+AUTO_STOPS = {
+    'ros_arduino_bridge': EmulatorSettings().auto_stop,
+    'motor_controller': NodeSettings().short_auto_stop,
+}
+LATENCIES = (0.0, 0.0), (0.05, 0.05), (0.1, 0.1), (0.25, 0.0)
+"""Latency and jitter of the line [s]."""
 Rows = list[tuple[str, Figure]]
 
 
 class LoggedController(EmulatedController):
     """Logs commands, when its motors get or lose voltage, and when its wheels stop, with their times [s]."""
 
-    def __init__(self) -> None:
-        super().__init__(EmulatorSettings(slip_sigma=0.0), np.random.default_rng(1))
+    def __init__(self, firmware: str) -> None:
+        super().__init__(EmulatorSettings(slip_sigma=0.0, firmware=firmware), np.random.default_rng(1))
         self.events: list[tuple[float, str]] = []
 
     def receive(self, data: bytes) -> bytes:
@@ -68,8 +74,8 @@ class LoggedController(EmulatedController):
 class Robot:
     """A logged controller on a pseudo-terminal, and a node that publishes velocities to its bridge."""
 
-    def __init__(self, graph: IsolatedGraph, port: Path) -> None:
-        self.controller, self.lock, self.port = LoggedController(), Lock(), port
+    def __init__(self, graph: IsolatedGraph, port: Path, firmware: str) -> None:
+        self.controller, self.lock, self.port = LoggedController(firmware), Lock(), port
         self.faults = LineFaults(np.random.default_rng(2))
         self.graph = graph
         self._node = graph.add(lambda **options: Node('driver', **options))
@@ -111,10 +117,10 @@ class Robot:
 
 
 @contextmanager
-def served_robot() -> Iterator[Robot]:
+def served_robot(firmware: str = 'ros_arduino_bridge') -> Iterator[Robot]:
     """Serve a robot in real time until the end of the block."""
     with tempfile.TemporaryDirectory() as folder, isolated_graph() as graph:
-        robot = Robot(graph, Path(folder) / 'tty')
+        robot = Robot(graph, Path(folder) / 'tty', firmware)
         terminal = PseudoTerminal(robot.controller, robot.lock, faults=robot.faults, link=robot.port)
         with terminal, RealTimeStepper(robot.controller, robot.lock):
             yield robot
@@ -161,24 +167,43 @@ def wire_latency(commands: int) -> Rows:
     return [('from cmd_vel to the wire ms, median / 95 %', times_of(1e3 * np.array(times)))]
 
 
-def kill_bridge(times: int) -> Rows:
+def connecting_time(times: int) -> Rows:
+    """Measure the time from opening the port to the first counts on lines with latency and jitter."""
+    rows: Rows = []
+    for latency, jitter in LATENCIES:
+        took = []
+        with served_robot() as robot, robot.own_bridge() as session:
+            for _ in range(times):
+                for fault in (('latency', latency), ('jitter', jitter), ('unplug', 0.05)):
+                    robot.faults.inject(FaultRequest(*fault))
+                robot.graph.spin_until(lambda: not session.report.is_connected)
+                start = time.monotonic()
+                robot.graph.spin_until(lambda: session.report.is_connected, 20.0)
+                took.append(time.monotonic() - start)
+        name = f'latency {latency:g} s and up to {jitter:g} s more: until connected again, longest'
+        rows.append((name, measured(max(took), '.2f', ' s')))
+    return rows
+
+
+def kill_bridge(times: int, firmware: str = 'ros_arduino_bridge') -> Rows:
     """Kill the bridge's process while it drives; see when the wheels stop."""
     offs: list[float] = []
     stops: list[float] = []
-    with served_robot() as robot:
+    auto_stop = AUTO_STOPS[firmware]
+    with served_robot(firmware) as robot:
         for _ in range(times):
             with robot.bridge() as bridge:
                 robot.drive(2.5, 0.3)
                 killed = time.monotonic()
                 bridge.kill()
-                robot.drive(AUTO_STOP + 1.0, 0.3)
+                robot.drive(auto_stop + 1.0, 0.3)
             offs.append(robot.controller.first_since(killed, 'coasts', 'stopped'))
             stops.append(robot.controller.first_since(killed, 'stopped'))
             robot.wait_for_bridge(is_there=False)
-    until_off = f'killed bridge: until the motors were off (auto-stop {AUTO_STOP:g} s)'
+    until_off = f'killed bridge: until the motors were off (auto-stop {auto_stop:g} s)'
     return [
         (until_off, measured(max(offs), '.2f', ' s')),
-        ('until the wheels had rolled out, longest', measured(max(stops), '.2f', ' s')),
+        (f'until the wheels had rolled out (auto-stop {auto_stop:g} s)', measured(max(stops), '.2f', ' s')),
     ]
 
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 from _figures import count, error, measured, rate
 from _harness import Option, Run, run_benchmark
 from _motor_fuzz import FuzzedDrive
-from _motor_line import disconnect_terminal, kill_bridge, suspend_controller, wire_latency
+from _motor_line import connecting_time, disconnect_terminal, kill_bridge, suspend_controller, wire_latency
 
 
 def main(run: Run, replies: int, disconnections: int, commands: int, stops: int) -> None:
     """Corrupt, disconnect, kill and hold."""
-    drive = FuzzedDrive(6 + run.seed)
+    drive, checked = FuzzedDrive(6 + run.seed), FuzzedDrive(6 + run.seed, firmware='motor_controller')
     drive.run(replies)
+    checked.run(replies)
     line, statuses = drive.line, drive.odometry.status_counts
     table = run.table('Corrupted replies and commands', 'what', 'figure')
     for name, figure in (
@@ -25,6 +26,7 @@ def main(run: Run, replies: int, disconnections: int, commands: int, stops: int)
         ('commands beyond the limits', count(drive.over_limit, better='lower')),
         ('greatest commanded wheel speed, fraction of the limit', count(drive.fastest, '.3f')),
         ('well-formed wrong counts taken by odometry', rate(len(drive.wrong_mm), line.wrong_sent, 'lower')),
+        ('with checksums', rate(len(checked.wrong_mm), checked.line.wrong_sent, 'lower')),
         ('by which a wheel was wrong until the next read, mm', error(drive.wrong_mm)),
         ('greatest step of odometry beyond the true one', count(1e3 * drive.jump, '.1f', ' mm', 'lower')),
         ('way of the wheels', measured(drive.path, '.0f', ' m')),
@@ -36,6 +38,8 @@ def main(run: Run, replies: int, disconnections: int, commands: int, stops: int)
         disconnect_terminal(disconnections),
         wire_latency(commands),
         kill_bridge(stops),
+        kill_bridge(stops, 'motor_controller'),
+        connecting_time(stops),
         suspend_controller(stops),
     ):
         for name, figure in rows:

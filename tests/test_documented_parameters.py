@@ -71,6 +71,12 @@ def test_the_nodes_take_what_the_mission_gives_them() -> None:
             names = {description.name for description in describe_settings(cls)} & set(node.parameters)
             settings_from_values(cls, {name: node.parameters[name] for name in names})
             taken |= names
+        given = {name: value for name, value in node.parameters.items() if name not in taken}
+        for name, value in given.items():
+            source, _, field = name.partition('.')
+            if source in RANGE_SOURCES:
+                settings_from_values(RangeSourceSettings, {field: value})
+                taken.add(name)
         assert taken == set(node.parameters)
 
 

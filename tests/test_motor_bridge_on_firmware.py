@@ -8,24 +8,31 @@ import pytest
 from simulated_motor_controller import SimulatedMotorController
 
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.controller_link import ControllerLink, ControllerSetup
+from motor_bridge.core.controller_protocol import ControllerSetup
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
+from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
 from motor_bridge.link.controller_session import ControllerSession, LinkReport
 
 pytestmark = pytest.mark.newest_set_only
 
 PERIOD = 1.0 / 30.0
 REPLY_SECONDS = 0.1
+AUTO_STOP = 0.25
 
 
 class ChipLine:
     """A line to the chip on which time passes only while somebody waits for a reply."""
 
+    slowest_reply = 0.0
+
     def __init__(self, chip: SimulatedMotorController) -> None:
         self._chip = chip
         self._received = b''
+
+    def set_latency(self, latency: float) -> None:
+        """The chip replies at once."""
 
     def write(self, data: bytes) -> None:
         self._chip.send(data)
@@ -57,7 +64,7 @@ class Bridge:
         settings = DriveSettings()
         base = DiffDriveKinematics(settings)
         self.chip, self.states = chip, list[OdometryState]()
-        self.link = ControllerLink(ChipLine(chip), ControllerSetup(57600, (20, 12, 0, 50)))
+        self.link = RosArduinoBridge(ChipLine(chip), ControllerSetup(57600, (20, 12, 0, 50), AUTO_STOP))
         self.session = ControllerSession(
             BaseDrive(base, settings, PERIOD),
             EncoderOdometry(base, settings),
@@ -108,9 +115,12 @@ def test_the_robot_goes_where_it_is_sent_and_odometry_counts_every_tick(
 
 def test_a_link_without_replies_stops_the_robot_until_they_return(bridge: Bridge) -> None:
     bridge.drive(Velocity(0.3, 0.0), 0.5)
-    bridge.chip.run(2.2)
+    assert any(bridge.chip.truth().pwm)
+    bridge.chip.run(AUTO_STOP + 2e-3)
     assert bridge.chip.truth().pwm == (0, 0)
+    bridge.drive(Velocity(0.3, 0.0), 2.0 * PERIOD)
+    assert bridge.session.drive.velocity.forward < 0.05  # from rest, within the limits
     bridge.drive(Velocity(0.3, 0.0), 0.5)
     assert any(bridge.chip.truth().pwm)
-    bridge.drive(Velocity(), 1.0)
+    bridge.drive(Velocity(), 1.5)
     assert bridge.counts() == bridge.chip.truth().ticks

@@ -10,11 +10,14 @@ import serial
 from simulated_motor_controller import FRAME_SECONDS, SimulatedMotorController
 from simulated_terminal import terminal_of
 
+from motor_bridge.core.checksum import with_checksum, without_checksum
+
 pytestmark = pytest.mark.newest_set_only
 
 STOPPED = (0, 0)
 DEFAULT_GAINS = 'u 20:12:0:50'
 AUTO_STOP_SECONDS = 2.0
+SHORT_AUTO_STOP_SECONDS = 0.2
 WATCHDOG_SECONDS = 0.15
 TICKS_PER_FRAME_MAX = 1000
 
@@ -112,6 +115,55 @@ def test_motors_stop_two_seconds_after_the_last_order(controller, order: str) ->
     assert AUTO_STOP_SECONDS - 1e-3 < ended - began < AUTO_STOP_SECONDS + 2e-3
     controller.run(0.2)
     assert controller.truth().pwm == STOPPED
+
+
+def test_a_shorter_auto_stop_holds_until_the_reset(controller: SimulatedMotorController) -> None:
+    assert controller.ask('h 200') == 'OK'
+    for refused in ('h 199', 'h 2001', 'h', 'h 200 1', 'h -300'):
+        assert controller.ask(refused) == 'Invalid Command'
+    assert controller.ask('o 50 50') == 'OK'
+    began = controller.until_pwm(is_on=True, within=0.05)
+    lasted = controller.until_pwm(is_on=False, within=0.5) - began
+    assert lasted == pytest.approx(SHORT_AUTO_STOP_SECONDS, abs=0.01)
+    controller.hang()
+    controller.run(0.5)
+    controller.ask('o 50 50')
+    controller.run(0.5)
+    assert controller.truth().pwm == (50, 50)
+
+
+def checked(controller: SimulatedMotorController, request: str) -> str | None:
+    reply = without_checksum(controller.ask(with_checksum(request.encode()).decode()).encode())
+    return reply and reply.decode()
+
+
+def test_lines_with_checksums_are_answered_with_checksums_and_end_plain_lines(controller) -> None:
+    assert controller.ask('m 10 10') == 'OK'
+    assert checked(controller, 'b') == '57600'
+    assert checked(controller, 'u 10000:10000:10000:10000') == 'OK'
+    controller.set_counts(-(2**31))
+    assert checked(controller, 'e') == '-2147483648 -2147483648'
+    assert checked(controller, 'm 1001 0') == 'Invalid Command'
+    assert checked(controller, 'o 40 50') == 'OK'
+    for plain in ('o 60 60', 'm 0 0 ', 'e', 'h 200', 'm 0 1'):
+        assert controller.ask(plain) == with_checksum(b'Invalid Command').decode()
+        assert controller.truth().pwm == (40, 50)
+    assert controller.ask('m 0 0') == with_checksum(b'OK').decode()
+    assert controller.truth().pwm == STOPPED
+    assert controller.ask('b') == '57600'
+    assert controller.ask('o 60 60') == 'OK'
+
+
+def test_no_damaged_line_with_a_checksum_is_obeyed(controller: SimulatedMotorController) -> None:
+    line = with_checksum(b'o 70 80')
+    rng, damaged = np.random.default_rng(2), set[bytes]()
+    for place in range(len(line)):
+        damaged |= {line[:place] + bytes([line[place] ^ (1 << bit)]) + line[place + 1 :] for bit in range(7)}
+        damaged |= {line[:place] + line[place + 1 :], line[:place] + line[place:][::-1]}
+    assert checked(controller, 'b') == '57600'
+    for each in rng.permutation(sorted(d for d in damaged - {line} if b'\r' not in d)):
+        assert controller.ask(each.decode('latin-1').lstrip('\n')).startswith('Invalid Command'), each
+        assert controller.truth().pwm == STOPPED
 
 
 def test_reset_of_the_encoders_ends_a_held_speed_but_no_pwm(controller: SimulatedMotorController) -> None:

@@ -1,6 +1,8 @@
 #include "commands.h"
 
 #include <stdio.h>
+#include <string.h>
+#include <util/crc16.h>
 
 #include "drive.h"
 #include "encoders.h"
@@ -16,6 +18,13 @@
 #define PIN {0, FREE_PIN_MAX}
 #define CHANNEL {0, FREE_CHANNEL_MAX}
 #define SWITCH {0, 1}
+#define AUTO_STOP {AUTO_STOP_MIN, AUTO_STOP_MAX}
+
+// "*", two digits and the end of the text.
+#define SUFFIX_SIZE 4
+
+// Whether the host sends checksums.
+static bool is_checksummed;
 
 // Executes a command with arguments within their ranges; false on failure.
 typedef bool action(const int16_t *numbers);
@@ -28,9 +37,22 @@ struct command {
     struct range ranges[NUMBERS_MAX];
 };
 
+// "*" and the CRC-8 (polynomial 0x07, initial value 0) of a text as two hexadecimal digits.
+static void write_suffix(const char *text, char suffix[SUFFIX_SIZE])
+{
+    uint8_t crc = 0;
+    while (*text)
+        crc = _crc8_ccitt_update(crc, *text++);
+    sprintf(suffix, "*%02X", crc);
+}
+
 static bool reply(const char *text)
 {
+    char suffix[SUFFIX_SIZE] = "";
+    if (is_checksummed)
+        write_suffix(text, suffix);
     serial_port_write(text);
+    serial_port_write(suffix);
     serial_port_write("\r\n");
     return true;
 }
@@ -86,6 +108,12 @@ static bool set_gains(const int16_t *numbers)
     return reply("OK");
 }
 
+static bool set_auto_stop(const int16_t *numbers)
+{
+    drive_set_auto_stop(numbers[0]);
+    return reply("OK");
+}
+
 static bool read_analog(const int16_t *numbers)
 {
     return free_channel_is(numbers[0]) && reply_number(free_channel_read(numbers[0]));
@@ -113,6 +141,7 @@ static const struct command commands[] = {
     {'m', hold_speed, 2, ' ', {SPEED, SPEED}},
     {'o', set_pwm, 2, ' ', {PWM, PWM}},
     {'u', set_gains, 4, ':', {GAIN, GAIN, GAIN, DIVISOR}},
+    {'h', set_auto_stop, 1, ' ', {AUTO_STOP}},
     {'a', read_analog, 1, ' ', {CHANNEL}},
     {'d', read_pin, 1, ' ', {PIN}},
     {'c', direct_pin, 2, ' ', {PIN, SWITCH}},
@@ -137,8 +166,27 @@ static bool execute(const char *line)
     return false;
 }
 
-void commands_execute(const char *line)
+// Verify and remove the checksum. From the first valid one on, plain lines are refused: they may be damaged ones. Only a
+// plain stop is accepted, and "b", by which a host without checksums begins.
+static bool check(char *line)
 {
-    if (!execute(line))
+    char suffix[SUFFIX_SIZE];
+    char *received = strchr(line, '*');
+    if (received) {
+        *received = 0;
+        write_suffix(line, suffix);
+        if (strcmp(received + 1, suffix + 1))
+            return false;
+        is_checksummed = true;
+        return true;
+    }
+    if (!strcmp(line, "b"))
+        is_checksummed = false;
+    return !is_checksummed || !strcmp(line, "m 0 0");
+}
+
+void commands_execute(char *line)
+{
+    if (!check(line) || !execute(line))
         reply("Invalid Command");
 }

@@ -6,8 +6,8 @@
 #include "commands.h"
 #include "serial_port.h"
 
-// The longest valid line is u with four gains of five digits.
-#define LINE_MAX 25
+// The longest valid line is u with four gains of five digits and a checksum.
+#define LINE_MAX 28
 
 static char line[LINE_MAX + 1];
 static uint8_t line_length;
@@ -16,7 +16,9 @@ static bool line_is_damaged;
 static void end_line(void)
 {
     line[line_length] = 0;
-    commands_execute(line_is_damaged ? "" : line);
+    if (line_is_damaged)
+        line[0] = 0;
+    commands_execute(line);
     line_length = 0;
     line_is_damaged = false;
 }

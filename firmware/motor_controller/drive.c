@@ -10,7 +10,7 @@ static enum { RESTS, HOLDS_SPEED, HAS_PWM } state;
 static struct gains gains = {.p = 20, .d = 12, .i = 0, .o = 50};
 static struct speed_loop loops[WHEEL_COUNT];
 static int32_t frame_ticks[WHEEL_COUNT];
-static uint16_t ordered_at, frame_begin;
+static uint16_t ordered_at, frame_begin, auto_stop = AUTO_STOP_MAX;
 
 static void stop(void)
 {
@@ -66,6 +66,11 @@ void drive_set_gains(const struct gains *next)
     gains = *next;
 }
 
+void drive_set_auto_stop(uint16_t milliseconds)
+{
+    auto_stop = milliseconds;
+}
+
 void drive_reset_encoders(void)
 {
     if (state == HOLDS_SPEED)
@@ -76,7 +81,7 @@ void drive_reset_encoders(void)
 void drive_poll(void)
 {
     uint16_t now = clock_milliseconds();
-    if (state != RESTS && (uint16_t)(now - ordered_at) > DRIVE_MILLISECONDS)
+    if (state != RESTS && (uint16_t)(now - ordered_at) > auto_stop)
         stop();
     if (state != HOLDS_SPEED || (uint16_t)(now - frame_begin) < FRAME_MILLISECONDS)
         return;

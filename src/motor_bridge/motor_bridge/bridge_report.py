@@ -7,25 +7,24 @@ from motor_bridge.link.controller_session import ControllerSession
 from shirube_ros.diagnostics import Level, Status
 
 
-def bridge_status(session: ControllerSession, now: float, publishers: int) -> Status:
-    """Return the diagnostic status of the serial link, the wheels and cmd_vel, which has a number of publishers.
+def bridge_status(session: ControllerSession, now: float, publishers: int, problem: str) -> Status:
+    """Return the diagnostic status of the serial link, the wheels and the commands.
 
-    ``now`` is 0 before simulated time starts.
+    ``now`` is 0 before simulated time starts; ``publishers`` is the number of those of commands; ``problem`` why they
+    are ignored, or empty.
     """
     report = session.report
     with session.lock:
         velocity = session.drive.velocity
-        is_stopped, is_timed_out = session.drive.is_stopped, session.drive.is_timed_out(now)
+        is_timed_out = session.drive.is_timed_out(now)
         status_counts = dict(session.odometry.status_counts)
     level, message = Level.OK, 'driving'
     if now <= 0.0:
         level, message = Level.WARN, 'waiting for /clock; publish it, or set use_sim_time to false'
     elif not report.is_connected:
         level, message = Level.ERROR, report.state
-    elif is_stopped:
-        level, message = Level.WARN, 'stopped by estop'
-    elif publishers > 1:
-        level, message = Level.WARN, f'{publishers} nodes publish cmd_vel, all are ignored; keep one'
+    elif problem:
+        level, message = Level.WARN, problem
     elif is_timed_out:
         message = 'stopped, cmd_vel timed out' if publishers else 'stopped, no publisher of cmd_vel'
     values = {

@@ -20,6 +20,14 @@ class NodeSettings:
         minimum=0.005,
         maximum=1.0,
     )
+    short_auto_stop: float = setting(
+        0.25,
+        'auto-stop that is set in a controller that accepts it (firmware/motor_controller); longer on lines with '
+        'latency, and at least three periods of update_rate',
+        unit='s',
+        minimum=0.2,
+        maximum=2.0,
+    )
     update_rate: float = setting(
         30.0,
         'rate of sending speeds, reading encoders and publishing odometry',
@@ -28,6 +36,25 @@ class NodeSettings:
         maximum=200.0,
     )
     stamped: bool = setting(True, 'whether cmd_vel is TwistStamped; otherwise it is Twist')
+    command_type: str = setting(
+        'twist',
+        'twist: cmd_vel; joints: velocities of both wheels on joint_commands (JointState), as of ros2_control',
+        choices=('twist', 'joints'),
+    )
+    mux_topics: str = setting(
+        '',
+        'topics of commands by priority, such as joy_vel, cmd_vel: the first one that has not timed out after '
+        'cmd_vel_timeout drives; empty: cmd_vel or joint_commands alone',
+    )
+    estop_heartbeat: float = setting(
+        0.0,
+        'without estop messages for so long the robot stops; 0: never',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    keep_estop: bool = setting(True, 'whether an emergency stop outlives a restart, until false is received')
+    state_dir: str = setting('', 'folder of the file for that; empty: $ROS_HOME/shirube or ~/.ros/shirube')
     publish_tf: bool = setting(
         True, 'whether odom_frame to base_frame is published on /tf, if tf2_msgs is installed'
     )

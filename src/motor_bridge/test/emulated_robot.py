@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from threading import Lock
 
 import numpy as np
@@ -28,16 +29,23 @@ SETTINGS = EmulatorSettings(encoder_noise=0.3, slip_sigma=0.0, boot_time=0.3)
 class Robot:
     """The node under test, its robot and a driver."""
 
-    def __init__(self, graph, link, *, real_time=True, **parameters):
+    def __init__(self, graph, link, *, real_time=True, firmware=SETTINGS.firmware, faults=None, **parameters):
         self._graph, self._stack = graph, ExitStack()
-        self.controller, self.lock = EmulatedController(SETTINGS, np.random.default_rng(1)), Lock()
+        self._drives_by_twist = parameters.get('command_type') != 'joints'
+        self.controller, self.lock = (
+            EmulatedController(replace(SETTINGS, firmware=firmware), np.random.default_rng(1)),
+            Lock(),
+        )
         self.faults = LineFaults(np.random.default_rng(2))
+        for fault in (faults or {}).items():
+            self.fault(*fault)
         self.terminal = self._stack.enter_context(
             PseudoTerminal(self.controller, self.lock, faults=self.faults, link=link)
         )
         if real_time:
             self._stack.enter_context(RealTimeStepper(self.controller, self.lock))
-        self.node = graph.add(MotorBridgeNode, port=str(link), **parameters)
+        settings = {'port': str(link), 'state_dir': str(link.parent / 'state')} | parameters
+        self.node = graph.add(MotorBridgeNode, **settings)
         self.person = graph.add(lambda **options: Node('person', **options))
         self.odometry, self.joints, self.reports = [], [], []
         listen = self.person.create_subscription
@@ -49,7 +57,10 @@ class Robot:
 
     def __enter__(self):
         assert self._graph.spin_until(
-            lambda: self.velocities.get_subscription_count() == self.estop.get_subscription_count() == 1
+            lambda: (
+                self.estop.get_subscription_count() == 1
+                and self.velocities.get_subscription_count() == self._drives_by_twist
+            )
         )
         return self
 

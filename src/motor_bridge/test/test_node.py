@@ -138,7 +138,8 @@ def test_unstamped_velocities_are_taken_when_set(graph, tmp_path):
 def test_velocities_of_the_other_type_are_reported(robot, monkeypatch):
     # Publishers of both types cannot share this process.
     offer = SimpleNamespace(topic_type='geometry_msgs/msg/Twist')
-    monkeypatch.setattr(robot.node, 'get_publishers_info_by_topic', lambda _: [offer])
+    find = {'/cmd_vel': [offer]}.get
+    monkeypatch.setattr(robot.node, 'get_publishers_info_by_topic', lambda topic: find(topic, []))
     monkeypatch.setattr(input_watch, '_START_TIME', -1.0)
     robot.until(lambda: robot.report.is_connected)
     words = '/cmd_vel is published as geometry_msgs/msg/Twist, not as geometry_msgs/msg/TwistStamped; change stamped'
@@ -161,6 +162,10 @@ def test_what_cannot_be_obeyed_is_refused_in_one_line(robot):
         assert list(rejected)[count].startswith(words)
         assert '\n' not in list(rejected)[count]
     assert robot.is_stopped()
+    # A bad velocity brakes at once, rather than after the timeout.
+    robot.drive(0.6, 0.3)
+    robot.send(math.nan)
+    robot.until(lambda: robot.node._session.drive._target.forward == 0.0, 0.3)
 
 
 def test_two_drivers_at_once_are_refused(robot):
@@ -168,11 +173,15 @@ def test_two_drivers_at_once_are_refused(robot):
     other = robot.person.create_publisher(TwistStamped, 'cmd_vel', 10)
     robot.until(lambda: other.get_subscription_count() == 1)
     robot.drive(1.2, 0.3)
+    assert robot.is_driving()  # a publisher that does not send does not count
+    for _ in range(20):
+        other.publish(TwistStamped())
+        robot.drive(0.05, 0.3)
     robot.until(robot.is_stopped, 1.0)
-    assert robot.refusals() == ['more than one node publishes cmd_vel, all are ignored; keep one of them']
-    assert '2 nodes publish cmd_vel' in robot.message().message
-    robot.person.destroy_publisher(other)
-    robot.drive(0.8, 0.3)
+    (refusal,) = robot.refusals()
+    assert refusal.startswith('/person and /person send on cmd_vel at the same time, all are ignored')
+    assert robot.node.status().message == refusal
+    robot.drive(2.2, 0.3)
     assert robot.is_driving()
 
 

@@ -31,6 +31,20 @@ def test_velocities_drive_and_odometry_follows(robot):
     assert robot.message().message == 'stopped, cmd_vel timed out'
 
 
+@pytest.mark.parametrize(
+    ('firmware', 'latency', 'jitter'),
+    [('ros_arduino_bridge', 0.06, 0.06), ('motor_controller', 0.06, 0.06), ('motor_controller', 0.25, 0.0)],
+)
+def test_it_connects_and_drives_over_lines_with_latency(graph, tmp_path, firmware, latency, jitter):
+    faults = {'latency': latency, 'jitter': jitter}
+    with Robot(graph, tmp_path / 'tty', firmware=firmware, faults=faults) as robot:
+        robot.until(lambda: robot.report.is_connected, 5.0)
+        assert ('with checksums' in robot.report.state) == (firmware == 'motor_controller')
+        robot.drive(1.2, 0.3)
+        assert robot.is_driving()
+        assert robot.report.faults.total() == 0
+
+
 def test_with_simulated_time_everything_is_in_lock_step(graph, tmp_path, capfd):
     with Robot(graph, tmp_path / 'tty', real_time=False, use_sim_time=True) as robot:
         clock = robot.person.create_publisher(Clock, '/clock', 10)

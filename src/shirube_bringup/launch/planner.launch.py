@@ -2,8 +2,8 @@
 
 Arguments: `params_file` (your copy of config/reward_planner.yaml), `drive` (whether the planner drives the robot; has
 precedence over the parameter file), `points` (point cloud topic), `pose` (topic of the robot's pose), `command` (topic
-of the lamps' commands), `namespace` and `frame_prefix` of the robot, `use_sim_time` (the parameter file has
-precedence).
+of the lamps' commands), `cmd_vel` (topic of the velocities), `namespace` and `frame_prefix` of the robot,
+`use_sim_time` (the parameter file has precedence).
 """
 
 from launch import LaunchDescription
@@ -17,5 +17,6 @@ def generate_launch_description() -> LaunchDescription:
         'points': ('points', 'point cloud topic'),
         'pose': ('pose_arbiter/pose', "topic of the robot's pose"),
         'command': ('vlc_beacon/command', "topic of the lamps' commands"),
+        'cmd_vel': ('cmd_vel', 'topic of the velocities'),
     }
     return single_node('reward_planner', arguments)

@@ -1,12 +1,14 @@
 """Starts all nodes on a robot: localizers, arbiter, planner and motor bridge.
 
 Arguments: `floor`, `stereo`, `vlc`, `planner`, `motors` (nodes to start; all by default, but `stereo` and `vlc` only if
-their file is given), `namespace` and `frame_prefix` (of this robot, if there are several), `config` (folder with your
-copies of all parameter files), `places_dir` (taught places, for `stereo`) and `beacons_file` (lamps, for `vlc`; both
-default to the parameter files), `description` (URDF or xacro file of your robot, such as the installed
+their file is given), `monitor` (collision_monitor between the driver and the base; give `true`), `namespace` and
+`frame_prefix` (of this robot, if there are several), `config` (folder with your copies of all parameter files),
+`places_dir` (taught places, for `stereo`) and `beacons_file` (lamps, for `vlc`; both default to the parameter files),
+`description` (URDF or xacro file of your robot, such as the installed
 `urdf/demo_robot.urdf.xacro`, for robot_state_publisher), `use_sim_time`, and `driver`, the publisher of `cmd_vel`:
 `planner` (drives to goals on `goal_pose`), `lamps` (drives as the lamps command) or `none` (you drive, for example with
-a joystick). Use only one: motor_bridge rejects `cmd_vel` from two publishers.
+a joystick, on `cmd_vel`, or with the monitor on `cmd_vel_in`). Use only one: motor_bridge rejects `cmd_vel` from two that
+send at once.
 
 The belly camera publishes in the namespace `floor_camera` (default `belly`), the ceiling camera in `ceiling_camera`
 (default `ceiling`), the stereo pair in `left` and `right`; the planner's sensor is set in its parameter file.
@@ -18,20 +20,18 @@ from typing import Any
 
 from launch.actions import DeclareLaunchArgument, GroupAction, LogInfo, OpaqueFunction
 from launch.conditions import IfCondition
-from launch.substitutions import Command, EqualsSubstitution, LaunchConfiguration, NotEqualsSubstitution
+from launch.substitutions import (
+    Command,
+    EqualsSubstitution,
+    IfElseSubstitution,
+    LaunchConfiguration,
+    NotEqualsSubstitution,
+)
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from launch import LaunchContext, LaunchDescription
-from shirube_bringup.launching import (
-    REQUIRED_FILE,
-    ROBOT,
-    check_files,
-    check_path,
-    declare,
-    parameter_in,
-    share,
-)
+from shirube_bringup.launching import REQUIRED, ROBOT, check_files, check_path, declare, parameter_in, share
 from shirube_bringup.launching import include as include_from
 
 given = LaunchConfiguration
@@ -42,6 +42,7 @@ PARTS = {
     'vlc_beacon': 'vlc',
     'pose_arbiter': '',
     'reward_planner': 'planner',
+    'collision_monitor': 'monitor',
     'motor_bridge': 'motors',
 }
 """The nodes, and the arguments that start them."""
@@ -58,6 +59,7 @@ def generate_launch_description() -> LaunchDescription:
         'stereo': ('auto', 'localize by taught landmarks; auto: if places_dir is set'),
         'vlc': ('auto', 'localize by lamps on the ceiling; auto: if beacons_file is set'),
         'planner': ('true', 'map obstacles and plan paths'),
+        'monitor': ('false', 'stop before people and obstacles: collision_monitor before the base'),
         'motors': ('true', 'drive the motor controller'),
         'config': (share('config'), 'folder of the parameter files'),
         'places_dir': ('', 'folder of the taught places'),
@@ -80,21 +82,19 @@ def choose_parts(context: LaunchContext) -> list[LogInfo]:
     """
     check_path('description', given('description').perform(context))
     lines = []
-    for package, name in PARTS.items():
-        params_file = Path(given('config').perform(context)) / f'{package}.yaml'
+    for node, name in PARTS.items():
+        params_file = Path(given('config').perform(context)) / f'{node}.yaml'
         choice = given(name).perform(context).lower() if name else 'true'
-        files = {
-            file: given(file).perform(context) for owner, file in REQUIRED_FILE.items() if owner == package
-        }
+        file = REQUIRED.get(node, 'config')
+        path = given(file).perform(context)
         if choice == 'auto':
-            ((file, path),) = files.items()
             choice = str(bool(path or parameter_in(params_file, file))).lower()
             context.launch_configurations[name] = choice
             if choice == 'false':
                 remedy = f'give {file}:=PATH, or set it in {params_file}'
-                lines.append(LogInfo(msg=f'{package} is left out, as {file} is not set; {remedy}'))
+                lines.append(LogInfo(msg=f'{node} is left out, as {file} is not set; {remedy}'))
         if choice in ('true', '1'):
-            check_files(package, params_file, files)
+            check_files(node, params_file, {file: path})
     return lines
 
 
@@ -102,6 +102,7 @@ def parts() -> list[GroupAction]:
     """Return the launch file of each node with its arguments."""
     robot = {name: given(name) for name in ROBOT}
     include = partial(include_from, folder=given('config'), use_sim_time=given('use_sim_time'), **robot)
+    commanded = IfElseSubstitution(given('monitor'), 'cmd_vel_in', 'cmd_vel')
     return [
         include('floor', 'floor_localizer', condition='floor', **camera('floor_camera')),
         include('stereo', 'stereo_landmark', condition='stereo', places_dir=given('places_dir')),
@@ -111,7 +112,7 @@ def parts() -> list[GroupAction]:
             condition='vlc',
             beacons_file=given('beacons_file'),
             drive=EqualsSubstitution(given('driver'), 'lamps'),
-            cmd_vel='cmd_vel',
+            cmd_vel=commanded,
             **camera('ceiling_camera'),
         ),
         include('arbiter', 'pose_arbiter'),
@@ -120,7 +121,9 @@ def parts() -> list[GroupAction]:
             'reward_planner',
             condition='planner',
             drive=EqualsSubstitution(given('driver'), 'planner'),
+            cmd_vel=commanded,
         ),
+        include('monitor', 'collision_monitor', condition='monitor'),
         include('bridge', 'motor_bridge', condition='motors'),
     ]
 

@@ -1,4 +1,4 @@
-"""Starts the mission's simulation and the six nodes that drive a robot through it.
+"""Starts the mission's simulation and the nodes that drive a robot through it.
 
 Arguments: `folder` (folder for the parameter files of the nodes, summary.json and track.csv) and `seed` (seed of room,
 robot and noise). All nodes use the simulation's /clock, which waits for them; after the mission, everything ends.
@@ -59,7 +59,8 @@ def parts() -> list[GroupAction]:
         include('stereo', 'stereo_landmark', places_dir=places),
         include('vlc', 'vlc_beacon', beacons_file=beacons, **camera('ceiling')),
         include('arbiter', 'pose_arbiter'),
-        include('planner', 'reward_planner', drive='true'),
+        include('planner', 'reward_planner', drive='true', cmd_vel='cmd_vel_in'),
+        include('monitor', 'collision_monitor'),
         include('bridge', 'motor_bridge'),
     ]
 

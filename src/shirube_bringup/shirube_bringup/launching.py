@@ -24,10 +24,10 @@ ROBOT = {
 """Launch arguments of every robot: with them, several robots are in one graph."""
 
 
-REQUIRED_FILE = {'stereo_landmark': 'places_dir', 'vlc_beacon': 'beacons_file'}
+REQUIRED = {'stereo_landmark': 'places_dir', 'vlc_beacon': 'beacons_file'}
 """Parameter and launch argument of a node that names a file or folder which it needs."""
 
-OPTIONAL_FILE = {'floor_localizer': 'map_file', 'reward_planner': 'map_file', 'vlc_beacon': 'key_file'}
+OPTIONAL = {'floor_localizer': 'map_file', 'reward_planner': 'map_file', 'vlc_beacon': 'key_file'}
 """Parameter that may be empty."""
 
 _FLAG = ['true', 'false', 'True', 'False', '1', '0']
@@ -56,29 +56,31 @@ def single_node(
     package: str,
     arguments: Mapping[str, tuple[str, str]],
     topics: Mapping[str, Any] | None = None,
+    name: str = '',
 ) -> LaunchDescription:
     """Return a node with its parameter file, and its launch arguments.
 
     Args:
-        package: package of the node, which is also its name and that of its parameter file.
+        package: package of the node.
         arguments: default and description of the launch arguments besides ``params_file`` and ``use_sim_time``; flags,
             and the required file unless it is empty, are parameters of the node that win over the parameter file.
         topics: remapped topics; by default those of the arguments' names.
+        name: name of the node, its executable and its parameter file; empty for the package's and `node`.
     """
 
     def start_node(context: LaunchContext) -> list[Node]:
-        switched = [{name: ParameterValue(LaunchConfiguration(name), value_type=bool)} for name in flags]
-        given = {name: LaunchConfiguration(name).perform(context) for name in file}
+        switched = [{flag: ParameterValue(LaunchConfiguration(flag), value_type=bool)} for flag in flags]
+        given = {path: LaunchConfiguration(path).perform(context) for path in file}
         params_file = Path(LaunchConfiguration('params_file').perform(context))
-        check_files(package, params_file, given)
+        check_files(name or package, params_file, given)
         prefix, trees = frame_prefix(context)
-        parameters = [*switched, *prefix, *({name: path} for name, path in given.items() if path)]
+        parameters = [*switched, *prefix, *({key: path} for key, path in given.items() if path)]
         return [
             Node(
                 package=package,
-                executable='node',
-                name=package,
-                exec_name=package,  # in the log, instead of the executable's
+                executable=name or 'node',
+                name=name or package,
+                exec_name=name or package,  # in the log, instead of the executable's
                 namespace=LaunchConfiguration('namespace'),
                 output='screen',
                 parameters=[LaunchConfiguration('params_file'), *parameters],
@@ -86,11 +88,11 @@ def single_node(
             )
         ]
 
-    flags = [name for name, (default, _) in arguments.items() if default in _CHOICES]
-    file = [REQUIRED_FILE[package]] if package in REQUIRED_FILE else []
-    names = [name for name in arguments if name not in (*flags, *file)]
-    remapped = {name: LaunchConfiguration(name) for name in names} if topics is None else topics
-    params_file = {'params_file': (share('config', f'{package}.yaml'), 'parameters of the node')}
+    flags = [each for each, (default, _) in arguments.items() if default in _CHOICES]
+    file = [REQUIRED[package]] if package in REQUIRED else []
+    own = [each for each in arguments if each not in (*flags, *file)]
+    remapped = {each: LaunchConfiguration(each) for each in own} if topics is None else topics
+    params_file = {'params_file': (share('config', f'{name or package}.yaml'), 'parameters of the node')}
     declared = declare({**params_file, **arguments, **ROBOT, 'use_sim_time': ('false', 'use /clock')})
     sim_time = SetParameter('use_sim_time', True, condition=IfCondition(LaunchConfiguration('use_sim_time')))
     return LaunchDescription([*declared, sim_time, OpaqueFunction(function=start_node)])
@@ -102,7 +104,7 @@ def frame_prefix(context: LaunchContext) -> tuple[list[dict[str, str]], list[tup
     return ([{'frame_prefix': prefix}], []) if prefix else ([], [('/tf', 'tf'), ('/tf_static', 'tf_static')])
 
 
-def check_files(package: str, params_file: Path, given: Mapping[str, str]) -> None:
+def check_files(node: str, params_file: Path, given: Mapping[str, str]) -> None:
     """Raise a MissingFileError if a node's parameter file, or a file that it or an argument names, is missing.
 
     ROS launch does not end the nodes that it has started before an error: check all files first.
@@ -111,8 +113,8 @@ def check_files(package: str, params_file: Path, given: Mapping[str, str]) -> No
         raise MissingFileError(
             f'params_file {params_file} does not exist; give the absolute path of your copy'
         )
-    required = REQUIRED_FILE.get(package)
-    for name in filter(None, (required, OPTIONAL_FILE.get(package))):
+    required = REQUIRED.get(node)
+    for name in filter(None, (required, OPTIONAL.get(node))):
         path = given.get(name) or parameter_in(params_file, name)
         check_path(name, path)
         if not path and name == required:

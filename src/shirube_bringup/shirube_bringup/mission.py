@@ -175,7 +175,8 @@ class Mission:
             self.processes.check()
             pose = self.controller.T_world_base
             room = disc_clearance(self.sensors.room.boxes, pose.x, pose.y, ROBOT_RADIUS, ROBOT_HEIGHT)
-            self.record.add_step(1e-3 * self.steps.now, pose, room)
+            people = [person.place for person in self.steps.people]
+            self.record.add_step(1e-3 * self.steps.now, pose, room, people)
             self.stopwatch.record_time(1e-3 * self.steps.now)
             if is_done():
                 return True

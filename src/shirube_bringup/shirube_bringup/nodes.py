@@ -1,4 +1,4 @@
-"""The mission's six nodes: their parameters and topics, and their processes."""
+"""The mission's nodes: their parameters and topics, and their processes."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import Self
 
 import yaml
 
+from motor_bridge.core.drive_settings import DriveSettings
 from scene_simulator.mission.floor import BELLY_MOUNT
 from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RATE
 from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS
@@ -37,6 +38,9 @@ PLANNERS: Mapping[str, Mapping[str, Value]] = {
 }
 """Parameters of the planner by name: shortest routes, or the paper's map and reward rule, with visits counted."""
 
+DEPTH_RANGE = 3.5
+"""Depth is too noisy beyond this range [m]."""
+
 _SHUTDOWN_TIMEOUT = 10.0
 """Timeout after SIGINT [s]."""
 
@@ -50,11 +54,12 @@ class NodeSetup:
     """Command line of a node.
 
     Attributes:
-        package: package name, which is also the node name.
+        package: node name, which is also that of the package unless there is a module.
         parameters: parameters that differ from the default.
         topics: remapped topics.
         images: resolved image topics that are subscribed to reliably.
         namespace: namespace of the node.
+        module: what Python runs; empty for the module ``node`` of the package.
     """
 
     package: str
@@ -62,6 +67,7 @@ class NodeSetup:
     topics: Mapping[str, str]
     images: tuple[str, ...] = ()
     namespace: str = ''
+    module: str = ''
 
     @property
     def name(self) -> str:
@@ -83,8 +89,16 @@ class NodeSetup:
         return ['--ros-args', '--params-file', str(path), *remapped]
 
 
+_BRIDGE = {
+    'update_rate': 50.0,
+    'reply_timeout': 1.0,
+    'max_linear_velocity': CRUISE_SPEED,
+    'keep_estop': False,
+}
+
+
 def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> tuple[NodeSetup, ...]:
-    """Return the six nodes, given the serial port of the motor controller and one of `PLANNERS`."""
+    """Return the nodes, given the serial port of the motor controller and one of `PLANNERS`."""
     return (
         _localizer(
             'floor_localizer',
@@ -122,11 +136,8 @@ def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> 
         ),
         NodeSetup('pose_arbiter', {'initialpose_for': 'floor_localizer'}, {}),
         _planner(PLANNERS[planner]),
-        NodeSetup(
-            'motor_bridge',
-            {'port': port, 'update_rate': 50.0, 'reply_timeout': 1.0, 'max_linear_velocity': CRUISE_SPEED},
-            {},
-        ),
+        _collision_monitor(),
+        NodeSetup('motor_bridge', {'port': port, **_BRIDGE}, {}),
     )
 
 
@@ -148,8 +159,7 @@ def _planner(method: Mapping[str, Value]) -> NodeSetup:
         'drive': True,
         'robot_radius': ROBOT_RADIUS,
         'height_max': ROBOT_HEIGHT,
-        # Depth is too noisy beyond this range.
-        'range_max': 3.5,
+        'range_max': DEPTH_RANGE,
         'max_linear_velocity': CRUISE_SPEED,
         'max_angular_velocity': 1.0,
         'max_angular_acceleration': 2.0,
@@ -158,8 +168,24 @@ def _planner(method: Mapping[str, Value]) -> NodeSetup:
         **_mount(DEPTH_MOUNT),
         **method,
     }
-    topics = {'pose': 'pose_arbiter/pose', 'command': 'vlc_beacon/command'}
+    topics = {'pose': 'pose_arbiter/pose', 'command': 'vlc_beacon/command', 'cmd_vel': 'cmd_vel_in'}
     return NodeSetup('reward_planner', parameters, topics, ('/depth/image',))
+
+
+def _collision_monitor() -> NodeSetup:
+    driving = DriveSettings()
+    parameters: dict[str, Value] = {
+        'robot_radius': ROBOT_RADIUS,
+        'deceleration': driving.max_linear_acceleration,
+        'angular_deceleration': driving.max_angular_acceleration,
+        'front.type': 'depth',
+        'front.xyz': list(DEPTH_MOUNT.xyz),
+        'front.rpy': list(DEPTH_MOUNT.rpy),
+        'front.range_max': DEPTH_RANGE,
+        'front.height_max': ROBOT_HEIGHT,
+    }
+    module = 'reward_planner.commands.collision_monitor'
+    return NodeSetup('collision_monitor', parameters, {}, ('/depth/image',), module=module)
 
 
 def _mount(mount: CameraMount) -> dict[str, Value]:
@@ -185,12 +211,17 @@ class NodeProcesses:
             **os.environ,
             'ROS_DOMAIN_ID': str(self._domain),
             'ROS_LOG_DIR': str(self._folder / 'log'),
-            # Seven processes on two cores: more threads would only compete.
+            # Eight processes on two cores: more threads would only compete.
             'OMP_NUM_THREADS': '1',
             'OPENBLAS_NUM_THREADS': '1',
         }
         for node in self._nodes:
-            command = [sys.executable, '-m', f'{node.package}.node', *node.arguments(self._folder)]
+            command = [
+                sys.executable,
+                '-m',
+                node.module or f'{node.package}.node',
+                *node.arguments(self._folder),
+            ]
             with (self._folder / f'{node.name}.log').open('wb') as log:
                 self._running[node.name] = subprocess.Popen(
                     command,

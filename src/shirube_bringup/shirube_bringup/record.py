@@ -11,7 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from scene_simulator.mission.layout import ZONES, MissionLayout
+from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS, ZONES, MissionLayout
+from scene_simulator.mission.pedestrians import Place, solids_at
 from scene_simulator.room.box_room import Box
 from shirube_core.geometry import SE2
 
@@ -72,6 +73,7 @@ class MissionTraces:
         pace: simulated time and wall time since the start of the drive [s], about once a second.
         cpu: CPU time of each process during the drive [s].
         rates: nominal image rate of each camera, and published images per simulated second [1/s].
+        people: places of all people in each step [m].
     """
 
     layout: MissionLayout
@@ -85,6 +87,7 @@ class MissionTraces:
     pace: Sequence[tuple[float, float]] = ()
     cpu: Mapping[str, float] = field(default_factory=dict)
     rates: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    people: Sequence[Sequence[tuple[float, float]]] = ()
 
     def as_json(self) -> str:
         """Return the traces as JSON text, with six decimals."""
@@ -131,7 +134,9 @@ class MissionRecord:
         seed: seed of the mission.
         goals: results of the goals, in order.
         track: time [s] and true x, y, yaw of each step [m, m, rad].
-        clearances: clearance between robot and obstacles in each step [m].
+        clearances: clearance between robot and obstacles, people included, in each step [m].
+        people_clearance: least clearance between robot and people [m].
+        people: places of all people in each step [m].
         legs: start and end time of each goal [s].
         ended: reason why the mission ended.
         kidnapping: when the robot was carried away and had recovered [s], and time [s] and errors of the areas that the
@@ -142,14 +147,19 @@ class MissionRecord:
     goals: list[GoalRecord] = field(default_factory=list)
     track: list[tuple[float, float, float, float]] = field(default_factory=list)
     clearances: list[float] = field(default_factory=list)
+    people_clearance: float = math.inf
+    people: list[list[tuple[float, float]]] = field(default_factory=list)
     legs: list[tuple[float, float]] = field(default_factory=list)
     ended: str = ''
     kidnapping: Mapping[str, object] = field(default_factory=dict)
 
-    def add_step(self, time: float, pose: SE2, clearance: float) -> None:
-        """Add the true pose at a time [s], and the clearance there [m]."""
+    def add_step(self, time: float, pose: SE2, clearance: float, people: Sequence[Place] = ()) -> None:
+        """Add the true pose at a time [s], the clearance to obstacles there [m] and the places of people [m]."""
         self.track.append((time, pose.x, pose.y, pose.yaw))
-        self.clearances.append(clearance)
+        to_people = solids_at(people).clearance(pose.x, pose.y, ROBOT_RADIUS, ROBOT_HEIGHT)
+        self.clearances.append(min(clearance, to_people))
+        self.people_clearance = min(self.people_clearance, to_people)
+        self.people.append(list(people))
 
     def has_succeeded(self, goals: int) -> bool:
         """Return whether this number of goals was reached within the limits, without a collision."""
@@ -187,6 +197,8 @@ class MissionRecord:
             'goals': [{**asdict(goal), 'good': goal.is_good} for goal in self.goals],
             'collisions': count_collisions(self.clearances),
             'least_clearance': min(self.clearances, default=math.inf),
+            'people': len(self.people[-1]) if self.people else 0,
+            'least_clearance_to_people': self.people_clearance,
             'path_length': self.path_length,
             'seconds': self.track[-1][0] if self.track else 0.0,
             'orders': [{'time': time, 'order': command} for time, command in commands],

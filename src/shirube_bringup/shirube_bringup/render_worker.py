@@ -14,6 +14,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_simulator.mission.pedestrians import Place
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
@@ -67,9 +68,11 @@ class RenderWorker:
         """End the process."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def request(self, sensor: str, index: int, time: float, path: PiecewisePath) -> None:
-        """Request the image of a sensor at a time [s]; the path covers its exposure."""
-        self._pending[sensor, index] = self._pool.submit(_render, sensor, index, time, path)
+    def request(
+        self, sensor: str, index: int, time: float, path: PiecewisePath, people: Sequence[Place] = ()
+    ) -> None:
+        """Request the image of a sensor at a time [s]; the path covers its exposure, people are at these places."""
+        self._pending[sensor, index] = self._pool.submit(_render, sensor, index, time, path, people)
 
     def collect(self, sensor: str, index: int) -> Sequence[Picture]:
         """Wait for a requested image and return it: one image, or the left and the right one."""
@@ -87,20 +90,22 @@ def initialize_worker(seed: int, waveforms: dict[int, Waveform]) -> None:
 
 def compile_render_kernels() -> None:
     """Render one image of each sensor in this process, which compiles the numba kernels."""
-    start = _sensors[0].layout.start
+    start, people = _sensors[0].layout.start, [(1.0, 1.0)]
     still = PiecewisePath((0.0, 1.0), (start, start))
     for sensor in ('floor', 'ceiling', 'stereo', 'depth'):
-        _render(sensor, 0, 0.5, still)
+        _render(sensor, 0, 0.5, still, people)
 
 
-def _render(sensor: str, index: int, time: float, path: PiecewisePath) -> Sequence[Picture]:
+def _render(
+    sensor: str, index: int, time: float, path: PiecewisePath, people: Sequence[Place] = ()
+) -> Sequence[Picture]:
     sensors = _sensors[0]
     match sensor:
         case 'floor':
             return (sensors.floor_picture(index, time, path.pose_at),)
         case 'ceiling':
-            return (sensors.ceiling_picture(index, time, path.pose_at),)
+            return (sensors.ceiling_picture(index, time, path.pose_at, people),)
         case 'stereo':
-            return sensors.stereo_pair(index, time, path.pose_at)
+            return sensors.stereo_pair(index, time, path.pose_at, people)
         case _:
-            return (sensors.depth_picture(index, time, path.pose_at),)
+            return (sensors.depth_picture(index, time, path.pose_at, people),)

@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
+from scene_simulator.mission.pedestrians import mission_pedestrians
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bringup.bag import MissionBag
 from shirube_bringup.building import BuildingFiles, lamp_waveforms
@@ -27,7 +28,7 @@ from shirube_bringup.mission import Mission, Stopwatch
 from shirube_bringup.nodes import MissionError, NodeProcesses, NodeSetup, mission_nodes
 from shirube_bringup.record import MissionRecord, MissionTraces
 from shirube_bringup.render_worker import RenderWorker
-from shirube_bringup.simulator import CAMERAS, Simulator
+from shirube_bringup.simulator import CAMERAS, SUBSCRIBERS, Simulator
 from shirube_bringup.subscribers import ODOMETRY, MissionSubscribers
 from shirube_core.geometry import SE2
 from shirube_ros.node import node_executor
@@ -64,6 +65,7 @@ def run_mission(
     launched: bool = False,
     planner: str = 'default',
     is_kidnapped: bool = False,
+    people: int = 0,
 ) -> tuple[dict[str, Any], MissionTraces]:
     """Run a mission and return its summary, as JSON data, and its time series.
 
@@ -76,6 +78,7 @@ def run_mission(
         launched: whether the nodes are started elsewhere, on the default ROS domain; their parameter files are written.
         planner: one of `PLANNERS`.
         is_kidnapped: whether the robot is carried away at the first goal.
+        people: number of people who walk in the room.
 
     Raises:
         MissionError: a node did not start.
@@ -84,6 +87,7 @@ def run_mission(
     """
     began, waveforms = monotonic(), lamp_waveforms(read_key(files.key))
     sensors = MissionSensors(seed, waveforms)
+    walking = mission_pedestrians(seed, people, sensors.room, sensors.layout)
     controller, lock = _controller(seed, sensors.layout.start), Lock()
     with ExitStack() as stack:
         port = stack.enter_context(PseudoTerminal(controller, lock)).path
@@ -92,10 +96,12 @@ def run_mission(
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
         subscribers = MissionSubscribers(node)
-        steps = Simulator(node, executor, controller, lock, sensors, worker, subscribers, processes.has_ended)
+        parts = controller, lock, sensors, worker, subscribers
+        steps = Simulator(node, executor, *parts, processes.has_ended, walking)
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
-        parts = sensors, controller, subscribers, steps, MissionRecord(seed), processes
-        mission = Mission(*parts, Stopwatch(processes, worker), is_kidnapped)
+        record = MissionRecord(seed)
+        stopwatch = Stopwatch(processes, worker)
+        mission = Mission(sensors, controller, subscribers, steps, record, processes, stopwatch, is_kidnapped)
         ready, finished = _drive(mission, executor, log, began)
         if bag:
             log(f'recorded {bag.write()} messages in {bag.path}')
@@ -139,6 +145,7 @@ def _make_outcome(mission: Mission, timing: Mapping[str, float]) -> tuple[dict[s
         mission.stopwatch.pace,
         mission.stopwatch.cpu,
         {c.name: (1e3 / c.period, mission.steps.publishers.image_counts[c.name] / seconds) for c in CAMERAS},
+        record.people,
     )
     return summary, traces
 
@@ -172,7 +179,7 @@ def _wait_for_nodes(mission: Mission, executor: Executor) -> None:
     end = monotonic() + _START_TIMEOUT
     publishers = mission.steps.publishers
     while unsubscribed := [
-        camera.name for camera in CAMERAS if publishers.subscriber_count(camera.name) == 0
+        name for name, nodes in SUBSCRIBERS.items() if publishers.subscriber_count(name) < len(nodes)
     ]:
         mission.processes.check()
         if monotonic() > end:
@@ -181,4 +188,4 @@ def _wait_for_nodes(mission: Mission, executor: Executor) -> None:
             )
         executor.spin_once(timeout_sec=0.1)
     mission.steps.wait_for_nodes('/floor_localizer', '/vlc_beacon', '/stereo_landmark', '/pose_arbiter')
-    mission.steps.wait_for_nodes('/reward_planner', '/motor_bridge')
+    mission.steps.wait_for_nodes('/reward_planner', '/collision_monitor', '/motor_bridge')

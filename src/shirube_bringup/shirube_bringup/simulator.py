@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from threading import Lock
 from time import monotonic
@@ -11,6 +11,7 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
+from scene_simulator.mission.pedestrians import Pedestrian
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bags.lockstep import NodeBarrier
 from shirube_bringup.publishers import MissionPublishers
@@ -20,12 +21,15 @@ from shirube_bringup.subscribers import MissionSubscribers
 STEP_MS = 20
 """Time step of the simulation [ms]."""
 
-_SUBSCRIBER = {
-    'floor': 'floor_localizer',
-    'ceiling': 'vlc_beacon',
-    'stereo': 'stereo_landmark',
-    'depth': 'reward_planner',
+SUBSCRIBERS = {
+    'floor': ('/floor_localizer',),
+    'ceiling': ('/vlc_beacon',),
+    'stereo': ('/stereo_landmark',),
+    'depth': ('/reward_planner', '/collision_monitor'),
 }
+"""Full names of the nodes that take the images of each sensor."""
+
+_CONTROLLERS = ('/reward_planner', '/reward_planner', '/collision_monitor', '/motor_bridge')
 _CONTROL_PERIOD_MS = 50
 """Control period of the planner [ms]."""
 
@@ -80,6 +84,7 @@ class Simulator:
     Attributes:
         now: mission time [ms].
         late_steps: number of steps without odometry or fused pose before the timeout.
+        people: people who walk in the room.
     """
 
     def __init__(
@@ -92,6 +97,7 @@ class Simulator:
         worker: RenderWorker,
         subscribers: MissionSubscribers,
         has_ended: Callable[[], bool] = lambda: False,
+        people: Sequence[Pedestrian] = (),
     ) -> None:
         """Create the publishers.
 
@@ -104,6 +110,7 @@ class Simulator:
             worker: renders the images.
             subscribers: receive odometry and the fused pose.
             has_ended: returns whether a node has ended; then responses are not waited for.
+            people: people who walk in the room.
         """
         self.now = 0
         self.late_steps = 0
@@ -112,6 +119,7 @@ class Simulator:
         self._executor, self._controller, self._lock = executor, controller, lock
         self._sensors, self._worker, self._subscribers = sensors, worker, subscribers
         self._barrier = NodeBarrier(node, executor, has_ended)
+        self.people = people
 
     def step(self) -> None:
         """Advance by one time step.
@@ -127,13 +135,15 @@ class Simulator:
                 for index in camera.indices(before, self.now, camera.exposure):
                     self._request_render(camera, index)
             truth = self._controller.pose_at(1e-3 * self.now)
+        for person in self.people:
+            person.advance(1e-3 * STEP_MS, truth)
         self._publish_sensors(before)
         self.publishers.publish_clock(self.now)
         self.publishers.publish_ground_truth(self.now, truth)
         self._wait_for_motion()
         if self.now // _CONTROL_PERIOD_MS > before // _CONTROL_PERIOD_MS:
             # The first response shows that the planner has received the clock, the second that its timer has run.
-            for name in ('/reward_planner', '/reward_planner', '/motor_bridge'):
+            for name in _CONTROLLERS:
                 self.wait_for_nodes(name)
 
     def wait_for_nodes(self, *names: str) -> None:
@@ -149,19 +159,20 @@ class Simulator:
         poses = tuple(self._controller.pose_at(moment) for moment in times)
         if len(times) == 1:
             times, poses = [times[0] - 1e-3, times[0]], (poses[0], poses[0])
-        self._worker.request(camera.name, index, 1e-3 * time, PiecewisePath(tuple(times), poses))
+        places = [person.place for person in self.people]
+        self._worker.request(camera.name, index, 1e-3 * time, PiecewisePath(tuple(times), poses), places)
 
     def _publish_sensors(self, before: int) -> None:
         """Publish the sensor data that is due, and wait until the localizers have processed it."""
         for index in TILT.indices(before, self.now, TILT.latency):
             time = TILT.time_ms(index)
             self.publishers.publish_imu(time, self._sensors.tilt_reading(index, 1e-3 * time))
-        busy = []
+        busy = list[str]()
         for camera in CAMERAS:
             for index in camera.indices(before, self.now, camera.latency):
                 pictures = self._worker.collect(camera.name, index)
                 self.publishers.publish_images(camera.name, camera.time_ms(index), pictures)
-                busy.append(f'/{_SUBSCRIBER[camera.name]}')
+                busy += SUBSCRIBERS[camera.name]
         self.wait_for_nodes(*busy)
 
     def _wait_for_motion(self) -> None:

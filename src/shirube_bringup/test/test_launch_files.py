@@ -16,6 +16,7 @@ SINGLE = {
     'arbiter': 'pose_arbiter',
     'bridge': 'motor_bridge',
     'floor': 'floor_localizer',
+    'monitor': 'collision_monitor',
     'planner': 'reward_planner',
     'stereo': 'stereo_landmark',
     'vlc': 'vlc_beacon',
@@ -99,15 +100,16 @@ def configurations_in(value: Any) -> set[str]:
 
 @pytest.mark.parametrize('launch', SINGLE)
 def test_launch_file_starts_the_node_that_the_parameter_file_is_for(launch: str) -> None:
-    node, package = node_of(launch), SINGLE[launch]
-    parameters = yaml.safe_load((PACKAGE / 'config' / f'{package}.yaml').read_text())
-    assert (node['package'], node['name'], node['executable']) == (package, package, 'node')
-    assert node['exec_name'] == package
+    node, name = node_of(launch), SINGLE[launch]
+    parameters = yaml.safe_load((PACKAGE / 'config' / f'{name}.yaml').read_text())
+    package, executable = ('reward_planner', name) if launch == 'monitor' else (name, 'node')
+    assert (node['package'], node['name'], node['executable']) == (package, name, executable)
+    assert node['exec_name'] == name
     assert package in (PACKAGE / 'package.xml').read_text()
     assert list(parameters) == ['/**']
     assert list(parameters['/**']) == ['ros__parameters']
     defaults = declared_in(launch)
-    assert defaults['params_file'].args[0][1:] == ['config', f'{package}.yaml']
+    assert defaults['params_file'].args[0][1:] == ['config', f'{name}.yaml']
     assert [*defaults][:: len(defaults) - 1] == ['params_file', 'use_sim_time']
     (sim_time,) = (a for a in actions_of(launch) if a.kind == 'SetParameter')
     assert sim_time.args == ('use_sim_time', True)
@@ -217,7 +219,7 @@ def test_topics_are_remapped_to_the_given_ones() -> None:
     )  # a namespace is that of the whole robot
     assert remapped['arbiter'].keys() == {'odom', 'initialpose'}
     assert remapped['bridge'].keys() == {'cmd_vel', 'estop'}
-    assert remapped['planner'].keys() == {'points', 'pose', 'command'}
+    assert remapped['planner'].keys() == {'points', 'pose', 'command', 'cmd_vel'}
     assert remapped['floor']['image_raw'].args == remapped['vlc']['image_raw'].args == ('image',)
     assert remapped['vlc']['~/cmd_vel'].args == ('cmd_vel',)
     sides = [f'{side}/{name}' for side in ('left', 'right') for name in ('image_rect', 'camera_info')]

@@ -24,7 +24,7 @@ class FakeSimulation:
     """A simulation of some steps, after which a node does not respond; it ignores the goals."""
 
     def __init__(self, count: int) -> None:
-        self.now, self.left = 0, count
+        self.now, self.left, self.people = 0, count, ()
         self.publishers = SimpleNamespace(publish_goal=lambda _now, _goal: None)
 
     def step(self) -> None:

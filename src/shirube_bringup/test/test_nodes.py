@@ -10,10 +10,10 @@ from shirube_bringup.building import BuildingFiles
 from shirube_bringup.nodes import MissionError, NodeProcesses, NodeSetup, mission_nodes
 
 
-def test_the_six_nodes_get_their_files_and_topics(tmp_path):
+def test_the_nodes_get_their_files_and_topics(tmp_path):
     files = BuildingFiles(Path('/building'))
     nodes = {node.package: node for node in mission_nodes(files, '/dev/pts/9')}
-    assert len(nodes) == 6
+    assert len(nodes) == 7
     values = {}
     for name, node in nodes.items():
         flag, params, path, *remapped = node.arguments(tmp_path)
@@ -25,6 +25,9 @@ def test_the_six_nodes_get_their_files_and_topics(tmp_path):
     assert values['floor_localizer']['map_file'] == '/building/floor.dotmap'
     assert values['reward_planner']['drive'] is True
     assert nodes['reward_planner'].topics['pose'] == 'pose_arbiter/pose'
+    # Nobody but the monitor commands the base.
+    assert nodes['reward_planner'].topics['cmd_vel'] == 'cmd_vel_in'
+    assert 'cmd_vel' not in nodes['collision_monitor'].topics
 
 
 def test_pictures_do_not_get_lost(tmp_path):

@@ -51,6 +51,7 @@ LISTENERS = {
     'vlc_beacon': ('/ceiling/image_raw',),
     'stereo_landmark': ('/left/image_rect', '/right/image_rect'),
     'reward_planner': ('/depth/image',),
+    'collision_monitor': ('/depth/image',),
     'motor_bridge': (),
     'pose_arbiter': (),
 }
@@ -90,7 +91,7 @@ class BlackPictures:
     def __init__(self):
         self.requested: dict[tuple[str, int], object] = {}
 
-    def request(self, sensor, index, time, path):
+    def request(self, sensor, index, time, path, _people):
         self.requested[sensor, index] = time, path
 
     def collect(self, sensor, index):
@@ -131,7 +132,13 @@ def test_every_picture_arrives_in_its_order(run):
 
 def test_no_picture_comes_before_its_latency(run):
     nodes, _, _, _ = run
-    latency = {'floor_localizer': 60, 'vlc_beacon': 60, 'stereo_landmark': 200, 'reward_planner': 80}
+    latency = {
+        'floor_localizer': 60,
+        'vlc_beacon': 60,
+        'stereo_landmark': 200,
+        'reward_planner': 80,
+        'collision_monitor': 80,
+    }
     for name, milliseconds in latency.items():
         for _, stamp, clock_time in nodes[name].received:
             assert clock_time + 1e-3 * STEP_MS >= stamp + 1e-3 * milliseconds - 1e-9

@@ -130,7 +130,8 @@ class InputWatch:
     def _diagnose(self, each: _Input) -> tuple[str, bool]:
         """Return why no message arrives, and whether a publisher is wrong; empty if nothing must arrive."""
         publishers = 0
-        for subscription in self._node.subscriptions:
+        # The first one of a topic counts; a further one, which fetches stored messages, does not match all publishers.
+        for subscription in {s.topic_name: s for s in reversed([*self._node.subscriptions])}.values():
             if subscription.topic_name in each.topics:
                 for wrong in _mismatches(self._node, subscription):
                     if wrong:

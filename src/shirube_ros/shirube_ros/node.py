@@ -35,7 +35,7 @@ def node_executor(context: rclpy.Context | None = None) -> Executor:
 
     A SingleThreadedExecutor polls all entities of a node before each callback, which costs more than most callbacks: a
     node that receives a hundred small messages a second then needs two to three times the CPU time. Subscriptions whose
-    callbacks take the MessageInfo need a SingleThreadedExecutor: rclpy's EventsExecutor fails with them.
+    callbacks take the MessageInfo must accept it and the message as one tuple: so rclpy's EventsExecutor passes them.
     """
     if EventsExecutor is None:
         return SingleThreadedExecutor(context=context)

@@ -11,11 +11,13 @@ from dataclasses import fields
 from pathlib import Path
 
 from motor_bridge.core.calibration import MeasuredRun, WheelCalibration, calibrate_wheels
-from motor_bridge.core.controller_link import ControllerLink, ControllerSetup, LinkError
+from motor_bridge.core.controller_protocol import ControllerProtocol, ControllerSetup, LinkError
 from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
 from motor_bridge.core.drive_settings import DriveSettings
 from motor_bridge.core.encoder_monitor import count_difference
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
+from motor_bridge.link.controller_session import LATENCIES, longer_latency
 from motor_bridge.link.serial_port import SerialPort
 from motor_bridge.node_settings import NodeSettings
 from shirube_core.files import YamlFileError, read_yaml, write_text
@@ -75,7 +77,7 @@ def _measure_runs(
 ) -> tuple[list[MeasuredRun], list[MeasuredRun]]:
     """Measure runs while an operator pushes the robot."""
     with SerialPort(options.port, options.baud, _DEFAULTS.reply_timeout) as line:
-        link = ControllerLink(line, ControllerSetup(options.baud, _DEFAULTS.gains))
+        link = RosArduinoBridge(line, ControllerSetup(options.baud, _DEFAULTS.gains))
         _handshake(link)
         straights, turns = (
             [_measure_push(link, ask, instruction, question) for _ in range(options.runs)]
@@ -87,19 +89,21 @@ def _measure_runs(
     return straights, [MeasuredRun(run.left, run.right, math.radians(run.measured)) for run in turns]
 
 
-def _handshake(link: ControllerLink) -> None:
+def _handshake(link: ControllerProtocol) -> None:
+    latency = LATENCIES[0]
     for left in reversed(range(_HANDSHAKE_ATTEMPTS)):
         try:
-            link.handshake()
+            link.connect(latency)
         except LinkError:
             if left == 0:
                 raise
+            latency = longer_latency(latency)
         else:
             return
 
 
 def _measure_push(
-    link: ControllerLink, ask: Callable[[str], str], instruction: str, question: str
+    link: ControllerProtocol, ask: Callable[[str], str], instruction: str, question: str
 ) -> MeasuredRun:
     ask(f'{instruction} Press Enter before you begin. ')
     before = link.read_counts()

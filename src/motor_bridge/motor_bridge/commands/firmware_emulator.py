@@ -19,7 +19,7 @@ import numpy as np
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.line_faults import FAULTS, LineFaults, parse_fault_request
+from motor_bridge.emulator.line_faults import FAULTS, FaultRequest, LineFaults, parse_fault_request
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from shirube_core.settings import SettingsError, describe_settings, settings_from_values
 
@@ -59,7 +59,8 @@ def emulate(options: argparse.Namespace, stop_event: Event, commands: TextIO) ->
     settings = settings_from_values(EmulatorSettings, given)
     rng, fault_rng = np.random.default_rng(options.seed).spawn(2)
     controller, lock, faults = EmulatedController(settings, rng), Lock(), LineFaults(fault_rng)
-    terminal = PseudoTerminal(controller, lock, faults=faults, latency=options.latency, link=options.link)
+    faults.inject(FaultRequest('latency', max(0.0, options.latency)))
+    terminal = PseudoTerminal(controller, lock, faults=faults, link=options.link)
     with terminal, RealTimeStepper(controller, lock):
         print(terminal.path, flush=True)
         partial_line: bytes | None = b''

@@ -21,12 +21,12 @@ class Velocity:
     turn_rate: float = 0.0
 
 
-def check_velocity(forward: float, turn_rate: float) -> Velocity:
+def check_velocity(forward: float, turn_rate: float, topic: str = 'cmd_vel') -> Velocity:
     """Return a commanded velocity; raise a MotorBridgeError if a component is not finite or absurdly large."""
     if not (math.isfinite(forward) and math.isfinite(turn_rate)):
-        raise MotorBridgeError('cmd_vel has a velocity that is not finite; check its publisher')
+        raise MotorBridgeError(f'{topic} has a velocity that is not finite; check its publisher')
     if max(abs(forward), abs(turn_rate)) > _VELOCITY_MAX:
-        raise MotorBridgeError('cmd_vel has a velocity that is implausibly high; check its publisher')
+        raise MotorBridgeError(f'{topic} has a velocity that is implausibly high; check its publisher')
     return Velocity(forward, turn_rate)
 
 
@@ -45,6 +45,7 @@ class DiffDriveKinematics:
         Raises:
             MotorBridgeError: the maximum speed is less than one tick per frame, or does not fit into 16 bits.
         """
+        self._wheel_radius = settings.wheel_radius
         self.metres_per_tick = math.tau * settings.wheel_radius / settings.ticks_per_revolution
         self.separation, self.frame = settings.wheel_separation, settings.pid_frame
         straight_ticks = abs(self.to_wheel_ticks(Velocity(settings.max_linear_velocity, 0.0))[0])
@@ -65,3 +66,10 @@ class DiffDriveKinematics:
         per_speed = self.frame / self.metres_per_tick
         turning = 0.5 * self.separation * velocity.turn_rate
         return per_speed * (velocity.forward - turning), per_speed * (velocity.forward + turning)
+
+    def to_velocity(self, left: float, right: float) -> tuple[float, float]:
+        """Return v = r (l + r') / 2 and ω = r (r' - l) / b of the wheel speeds l and r' [rad/s]."""
+        return (
+            0.5 * self._wheel_radius * (left + right),
+            self._wheel_radius * (right - left) / self.separation,
+        )

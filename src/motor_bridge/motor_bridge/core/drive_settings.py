@@ -35,7 +35,7 @@ class DriveSettings:
     )
     auto_stop: float = setting(
         2.0,
-        'time after the last command at which the firmware stops the motors',
+        'longest time after the last command at which the firmware stops the motors, that of ROSArduinoBridge',
         unit='s',
         minimum=0.1,
         maximum=10.0,

@@ -8,6 +8,7 @@ from bisect import bisect_right
 import numpy as np
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
+from motor_bridge.emulator.checksummed_firmware import ChecksummedFirmware
 from motor_bridge.emulator.emulator_settings import EmulatorSettings
 from motor_bridge.emulator.firmware import PWM_MAX, Firmware
 from shirube_core.geometry import SE2
@@ -30,7 +31,8 @@ class EmulatedController:
         """Start at rest at time 0, at the pose ``start`` in the world; the generator gives slip and noise."""
         self._settings = settings
         self._body = RobotModel(settings, rng, start)
-        self._firmware = Firmware(settings, self._body.read_counts)
+        make_firmware = ChecksummedFirmware if settings.firmware == 'motor_controller' else Firmware
+        self._firmware = make_firmware(settings, self._body.read_counts)
         self._boot_end = 0.0
         self._times, self._poses = [0.0], [start]
 

@@ -11,6 +11,11 @@ from shirube_core.settings import setting
 class EmulatorSettings:
     """True dimensions of the robot, its motors, encoders and slip."""
 
+    firmware: str = setting(
+        'ros_arduino_bridge',
+        'emulated firmware; motor_controller adds checksums and a shorter auto-stop to the other',
+        choices=('ros_arduino_bridge', 'motor_controller'),
+    )
     baud: int = setting(57600, 'baud rate in the reply to b', unit='baud', minimum=1200, maximum=4_000_000)
     wheel_radius: float = setting(0.033, 'true wheel radius', unit='m', minimum=0.005, maximum=1.0)
     wheel_separation: float = setting(

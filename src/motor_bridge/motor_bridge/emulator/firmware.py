@@ -39,6 +39,7 @@ class Firmware:
         self._gains = PidGains()
         self._wheels = (WheelPid(), WheelPid())
         self._is_moving = False
+        self._auto_stop = self._settings.auto_stop
         self._zero_encoders()
 
     @property
@@ -65,7 +66,7 @@ class Firmware:
             if self._is_moving:
                 for wheel, count in zip(self._wheels, self._counts(), strict=True):
                     wheel.update(count, self._gains)
-        if time - self._last_command > self._settings.auto_stop:
+        if time - self._last_command > self._auto_stop:
             self._stop()
 
     def _execute(self, letter: str, first: str, second: str) -> str:

@@ -8,8 +8,11 @@ import numpy as np
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
-FAULTS = ('silence', 'hang', 'garbage', 'wrong', 'lost_cr', 'reset', 'unplug')
-"""silence S, hang S, unplug S: for S seconds; garbage N, wrong N, lost_cr N: the next N; reset."""
+FAULTS = ('silence', 'hang', 'garbage', 'wrong', 'lost_cr', 'reset', 'unplug', 'latency', 'jitter')
+"""silence S, hang S, unplug S: for S seconds; garbage N, wrong N, lost_cr N: the next N; reset.
+
+latency S, jitter S: from now on replies come S seconds later, and by up to so much more, at random, in their order.
+"""
 _TIMED = ('silence', 'hang', 'unplug')
 
 
@@ -51,6 +54,11 @@ class LineFaults:
         """Advance the timed faults [s]."""
         for kind in _TIMED:
             self._remaining[kind] = max(0.0, self._remaining[kind] - elapsed)
+
+    @property
+    def delay(self) -> float:
+        """Delay of a reply [s]."""
+        return self._remaining['latency'] + self._remaining['jitter'] * float(self._rng.random())
 
     def is_active(self, kind: str) -> bool:
         """Return whether a fault is active."""

@@ -6,6 +6,7 @@ import os
 import pty
 import select
 import tty
+from collections import deque
 from pathlib import Path
 from threading import Event, Lock, Thread
 from time import monotonic, sleep
@@ -39,16 +40,16 @@ class PseudoTerminal:
         lock: Lock,
         *,
         faults: LineFaults | None = None,
-        latency: float = 0.0,
         link: Path | None = None,
     ) -> None:
         """Prepare; the port exists inside of the `with` statement.
 
-        The lock protects the controller: hold it to advance its time. ``latency`` is the time from the last byte of a
-        command to its reply [s]; ``link`` a symbolic link to the port, renewed at each reconnection.
+        The lock protects the controller: hold it to advance its time. ``link`` is a symbolic link to the port, renewed
+        at each reconnection.
         """
-        self._controller, self._lock, self._latency, self._link = controller, lock, latency, link
+        self._controller, self._lock, self._link = controller, lock, link
         self._faults = faults or LineFaults(np.random.default_rng())
+        self._replies = deque[tuple[float, bytes]]()  # on their way, with the times when they arrive [s]
         self._stop_event = Event()
         self._thread = Thread(target=self._serve, daemon=True)
 
@@ -69,6 +70,7 @@ class PseudoTerminal:
     def _plug(self) -> None:
         # Keep the port's end open here, too: a terminal that no process has open accepts no bytes.
         self._master, self._port = pty.openpty()
+        self._replies.clear()
         tty.setraw(self._port)
         self.path = os.ttyname(self._port)
         if self._link is not None:
@@ -91,7 +93,10 @@ class PseudoTerminal:
             now = monotonic()
             self._apply_faults(now - before)
             before = now
-            readable = select.select([self._master], [], [], _POLL_PERIOD)[0]
+            while self._replies and self._replies[0][0] <= now:
+                os.write(self._master, self._replies.popleft()[1])
+            due = self._replies[0][0] - now if self._replies else _POLL_PERIOD
+            readable = select.select([self._master], [], [], min(due, _POLL_PERIOD))[0]
             if readable and self._faults.is_active('hang'):
                 sleep(_POLL_PERIOD)
             elif readable:
@@ -100,11 +105,12 @@ class PseudoTerminal:
     def _answer(self, data: bytes) -> None:
         with self._lock:
             reply = self._controller.receive(self._faults.to_controller(data))
-        if self._latency > 0.0:
-            sleep(self._latency)
         reply = b''.join(map(self._faults.to_host, reply.splitlines(keepends=True)))
-        if reply:
+        due = monotonic() + self._faults.delay
+        if reply and not self._replies and self._faults.delay == 0.0:
             os.write(self._master, reply)
+        elif reply:
+            self._replies.append((max(due, self._replies[-1][0] if self._replies else due), reply))
 
     def _apply_faults(self, elapsed: float) -> None:
         """Apply the faults that do not concern single bytes."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import inf
 from threading import Event, Lock
 from time import monotonic
 
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.controller_link import (
+from motor_bridge.core.controller_protocol import (
     BadReplyError,
-    ControllerLink,
+    ControllerProtocol,
     LinkError,
     NoReplyError,
     WheelCounts,
@@ -24,7 +25,14 @@ CONNECT_TIMEOUT = 5.0
 """Timeout of the handshake [s]; opening the port resets an Arduino, whose bootloader takes up to 2 s."""
 BAD_REPLIES_MAX = 10
 """Invalid replies in a row after which the session reconnects."""
+LATENCIES = 0.02, 0.4
+"""First and greatest latency of the line to allow for [s]."""
 _BETWEEN_READS = 0.01  # upper bound of the time between the first two reads [s]
+
+
+def longer_latency(latency: float) -> float:
+    """Return the latency to allow for after a failed handshake [s]."""
+    return min(4.0 * latency, LATENCIES[1])
 
 
 @dataclass
@@ -91,23 +99,24 @@ class ControllerSession:
         self.drive, self.odometry, self.report = drive, odometry, report
         self.lock = Lock()
         self._sent: tuple[int, int] | None = None
-        self._last_time = float('-inf')
+        self._last_time = -inf
         self._bad_replies_in_row = 0
 
-    def connect(self, link: ControllerLink, stop_event: Event) -> None:
+    def connect(self, link: ControllerProtocol, stop_event: Event) -> None:
         """Repeat the handshake until it succeeds or the stop event is set.
 
         Raises:
             PortError: timeout; reopening the port may help.
         """
-        deadline = monotonic() + CONNECT_TIMEOUT
+        deadline, latency = monotonic() + CONNECT_TIMEOUT, LATENCIES[0]
         while not stop_event.is_set():
             try:
-                counts = self._first_counts(link)
+                counts = self._first_counts(link, latency)
             except LinkError as fault:
                 if monotonic() > deadline:
                     raise PortError(str(fault)) from fault
                 self.report.set_disconnected(str(fault))
+                latency = longer_latency(latency)
                 continue
             with self.lock:
                 self.drive.halt()
@@ -115,10 +124,10 @@ class ControllerSession:
                 status = self.odometry.resume(counts, self._now())
             self._sent, self._bad_replies_in_row = (0, 0), 0
             detail = ', its encoders were reset' if status is CountStatus.RESTARTED else ''
-            self.report.set_connected(f'connected to the controller{detail}')
+            self.report.set_connected(f'connected to the controller ({link.name}){detail}')
             return
 
-    def step(self, link: ControllerLink, stop_event: Event, *, is_cycle: bool) -> bool:
+    def step(self, link: ControllerProtocol, stop_event: Event, *, is_cycle: bool) -> bool:
         """Send the wheel speeds and, once per cycle, read the encoders; between cycles only changed speeds are sent.
 
         Returns:
@@ -145,38 +154,40 @@ class ControllerSession:
         self._bad_replies_in_row = 0
         return True
 
-    def _reconnect(self, link: ControllerLink, stop_event: Event, fault: LinkError) -> None:
+    def _reconnect(self, link: ControllerProtocol, stop_event: Event, fault: LinkError) -> None:
         """Reconnect; a hung controller may have a pending command, so only stops are sent until it replies."""
         with self.lock:
             self.drive.halt()
         self.report.set_disconnected(str(fault))
         self.connect(link, stop_event)
 
-    def _first_counts(self, link: ControllerLink) -> WheelCounts:
+    def _first_counts(self, link: ControllerProtocol, latency: float) -> WheelCounts:
         """Return counts that two reads confirm, since there are no earlier ones."""
-        first = link.handshake()
+        first = link.connect(latency)
         second = link.read_counts()
         turn_max = self.odometry.motion_bounds.pushed_turn_max(_BETWEEN_READS)
         if max(map(abs, count_difference(first, second))) > turn_max:
             raise BadReplyError('two consecutive reads of the counts differ; check wiring and noise')
         return second
 
-    def _send(self, link: ControllerLink, *, always: bool) -> None:
+    def _send(self, link: ControllerProtocol, *, always: bool) -> None:
         now = self._now()
         with self.lock:
             if now < self._last_time:
                 self.report.count_time_jump()
                 self.drive.halt()
                 self.odometry.handle_time_jump()
+            elif now - self._last_time > link.auto_stop:
+                self.drive.halt()  # the controller has stopped, so the limits begin at rest
             self._last_time = now
             ticks = self.drive.next_ticks(now)
             self.odometry.motion_bounds.set_commanded(*ticks)
         if always or ticks != self._sent:
             self._sent = None
-            link.set_speeds(*ticks)
+            link.write_speeds(*ticks)
             self._sent = ticks
 
-    def _read(self, link: ControllerLink) -> CountStatus:
+    def _read(self, link: ControllerProtocol) -> CountStatus:
         counts = link.read_counts()
         with self.lock:
             status = self.odometry.update(counts, self._now())

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, suppress
 from threading import Event, Thread
 from typing import Protocol
 
-from motor_bridge.core.controller_link import ControllerLink, ControllerSetup, LinkError, SerialLine
+from motor_bridge.core.controller_protocol import ControllerProtocol, LinkError, SerialLine
 from motor_bridge.core.diff_drive_kinematics import Velocity
 from motor_bridge.link.controller_session import ControllerSession
 from motor_bridge.link.serial_port import PortError
@@ -31,12 +31,12 @@ class MotorLoop:
     def __init__(
         self,
         open_line: Callable[[], OpenSerialLine],
-        setup: ControllerSetup,
+        make_protocol: Callable[[SerialLine], ControllerProtocol],
         session: ControllerSession,
         now: Callable[[], float],
     ) -> None:
         """Prepare; call `start` to begin. ``now`` returns the time of timeouts [s]."""
-        self._open_line, self._setup, self._now = open_line, setup, now
+        self._open_line, self._make_protocol, self._now = open_line, make_protocol, now
         self._session = session
         self._wake, self._stop_event, self._cycle_due = Event(), Event(), Event()
         self._thread = Thread(target=self._run, name='motor loop', daemon=True)
@@ -58,10 +58,8 @@ class MotorLoop:
             self._session.drive.set_target(velocity, self._now())
         self._wake.set()
 
-    def set_emergency_stop(self, *, is_on: bool) -> None:
-        """Stop at once, or allow later target velocities again."""
-        with self._session.lock:
-            self._session.drive.set_emergency_stop(is_on=is_on)
+    def wake(self) -> None:
+        """Send speeds that have changed at once."""
         self._wake.set()
 
     def cycle(self) -> None:
@@ -75,7 +73,7 @@ class MotorLoop:
             connections = report.connections
             try:
                 with self._open_line() as line:
-                    self._serve(ControllerLink(line, self._setup))
+                    self._serve(self._make_protocol(line))
             except (PortError, LinkError) as fault:
                 report.set_disconnected(str(fault))
             except Exception as fault:  # noqa: BLE001 the loop must survive programming errors
@@ -86,7 +84,7 @@ class MotorLoop:
             pause = BACK_OFF[0] if report.connections > connections else min(2.0 * pause, BACK_OFF[1])
             self._stop_event.wait(pause)
 
-    def _serve(self, link: ControllerLink) -> None:
+    def _serve(self, link: ControllerProtocol) -> None:
         """Serve an open line until an error or the stop event; the motors are always stopped at the end."""
         try:
             self._session.connect(link, self._stop_event)

@@ -15,8 +15,8 @@ import serial
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
-_QUIET_TIME = 0.02  # the line is quiet after this time without bytes [s]
-_DRAIN_TIMEOUT = 0.3  # timeout of draining [s]
+_QUIET_TIME = 0.02  # the line is quiet after this time without bytes, if it has no latency [s]
+_DRAIN_TIMEOUT = 0.3  # timeout of draining, likewise [s]
 _WRITE_TIMEOUT = 0.2  # [s]
 _CHUNK = 4096
 _REMEDIES = {
@@ -33,7 +33,7 @@ class PortError(MotorBridgeError):
 
 
 class SerialPort:
-    """An open serial port, a context manager.
+    """An open serial port, a context manager; implements `SerialLine`.
 
     Every error of the port is a PortError; disconnection raises OSError, SerialException or termios.error internally.
     """
@@ -44,7 +44,8 @@ class SerialPort:
         Raises:
             PortError: the device is missing, in use, not a serial port or not permitted.
         """
-        self._path, self._reply_timeout = path, reply_timeout
+        self._path, self._reply_timeout_min = path, reply_timeout
+        self.set_latency(_QUIET_TIME)
         self._received = b''
         try:
             self._serial = serial.Serial(path, baud, timeout=0, write_timeout=_WRITE_TIMEOUT, exclusive=True)
@@ -64,6 +65,11 @@ class SerialPort:
         with suppress(OSError, termios.error):
             self._serial.close()
 
+    def set_latency(self, latency: float) -> None:
+        """Allow for replies that are late by so much [s]: the line is quiet after this time, replies take twice."""
+        self._quiet_time, self.slowest_reply = latency, 0.0
+        self._reply_timeout = max(self._reply_timeout_min, 2.0 * latency)
+
     def write(self, data: bytes) -> None:
         """Write bytes."""
         with self._port_errors():
@@ -71,20 +77,23 @@ class SerialPort:
 
     def read_line(self, size_max: int) -> bytes:
         """Return bytes up to a line feed, at most ``size_max``, or fewer after the reply timeout."""
-        end = monotonic() + self._reply_timeout
+        start = monotonic()
+        end = start + self._reply_timeout
         while b'\n' not in self._received and len(self._received) < size_max:
             remaining = end - monotonic()
             if remaining <= 0.0 or not self._wait(remaining):
                 break
             self._received += self._read()
+        self.slowest_reply = max(self.slowest_reply, monotonic() - start)
         size = min(self._received.find(b'\n') + 1 or size_max, size_max)
         line, self._received = self._received[:size], self._received[size:]
         return line
 
     def drain(self) -> int:
         """Discard received bytes until the line is quiet or a timeout; return their number."""
-        end, count = monotonic() + _DRAIN_TIMEOUT, self.discard_received()
-        while monotonic() < end and self._wait(_QUIET_TIME):
+        end = monotonic() + max(_DRAIN_TIMEOUT, 3.0 * self._quiet_time)
+        count = self.discard_received()
+        while monotonic() < end and self._wait(self._quiet_time):
             count += len(self._read())
         return count
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from scene_simulator.errors import SceneError
 from shirube_bags.errors import ShirubeBagsError
 from shirube_bringup.building import write_building
 from shirube_bringup.nodes import PLANNERS, MissionError
@@ -39,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             launched=options.launched,
             planner=options.planner,
             is_kidnapped=options.kidnap,
+            people=options.people,
         )
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
         lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in traces.truth)
@@ -48,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print('room: interrupted; the nodes have ended', file=sys.stderr)
         return 1
-    except (MissionError, ShirubeBagsError, StereoLandmarkError) as fault:
+    except (MissionError, SceneError, ShirubeBagsError, StereoLandmarkError) as fault:
         print(f'room: {fault}', file=sys.stderr)
         return 1
     except OSError as fault:
@@ -79,6 +81,9 @@ def _parser() -> argparse.ArgumentParser:
         help="shortest routes, or the paper's map and reward rule (default: %(default)s)",
     )
     parser.add_argument('--kidnap', action='store_true', help='carry the robot away at the first goal')
+    parser.add_argument(
+        '--people', type=int, default=2, help='people who walk in the room (default: %(default)s)'
+    )
     parser.add_argument(
         '--launched',
         action='store_true',

@@ -37,7 +37,7 @@ COLOURS = {
     'odometry': '#64748b',
 }
 LABELS = {'pose_arbiter': 'fused (pose_arbiter)', 'odometry': 'odometry alone'}
-TRUTH = '#1d4ed8'
+TRUTH, PEOPLE = '#1d4ed8', '#be185d'
 ZONE_COLOURS = {'carpet': '#a16207', 'dark': '#1e293b', 'covered': '#0e7490'}
 ZONE_LABELS = {'carpet': 'carpet: no dots', 'dark': 'lamps off', 'covered': 'landmarks covered'}
 _OCCUPIED = 50
@@ -87,6 +87,9 @@ def draw_tracks(path: Path, traces: MissionTraces) -> None:
             size = 7.0 if name == 'stereo_landmark' else 2.5
             label = f'{name}: {len(localizer_poses)} poses'
             axes.plot(*localizer_poses[:, 1:3].T, '.', color=COLOURS[name], markersize=size, label=label)
+        for number in range(len(traces.people[0]) if traces.people else 0):
+            way = np.array([places[number] for places in traces.people])
+            axes.plot(*way.T, ':', color=PEOPLE, linewidth=1.5, label='people' if number == 0 else None)
         _draw_goals(axes, traces)
         _finish_plan(axes, 'Tracks of the mission')
 

@@ -1,16 +1,23 @@
 """Client of ROSArduinoBridge's protocol: one command at a time, every reply is checked.
 
 A command is a letter and its arguments, ended by a carriage return, with one reply.
-A line feed would become the letter of the next command, so none is sent. The protocol has no checksum: a reply is
-accepted only if it has exactly the expected format.
+A line feed would become the letter of the next command, so none is sent. A reply is accepted only if it has exactly the
+expected format. The protocol has no checksum, but firmware/motor_controller accepts and sends them if the host does.
 """
 
 from __future__ import annotations
 
+import math
 import re
-from dataclasses import dataclass
-from typing import Protocol
 
+from motor_bridge.core.checksum import with_checksum, without_checksum
+from motor_bridge.core.controller_protocol import (
+    BadReplyError,
+    ControllerSetup,
+    NoReplyError,
+    SerialLine,
+    WheelCounts,
+)
 from motor_bridge.core.diff_drive_kinematics import TICKS_MAX
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 
@@ -19,31 +26,15 @@ END_OF_COMMAND = b'\r'
 READ_ENCODERS = b'e\r'
 READ_BAUD = b'b\r'
 STOP = b'm 0 0\r'
+INVALID = b'Invalid Command\r\n'
 REPLY_MAX = 64
 """Longest reply [bytes]."""
 _COUNTS = re.compile(rb'(-?\d{1,10}) (-?\d{1,10})\r\n')
 _COUNT_MIN, _COUNT_MAX = -(2**31), 2**31 - 1
 _SHOWN_MAX = 40
-
-
-class LinkError(MotorBridgeError):
-    """No reply or an invalid one."""
-
-
-class NoReplyError(LinkError):
-    """No complete reply within the timeout."""
-
-
-class BadReplyError(LinkError):
-    """A reply has an unexpected format."""
-
-
-@dataclass(frozen=True)
-class WheelCounts:
-    """Counts of both encoders, signed 32 bits [ticks]."""
-
-    left: int
-    right: int
+_PROBES = 2  # noise on the first one must not give up the checksums
+_AUTO_STOP = 0.2, 2.0  # range of the firmware [s]
+_AUTO_STOP_REPLIES = 6.0  # least auto-stop in replies: speeds and counts take two of them per cycle
 
 
 def speeds_request(left: int, right: int) -> bytes:
@@ -93,63 +84,39 @@ def parse_counts(reply: bytes) -> WheelCounts:
 def _bad_reply(reply: bytes, expected: str) -> BadReplyError:
     shown = reply[:_SHOWN_MAX].decode('ascii', 'backslashreplace').encode('unicode_escape').decode()
     remedy = 'check wiring and noise'
-    if reply == b'Invalid Command\r\n':
+    if reply == INVALID:
         remedy += ', and whether its firmware accepts speeds of so many ticks per frame'
     return BadReplyError(f"the controller replies '{shown}' instead of {expected}; {remedy}")
 
 
-class SerialLine(Protocol):
-    """A serial line."""
-
-    def write(self, data: bytes) -> None:
-        """Send bytes."""
-
-    def read_line(self, size_max: int) -> bytes:
-        """Return bytes up to a line feed, at most ``size_max``, or fewer after the reply timeout."""
-
-    def drain(self) -> int:
-        """Discard received bytes until the line is quiet; return their number."""
-
-    def discard_received(self) -> int:
-        """Discard received bytes without waiting; return their number."""
-
-
-@dataclass(frozen=True)
-class ControllerSetup:
-    """Settings that are checked or sent at the handshake.
+class RosArduinoBridge:
+    """Sends commands to a controller and checks its replies; implements `ControllerProtocol`.
 
     Attributes:
-        baud: baud rate, which the controller must confirm.
-        gains: proportional, derivative and integral gain and divisor of the speed control.
-    """
-
-    baud: int
-    gains: tuple[int, int, int, int]
-
-
-class ControllerLink:
-    """Sends commands to a controller and checks its replies.
-
-    Attributes:
-        unsolicited_bytes: number of bytes received without a command.
+        name: protocol and options in use.
+        auto_stop: auto-stop of the controller [s]; infinite if it cannot be set, as then it is not known.
     """
 
     def __init__(self, line: SerialLine, setup: ControllerSetup) -> None:
-        """Start before the handshake."""
+        """Start unconnected."""
         self._line, self._setup = line, setup
-        self.unsolicited_bytes = 0
+        self._has_checksum = False
+        self.name, self.auto_stop = 'ROSArduinoBridge', math.inf
 
-    def handshake(self) -> WheelCounts:
-        """Handshake: stop the motors, check the baud rate, set the gains and return the encoder counts.
+    def connect(self, latency: float) -> WheelCounts:
+        """Stop the motors, check the baud rate, set gains and auto-stop, and return the encoder counts.
 
         A carriage return ends partial commands from noise. A hung controller may have a pending command, so the stop is
-        sent right behind it without waiting for a reply.
+        sent right behind it without waiting for a reply. Late replies are dropped until the line is quiet for a
+        ``latency`` [s].
 
         Raises:
             LinkError: no reply or an invalid one.
         """
+        self._line.set_latency(latency)
         self._line.write(END_OF_COMMAND + STOP)
         self._line.drain()
+        self._negotiate()
         baud = parse_baud(self._transact(READ_BAUD))
         if baud != self._setup.baud:
             raise BadReplyError(
@@ -157,10 +124,29 @@ class ControllerLink:
             )
         check_acknowledged(self._transact(gains_request(*self._setup.gains)))
         counts = self.read_counts()
+        self._set_auto_stop(max(self._setup.auto_stop, _AUTO_STOP_REPLIES * self._line.slowest_reply))
         self.stop()
         return counts
 
-    def set_speeds(self, left: int, right: int) -> None:
+    def _negotiate(self) -> None:
+        """Use checksums if the controller knows them.
+
+        To ROSArduinoBridge a hexadecimal digit at the end is the letter of a command that does not exist.
+        """
+        for _ in range(_PROBES):
+            self._has_checksum = self._exchange(with_checksum(READ_BAUD[:-1]) + END_OF_COMMAND) != INVALID
+            if self._has_checksum:
+                break
+
+    def _set_auto_stop(self, wanted: float) -> None:
+        self.name, self.auto_stop = 'ROSArduinoBridge', math.inf
+        if self._has_checksum:
+            milliseconds = round(1e3 * max(_AUTO_STOP[0], min(wanted, _AUTO_STOP[1])))
+            check_acknowledged(self._transact(f'h {milliseconds}\r'.encode()))
+            self.auto_stop = 1e-3 * milliseconds
+            self.name += f' with checksums, auto-stop {self.auto_stop:g} s'
+
+    def write_speeds(self, left: int, right: int) -> None:
         """Set the wheel speeds [ticks per frame]; errors as for `stop`."""
         check_acknowledged(self._transact(speeds_request(left, right)))
 
@@ -185,10 +171,19 @@ class ControllerLink:
     def resynchronize(self) -> None:
         """Resynchronize after an invalid reply: end partial commands and discard partial replies."""
         self._line.write(END_OF_COMMAND)
-        self.unsolicited_bytes += self._line.drain()
+        self._line.drain()
 
     def _transact(self, request: bytes) -> bytes:
-        self.unsolicited_bytes += self._line.discard_received()
+        if not self._has_checksum:
+            return self._exchange(request)
+        reply = self._exchange(with_checksum(request[:-1]) + END_OF_COMMAND)
+        text = without_checksum(reply.removesuffix(b'\r\n'))
+        if text is None:
+            raise _bad_reply(reply, 'a line with a valid checksum')
+        return text + b'\r\n'
+
+    def _exchange(self, request: bytes) -> bytes:
+        self._line.discard_received()
         self._line.write(request)
         reply = self._line.read_line(REPLY_MAX)
         if not reply.endswith(b'\n') and len(reply) < REPLY_MAX:
