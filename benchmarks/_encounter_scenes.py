@@ -94,7 +94,10 @@ class Sensor:
             limit = math.tan(0.5 * self.view)
             inside = (x > 0.0) & (abs(y) < limit * x) & (abs(z) < limit * self.rows / self.columns * x)
         else:
-            inside = (abs(np.arctan2(y, x)) < 0.5 * self.view) & (abs(z) < 0.1)
+            # The plane of the scan cuts the body, rather than touch its edge.
+            heights = [sorted((c[2], c[5])) for c in walkers.cylinders] + [b[5:7] for b in walkers.boxes]
+            cut = [low + 0.02 < origin[2] < high - 0.02 for low, high in heights for _ in _heights(low, high)]
+            inside = (abs(np.arctan2(y, x)) < 0.5 * self.view) & (abs(z) < 0.1) & np.array(cut)
         inside &= np.hypot(x, y) < SIGHT
         return bool(inside.any()) and bool((cast_rays(room, Solids(), origin, rays[inside]) > 1.0).any())
 

@@ -22,7 +22,7 @@ from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
-from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame, inflate_obstacles
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame, clearance
 from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -117,7 +117,7 @@ def main(run: Run, png: str) -> None:
         # Step 1: look around. Step 2: move by the rewards. Step 3: again, until the goal.
         seen.append(robot.look_around(*FRAME.centre_of(walk.cell)))
         maps.append(robot.mapper.map.occupancy_in(FRAME))
-        if not walk.advance(inflate_obstacles(maps[-1] == OCCUPIED, FRAME.resolution, ROBOT_RADIUS)):
+        if not walk.advance(clearance(maps[-1] == OCCUPIED, FRAME.resolution) <= ROBOT_RADIUS + 1e-5):
             break
         cells.append(walk.cell)
     heights = VOXELS.height_min, VOXELS.height_max

@@ -3,6 +3,8 @@
 Known maps: all methods find the same lengths by the same corner rule; they take turns on the same pairs, warm. The time
 of ours holds all it does, from the array of the map to the route. Unknown maps: a robot that sees 6 cells far follows
 its plan; at every step where it sees a new obstacle, the plan is repaired, and at every tenth also made from scratch.
+Costs: maps of larger structures, 5 cm a cell, with the node's defaults. The gap is the least distance of a route from
+obstacles minus the least one that is allowed.
 """
 
 from __future__ import annotations
@@ -12,12 +14,17 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from _figures import ratio, time
+from _figures import error, ratio, time
 from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from numpy.typing import NDArray
 
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.replanner import MARGIN_CELLS_MIN
+from reward_planner.core.occupancy_map import clearance
+from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.route import NoRoute, Route
+from reward_planner.core.route.inflation_cost import inflation_costs
+from reward_planner.core.route.route import COST_MAX, NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.room.grid_maps import GRID_MAPS, maze, random_field, rooms
 from scene_simulator.room.grid_world import GridWorld
@@ -25,6 +32,8 @@ from scene_simulator.room.grid_world import GridWorld
 SENSOR_RANGE = 6.0
 STEPS_MAX = 1500
 EVERY = 10
+COARSE = 16  # cells a side of a block of a map with costs
+RESOLUTION = 0.05
 Cell = tuple[int, int]
 
 
@@ -113,6 +122,29 @@ def drive(blocked: NDArray[np.bool_], start: Cell, goal: Cell, found: Times) -> 
         cell = (int(way[place, 0]), int(way[place, 1]))
 
 
+def compare_costs(kind: str, side: int, count: int) -> dict[str, NDArray[np.float64]]:
+    """Return times [ms], lengths [cells] and gaps [mm] of shortest and of least-cost routes, shape (count, 2)."""
+    planner = PlannerSettings()
+    block = np.ones((COARSE, COARSE), dtype=bool)
+    distances = clearance(np.kron(GRID_MAPS[kind](side // COARSE, 1), block), RESOLUTION)
+    radius = planner.robot_radius + max(DrivingSettings().clearance_margin, MARGIN_CELLS_MIN * RESOLUTION)
+    costs = inflation_costs(distances, radius, planner)
+    blocked, found = costs > COST_MAX, defaultdict[str, list[list[float]]](list)
+    methods: tuple[Callable[[tuple[Cell, Cell]], Route], ...] = (
+        lambda ends: route_of(shortest_route(blocked, *ends)),
+        lambda ends: route_of(DStarLite(costs, ends[1], planner.cost_travel_multiplier).route_from(ends[0])),
+    )
+    pairs = pairs_of(blocked, count)
+    _ = [method(pairs[0]) for method in methods]  # warm
+    for pair in pairs:
+        taken = [cpu_time(method, pair) for method in methods]
+        found['ms'].append([milliseconds for _, milliseconds in taken])
+        found['length'].append([max(route.length, 1.0) for route, _ in taken])
+        gaps = [distances[tuple(route.cells.T)].min() - radius for route, _ in taken]
+        found['gap'].append([1e3 * min(gap, planner.inflation_radius) for gap in gaps])
+    return {name: np.array(values) for name, values in found.items()}
+
+
 def main(run: Run, side: int, pairs: int, drives: int) -> None:
     """Measure plans and replans."""
     use_one_core()
@@ -124,6 +156,16 @@ def main(run: Run, side: int, pairs: int, drives: int) -> None:
         compared['all'] = np.concatenate(list(compared.values()))
         for name, times in compared.items():
             table.add(name, *(time(column) for column in times.T), ratio(times[:, 0], times[:, 1], '.2f'))
+    heads = 'map | shortest ms: median / 95 % | least cost | least cost over shortest'
+    table = run.table(
+        'Costs', heads, 'length: median / 95 % / max | gap mm: shortest, median | least cost, median'
+    )
+    for kind in progress(GRID_MAPS):
+        results = compare_costs(kind, side, pairs)
+        lengths = error(results['length'][:, 1] / results['length'][:, 0], '.3f')
+        gaps = [error(column, '.0f', shown=(50.0,), better='higher') for column in results['gap'].T]
+        slower = ratio(results['ms'][:, 1], results['ms'][:, 0], '.1f')
+        table.add(kind, *(time(column) for column in results['ms'].T), slower, lengths, *gaps)
     heads = 'map | replans | replanned ms: median / 95 % | new obstacle on the route | from scratch'
     table = run.table('Unknown maps', heads, 'replan over from scratch | new D* Lite')
     for name in progress(GRID_MAPS):

@@ -211,11 +211,14 @@ def test_a_jump_back_in_time_starts_a_new_tracker(graph):
     robot = Robot(graph)
     robot.send('odom', odometry(100.0))
     robot.send_image(100.0)
-    robot.send('odom', odometry(5.0))
+    for stamp in (4.8, 4.9):
+        robot.send('odom', odometry(stamp))
+    robot.send_image(4.9)
     robot.send_image(5.0)
+    robot.send('odom', odometry(5.0))
     assert [[call[:2] for call in tracker.calls] for tracker in robot.trackers] == [
         [('odometry', 100.0), ('track', 100.0)],
-        [('odometry', 5.0), ('track', 5.0)],
+        [('track', 5.0), ('odometry', 5.0)],
     ]
 
 

@@ -7,18 +7,18 @@ from dataclasses import replace
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Path
 from std_msgs.msg import Header, String
 
 from reward_planner.core.compile_kernels import compile_kernels
 from reward_planner.core.driving.drive_state import DriveCommand, DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.light_command import parse_light_command
+from reward_planner.core.driving.recovery import parse_recovery
 from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.planner_settings import PlannerSettings, RewardSettings, check_planner_settings
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.rolling_voxel_grid import check_voxel_settings
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
@@ -26,6 +26,8 @@ from reward_planner.interface.compute_path_server import create_compute_path_ser
 from reward_planner.interface.map_server import MapServer, load_static_map
 from reward_planner.interface.navigation_server import NavigationServer
 from reward_planner.interface.planner_report import PlannerReport
+from reward_planner.interface.planning_thread import PlanningThread
+from reward_planner.interface.route_publisher import RoutePublisher
 from reward_planner.interface.sensor_inputs import DepthInput, PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings, check_source
 from shirube_core.geometry import SE2
@@ -33,10 +35,9 @@ from shirube_ros.diagnostics import Status
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.map_conversion import path_message
 from shirube_ros.node import run_node
-from shirube_ros.pose_conversion import planar_pose, pose_stamped
-from shirube_ros.quality_of_service import map_profile, pose_profile
+from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.quality_of_service import pose_profile
 from shirube_ros.stamps import StampSynchronizer, StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
 
@@ -97,7 +98,9 @@ class RewardPlannerNode(ManagedNode):
     def check_settings(self) -> None:
         """Raise a RewardPlannerError for contradictory parameters."""
         check_source(self.settings(NodeSettings))
+        check_planner_settings(self.settings(PlannerSettings))
         check_voxel_settings(self.settings(VoxelSettings))
+        parse_recovery(self.settings(DrivingSettings).recovery)
 
     def _navigator_settings(self) -> NavigatorSettings:
         return NavigatorSettings(
@@ -112,29 +115,27 @@ class RewardPlannerNode(ManagedNode):
         """Load the map, if map_file is set, and subscribe."""
         self._settings, method = self.settings(NodeSettings), self._navigator_settings()
         self._navigator = Navigator(self._settings.mount, method)
+        self._planning = PlanningThread(is_used=self._settings.planning_thread)
+        self._navigator.controller.run_planning = self._planning.run
         warning = load_static_map(self._navigator, self._settings)
         if warning:
             self.get_logger().warning(warning)
         self.get_logger().info('compiling numba kernels (first start only, about 1 min)')
         compile_kernels(self._settings.mount, method)
         self._logged_state: tuple[DriveState, str] | None = None
-        self._plan_number: tuple[int, int] | None = None
-        self._goal_yaw = 0.0
         self._stamps = StampValidator(self._handle_time_jump, self._now)
         self._frames = Frames(self, self._settings.base_frame)
         self._groups = self._subscribe_to_source()
         self._subscribe()
         self._report = PlannerReport(self._navigator, self._now, method.driving.map_timeout, self._groups)
         self._maps = MapServer(self, self._guard, self._navigator, self._settings)
-        self._plan = self.create_publisher(Path, '~/plan', map_profile())
-        self._waypoint = self.create_publisher(PoseStamped, '~/next_waypoint', pose_profile())
+        self._route = RoutePublisher(self, self._navigator, self._map_header)
         is_driver, base_frame = self._settings.drive, self._settings.base_frame
         self._cmd_vel = VelocityPublisher(self, 'cmd_vel', base_frame) if is_driver else None
         for period, work in ((_DRIVE_PERIOD, self._run_cycle), (_MAP_PERIOD, self._maps.publish_map)):
             self.create_guarded_timer(period, _CONTROL, work)
-        create_compute_path_server(
-            self, self._guard, self._settings.map_frame, self._in_map, self._navigator.route_between
-        )
+        plan = self._navigator.route_between
+        create_compute_path_server(self, self._guard, self._in_map, plan, self._planning.run)
         refusal = '' if is_driver else 'drive is false'
         self._actions = NavigationServer(self, self._guard, self._navigator, self._drive_to, refusal)
 
@@ -156,7 +157,7 @@ class RewardPlannerNode(ManagedNode):
         self._points: PointsInput | None = None
         match self._settings.source:
             case 'depth':
-                DepthInput(self, self._guard, self._take_frame)
+                DepthInput(self, self._guard, self.settings(VoxelSettings), self._take_frame)
                 for topic in ('depth/image', 'depth/camera_info'):
                     self._inputs.add(topic, Need.REQUIRED)
             case 'trinocular':
@@ -171,7 +172,7 @@ class RewardPlannerNode(ManagedNode):
     def _subscribe(self) -> None:
         for kind, topic, take, need in (
             (PoseStamped, 'pose', self._take_pose, Need.REQUIRED),
-            (PoseStamped, 'goal_pose', self._take_goal, Need.REQUEST),
+            (PoseStamped, 'goal_pose', lambda goal: self._drive_to(goal, 'goal_pose'), Need.REQUEST),
             (String, 'command', self._take_command, Need.REQUEST),
         ):
             self.subscribe(kind, topic, take, pose_profile(), need)
@@ -199,14 +200,9 @@ class RewardPlannerNode(ManagedNode):
         elif status is PoseStatus.RELOCATED:
             self.get_logger().warning(f'poses are consistent again, at x {pose.x:.2f} m, y {pose.y:.2f} m')
 
-    def _take_goal(self, message: PoseStamped) -> None:
-        self._drive_to(message, 'goal_pose')
-
     def _drive_to(self, message: PoseStamped, topic: str, path: list[PoseStamped] | None = None) -> None:
-        self._navigator.controller.cancel_goal()  # a rejected goal also cancels the previous one
         goal = self._in_map(message, topic)
         self._navigator.set_goal(goal, None if path is None else [self._in_map(each, topic) for each in path])
-        self._goal_yaw = goal.yaw
 
     def _in_map(self, message: PoseStamped, topic: str, *, is_latest_valid: bool = True) -> SE2:
         header, map_frame = message.header, self._settings.map_frame
@@ -240,10 +236,7 @@ class RewardPlannerNode(ManagedNode):
         self._report.add_drive(drive)
         self._actions.update(drive, now)
         self._log_state(drive)
-        self._publish_plan()
-        if drive.waypoint_map is not None:
-            x, y = drive.waypoint_map
-            self._waypoint.publish(pose_stamped(SE2(x, y, 0.0), self._map_header()))
+        self._route.publish(drive)
         if drive.velocity is not None:
             self._send(drive.velocity)
 
@@ -255,6 +248,7 @@ class RewardPlannerNode(ManagedNode):
         """Stop the robot and cancel its goal."""
         self._actions.end('UNKNOWN', 'the node was deactivated')
         self._navigator.controller.halt()
+        self._planning.end()
         if self._cmd_vel is not None:
             self._cmd_vel.stop()
 
@@ -268,16 +262,6 @@ class RewardPlannerNode(ManagedNode):
             logger.warning(drive.detail)
         else:
             logger.info(drive.detail)
-
-    def _publish_plan(self) -> None:
-        """Publish the route if it changed."""
-        replanner = self._navigator.controller.replanner
-        points = self._navigator.controller.points_map
-        goal_count = self._navigator.controller.goal_count
-        number = None if replanner is None or len(points) == 0 else (goal_count, replanner.replan_count)
-        if number != self._plan_number:
-            self._plan_number = number
-            self._plan.publish(path_message(points, self._goal_yaw, self._map_header()))
 
     def _handle_time_jump(self) -> None:
         self.get_logger().warning(

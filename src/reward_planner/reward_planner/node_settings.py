@@ -42,7 +42,31 @@ class NodeSettings(CameraSettings):
     save_file: str = setting(
         '', 'output file of ~/save_map (YAML; the PGM is in the same folder); empty takes map_file'
     )
+    keepout_mask_file: str = setting(
+        '',
+        'mask of areas that routes do not enter (YAML of map_server, as for KeepoutFilter of Nav2): 100 is forbidden '
+        "to the robot's centre, 1 to 99 is a cost; empty for none",
+    )
+    speed_mask_file: str = setting(
+        '',
+        'mask of speed limits (YAML of map_server, as for SpeedFilter of Nav2): speed_mask_base + '
+        'speed_mask_multiplier * value, at least 5 % of max_linear_velocity; 0 and unknown do not limit; empty: none',
+    )
+    speed_mask_type: str = setting(
+        'percent',
+        'unit of the speed limits: percent of max_linear_velocity (type 1 of CostmapFilterInfo) or m/s (type 2)',
+        choices=('percent', 'absolute'),
+    )
+    speed_mask_base: float = setting(100.0, 'speed limit of a mask at value 0', minimum=-1e4, maximum=1e4)
+    speed_mask_multiplier: float = setting(
+        -1.0, 'change of the speed limit of a mask from each value to the next', minimum=-1e4, maximum=1e4
+    )
     drive: bool = setting(False, 'whether the node drives the robot by cmd_vel')
+    planning_thread: bool = setting(
+        True,
+        'whether routes are planned beside the control loop, which then publishes cmd_vel without gaps; false for '
+        'replays in lockstep, whose results do not depend on the computing time',
+    )
     depth: DepthSettings = field(default_factory=DepthSettings)
 
 

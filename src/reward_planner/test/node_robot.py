@@ -40,7 +40,12 @@ class Robot:
         self._graph = graph
         self.now = 100.0
         self.body = SimulatedRobot(START, MotorLimits(1.0, 6.0))
-        parameters = {'use_sim_time': True, 'resolution': 0.1, 'range_max': 4.0} | parameters
+        parameters = {
+            'use_sim_time': True,
+            'planning_thread': False,
+            'resolution': 0.1,
+            'range_max': 4.0,
+        } | parameters
         self.node = graph.add(RewardPlannerNode, **parameters)
         self.robot = graph.add(lambda **options: Node('robot', **options))
         self._clock = self.robot.create_publisher(Clock, '/clock', 10)
@@ -88,11 +93,11 @@ class Robot:
     def send_goal(self, pose, frame='map'):
         self.send('goal_pose', pose_stamped(pose, self.header(frame)))
 
-    def send_points(self, frame='camera_optical_frame'):
+    def send_points(self, frame='camera_optical_frame', ago=0.0):
         pose = self.body.pose_at(self.body.time)
         depth = ROOM.depth_image(CAMERA, forward_camera(pose.x, pose.y, 0.3, pose.yaw))
         points = points_from_depth(depth, CAMERA)
-        self.send('points', cloud_from_points(points.astype(np.float32), self.header(frame)))
+        self.send('points', cloud_from_points(points.astype(np.float32), self.header(frame, ago)))
 
     def drive(self, seconds, until=lambda: False):
         """Publish points and pose, and drive, ten times per simulated second."""

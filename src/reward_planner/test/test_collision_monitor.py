@@ -27,10 +27,10 @@ SCAN = SourceSettings(type='scan')
 class Drive:
     """A robot with a scanner at 10 Hz and a base with a latency of 0.05 s, in simulated time."""
 
-    def __init__(self, room=HALL, deceleration=1.0, **settings):
+    def __init__(self, room=HALL, deceleration=1.0, frame_every=2, **settings):
         self.room, self.now, self.pose, self.speed = room, 100.0, SE2(0.0, 0.0, 0.0), 0.0
         self.given = [(0.0, 0.0)]
-        self.deceleration = deceleration
+        self.deceleration, self.frame_every = deceleration, frame_every
         given = {'deceleration': deceleration, 'latency': 0.05} | settings
         self.monitor = CollisionMonitor(CollisionMonitorSettings(**given), {'scan': SCAN})
 
@@ -46,7 +46,7 @@ class Drive:
     def run(self, seconds, walker=None, command=(0.5, 0.0), monitored=True, until=lambda: False):
         decision = None
         for k in range(round(seconds / 0.05)):
-            if k % 2 == 0:
+            if k % self.frame_every == 0:
                 self.send(walker)
             self.monitor.add_command(self.now, *command)
             decision = self.monitor.decide(self.now)
@@ -215,3 +215,39 @@ def test_depth_images_follow_rep_118():
     assert is_hit.tolist()[:3] == [True, False, True]
     with pytest.raises(RewardPlannerError, match='camera_info 4 x 1'):
         depth_rays(np.ones((2, 2), np.float32), camera, (0.1, 4.0))
+
+
+@pytest.mark.parametrize('seconds', [0.0, 1.5])
+def test_a_slow_person_who_first_stands_still_meets_a_standing_robot(seconds):
+    """Each frame's hits touch those of the last: yet somebody comes."""
+    drive, begin = Drive(frame_every=1), SE2(2.2, 0.03, math.pi)
+
+    class Starts(Walker):
+        def pose_at(self, time):
+            return super().pose_at(max(0.0, time - seconds))
+
+    walker = Starts('person', begin, 0.33)
+    gap = lambda: walker.solids_at(drive.now - 100.0).clearance(drive.pose.x, drive.pose.y, 0.2, 0.6)  # noqa: E731
+    drive.run(8.0, walker, command=(0.36, 0.0), until=lambda: gap() <= 0.0)
+    assert drive.speed < 1e-6
+
+
+def test_somebody_beside_the_robot_who_left_the_view_is_waited_for():
+    walker = Walker('person', SE2(3.0, 0.75, -2.95), 1.0)
+    drive = Drive()
+    drive.run(8.0, walker, until=lambda: drive.now > 102.6)
+    assert drive.speed == 0.0
+    seen = drive.monitor.sources['scan']
+    drive.run(0.4, walker)
+    assert drive.speed == 0.0, seen
+
+
+def test_it_waits_for_somebody_whose_way_it_would_cross():
+    """It stops while there is still room for both, rather than at the edge of the other's way."""
+    walker = Walker('person', SE2(1.9, -2.6, 0.5 * math.pi), 0.9)
+    drive, gaps = Drive(), []
+    for _ in range(100):
+        drive.run(0.1, walker)
+        gaps.append(walker.solids_at(drive.now - 100.0).clearance(drive.pose.x, drive.pose.y, 0.2, 0.6))
+    assert min(gaps) > 0.15
+    assert drive.pose.x > 2.0

@@ -10,6 +10,7 @@ from nav_msgs.msg import Path
 from rclpy.node import Node
 from std_msgs.msg import Header
 
+from reward_planner.core.driving.route_planning import run_at_once
 from reward_planner.core.navigator import Navigator, NavigatorSettings
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import DrivingError
@@ -101,6 +102,6 @@ def test_errors_are_reported_by_line_and_code():
 def test_without_nav2_there_is_no_action(graph):
     node = graph.add(lambda **options: Node('host', **options))
     assert (
-        create_compute_path_server(node, CallbackGuard(node), 'map', in_map, navigator().route_between)
+        create_compute_path_server(node, CallbackGuard(node), in_map, navigator().route_between, run_at_once)
         is None
     )

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route import d_star_lite
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.route import NoRoute, Route
+from reward_planner.core.route.route import COST_MAX, DIAGONAL, LETHAL, STRAIGHT, NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.room.grid_maps import GRID_MAPS
 from scene_simulator.room.grid_world import GridWorld, is_traversable
@@ -39,6 +41,52 @@ def test_routes_are_those_from_scratch_whatever_changes_and_wherever_the_robot_j
         routes.update_cells(chosen, now)
         blocked[tuple(chosen.T)] = now
         assert_as_from_scratch(routes, blocked, tuple(rng.choice(cells).tolist()), goal)
+
+
+def edge_costs(costs, multiplier: float) -> csr_array:
+    """The graph of the grid, in the planner's units: an independent statement of what a step costs."""
+    rows, columns = costs.shape
+    weight = round(multiplier / (2 * COST_MAX) * 2**20)
+    edges = []
+    for row, column in np.argwhere(costs <= COST_MAX).tolist():
+        for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+            to = row + down, column + right
+            if not (to[0] < rows and 0 <= to[1] < columns):
+                continue
+            if max(costs[to], costs[row, to[1]], costs[to[0], column]) <= COST_MAX:
+                step = DIAGONAL if down and right else STRAIGHT
+                both = int(costs[row, column]) + int(costs[to])
+                edges.append(
+                    (row * columns + column, to[0] * columns + to[1], step + (step * weight * both >> 20))
+                )
+    begins, ends, steps = np.array(edges or [(0, 0, 0)]).T
+    return csr_array((steps.astype(float), (begins, ends)), (costs.size, costs.size))
+
+
+@pytest.mark.parametrize('multiplier', [0.0, 2.0, 10.0])
+@pytest.mark.parametrize('seed', range(4))
+def test_routes_cost_what_dijkstra_finds_whatever_costs_change(seed: int, multiplier: float) -> None:
+    rng = np.random.default_rng(seed)
+    costs = rng.choice([0, 0, 5, 60, COST_MAX, LETHAL], rng.integers(3, 18, 2)).astype(np.uint8)
+    goal = tuple(rng.choice(np.argwhere(costs <= COST_MAX)).tolist())
+    routes = DStarLite(costs, goal, multiplier)
+    for _ in range(12):
+        graph = edge_costs(costs, multiplier)
+        truth = dijkstra(graph, directed=False, indices=goal[0] * costs.shape[1] + goal[1])
+        start = tuple(rng.choice(np.argwhere(costs <= COST_MAX)).tolist())
+        route, least = routes.route_from(start), truth[start[0] * costs.shape[1] + start[1]]
+        if isinstance(route, NoRoute):
+            assert least == np.inf
+        else:
+            numbers = route.cells @ (costs.shape[1], 1)
+            both_ways = graph + graph.T
+            assert sum(both_ways[a, b] for a, b in zip(numbers, numbers[1:], strict=False)) == least
+            assert tuple(route.cells[-1].tolist()) == goal
+        cells = rng.integers(0, costs.shape, (rng.integers(0, 9), 2))
+        cells = np.unique(cells[(cells != goal).any(axis=1)], axis=0)
+        new = rng.choice([0, 30, 200, LETHAL], len(cells)).astype(np.uint8)
+        routes.update_cells(cells, new)
+        costs[tuple(cells.T)] = new
 
 
 @pytest.mark.parametrize('kind', GRID_MAPS)

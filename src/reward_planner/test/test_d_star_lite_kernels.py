@@ -10,15 +10,15 @@ from reward_planner.core.route.d_star_lite_kernels import (
     insert_if_inconsistent,
     key_of,
 )
-from reward_planner.core.route.route import STRAIGHT
+from reward_planner.core.route.route import LETHAL, STRAIGHT
 
 WIDTH = 12
 
 
 def make_state() -> SearchState:
-    blocked = np.pad(np.zeros((10, 10), dtype=bool), 1, constant_values=True).reshape(-1)
-    g, rhs = np.full((2, len(blocked)), UNREACHED, dtype=np.int64)
-    return SearchState(blocked, g, rhs, WIDTH, WIDTH + 1)
+    costs = np.pad(np.zeros((10, 10), dtype=np.uint8), 1, constant_values=LETHAL).reshape(-1)
+    g, rhs = np.full((2, len(costs)), UNREACHED, dtype=np.int64)
+    return SearchState(costs, 0, g, rhs, WIDTH, WIDTH + 1)
 
 
 def filled(state: SearchState, cells: range, size: int) -> OpenList:
@@ -52,5 +52,5 @@ def test_of_two_cells_on_equally_long_ways_the_one_nearer_to_the_goal_comes_firs
 def test_only_cells_that_are_others_now_are_changed() -> None:
     state = make_state()
     cells = np.array([[0, 0], [9, 9], [4, 5]])
-    assert apply_changes(state, cells, np.array([True, False, True])).tolist() == [13, 5 * 12 + 6]
-    assert apply_changes(state, cells, np.array([True, False, False])).tolist() == [5 * 12 + 6]
+    assert apply_changes(state, cells, np.array([LETHAL, 0, 7], dtype=np.uint8)).tolist() == [13, 5 * 12 + 6]
+    assert apply_changes(state, cells, np.array([LETHAL, 0, 0], dtype=np.uint8)).tolist() == [5 * 12 + 6]

@@ -19,10 +19,11 @@ from grid_drive import (
     wall_with_door,
 )
 
+from reward_planner.core.costmap_masks import CostmapMasks, SpeedMask
 from reward_planner.core.driving.drive_state import DriveState
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.global_map import LocalMap
-from reward_planner.core.occupancy_map import clearance
+from reward_planner.core.occupancy_map import OccupancyMap, clearance
 from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.shortest_route import shortest_route
 from scene_simulator.room.grid_maps import maze, random_field, rooms, warehouse
@@ -68,7 +69,27 @@ def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
     drive.run(120.0)
     around = 2.0 * math.hypot(3.0, 3.8)
     assert drive.way() < 1.3 * around
+    assert (
+        min(drive.room) > 0.2
+    )  # costs keep the route off the door's edge, and the lookahead point the line to it
     assert drive.controller.replanner.replan_count < 25
+
+
+def test_the_robot_keeps_out_of_masked_areas_and_slows_down_in_others():
+    drive = GridDrive(hall(), SE2(1.5, 3.0, 0.0))
+    forbidden, slow = np.zeros((2, 60, 100), dtype=np.int8)
+    forbidden[20:60, 50:55], slow[:, 70:80] = 100, 60
+    frame = drive.frame
+    keepout, zones = OccupancyMap(frame, forbidden), OccupancyMap(frame, slow)
+    drive.global_map.masks = CostmapMasks(keepout, SpeedMask(zones, True, 100.0, -1.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
+    assert drive.run(120.0).state is DriveState.GOAL_REACHED
+    places = np.array([(pose.x, pose.y) for pose in drive.poses])
+    assert not forbidden[tuple(frame.cell_of(places).T)].any()
+    speeds = np.hypot(*np.diff(places, axis=0).T) / TICK
+    is_slow = slow[tuple(frame.cell_of(places[:-1]).T)] > 0
+    assert speeds[is_slow][20:].max() < 0.21  # it brakes in the zone
+    assert speeds[~is_slow].max() > 0.45
 
 
 @pytest.mark.parametrize('yaw', [0.0, 2.5])
@@ -125,7 +146,10 @@ def test_a_goal_behind_walls_is_reported_unreachable_and_the_robot_stops():
     drive.controller.set_goal(goal_at(8.0, 3.0))
     last = drive.run(200.0, until=(DriveState.UNREACHABLE, DriveState.GOAL_REACHED))
     assert last.state is DriveState.UNREACHABLE
-    assert last.detail == 'no path to the goal: obstacles block every path'
+    assert last.detail == (
+        'no path to the goal: obstacles block every path; '
+        'tried look_around, wait, back_up, clear (not possible), replan, wait, clear (not possible)'
+    )
     assert is_stopped(drive.run(2.0))
 
 

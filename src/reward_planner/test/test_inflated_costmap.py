@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reward_planner.core.costmap_masks import CostmapMasks
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
-from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
+from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyMap
+from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward_planner_error import DrivingError
+from reward_planner.core.route.route import COST_MAX, LETHAL
 
 
 def seen(rng, column, row, share):
@@ -18,23 +21,67 @@ def seen(rng, column, row, share):
     return LocalMap(frame, cells, np.ones((30, 30), dtype=bool))
 
 
-def test_parts_that_are_refreshed_equal_the_whole():
+@pytest.mark.parametrize('settings', [PlannerSettings(), PlannerSettings(unknown='blocked')])
+def test_parts_that_are_refreshed_equal_the_whole(settings):
     rng = np.random.default_rng(1)
     global_map = GlobalMap(0.1, 1_000_000)
-    costmap = InflatedCostmap(0.35, 0.8)
+    values = rng.choice([0, 40, 100], (50, 50)).astype(np.int8)
+    global_map.masks = CostmapMasks(OccupancyMap(GridFrame(1.0, 2.0, 0.07, 50, 50), values))
+    costmap = InflatedCostmap(0.35, 0.8, settings)
     costmap.cover(global_map, [(-3.0, -3.0), (12.0, 9.0)])
     for _ in range(25):
         part = seen(rng, int(rng.integers(-20, 80)), int(rng.integers(-20, 60)), 0.02)
         global_map.write(part)
-        before = costmap.blocked.copy()
+        before = costmap.costs.copy()
         cells = costmap.refresh(global_map, part.frame)
         changed = np.zeros_like(before)
         changed[tuple(cells.T)] = True
-        np.testing.assert_array_equal(changed, before != costmap.blocked)
-    fresh = InflatedCostmap(0.35, 0.8)
+        np.testing.assert_array_equal(changed, before != costmap.costs)
+    fresh = InflatedCostmap(0.35, 0.8, settings)
     fresh.cover(global_map, [(-3.0, -3.0), (12.0, 9.0)])
     xy = rng.uniform((-3.0, -3.0), (12.0, 9.0), (2000, 2))
     np.testing.assert_allclose(costmap.clearance_at(xy), fresh.clearance_at(xy), atol=1e-6)
+    (rows, columns), (other_rows, other_columns) = (each.frame.cell_of(xy).T for each in (costmap, fresh))
+    np.testing.assert_array_equal(costmap.costs[rows, columns], fresh.costs[other_rows, other_columns])
+    np.testing.assert_array_equal(costmap.blocked, costmap.costs > COST_MAX)
+
+
+def test_costs_decay_with_the_distance_and_masks_and_unknown_cells_add_to_them():
+    global_map = GlobalMap(0.1, 1_000_000)
+    cells = np.full((40, 40), FREE, dtype=np.int8)
+    cells[:, 0], cells[30:, 20:] = OCCUPIED, UNKNOWN
+    local = LocalMap(GridFrame(0.0, 0.0, 0.1, 40, 40), cells, cells != UNKNOWN)
+    global_map.write(local)
+    mask = np.zeros((20, 20), dtype=np.int8)
+    mask[0, 0], mask[1, :], mask[0, 4] = UNKNOWN, OCCUPIED, 50
+    global_map.masks = CostmapMasks(OccupancyMap(GridFrame(2.0, 0.0, 0.1, 20, 20), mask))
+    settings = PlannerSettings(inflation_radius=0.8, cost_scaling_factor=2.0, unknown='blocked')
+    costmap = InflatedCostmap(0.3, 1.0, settings)
+    costmap.cover(global_map, [(0.0, 0.0), (4.0, 4.0)])
+    (row, column), *_ = costmap.frame.cell_of([(0.05, 0.05)])
+    costs = costmap.costs[row : row + 40, column : column + 40]
+    distances = 0.1 * np.arange(4, 9)
+    assert (costs[5, :4] == LETHAL).all()
+    np.testing.assert_allclose(costs[5, 4:9], 252 * np.exp(-2.0 * (distances - 0.3)), atol=0.51)
+    assert not costs[5, 9:30].any()
+    assert costs[0, 20] == 0
+    assert costs[0, 24] == 127
+    assert (costs[1, 20:] == LETHAL).all()
+    assert (costmap.clearance_at([(2.5, 0.15), (2.5, 0.25)]) == [0.0, 1.0]).all()
+    assert (costs[30:, 20:] == LETHAL).all()
+
+
+@pytest.mark.parametrize('scale', [0.03, 0.1, 0.25])
+def test_no_cell_of_a_mask_is_lost_whatever_its_resolution(scale):
+    rng = np.random.default_rng(4)
+    values = np.where(rng.random((40, 40)) < 0.02, OCCUPIED, FREE).astype(np.int8)
+    mask = OccupancyMap(GridFrame(0.31, -0.17, scale, 40, 40), values)
+    frame = GridFrame(-1.0, -1.0, 0.1, 150, 150)
+    costs = CostmapMasks(mask).keepout_costs(frame)
+    centres = mask.frame.centre_of(np.argwhere(values == OCCUPIED))
+    assert (costs[tuple(frame.cell_of(centres).T)] == LETHAL).all()
+    places = frame.centre_of(np.argwhere(costs == LETHAL))
+    assert np.abs(places[:, None] - centres).max(axis=2).min(axis=1).max() <= 0.5 * max(scale, 0.1) + 1e-9
 
 
 def test_the_costmap_grows_only_when_it_must_and_leaves_room_around():

@@ -9,6 +9,7 @@ import pytest
 from simulated_robot import MotorLimits, SimulatedRobot
 
 from reward_planner.core.driving.drive_state import DriveState
+from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import DropReason, PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
@@ -149,7 +150,7 @@ def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     navigator.set_goal(SE2(0.9, 0.9, 0.0))
     with pytest.raises(DrivingError, match=r'outside of the map, which extends from x -1\.00 to 1\.00 m'):
         navigator.set_goal(SE2(2.0, 0.0, 0.0))
-    assert navigator.controller.replanner is None
+    assert navigator.controller.goal == SE2(0.9, 0.9, 0.0)
     here = SE2(0.0, 0.0, 0.0)
     assert navigator.route_between(here, SE2(2.0, 0.0, 0.0), 0.0) is NoRoute.GOAL_OUTSIDE
     assert navigator.route_between(SE2(2.0, 0.0, 0.0), here, 0.0) is NoRoute.START_OUTSIDE
@@ -158,6 +159,21 @@ def test_goals_must_be_on_a_known_map_or_where_something_was_seen_since():
     navigator.set_goal(SE2(2.0, 0.0, 0.0))
     navigator.clear_map()
     navigator.set_goal(SE2(40.0, 0.0, 0.0))
+
+
+def test_clearing_around_a_place_keeps_what_is_far_and_the_static_map():
+    navigator = RoomDrive(()).navigator
+    frame = GridFrame(-3.0, -3.0, 0.1, 60, 60)
+    walls = np.zeros(frame.shape, dtype=np.int8)
+    walls[:, 0] = walls[25, 35:45] = 100
+    navigator.set_static_map(OccupancyMap(frame, walls))
+    seen = np.zeros(frame.shape, dtype=bool)
+    seen[40, 20:60] = True
+    navigator.mapper.map.write(LocalMap(frame, np.full(frame.shape, 100, dtype=np.int8), seen))
+    navigator.clear_around(SE2(0.0, 0.0, 0.0), 1.5)
+    x, y = np.moveaxis(frame.centre_of(np.moveaxis(np.indices(frame.shape), 0, -1)), -1, 0)
+    expected = np.where(seen & (np.hypot(x, y) > 1.5), 100, walls)
+    np.testing.assert_array_equal(navigator.mapper.map.occupancy_in(frame), expected)
 
 
 @pytest.mark.parametrize(('rows', 'columns'), [(998, 998), (2000, 600), (40, 30_000), (830, 830)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from threading import Event
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
+from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
 from scene_simulator.room.box_room import forward_camera
@@ -128,6 +130,22 @@ def test_each_goal_gets_its_plan_and_a_latecomer_the_newest(graph):
     assert robot.robot.count_publishers('/cmd_vel') == 0
 
 
+def test_without_a_route_the_robot_recovers_and_then_gives_up_with_the_reason(graph, tmp_path, capfd):
+    cells = np.zeros((60, 100), dtype=np.int8)
+    cells[[9, 50], 9:71] = cells[9:51, [9, 70]] = 100  # the walls of the room
+    save_occupancy_map(tmp_path / 'hall.yaml', OccupancyMap(GridFrame(-2.0, -3.0, 0.1, 100, 60), cells))
+    values = {'recovery': 'clear wait', 'recovery_wait': 0.5, 'map_file': str(tmp_path / 'hall.yaml')}
+    robot = Robot(graph, drive=True, **values)
+    robot.drive_to(SE2(6.5, 0.0, 0.0), 5.0)
+    reason = 'no path to the goal: obstacles block every path'
+    status = robot.message()
+    assert status.message == f'{reason}; tried clear, wait'
+    assert ('recovery', 'clear, wait') in [(each.key, each.value) for each in status.values]
+    lines = capfd.readouterr().err
+    assert f'recovering: clear ({reason})' in lines
+    assert f'recovering: wait ({reason})' in lines
+
+
 def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     robot = Robot(graph, drive=True)
     robot.drive_to(AHEAD)
@@ -139,6 +157,32 @@ def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
     monkeypatch.setattr(robot.node._navigator.controller, 'step', fail)
     robot.tick(0.2)
     assert graph.spin_until(lambda: robot.speed == 0.0)
+
+
+def test_while_a_route_is_computed_the_robot_stands_and_commands_go_on(graph, monkeypatch):
+    release, update = Event(), Replanner.update
+
+    def update_late(*arguments):
+        assert release.wait(20.0)
+        update(*arguments)
+
+    robot = Robot(graph, drive=True, planning_thread=True)
+    monkeypatch.setattr(Replanner, 'update', update_late)
+    robot.drive_to(AHEAD)
+    assert robot.message().message == 'planning'
+    assert len(robot.velocities) >= 8
+    assert robot.speed == 0.0
+    release.set()
+    assert graph.spin_until(robot.node._navigator.controller.replanner._future.done)
+    robot.drive(1.0, until=lambda: robot.speed > 0.0)
+    assert robot.speed > 0.0
+    release.clear()
+    robot.node.trigger_deactivate()  # does not wait for the cycle that runs
+    release.set()
+    robot.node.trigger_activate()
+    robot.drive_to(AHEAD)
+    robot.drive(2.0, until=lambda: robot.speed > 0.0)
+    assert robot.speed > 0.0
 
 
 def test_a_lower_speed_limit_and_deactivation_hold_at_once(graph):

@@ -5,8 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.occupancy_map import GridFrame, OccupancyMap, clearance, inflate_obstacles
+from reward_planner.core.occupancy_map import GridFrame, OccupancyMap, clearance
+from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.route.inflation_cost import inflation_costs
+from reward_planner.core.route.route import LETHAL
 
 
 def test_what_is_unknown_is_not_occupied() -> None:
@@ -78,5 +81,6 @@ def test_clearance_is_the_distance_to_the_nearest_obstacle() -> None:
 def test_cells_within_the_radius_are_blocked_and_no_others(radius_cells: float) -> None:
     occupied = np.random.default_rng(2).random((50, 50)) < 0.01
     truth = distances_one_by_one(occupied) <= radius_cells + 1e-9
-    np.testing.assert_array_equal(inflate_obstacles(occupied, 0.05, 0.05 * radius_cells), truth)
-    assert not inflate_obstacles(np.zeros((5, 5), dtype=bool), 0.05, 0.05 * radius_cells).any()
+    costs = inflation_costs(clearance(occupied, 0.05), 0.05 * radius_cells, PlannerSettings())
+    np.testing.assert_array_equal(costs == LETHAL, truth)
+    assert not inflation_costs(clearance(np.zeros((5, 5), dtype=bool), 0.05), 0.1, PlannerSettings()).any()

@@ -12,7 +12,18 @@ from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import load_occupancy_map, save_occupancy_map
 
-DEPOT = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'depot.yaml'
+DATA = Path(os.environ.get('SHIRUBE_DATA', 'not given'))
+DEPOT = DATA / 'planner' / 'depot.yaml'
+NAV2_MAPS = DATA / 'planner_nav2_maps'
+
+
+def write_map(folder: Path, pixels: object, suffix: str = '.png', **fields: object) -> Path:
+    """Write an image, first line first, and its YAML file."""
+    cv2.imwrite(str(folder / f'a{suffix}'), np.array(pixels, dtype=np.uint8))
+    standard = {'image': f'a{suffix}', 'resolution': 0.1, 'origin': [0.0, 0.0, 0.0], 'negate': 0}
+    path = folder / 'a.yaml'
+    path.write_text(yaml.safe_dump({**standard, 'occupied_thresh': 0.65, 'free_thresh': 0.25, **fields}))
+    return path
 
 
 @pytest.fixture
@@ -48,12 +59,87 @@ def test_the_first_line_of_the_image_is_the_highest_row_and_dark_is_occupied(tmp
     assert load_occupancy_map(tmp_path / 'a.yaml').occupancy.tolist() == [[100, 100], [0, 100]]
 
 
-def test_a_png_serves_as_well_as_a_pgm(saved: Path) -> None:
+@pytest.mark.parametrize('suffix', ['.png', '.bmp'])
+@pytest.mark.parametrize('channels', [cv2.COLOR_GRAY2BGR, cv2.COLOR_GRAY2BGRA])
+def test_other_images_serve_as_well_as_a_pgm(saved: Path, suffix: str, channels: int) -> None:
     before = load_occupancy_map(saved)
     image = cv2.imread(str(saved.with_suffix('.pgm')), cv2.IMREAD_GRAYSCALE)
-    cv2.imwrite(str(saved.with_suffix('.png')), image)
-    change(saved, image='map.png')
+    cv2.imwrite(str(saved.with_suffix(suffix)), cv2.cvtColor(image, channels))
+    change(saved, image=f'map{suffix}')
     np.testing.assert_array_equal(load_occupancy_map(saved).occupancy, before.occupancy)
+
+
+@pytest.mark.parametrize(
+    ('fields', 'cells'),
+    [
+        ({}, [100, 100, -1, 0, 0]),
+        ({'negate': 1}, [0, -1, -1, 100, 100]),
+        ({'mode': 'scale'}, [100, 100, 62, 0, 0]),
+        ({'mode': 'scale', 'occupied_thresh': 1.0, 'free_thresh': 0.0}, [100, 70, 50, 20, 0]),
+        ({'mode': 'scale', 'occupied_thresh': 0.4, 'free_thresh': 0.4}, [100, 100, 100, 0, 0]),
+        ({'mode': 'raw'}, [0, 77, -1, -1, -1]),
+        # A value at a threshold belongs to it, as in Jazzy; 0.2 is 51 / 255, with and without rounding.
+        ({'occupied_thresh': 1.0, 'free_thresh': 0.0}, [100, -1, -1, -1, 0]),
+        ({'negate': 1, 'occupied_thresh': 0.8, 'free_thresh': 0.0}, [0, -1, -1, 100, 100]),
+    ],
+)
+def test_grey_values_become_cells_as_in_nav2(tmp_path: Path, fields: dict, cells: list[int]) -> None:
+    path = write_map(tmp_path, [[0, 77, 128, 204, 255]], '.pgm', **fields)
+    assert load_occupancy_map(path).occupancy.tolist() == [cells]
+
+
+@pytest.mark.parametrize(
+    ('mode', 'cells'), [('trinary', [0, -1, -1]), ('scale', [0, -1, -1]), ('raw', [-1, 0, 50])]
+)
+def test_pixels_that_are_not_opaque_are_unknown(tmp_path: Path, mode: str, cells: list[int]) -> None:
+    pixels = [[[255, 255, 255, 255], [0, 0, 0, 0], [50, 50, 50, 254]]]
+    assert load_occupancy_map(write_map(tmp_path, pixels, mode=mode)).occupancy.tolist() == [cells]
+
+
+@pytest.mark.parametrize('yaw', [1.0, -2.5, np.pi / 2, np.pi])
+def test_a_turned_map_has_its_cells_where_they_are(tmp_path: Path, yaw: float) -> None:
+    rng = np.random.default_rng(3)
+    pixels = np.where(rng.random((20, 30)) < 0.2, 0, 254)
+    path = write_map(tmp_path, pixels, '.pgm', origin=[2.0, 3.0, yaw])
+    turned = load_occupancy_map(path)
+    centres = 0.1 * (np.argwhere(pixels[::-1] == 0)[:, ::-1] + 0.5)
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    rows, columns = turned.frame.cell_of(centres @ turn.T + (2.0, 3.0)).T
+    assert (turned.occupancy[rows, columns] == 100).all()
+    places = turned.frame.centre_of(np.argwhere(turned.occupancy == 100))
+    gaps = np.linalg.norm(places[:, None] - (centres @ turn.T + (2.0, 3.0)), axis=2).min(axis=1)
+    assert gaps.max() <= 0.1 * np.sqrt(0.5) + 1e-9
+    assert (turned.occupancy >= 0).sum() == pytest.approx(pixels.size, rel=0.05)
+
+
+def test_scaled_values_are_saved_and_read_back(tmp_path: Path) -> None:
+    cells = np.arange(-1, 101, dtype=np.int8).reshape(6, 17)
+    frame = GridFrame(-1.5, 2.0, 0.05, 17, 6)
+    save_occupancy_map(tmp_path / 'map.yaml', OccupancyMap(frame, cells))
+    again = load_occupancy_map(tmp_path / 'map.yaml')
+    assert again.frame == frame
+    np.testing.assert_array_equal(again.occupancy, cells)
+
+
+@pytest.mark.skipif(not NAV2_MAPS.is_dir(), reason='SHIRUBE_DATA names no planner_nav2_maps')
+@pytest.mark.parametrize(
+    ('name', 'values'),
+    [
+        ('depot_keepout', [-1, 0, 100]),
+        ('depot_speed', [0, 20, 25, 50, 100]),
+        ('keepout_mask', [-1, 0, 100]),
+        ('speed_mask', [0, 19, 50]),
+        ('tb3_sandbox', [-1, 0, 100]),
+        ('testmap', [-1, 0, 100]),
+    ],
+)
+def test_maps_and_masks_of_nav2_are_read_and_saved(name: str, values: list[int], tmp_path: Path) -> None:
+    read = load_occupancy_map(NAV2_MAPS / f'{name}.yaml')
+    assert set(np.unique(read.occupancy)) <= set(values)
+    save_occupancy_map(tmp_path / 'map.yaml', read)
+    again = load_occupancy_map(tmp_path / 'map.yaml')
+    assert again.frame == read.frame
+    np.testing.assert_array_equal(again.occupancy, read.occupancy)
 
 
 @pytest.mark.skipif(not DEPOT.is_file(), reason='SHIRUBE_DATA names no planner/depot.yaml')
@@ -72,11 +158,11 @@ def test_the_depot_of_nav2_is_read() -> None:
         ({'resolution': 'fine'}, "resolution is 'fine'"),
         ({'origin': [0.0, 0.0]}, 'origin is'),
         ({'origin': [0.0, float('nan'), 0.0]}, 'origin is'),
-        ({'origin': [0.0, 0.0, 0.5]}, 'origin has a yaw'),
+        ({'origin': [0.0, 0.0, 'north']}, 'origin is'),
         ({'origin': [10**400, 0.0, 0.0]}, 'origin is'),
         ({'origin': [0.0, 1e308, 0.0]}, 'origin is'),
         ({'resolution': 10**400}, 'resolution is'),
-        ({'mode': 'raw'}, 'mode'),
+        ({'mode': 'grey'}, 'mode is .*trinary, scale or raw'),
         ({'mode': ['x' * 1000] * 9}, 'mode'),
         ({'image': 'a\0b'}, 'image is'),
         ({'image': 'a' * 5000}, 'image is'),

@@ -75,6 +75,35 @@ def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
     assert wall[10 * scale :].all()
 
 
+def test_the_route_keeps_distance_unless_the_shortest_is_asked_for(
+    room: Path, tmp_path: Path, capsys
+) -> None:
+    lengths, gaps = [], []
+    for options in (['--cost-scaling-factor', '0'], []):
+        csv = tmp_path / 'route.csv'
+        assert plan(room, '0.04 -1.0', '4.0 -1.0', '--csv', str(csv), *options) == 0
+        lengths.append(float(capsys.readouterr().out.split()[0]))
+        gaps.append(np.hypot(*(np.loadtxt(csv, delimiter=',', skiprows=1) - (2.05, 0.95)).T).min())
+    assert lengths[0] <= lengths[1] < 1.15 * lengths[0]
+    assert gaps[0] < 0.35
+    assert gaps[1] > 0.5
+
+
+def test_unknown_cells_and_masks_block_if_they_shall(tmp_path: Path, capsys) -> None:
+    occupancy = np.zeros(FRAME.shape, dtype=np.int8)
+    occupancy[:, 30] = -1
+    for name, cells in (('map', occupancy), ('mask', np.where(occupancy < 0, 100, 0).astype(np.int8))):
+        save_occupancy_map(tmp_path / f'{name}.yaml', OccupancyMap(FRAME, cells))
+    path = tmp_path / 'map.yaml'
+    assert plan(path, '0 0', '4 0') == 0
+    for options in (['--unknown', 'blocked'], ['--keepout', str(tmp_path / 'mask.yaml')]):
+        assert plan(path, '0 0', '4 0', *options) == 1
+        assert 'obstacles block every path' in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(['--help'])
+    assert '--unknown {free,blocked}' in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ('start', 'goal', 'options', 'message'),
     [
@@ -88,6 +117,8 @@ def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
         ('0 0', '4 0', ['--visits', 'twice'], "setting visits is 'twice'"),
         ('0 0', '4 0', ['--robot-radius', '-1'], 'setting robot_radius is -1.0'),
         ('0 0', '4 0', ['--resolution', '0.05'], 'it must be 0.05 m'),
+        ('0 0', '4 0', ['--cost-scaling-factor', '-1'], 'setting cost_scaling_factor is -1.0'),
+        ('0 0', '4 0', ['--keepout', 'none.yaml'], 'none.yaml: cannot be read'),
         ('0 0', '4 0', ['--csv', '/dev/null/route.csv'], 'writable path'),
         ('0 0', '4 0', ['--explain', 'why.csv'], 'needs --mode reward'),
         ('0 0', '4 0', ['--csv', '/proc/a.csv'], 'plan: /proc/a.csv: '),

@@ -7,8 +7,8 @@ their file is given), `monitor` (collision_monitor between the driver and the ba
 `description` (URDF or xacro file of your robot, such as the installed
 `urdf/demo_robot.urdf.xacro`, for robot_state_publisher), `use_sim_time`, and `driver`, the publisher of `cmd_vel`:
 `planner` (drives to goals on `goal_pose`), `lamps` (drives as the lamps command) or `none` (you drive, for example with
-a joystick, on `cmd_vel`, or with the monitor on `cmd_vel_in`). Use only one: motor_bridge rejects `cmd_vel` from two that
-send at once.
+a joystick, on `cmd_vel`, or with the monitor on `cmd_vel_in`). Use only one: motor_bridge rejects `cmd_vel` from two
+that send at once.
 
 The belly camera publishes in the namespace `floor_camera` (default `belly`), the ceiling camera in `ceiling_camera`
 (default `ceiling`), the stereo pair in `left` and `right`; the planner's sensor is set in its parameter file.

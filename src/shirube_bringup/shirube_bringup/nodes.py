@@ -165,6 +165,7 @@ def _planner(method: Mapping[str, Value]) -> NodeSetup:
         'max_angular_acceleration': 2.0,
         'goal_tolerance': GOAL_TOLERANCE,
         'goal_yaw_tolerance': 0.04,
+        'planning_thread': False,
         **_mount(DEPTH_MOUNT),
         **method,
     }

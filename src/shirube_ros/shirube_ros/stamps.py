@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from std_msgs.msg import Header
 
 from shirube_ros.errors import MessageError
 
-_DELAY_MAX = 1.0  # a message older than this means that a bag or simulation restarted [s]
+_JUMP_MIN = 1.0  # a smaller step back is not a jump of the clock [s]
+_STEP_MAX = 5.0  # largest difference between stamps that are consistent [s]
+_RUN_MIN = 2  # old stamps of a topic that support those of another one
+_LONE_RUN_MIN = 5  # old stamps of one topic that are enough while all others are silent
 _QUEUE_MAX = 10  # items of a topic that wait for their group
 _CLOCK_OFFSET_MAX = 1.0  # tolerated clock difference between hosts [s]
 
@@ -20,19 +24,33 @@ class StampError(MessageError):
     """A message is older than its predecessor, or its stamp is zero or in the future."""
 
 
+@dataclass
+class _Topic:
+    """Latest accepted stamp [s], and the run of consistent old stamps since then, of which the latest is kept."""
+
+    latest: float
+    run_length: int = 0
+    run_stamp: float = 0.0
+
+
 class StampValidator:
-    """Checks that stamps do not decrease within a topic."""
+    """Checks that stamps do not decrease within a topic, and finds jumps of the clock.
+
+    One old stamp is rejected. The clock jumped back if the node's clock did, if several topics have runs of consistent
+    old stamps, or if the only topic that is received has one.
+    """
 
     def __init__(self, on_jump_back: Callable[[], None], now: Callable[[], float] | None = None) -> None:
         """Start without stamps.
 
         Args:
-            on_jump_back: called when a stamp is more than a second older than its predecessor.
+            on_jump_back: called when the clock jumped back.
             now: returns the current time [s], 0 before simulated time has started. If given, stamps that are zero or
-                in the future are rejected, so that they are not mistaken for a jump back.
+                in the future are rejected, and a clock that goes back is a jump.
         """
         self._on_jump_back, self._now = on_jump_back, now
-        self._latest: dict[str, float] = {}
+        self._topics: dict[str, _Topic] = {}
+        self._latest_now = 0.0
 
     def check(self, header: Header, topic: str) -> float:
         """Return the stamp of a message of a topic [s]; each topic is checked separately.
@@ -42,19 +60,46 @@ class StampValidator:
         """
         stamp = float(header.stamp.sec + header.stamp.nanosec * 1e-9)
         self._check_clock(stamp, topic)
-        age = self._latest.get(topic, stamp) - stamp
-        if age > _DELAY_MAX:
-            self._latest.clear()
-            self._on_jump_back()
-        elif age > 0.0:
-            raise StampError(f'{topic} came out of order; check the network and the stamps of its publisher')
-        self._latest[topic] = stamp
+        state = self._topics.setdefault(topic, _Topic(stamp))
+        if stamp < state.latest and not self._is_new_time(stamp, state):
+            raise StampError(
+                f'{topic} came out of order or late; check the network and the stamps of its publisher'
+            )
+        # A topic in the known time contradicts a jump.
+        for each in self._topics.values():
+            each.run_length = 0
+        self._topics[topic] = _Topic(stamp)
         return stamp
+
+    def _is_new_time(self, stamp: float, state: _Topic) -> bool:
+        """Add an old stamp to the run of its topic; return whether the clock jumped back and all topics start again."""
+        if state.latest - stamp <= _JUMP_MIN:
+            return False
+        is_next = state.run_length > 0 and 0.0 < stamp - state.run_stamp <= _STEP_MAX
+        state.run_length, state.run_stamp = state.run_length + 1 if is_next else 1, stamp
+        if state.run_length < _RUN_MIN:
+            return False
+        supporters = [
+            each
+            for each in self._topics.values()
+            if each.run_length >= _RUN_MIN and abs(each.run_stamp - stamp) <= _STEP_MAX
+        ]
+        if len(supporters) == 1 and state.run_length < _LONE_RUN_MIN:
+            return False
+        self._jump_back()
+        return True
+
+    def _jump_back(self) -> None:
+        self._topics.clear()
+        self._on_jump_back()
 
     def _check_clock(self, stamp: float, topic: str) -> None:
         now = 0.0 if self._now is None else self._now()
         if now <= 0.0:
             return
+        before, self._latest_now = self._latest_now, now
+        if now < before - _JUMP_MIN:
+            self._jump_back()
         if stamp == 0.0:
             raise StampError(f'{topic} has a stamp of 0; let its publisher set header.stamp')
         if stamp > now + _CLOCK_OFFSET_MAX:

@@ -140,8 +140,8 @@ def test_a_method_without_odometry_sees_none():
 
 
 def test_messages_after_a_jump_back_go_to_the_new_localizer():
-    rows = [('/odom', odometry(stamp)) for stamp in (100, 5, 6)]
-    rows += [('/imu', Imu(header=header(stamp))) for stamp in (7, 1)]
+    rows = [('/odom', odometry(stamp)) for stamp in (100, 2, 3, 4, 5, 6, 7)]
+    rows += [('/imu', Imu(header=header(stamp))) for stamp in (8, 1, 2, 3, 4, 5)]
     taken = []
 
     def create():
@@ -150,4 +150,4 @@ def test_messages_after_a_jump_back_go_to_the_new_localizer():
         return OfflineLocalizer(lambda *_: None, note, note)
 
     assert not list(locate_recording(Recording(Rows(rows), TOPICS, camera_from_camera_info), create, ()))
-    assert taken == [[100.0], [5.0, 6.0, 7.0], [1.0]]
+    assert taken == [[100.0], [6.0, 7.0, 8.0], [5.0]]

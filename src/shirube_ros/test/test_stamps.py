@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import permutations
 
 import pytest
@@ -27,6 +27,11 @@ class Watched:
     def take(self, topic: str, *stamps: float) -> None:
         for stamp in stamps:
             assert self.order.check(header(stamp), topic) == pytest.approx(stamp, abs=1e-6)
+
+    def refuse(self, topic: str, *stamps: float) -> None:
+        for stamp in stamps:
+            with pytest.raises(StampError, match='came out of order'):
+                self.order.check(header(stamp), topic)
 
 
 @pytest.mark.parametrize(
@@ -56,10 +61,44 @@ def test_a_jump_back_is_reported_once_and_starts_all_topics_again() -> None:
     watched = Watched()
     watched.take('image', 100.0)
     watched.take('odom', 100.0)
-    watched.take('odom', 3.0)
-    watched.take('image', 3.0, 3.1)
+    watched.refuse('odom', 3.0, 3.1)
+    watched.refuse('image', 3.0)
+    watched.take('image', 3.1, 3.2)
     watched.take('odom', 3.2)
     assert watched.jumps == 1
+
+
+@pytest.mark.parametrize(
+    'stamps',
+    [
+        (98.0,),  # one message was late
+        (98.0, 97.0, 96.0, 95.0, 94.0, 93.0),  # not in order either
+        (98.0, 0.1, 98.1, 0.2, 98.2, 0.3),  # of two publishers
+        (98.0, 98.1, 98.2, 98.3),
+    ],
+)
+def test_old_stamps_without_support_are_refused_and_nothing_is_reset(stamps: Sequence[float]) -> None:
+    watched = Watched()
+    watched.take('cloud', 100.0)
+    watched.take('pose', 100.0)
+    watched.refuse('cloud', *stamps)
+    watched.take('pose', 100.1)
+    watched.take('cloud', 100.1)
+    assert watched.jumps == 0
+
+
+@pytest.mark.parametrize('silent', [True, False])
+def test_a_topic_alone_needs_a_longer_run_while_the_others_are_silent(silent: bool) -> None:
+    watched = Watched()
+    watched.take('image', 100.0)
+    watched.take('odom', 100.0)
+    watched.refuse('image', 3.0, 3.1, 3.2, 3.3)
+    if silent:
+        watched.take('image', 3.4, 3.5)
+    else:
+        watched.take('odom', 100.1)
+        watched.refuse('image', 3.4, 3.5)
+    assert watched.jumps == silent
 
 
 def test_a_simulation_that_begins_again_is_a_jump_back_although_old_messages_come_late() -> None:

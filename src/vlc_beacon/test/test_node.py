@@ -149,13 +149,15 @@ def test_pictures_and_markers_are_made_for_listeners(start: Start) -> None:
 def test_a_jump_back_in_time_of_any_topic_starts_a_new_receiver(start: Start) -> None:
     robot = start()
     robot.send('odom', odometry(100.0))
-    robot.send('odom', odometry(50.0))
-    for stamp in (60.0, 20.0):
+    for back in (0.4, 0.3, 0.2, 0.1, 0.0):  # one old stamp is no jump
+        robot.send('odom', odometry(50.0 - back))
+    for stamp in (60.0, *(20.0 - back for back in (0.4, 0.3, 0.2, 0.1, 0.0))):
         robot.send('imu', Imu(header=header(stamp, 'base_link'), orientation=LEANING))
-    for stamp in (30.0, 5.0):
+    for stamp in (30.0, *(5.0 - back for back in (0.4, 0.3, 0.2, 0.1, 0.0))):
         robot.send('attitude', QuaternionStamped(header=header(stamp, 'base_link'), quaternion=LEANING))
     robot.send_image(100.0)
-    robot.send_image(4.0)
+    for back in (0.4, 0.3, 0.2, 0.1, 0.0):
+        robot.send_image(4.0 - back)
     assert [[call[:2] for call in receiver.calls] for receiver in robot.receivers] == [
         [('odometry', 100.0)],
         [('odometry', 50.0), ('tilt', 60.0)],
@@ -173,7 +175,8 @@ def test_after_a_jump_back_the_line_begins_where_the_robot_is_and_a_stop_holds(
     robot.send_image(100.0)
     before = robot.node._command_executor
     before.execute(operation, 1.0 if operation is Operation.TURN else 0.0)
-    robot.send_image(5.0)
+    for stamp in (4.6, 4.7, 4.8, 4.9, 5.0):
+        robot.send_image(stamp)
     after = robot.node._command_executor
     assert after is not before
     after.update_pose(5.1, POSE)

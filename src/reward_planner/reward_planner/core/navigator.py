@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from reward_planner.core.driving.drive_controller import DriveController
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.inflated_costmap import required_frame
+from reward_planner.core.driving.moving_obstacle import MovingObstacle
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
@@ -76,6 +77,7 @@ class Navigator:
         controller: drive controller.
         message_filter: frames that wait for the pose at their stamp.
         pose_status_counts: number of poses by status.
+        moving_obstacles: obstacles that move; they are not in the map.
     """
 
     def __init__(self, mount: CameraMount, settings: NavigatorSettings) -> None:
@@ -83,11 +85,17 @@ class Navigator:
         self._settings = settings
         self.mapper = ObstacleMapper(mount, settings.voxels, settings.mapping)
         planning = (settings.planner, settings.reward, settings.driving)
-        self.controller = DriveController(self.mapper.map, *planning)
+        self.controller = DriveController(self.mapper.map, *planning, clear_around=self.clear_around)
         self.message_filter: PoseMessageFilter[SensorFrame] = PoseMessageFilter(settings.mapping.pose_wait)
         self.pose_status_counts: Counter[PoseStatus] = Counter()
         self._pose_buffer = PoseBuffer(settings.mapping)
         self._static_map_frame: GridFrame | None = None
+        self._static_cells = self.mapper.map.snapshot()
+
+    @property
+    def moving_obstacles(self) -> list[MovingObstacle]:
+        """Moving obstacles of the latest frame, in the map frame."""
+        return self.mapper.moving.obstacles
 
     def apply_settings(self, mount: CameraMount, settings: NavigatorSettings) -> None:
         """Use another mount and other settings, but those of poses, map and voxel sizes; the maps are kept.
@@ -115,25 +123,23 @@ class Navigator:
                 f'map_file has {frame.columns} x {frame.rows} cells, with its margin more than cells_max '
                 f'{global_map.cells_max}; raise cells_max, crop the map or use a larger resolution'
             )
-        self._static_map_frame = frame
+        self._static_map_frame, self._static_cells = frame, global_map.snapshot()
 
     def set_goal(self, T_map_goal: SE2, path: Sequence[SE2] | None = None) -> None:
-        """Set a goal, with a path to follow or without; the previous one is cancelled even if this one is rejected.
+        """Set a goal, with a path to follow or without; a goal that is rejected does not cancel the previous one.
 
         Raises:
             DrivingError: the goal is not finite or outside of the static map.
         """
-        self.controller.cancel_goal()
-        points = None if path is None else np.array([(each.x, each.y) for each in path])
-        self.controller.set_goal(T_map_goal, points)
-        frame = self._static_map_frame
-        if frame is not None and self._is_outside(frame, T_map_goal):
-            self.controller.cancel_goal()
+        frame, is_finite = self._static_map_frame, math.isfinite(T_map_goal.x + T_map_goal.y)
+        if frame is not None and is_finite and self._is_outside(frame, T_map_goal):
             (low_x, low_y), (high_x, high_y) = frame.corners
             raise DrivingError(
                 f'the goal at x {T_map_goal.x:.2f} m, y {T_map_goal.y:.2f} m is outside of the map, which extends from '
                 f'x {low_x:.2f} to {high_x:.2f} m and y {low_y:.2f} to {high_y:.2f} m; give one on it'
             )
+        points = None if path is None else np.array([(each.x, each.y) for each in path])
+        self.controller.set_goal(T_map_goal, points)
 
     def _is_outside(self, frame: GridFrame, place: SE2) -> bool:
         """Return whether a pose is neither on the static map nor on a cell observed since."""
@@ -149,6 +155,8 @@ class Navigator:
         """Add the robot's pose at a stamp [s] and return its status; the robot stops while poses jump."""
         status = self._pose_buffer.add(stamp, T_map_base)
         self.pose_status_counts[status] += 1
+        if status is PoseStatus.RELOCATED:
+            self.mapper.moving.reset()
         if status in (PoseStatus.ACCEPTED, PoseStatus.RELOCATED):
             self.controller.update_pose(stamp, T_map_base)
         elif self._pose_buffer.has_jumped:
@@ -166,6 +174,7 @@ class Navigator:
             RewardPlannerError: all frames are occluded.
         """
         mapped, is_occluded = list[MappedFrame](), False
+        self.controller.moving_obstacles = self.moving_obstacles
         for stamp, frame, T_map_base in self.message_filter.take_ready(now, self._pose_buffer):
             local, point_counts = self.mapper.add(
                 stamp, frame.points, T_map_base, frame.focal_length, frame.mount
@@ -174,6 +183,7 @@ class Navigator:
                 is_occluded = True
                 continue
             self.controller.update_map(stamp, local.frame)
+            self.controller.moving_obstacles = self.moving_obstacles
             mapped.append(MappedFrame(stamp, local, point_counts))
         if is_occluded and not mapped:
             raise RewardPlannerError(
@@ -204,7 +214,7 @@ class Navigator:
                     return reason
         settings = self._settings
         replanner = Replanner(
-            self.mapper.map,
+            self.mapper.map.snapshot(),
             (goal.x, goal.y),
             settings.planner,
             settings.reward,
@@ -217,12 +227,26 @@ class Navigator:
     def clear_map(self) -> None:
         """Clear the map, including the static map; the goal stays."""
         self.mapper.clear()
-        self._static_map_frame = None
+        self._static_map_frame, self._static_cells = None, self.mapper.map.snapshot()
         self.controller.reset_map()
+
+    def clear_around(self, place: SE2, radius: float) -> None:
+        """Clear the map within a radius [m] of a place, but for the static map; frames map anew what is there."""
+        global_map, resolution = self.mapper.map, self.mapper.map.resolution
+        half = math.ceil(radius / resolution) + 1
+        column, row = (math.floor(number / resolution) - half for number in (place.x, place.y))
+        frame = GridFrame(column * resolution, row * resolution, resolution, 2 * half + 1, 2 * half + 1)
+        centres = frame.centre_of(np.moveaxis(np.indices(frame.shape), 0, -1))
+        is_near = np.hypot(*np.moveaxis(centres - (place.x, place.y), -1, 0)) <= radius
+        cleared = is_near & (global_map.occupancy_in(frame) != UNKNOWN)
+        global_map.write(LocalMap(frame, self._static_cells.occupancy_in(frame), cleared))
+        self.mapper.voxels.clear()
+        self.controller.update_cells(frame)
 
     def handle_time_jump(self) -> None:
         """Reset poses, queued frames and goal after a jump of the clock; the map stays."""
         self._pose_buffer = PoseBuffer(self._settings.mapping)
+        self.mapper.moving.reset()
         dropped = self.message_filter.dropped
         dropped[DropReason.TIME_JUMP] += len(self.message_filter)
         self.message_filter = PoseMessageFilter(self._settings.mapping.pose_wait)

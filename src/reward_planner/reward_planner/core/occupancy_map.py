@@ -1,4 +1,4 @@
-"""Occupancy grids: geometry in the map frame, cell values, clearance and inflation of obstacles."""
+"""Occupancy grids: geometry in the map frame, cell values, and clearance from obstacles."""
 
 from __future__ import annotations
 
@@ -122,6 +122,61 @@ class OccupancyMap:
         return self.occupancy >= OCCUPIED_THRESHOLD
 
 
+def resample_map(grid: OccupancyMap, frame: GridFrame) -> NDArray[np.int8]:
+    """Return a map's values in the cells of a frame, `UNKNOWN` outside of the map, shape (rows, columns).
+
+    A cell gets the value at its centre, or the greatest value of the map's cells whose centres are in it.
+    """
+    values = np.full(frame.shape, UNKNOWN, dtype=np.int8)
+    row_centres = frame.centre_of(np.stack([np.arange(frame.rows), np.zeros(frame.rows)], axis=1))
+    column_centres = frame.centre_of(np.stack([np.zeros(frame.columns), np.arange(frame.columns)], axis=1))
+    rows, columns = grid.frame.cell_of(row_centres)[:, 0], grid.frame.cell_of(column_centres)[:, 1]
+    has_row = (rows >= 0) & (rows < grid.frame.rows)
+    has_column = (columns >= 0) & (columns < grid.frame.columns)
+    values[np.ix_(has_row, has_column)] = grid.occupancy[np.ix_(rows[has_row], columns[has_column])]
+    _raise_to(values, frame, grid.frame.centre_of(np.argwhere(grid.occupancy > FREE)), grid)
+    return values
+
+
+def turned_map(
+    cells: NDArray[np.int8], resolution: float, origin: tuple[float, float, float]
+) -> OccupancyMap:
+    """Return a map along x and y from one whose lower left corner has the pose x, y [m], yaw [rad].
+
+    Cells have the value at their centres, or the greatest one of the given cells whose centres are in them, so that
+    thin walls stay closed. The frame's corner is at a multiple of the resolution.
+    """
+    rows, columns = cells.shape
+    grid = OccupancyMap(GridFrame(0.0, 0.0, resolution, columns, rows), cells)
+    x, y, yaw = origin
+    turn = np.array(
+        [[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]]
+    )  # grid to map, transposed
+    low, high = grid.frame.corners
+    corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])]) @ turn + (x, y)
+    first = np.floor(corners.min(axis=0) / resolution + _ROUNDING)
+    count = np.ceil(corners.max(axis=0) / resolution - _ROUNDING) - first
+    low_x, low_y = (first * resolution).tolist()
+    frame = GridFrame(low_x, low_y, resolution, int(count[0]), int(count[1]))
+    centres = frame.centre_of(np.argwhere(np.ones(frame.shape, dtype=np.bool_)))
+    at = grid.frame.cell_of((centres - (x, y)) @ turn.T)
+    inside = grid.frame.contains(at)
+    values = np.full(frame.size, UNKNOWN, dtype=np.int8)
+    values[inside] = cells[tuple(at[inside].T)]
+    values = values.reshape(frame.shape)
+    _raise_to(values, frame, grid.frame.centre_of(np.argwhere(cells > FREE)) @ turn + (x, y), grid)
+    return OccupancyMap(frame, values)
+
+
+def _raise_to(
+    values: NDArray[np.int8], frame: GridFrame, places: NDArray[np.float64], grid: OccupancyMap
+) -> None:
+    """Raise values in a frame to those of a map's cells above 0, whose places in the frame [m] are given in order."""
+    cells = frame.cell_of(places)
+    inside = frame.contains(cells)
+    np.maximum.at(values, tuple(cells[inside].T), grid.occupancy[grid.occupancy > FREE][inside])
+
+
 def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.float32]:
     """Return the distance from each cell's centre to that of the nearest occupied one [m], infinite without one.
 
@@ -134,12 +189,3 @@ def clearance(occupied: NDArray[np.bool_], resolution: float) -> NDArray[np.floa
     free = np.logical_not(occupied).astype(np.uint8)
     distances = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     return np.asarray(distances * np.float32(resolution), dtype=np.float32)
-
-
-def inflate_obstacles(
-    occupied: NDArray[np.bool_], resolution: float, robot_radius: float
-) -> NDArray[np.bool_]:
-    """Return the cells that the robot's centre cannot enter: occupied ones inflated by its radius [m], same shape."""
-    if robot_radius < resolution:
-        return occupied.copy()
-    return clearance(occupied, resolution) <= robot_radius + _ROUNDING * resolution

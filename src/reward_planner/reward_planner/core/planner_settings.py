@@ -7,17 +7,18 @@ from dataclasses import astuple, dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.safety.footprint import Footprint
 from shirube_core.settings import setting, tunable
 
 
 @tunable()
 @dataclass(frozen=True)
 class PlannerSettings:
-    """Planning mode and robot radius."""
+    """Planning mode, shape of the robot and costs of routes."""
 
     mode: str = setting(
         'optimal',
-        "planning mode: the shortest route, or the paper's reward rule",
+        "planning mode: the route of least cost, or the paper's reward rule (without costs)",
         choices=('optimal', 'reward'),
     )
     robot_radius: float = setting(
@@ -27,6 +28,33 @@ class PlannerSettings:
         minimum=0.0,
         maximum=10.0,
     )
+    footprint: tuple[float, ...] = setting(
+        (),
+        'corners of the robot in base_frame, as in collision_monitor: x, y of the first, x, y of the second ...; empty '
+        'takes the circle of robot_radius, which the greatest circle around base_frame in the footprint replaces else',
+        unit='m',
+        minimum=-10.0,
+        maximum=10.0,
+    )
+    inflation_radius: float = setting(
+        0.55,
+        'routes cost more up to this distance from obstacles; without effect below robot_radius + clearance_margin',
+        unit='m',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    cost_scaling_factor: float = setting(
+        3.0,
+        'decay k of the cost exp(-k (d - robot_radius - clearance_margin)) at a distance d from obstacles; 0 disables '
+        'costs: the shortest route',
+        unit='1/m',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    cost_travel_multiplier: float = setting(
+        2.0, 'a metre at the greatest cost counts as so many metres more', minimum=0.0, maximum=100.0
+    )
+    unknown: str = setting('free', 'whether routes may enter unknown cells', choices=('free', 'blocked'))
 
 
 @tunable()
@@ -66,3 +94,9 @@ class RewardSettings:
         5000, 'maximum number of steps of the virtual search; 0 disables it', minimum=0, maximum=10_000_000
     )
     table: RewardTable = field(default_factory=RewardTable)
+
+
+def check_planner_settings(planner: PlannerSettings) -> None:
+    """Raise a RewardPlannerError if the footprint is no polygon around the base frame's origin."""
+    if planner.footprint:
+        _ = Footprint(planner.footprint, planner.robot_radius).inscribed_radius

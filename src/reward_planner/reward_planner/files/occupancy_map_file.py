@@ -1,4 +1,7 @@
-"""map_server maps: a YAML file and an image (PGM or PNG), whose first line is the map's highest row."""
+"""map_server maps: a YAML file and an image (PGM, PNG or BMP), whose first line is the map's highest row.
+
+Pixels become cells as in map_io.cpp of Nav2 (Jazzy).
+"""
 
 from __future__ import annotations
 
@@ -20,22 +23,28 @@ from reward_planner.core.occupancy_map import (
     UNKNOWN,
     GridFrame,
     OccupancyMap,
+    turned_map,
 )
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.files import YamlFileError, atomic_write, format_value, is_number, read_yaml, write_text
 
+_MODES = ('trinary', 'scale', 'raw')
 # Free, unknown and occupied. map_saver's 205 for unknown would be read as free with its threshold of 0.25.
 _WHITE, _GREY, _BLACK = 254, 128, 0
+_RAW_UNKNOWN = 255
 _NAME_MAX = 1000  # longest path of an image
 _ORIGIN_MAX = 1e8  # largest coordinate of an origin [m]
 _REQUIRED_FIELDS = ('image', 'resolution', 'origin', 'occupied_thresh', 'free_thresh')
 _SEPARATOR = rb'(?:\s|#[^\n]*\n)+'
 _PGM_HEADER = re.compile(rb'P5' + _SEPARATOR + rb'(\d+)' + _SEPARATOR + rb'(\d+)' + _SEPARATOR + rb'(\d+)\s')
+_PNG = b'\x89PNG'  # others have no alpha channel; a fourth byte of BMP may be padding
 _YAML = ('.yaml', '.yml')
 
 
 def load_occupancy_map(path: Path, resolution: float | None = None) -> OccupancyMap:
     """Load a map from a YAML file and its image; ``resolution`` is a required one [m].
+
+    A map whose origin has a yaw is turned into cells along x and y of the map frame.
 
     Raises:
         RewardPlannerError: a file is missing or corrupted, a field is missing or invalid, or the resolution differs.
@@ -46,15 +55,18 @@ def load_occupancy_map(path: Path, resolution: float | None = None) -> Occupancy
         raise RewardPlannerError(
             f'{path}: resolution is {side:g} m, it must be {resolution:g} m; give a map of that resolution'
         )
-    origin_x, origin_y = _read_origin(path, fields['origin'])
-    pixels = _read_image(path.parent / fields['image'])
-    rows, columns = pixels.shape
-    frame = GridFrame(origin_x, origin_y, side, columns, rows)
-    return OccupancyMap(frame, _occupancy_of(path, fields, pixels))
+    x, y, yaw = _read_origin(path, fields['origin'])
+    cells = _occupancy_of(path, fields, *_read_image(path.parent / fields['image']))
+    if yaw:
+        return turned_map(cells, side, (x, y, yaw))
+    rows, columns = cells.shape
+    return OccupancyMap(GridFrame(x, y, side, columns, rows), cells)
 
 
 def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
-    """Write a map as a YAML file and a PGM file of the same name, each atomically.
+    """Write a map as a YAML file and a PGM file of the same name, each atomically; `load_occupancy_map` reads it back.
+
+    The mode is trinary if all cells are occupied (100), free (0) or unknown, else raw.
 
     Raises:
         RewardPlannerError: the name does not end with .yaml or .yml.
@@ -62,14 +74,19 @@ def save_occupancy_map(path: Path, grid: OccupancyMap) -> None:
     """
     check_yaml_suffix(path)
     image = path.with_suffix('.pgm')
-    occupied, free = grid.occupied(), (grid.occupancy >= 0) & (grid.occupancy < FREE_THRESHOLD)
-    pixels = np.select([occupied, free], [_BLACK, _WHITE], _GREY).astype(np.uint8)
+    cells = grid.occupancy
+    occupied, free = cells == OCCUPIED, cells == FREE
+    is_trinary = bool((occupied | free | (cells == UNKNOWN)).all())
+    if is_trinary:
+        pixels = np.select([occupied, free], [_BLACK, _WHITE], _GREY).astype(np.uint8)
+    else:
+        pixels = np.where(cells == UNKNOWN, _RAW_UNKNOWN, cells).astype(np.uint8)
     with atomic_write(image) as file:
         file.write(f'P5\n{grid.frame.columns} {grid.frame.rows}\n255\n'.encode())
         file.write(pixels[::-1].tobytes())
     fields = {
         'image': image.name,
-        'mode': 'trinary',
+        'mode': 'trinary' if is_trinary else 'raw',
         'resolution': grid.frame.resolution,
         'origin': [grid.frame.origin_x, grid.frame.origin_y, 0.0],
         'negate': 0,
@@ -96,25 +113,21 @@ def _read_fields(path: Path) -> dict[str, Any]:
     image, mode, negate = fields['image'], fields.get('mode', 'trinary'), fields.get('negate', 0)
     is_name = isinstance(image, str) and 0 < len(image) <= _NAME_MAX and '\0' not in image
     for name, value, is_valid, needed in (
-        ('mode', mode, mode == 'trinary', 'trinary; save the map with mode trinary'),
+        ('mode', mode, mode in _MODES, 'trinary, scale or raw'),
         ('negate', negate, negate in (0, 1), '0 or 1'),
-        ('image', image, is_name, 'the name of a PGM or PNG file'),
+        ('image', image, is_name, 'the name of a PGM, PNG or BMP file'),
     ):
         if not is_valid:
             raise _invalid(path, name, value, needed)
     return fields
 
 
-def _read_origin(path: Path, origin: object) -> tuple[float, float]:
+def _read_origin(path: Path, origin: object) -> tuple[float, float, float]:
     if not isinstance(origin, list) or len(origin) != 3 or not all(is_number(value) for value in origin):
         raise _invalid(path, 'origin', origin, '[x, y, yaw]')
-    if origin[2] != 0:
-        raise RewardPlannerError(
-            f'{path}: origin has a yaw of {origin[2]} rad, it must be 0; save the map with a yaw of 0'
-        )
     if max(abs(origin[0]), abs(origin[1])) > _ORIGIN_MAX:
         raise _invalid(path, 'origin', origin, f'within {_ORIGIN_MAX:g} m')
-    return float(origin[0]), float(origin[1])
+    return float(origin[0]), float(origin[1]), math.remainder(origin[2], math.tau)
 
 
 def _number(path: Path, fields: dict[str, Any], name: str, low: float, high: float) -> float:
@@ -128,18 +141,31 @@ def _invalid(path: Path, name: str, value: object, needed: str) -> RewardPlanner
     return RewardPlannerError(f'{path}: {name} is {format_value(value)}, it must be {needed}')
 
 
-def _occupancy_of(path: Path, fields: dict[str, Any], pixels: NDArray[np.uint8]) -> NDArray[np.int8]:
+def _occupancy_of(
+    path: Path, fields: dict[str, Any], pixels: NDArray[np.uint8], is_transparent: NDArray[np.bool_]
+) -> NDArray[np.int8]:
     """Return the map's cells, lowest row first."""
+    mode = fields.get('mode', 'trinary')
+    if mode == 'raw':
+        return np.where(pixels <= OCCUPIED, pixels, UNKNOWN).astype(np.int8)[::-1]
     occupied_from = _number(path, fields, 'occupied_thresh', 0.0, 1.0)
-    free_below = _number(path, fields, 'free_thresh', 0.0, occupied_from)
-    brightness = pixels[::-1] / 255.0
+    free_up_to = _number(path, fields, 'free_thresh', 0.0, occupied_from)
+    # Single precision, as in Nav2, decides alike where a grey value is at a threshold.
+    brightness = pixels.astype(np.float32) / 255.0
     occupancy = brightness if fields.get('negate', 0) else 1.0 - brightness
-    cells = np.select([occupancy > occupied_from, occupancy < free_below], [OCCUPIED, FREE], UNKNOWN)
-    return cells.astype(np.int8)
+    between = np.full(pixels.shape, float(UNKNOWN))
+    if mode == 'scale' and occupied_from > free_up_to:
+        between = np.floor((occupancy - free_up_to) / (occupied_from - free_up_to) * OCCUPIED + 0.5)
+    cells = np.select(
+        [is_transparent, occupancy <= free_up_to, occupancy >= occupied_from],
+        [UNKNOWN, FREE, OCCUPIED],
+        between,
+    )
+    return cells.astype(np.int8)[::-1]
 
 
-def _read_image(path: Path) -> NDArray[np.uint8]:
-    """Return the grey values of an image, shape (rows, columns), first line first."""
+def _read_image(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """Return the grey values of an image and which pixels are not opaque, shape (rows, columns), first line first."""
     try:
         data = path.read_bytes()
     except OSError as fault:
@@ -149,13 +175,18 @@ def _read_image(path: Path) -> NDArray[np.uint8]:
     header = _PGM_HEADER.match(data)
     if header:
         _check_size(path, data, header)
+    encoded = np.frombuffer(data, dtype=np.uint8)
     try:
-        pixels = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_GRAYSCALE) if data else None
-    except cv2.error:
-        pixels = None
-    if pixels is None:
-        raise RewardPlannerError(f'{path}: is not an image or is corrupted; give a PGM or PNG file')
-    return np.asarray(pixels, dtype=np.uint8)
+        pixels = cv2.imdecode(encoded, cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION)
+        raw = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED)
+    except cv2.error:  # also of an empty file
+        pixels = raw = None
+    if pixels is None or raw is None:
+        raise RewardPlannerError(f'{path}: is not an image or is corrupted; give a PGM, PNG or BMP file')
+    is_transparent = np.zeros(pixels.shape, dtype=np.bool_)
+    if data.startswith(_PNG) and raw.ndim == 3 and raw.shape[2] == 4:
+        is_transparent = raw[..., 3] < np.iinfo(raw.dtype).max
+    return np.asarray(pixels, dtype=np.uint8), is_transparent
 
 
 def _check_size(path: Path, data: bytes, header: re.Match[bytes]) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from time import perf_counter
@@ -17,6 +19,7 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from std_msgs.msg import Header
 
+from reward_planner.core.driving.thin_path import thin_path
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRoute
 from shirube_core.geometry import SE2
@@ -30,7 +33,12 @@ PlanRoute = Callable[[SE2 | None, SE2, float], NDArray[np.float64] | NoRoute]
 InMap = Callable[[PoseStamped, str], SE2]
 """Returns a pose, whose name is given, in the map; a FrameError if there is no transform."""
 
+Answer = Future[tuple[Any, str]]
+RunAnswer = Callable[[Callable[[], tuple[Any, str]]], Answer]
+"""Starts to answer a request, at once or in another thread."""
+
 PLANNER_IDS = ('', 'reward_planner')
+_TOLERANCE = 0.02  # of the far part of a long path [m]
 _NAME = 'compute_path_to_pose'
 NO_ROUTE_CODES = {
     NoRoute.START_OUTSIDE: 'START_OUTSIDE_MAP',
@@ -43,16 +51,21 @@ NO_ROUTE_CODES = {
 
 
 def create_compute_path_server(
-    node: Node, guard: CallbackGuard, map_frame: str, in_map: InMap, plan: PlanRoute
+    node: Node, guard: CallbackGuard, in_map: InMap, plan: PlanRoute, run: RunAnswer
 ) -> ActionServer | None:
-    """Create the action server of a node; return None if nav2_msgs is not installed."""
+    """Create the action server of a node, which answers in another thread; None if nav2_msgs is not installed."""
     if find_spec('nav2_msgs') is None:
         return None
     action = import_module('nav2_msgs.action').ComputePathToPose
 
-    def execute(handle: Any) -> Any:
-        header = Header(stamp=node.get_clock().now().to_msg(), frame_id=map_frame)
-        result, problem = handle_request(handle.request, action.Result(), header, in_map, plan)
+    def accept(handle: Any) -> None:
+        frame = node.get_parameter('map_frame').value
+        header = Header(stamp=node.get_clock().now().to_msg(), frame_id=frame)
+        answer = run(lambda: handle_request(handle.request, action.Result(), header, in_map, plan))
+        answer.add_done_callback(lambda done: handle.execute(partial(finish, done)))
+
+    def finish(done: Answer, handle: Any) -> Any:
+        result, problem = (action.Result(), 'the node was deactivated') if done.cancelled() else done.result()
         if problem:
             node.get_logger().warning(f'{_NAME}: {problem}')
             handle.abort()
@@ -63,7 +76,14 @@ def create_compute_path_server(
     def respond(_: Any) -> GoalResponse:
         return GoalResponse.ACCEPT if guard.is_active else GoalResponse.REJECT
 
-    return ActionServer(node, action, _NAME, execute, goal_callback=respond)
+    return ActionServer(
+        node,
+        action,
+        _NAME,
+        lambda _: action.Result(),
+        goal_callback=respond,
+        handle_accepted_callback=accept,
+    )
 
 
 def handle_request(
@@ -85,7 +105,7 @@ def handle_request(
         if isinstance(route, NoRoute):
             code, problem = NO_ROUTE_CODES[route], route.value
         else:
-            result.path = path_message(route, goal.yaw, header)
+            result.path = path_message(thin_path(route, _TOLERANCE), goal.yaw, header)
     except FrameError as fault:
         code, problem = 'TF_ERROR', str(fault)
     except (MessageError, RewardPlannerError) as fault:

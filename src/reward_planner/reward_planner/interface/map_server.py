@@ -12,6 +12,7 @@ from rclpy.publisher import Publisher
 from rclpy.time import Time
 from std_msgs.msg import Header
 
+from reward_planner.core.costmap_masks import CostmapMasks, SpeedMask
 from reward_planner.core.navigator import MappedFrame, Navigator
 from reward_planner.core.occupancy_map import UNKNOWN, GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
@@ -73,7 +74,7 @@ class MapServer:
 
 
 def load_static_map(navigator: Navigator, settings: NodeSettings) -> str:
-    """Load map_file into a navigator, if it is set; return a one-line warning of a shift, empty if there is none.
+    """Load map_file and masks into a navigator, if set; return a one-line warning of a shift, empty if there is none.
 
     Raises:
         RewardPlannerError: the file is missing or corrupted, has another resolution or too many cells, or save_file has
@@ -81,6 +82,7 @@ def load_static_map(navigator: Navigator, settings: NodeSettings) -> str:
     """
     if settings.save_file:
         check_yaml_suffix(Path(settings.save_file))
+    navigator.mapper.map.masks = load_masks(settings)
     if not settings.map_file:
         return ''
     grid = load_occupancy_map(Path(settings.map_file), navigator.mapper.map.resolution)
@@ -93,6 +95,18 @@ def load_static_map(navigator: Navigator, settings: NodeSettings) -> str:
         f'{settings.map_file}: its origin is not a multiple of its resolution; the map is shifted by '
         f'{1e3 * dx:.0f} mm in x and {1e3 * dy:.0f} mm in y'
     )
+
+
+def load_masks(settings: NodeSettings) -> CostmapMasks:
+    """Load the masks that are set; a RewardPlannerError names a file or field that is missing or corrupted."""
+    keepout, speed = (
+        load_occupancy_map(Path(name)) if name else None
+        for name in (settings.keepout_mask_file, settings.speed_mask_file)
+    )
+    if speed is None:
+        return CostmapMasks(keepout)
+    base, multiplier = settings.speed_mask_base, settings.speed_mask_multiplier
+    return CostmapMasks(keepout, SpeedMask(speed, settings.speed_mask_type == 'percent', base, multiplier))
 
 
 def save_global_map(navigator: Navigator, settings: NodeSettings) -> str:

@@ -75,6 +75,10 @@ class PlannerReport:
         replanner = navigator.controller.replanner
         if replanner is not None:
             values['routes taken'] = str(replanner.replan_count)
+        if navigator.controller.recovery.tried:
+            values['recovery'] = navigator.controller.recovery.summary
+        if navigator.moving_obstacles:
+            values['moving obstacles'] = str(len(navigator.moving_obstacles))
         is_ok = self._drive is None or not self._drive.state.needs_attention
         activity = DriveState.IDLE.value if self._drive is None else self._drive.detail
         stale = self._stale_input()

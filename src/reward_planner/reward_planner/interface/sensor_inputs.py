@@ -17,6 +17,7 @@ from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.depth.trinocular_depth import TrinocularRig
 from reward_planner.core.navigator import SensorFrame
 from reward_planner.core.voxels.rolling_voxel_grid import equivalent_focal_length
+from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import SE3, CameraMount, PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
@@ -102,10 +103,13 @@ class PointsInput:
 class DepthInput:
     """Subscribes to ``depth/image`` (Image, 32FC1 or 16UC1) and ``depth/camera_info`` (CameraInfo)."""
 
-    def __init__(self, node: Node, guard: CallbackGuard, on_frame: FrameCallback) -> None:
+    def __init__(
+        self, node: Node, guard: CallbackGuard, voxels: VoxelSettings, on_frame: FrameCallback
+    ) -> None:
         """Subscribe; `guard` counts the messages and catches their errors."""
         self._camera: PinholeCamera | None = None
-        self._on_frame = on_frame
+        # The voxel map counts points at range_min, but none that rounding brings nearer.
+        self._on_frame, self._nearest = on_frame, 1.001 * voxels.range_min
         _subscribe(node, guard, CameraInfo, _INFO, self._take_info)
         _subscribe(node, guard, Image, _IMAGE, self._take_image)
 
@@ -117,7 +121,7 @@ class DepthInput:
         depth = depth_from_image(message, _IMAGE)
         if self._camera is None:
             raise CameraInfoError(f'{_IMAGE} was received without a valid {_INFO}; publish the calibration')
-        points = points_from_depth_image(depth, self._camera)
+        points = points_from_depth_image(depth, self._camera, nearest=self._nearest)
         self._on_frame(message.header, SensorFrame(points, self._camera.fx))
 
 

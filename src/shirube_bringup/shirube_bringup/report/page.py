@@ -55,7 +55,7 @@ img {{ width: 100%; }}
 </html>
 """
 _WHAT = (
-    'Seven nodes drove a simulated robot to three goals, among people and obstacles that are not on its map; floor dots, '
+    'The nodes drove a simulated robot to three goals, among people and obstacles that are not on its map; floor dots, '
     'lamps and landmarks were each missing in one zone. Every pose is compared with the true pose at its stamp.'
 )
 PAGE = 'report.html'

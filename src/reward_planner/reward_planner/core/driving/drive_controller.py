@@ -3,25 +3,38 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.drive_state import DriveCommand, DriveState
+from reward_planner.core.driving.drive_inputs import DriveInputs
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState, stop_command
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.fixed_route import FixedRoute
+from reward_planner.core.driving.goal_arrival import GoalArrival
+from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.light_command import LightCommand, LightCommandState
 from reward_planner.core.driving.look_around import LookAround
+from reward_planner.core.driving.moving_obstacle import MovingObstacle
+from reward_planner.core.driving.moving_obstacle_policy import (
+    AROUND_TIME,
+    MovingObstaclePolicy,
+    nearby_obstacles,
+    obstacle_cells,
+    predict_conflict,
+    with_obstacles,
+)
 from reward_planner.core.driving.path_following import (
     braking_speed_limit,
-    check_path_ahead,
     lookahead_point,
-    obstacle_speed_limit,
-    turn_rate_for_angle,
+    route_speed_limit,
     velocity_towards,
 )
-from reward_planner.core.driving.replanner import Replanner, path_length
+from reward_planner.core.driving.recovery import Recovery, RecoveryBehavior
+from reward_planner.core.driving.replanner import Replanner
+from reward_planner.core.driving.route_planning import RoutePlanning, RunPlanning, run_at_once
 from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import GridFrame
@@ -29,12 +42,10 @@ from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import DrivingError
 from shirube_core.geometry import SE2, wrap_angle
 
-_TURN_TOLERANCE = 0.02  # tolerance of a commanded turn [rad]
-_GOAL_ENTER_FACTOR = 0.7  # within this multiple of goal_tolerance the robot turns to the goal's heading
-_GOAL_LEAVE_FACTOR = 2.0  # beyond this multiple of goal_tolerance it drives to the goal again
 _STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
-_CELL_MARGIN = 0.75  # from the centre of an occupied cell to its edge, rounded up [cells]
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
+_REACH_MARGIN = 1.0  # of the costmap around the robot, which may be off its route [m]
+_GAP = 0.1  # distance that the robot keeps before the path of a moving obstacle [m]
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
 
 
@@ -42,9 +53,12 @@ class DriveController:
     """Controls the robot on its way to the goal.
 
     Attributes:
-        replanner: route to the goal; None without a goal.
+        replanner: planning of the route to the goal; None without a goal.
         command_state: commands of lamps that are in effect.
+        goal: the goal in the map; None without one.
         goal_count: number of goals set so far.
+        moving_obstacles: obstacles that move, with their prediction; they are not in the map.
+        recovery: recovery behaviors of a robot without a route.
     """
 
     def __init__(
@@ -53,22 +67,26 @@ class DriveController:
         planner: PlannerSettings,
         reward: RewardSettings,
         driving: DrivingSettings,
+        *,
+        clear_around: Callable[[SE2, float], None] | None = None,
     ) -> None:
-        """Start at rest, without a goal; arguments as for `Replanner`."""
-        self.replanner: Replanner | None = None
+        """Start at rest, without a goal; arguments as for `Replanner`, and the recovery's way to clear the map."""
+        self.replanner: RoutePlanning | None = None
+        self.run_planning: RunPlanning = run_at_once
         self.command_state = LightCommandState(driving.max_linear_velocity)
+        self.moving_obstacles: Sequence[MovingObstacle] = ()
+        self.recovery = Recovery(clear_around, self._discard_route)
+        self.goal_count = 0
+        self.goal: SE2 | None = None
         self._global_map, self._settings = global_map, driving
         self._planner, self._reward = planner, reward
         self._smoother = VelocitySmoother(driving)
         self._look_around = LookAround(global_map) if driving.look_around else None
-        self.goal_count = 0
-        self._goal: SE2 | None = None
+        self._policy = MovingObstaclePolicy()
         self._path: NDArray[np.float64] | None = None
-        self._is_at_goal = self._is_goal_reached = False
-        self._last_motion_time = math.nan
-        self._pose: SE2 | None = None
-        self._pose_stamp = self._map_stamp = -math.inf
-        self._last_step_time = math.nan
+        self._arrival, self._is_goal_reached = GoalArrival(), False
+        self._inputs = DriveInputs()
+        self._last_motion_time = self._last_step_time = math.nan
 
     def apply_settings(
         self, planner: PlannerSettings, reward: RewardSettings, driving: DrivingSettings
@@ -77,10 +95,8 @@ class DriveController:
         self._planner, self._reward, self._settings = planner, reward, driving
         self._smoother.settings = driving
         self.command_state.set_speed_max(driving.max_linear_velocity)
-        if self.replanner is not None and self._goal is not None:
-            count = self.replanner.replan_count
-            self.replanner = self._make_replanner(self._goal)
-            self.replanner.replan_count = count
+        if self.replanner is not None and self.goal is not None:
+            self.replanner = self._plan_to(self.goal, self.replanner)
 
     @property
     def points_map(self) -> NDArray[np.float64]:
@@ -89,33 +105,39 @@ class DriveController:
 
     def fresh_pose(self, now: float) -> SE2 | None:
         """Return the robot's pose if it is not older than pose_timeout at a time [s], else None."""
-        is_fresh = abs(now - self._pose_stamp) <= self._settings.pose_timeout
-        return self._pose if is_fresh else None
+        is_fresh = abs(now - self._inputs.pose_stamp) <= self._settings.pose_timeout
+        return self._inputs.pose if is_fresh else None
 
     def set_goal(self, T_map_goal: SE2, path_map: NDArray[np.float64] | None = None) -> None:
         """Set a goal; it replaces the previous one. A path to it [m], shape (n, 2), replaces planning.
 
         Raises:
-            DrivingError: the goal is not finite.
+            DrivingError: the goal is not finite; the previous one stays.
         """
         if not all(math.isfinite(number) for number in (T_map_goal.x, T_map_goal.y, T_map_goal.yaw)):
             raise DrivingError('the goal is not finite; give x, y and yaw')
-        self._goal, self._is_at_goal, self._is_goal_reached = T_map_goal, False, False
+        self.goal, self._arrival, self._is_goal_reached = T_map_goal, GoalArrival(), False
         self.goal_count += 1
         self._last_motion_time = math.nan
         self.command_state.cancel_turn()  # it belonged to the previous goal
         self._path = path_map
-        self.replanner = self._make_replanner(T_map_goal)
+        self.recovery.reset()
+        self._policy.reset()
+        self.replanner = self._plan_to(T_map_goal)
 
-    def _make_replanner(self, goal: SE2) -> Replanner:
-        settings = (self._global_map, self._planner, self._reward, self._settings)
-        if self._path is not None:
-            return FixedRoute(self._path, *settings)
-        return Replanner(self._global_map, (goal.x, goal.y), *settings[1:])
+    def _plan_to(self, goal: SE2, previous: RoutePlanning | None = None) -> RoutePlanning:
+        settings, path = (self._planner, self._reward, self._settings), self._path
+
+        def make(planning_map: GlobalMap) -> Replanner:
+            if path is not None:
+                return FixedRoute(path, planning_map, *settings)
+            return Replanner(planning_map, (goal.x, goal.y), *settings)
+
+        return RoutePlanning(self._global_map, make, self.run_planning, previous)
 
     def cancel_goal(self) -> None:
         """Cancel the goal and stop."""
-        self._goal, self.replanner, self._is_goal_reached = None, None, False
+        self.goal, self.replanner, self._is_goal_reached = None, None, False
 
     def halt(self) -> None:
         """Cancel the goal of a robot that was stopped."""
@@ -124,13 +146,13 @@ class DriveController:
 
     def apply_command(self, command: LightCommand) -> None:
         """Apply a command of a lamp; a turn is ignored without a goal or a pose."""
-        is_on_its_way = self._goal is not None and not self._is_goal_reached and self._pose is not None
+        is_on_its_way = self.goal is not None and not self._is_goal_reached and self._inputs.pose is not None
         if command.operation != 'turn' or is_on_its_way:
             self.command_state.apply_command(command)
 
     def update_pose(self, stamp: float, T_map_base: SE2 | None) -> None:
         """Set the robot's pose and its stamp [s]; None after a jump, until the poses are consistent again."""
-        self._pose, self._pose_stamp = T_map_base, stamp
+        self._inputs.pose, self._inputs.pose_stamp = T_map_base, stamp
         if T_map_base is None:
             self.command_state.cancel_turn()  # poses across a jump do not measure the turn
         else:
@@ -138,21 +160,24 @@ class DriveController:
 
     def update_map(self, stamp: float, part: GridFrame) -> None:
         """Update the route for the part of the map that a frame changed; the frame's stamp is in seconds."""
-        self._map_stamp = stamp
+        self._inputs.map_stamp = stamp
+        self.update_cells(part)
+
+    def update_cells(self, part: GridFrame) -> None:
+        """Update the route for a part of the map that changed without a frame."""
         if self.replanner is not None:
             self.replanner.update_map(part)
 
     def reset_map(self) -> None:
         """Restart with an empty map; the robot stops until the next frame is mapped."""
-        self._map_stamp = -math.inf
-        if self.replanner is not None:
-            self.replanner.reset()
+        self._inputs.map_stamp = -math.inf
+        self._discard_route()
         if self._look_around is not None:
             self._look_around.reset()
 
     def handle_time_jump(self) -> None:
         """Reset pose, timers and goal after a jump of the clock."""
-        self._pose, self._pose_stamp, self._map_stamp = None, -math.inf, -math.inf
+        self._inputs = DriveInputs()
         self._last_step_time = math.nan
         self.command_state.cancel_turn()
         self.cancel_goal()
@@ -174,59 +199,84 @@ class DriveController:
         is_released = is_idle and was_stopped and velocity == Velocity()
         return replace(drive, velocity=None if is_released else velocity)
 
+    def _discard_route(self) -> None:
+        if self.replanner is not None:
+            self.replanner.reset()
+
     def _decide(self, now: float) -> DriveCommand:
         """Return state and detail, with the target velocity and the lookahead point."""
         # Without a goal there is nothing to do.
-        if self._goal is None or self.replanner is None or self._is_goal_reached:
-            return _stop(DriveState.GOAL_REACHED if self._is_goal_reached else DriveState.IDLE)
+        if self.goal is None or self.replanner is None or self._is_goal_reached:
+            return stop_command(DriveState.GOAL_REACHED if self._is_goal_reached else DriveState.IDLE)
         # 1. Input: pose and map must be fresh.
-        stale = self._stale_input(now)
-        robot = self._pose
+        stale = self._inputs.stale(now, self._settings)
+        robot = self._inputs.pose
         if stale is not None or robot is None:
-            return stale or _stop(DriveState.LOST)
+            return stale or stop_command(DriveState.LOST)
         # 2. Route: keep or replace it.
-        try:
-            self.replanner.update(now, robot)
-        except DrivingError as fault:
-            return _stop(DriveState.UNREACHABLE, str(fault))
-        # 3. Commands of lamps, and 4. unknown surroundings come before the route.
-        return self._command_in_place(robot) or self._follow_route(robot, self._goal, self.replanner)
+        self.replanner.update(now, robot)
+        if self.replanner.error:
+            return stop_command(DriveState.UNREACHABLE, self.replanner.error)
+        # 3. Commands of lamps and 4. unknown surroundings come before 5. the goal's heading and the route.
+        command = self._command_in_place(robot) or self._arrival.update(robot, self.goal, self._settings)
+        return command or self._follow_route(now, robot, self.replanner)
 
     def _command_in_place(self, robot: SE2) -> DriveCommand | None:
         """Return the stop or turn that lamps command, or the turn to look around (the paper's step 1)."""
         if self.command_state.is_stopped or self.command_state.speed_limit <= _STOPPED_SPEED:
-            return _stop(DriveState.STOPPED_BY_LAMP)
+            return stop_command(DriveState.STOPPED_BY_LAMP)
         if self.command_state.remaining_turn != 0.0:
-            return DriveCommand(DriveState.TURNING, DriveState.TURNING.value, self._turn_on_command())
+            is_stopped = abs(self._smoother.velocity.forward) <= _STOPPED_SPEED
+            turn = self._turn_in_place(self.command_state.turn_rate(self._settings, is_stopped=is_stopped))
+            return DriveCommand(DriveState.TURNING, DriveState.TURNING.value, turn)
         if self._look_around is not None and self._look_around.update(robot):
             turn = self._turn_in_place(_LOOK_FRACTION * self._settings.max_angular_velocity)
             return DriveCommand(DriveState.LOOKING_AROUND, DriveState.LOOKING_AROUND.value, turn)
         return None
 
-    def _follow_route(self, robot: SE2, goal: SE2, replanner: Replanner) -> DriveCommand:
-        # 5. At the goal: turn to its heading.
-        remaining = robot.yaw_to(goal)
-        is_turned = abs(remaining) <= self._settings.goal_yaw_tolerance
-        if self._check_at_goal(robot.distance_to(goal), is_turned=is_turned):
-            if is_turned:
-                return _stop(DriveState.GOAL_REACHED)
-            turn = Velocity(0.0, turn_rate_for_angle(remaining, self._settings))
-            return DriveCommand(DriveState.DRIVING, "turning to the goal's heading", turn)
-        # 6. Follow the route: towards the lookahead point, as fast as commands, obstacles and the goal allow.
-        if len(replanner.points_map) == 0:
-            why = '' if replanner.no_route_reason is None else f': {replanner.no_route_reason.value}'
-            return _stop(DriveState.UNREACHABLE, f'{DriveState.UNREACHABLE.value}{why}')
-        x, y = lookahead_point(replanner.costmap, robot, replanner.points_map, self._settings.lookahead)
+    def _follow_route(self, now: float, robot: SE2, planning: RoutePlanning) -> DriveCommand:
+        """Follow the route (6.) towards the lookahead point, or act as long as there is none."""
+        obstacles, settings = nearby_obstacles(self.moving_obstacles, robot, now), self._settings
+        # Moving obstacles: wait for them, or plan around them. Without a route, the last one with a conflict counts.
+        clearance = planning.robot_radius + settings.clearance_margin
+        speed = self._smoother.velocity.forward
+        points = planning.points_map if len(planning.points_map) else self._policy.route_map
+        conflict = predict_conflict(points, robot, speed, obstacles, now, clearance, settings)
+        free = self._policy.update(conflict, planning.points_map, now, settings)
+        avoided = obstacles if self._policy.is_around else ()
+        planning.set_obstacles(obstacle_cells(avoided, now, AROUND_TIME, self._global_map.resolution))
+        if len(planning.points_map) == 0 or self.recovery.must_finish:
+            return self._act_without_route(now, robot, planning, obstacles)
+        self.recovery.end(robot)
+        # The costmap around the robot is fresh in each cycle; the route may be older.
+        reach = settings.lookahead + 2.0 * self._smoother.braking_distance() + _REACH_MARGIN
+        costmap = planning.costmap_around(with_obstacles(self._global_map, obstacles, now), robot, reach)
+        x, y = lookahead_point(costmap, robot, planning.points_map, settings.lookahead)
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
-        target = velocity_towards(bearing, self._allowed_speed(robot, replanner), self._settings)
-        return DriveCommand(DriveState.DRIVING, DriveState.DRIVING.value, target, (float(x), float(y)))
+        limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
+        target = velocity_towards(bearing, limit, settings)
+        state, detail = self._policy.describe(self._smoother.velocity)
+        return DriveCommand(state, detail, target, (float(x), float(y)))
 
-    def _check_at_goal(self, distance: float, *, is_turned: bool) -> bool:
-        """Return whether the robot is at the goal, with hysteresis while it turns to the goal's heading."""
-        leave = 1.0 if is_turned else _GOAL_LEAVE_FACTOR
-        factor = leave if self._is_at_goal else _GOAL_ENTER_FACTOR
-        self._is_at_goal = distance <= self._settings.goal_tolerance * factor
-        return self._is_at_goal
+    def _act_without_route(
+        self, now: float, robot: SE2, planning: RoutePlanning, obstacles: Sequence[MovingObstacle]
+    ) -> DriveCommand:
+        """Return what to do without a route: wait for it, recover, or give up with the reason."""
+        reason = planning.no_route_reason
+        if not planning.is_planned and self.recovery.behavior in (None, RecoveryBehavior.REPLAN):
+            return stop_command(DriveState.PLANNING)
+        if self._policy.is_waiting_for_route(now, self._settings):
+            return stop_command(DriveState.WAITING, f'{DriveState.WAITING.value}: no route around it')
+        why = DriveState.UNREACHABLE.value + ('' if reason is None else f': {reason.value}')
+        if self.recovery.can_help(reason, planning.replan_count):
+            known = with_obstacles(self._global_map, obstacles, now)
+            velocity = self.recovery.update(now, robot, known, planning.robot_radius, self._settings)
+            if velocity is not None:
+                turns = velocity.turn_rate != 0.0
+                target = self._turn_in_place(velocity.turn_rate) if turns else velocity
+                return DriveCommand(DriveState.RECOVERING, f'{self.recovery.detail} ({why})', target)
+        tried = self.recovery.summary
+        return stop_command(DriveState.UNREACHABLE, f'{why}; tried {tried}' if tried else why)
 
     def _is_stuck(self, now: float, velocity: Velocity) -> bool:
         """Return whether a robot that should drive has not moved for long."""
@@ -235,52 +285,15 @@ class DriveController:
             self._last_motion_time = now
         return now - self._last_motion_time > _STUCK_TIMEOUT
 
-    def _stale_input(self, now: float) -> DriveCommand | None:
-        """Return a stop with its reason if pose or map is missing or stale, else None."""
-        if self._pose is None:
-            detail = 'no pose received' if self._pose_stamp == -math.inf else 'the pose jumped'
-            return _stop(DriveState.LOST, f'{DriveState.LOST.value}: {detail}')
-        for state, stamp, limit, what in (
-            (DriveState.LOST, self._pose_stamp, self._settings.pose_timeout, 'pose'),
-            (DriveState.MAP_STALE, self._map_stamp, self._settings.map_timeout, 'frame'),
-        ):
-            if not abs(now - stamp) <= limit:
-                age = f'the latest {what} is older than {limit:g} s or in the future'
-                why = age if stamp > -math.inf else f'no {what} received'
-                return _stop(state, f'{state.value}: {why}')
-        return None
-
-    def _turn_on_command(self) -> Velocity:
-        remaining = self.command_state.remaining_turn
-        is_stopped = self._smoother.velocity.forward <= _STOPPED_SPEED
-        if is_stopped and abs(remaining) <= _TURN_TOLERANCE:
-            self.command_state.cancel_turn()
-            return Velocity()
-        return self._turn_in_place(turn_rate_for_angle(remaining, self._settings))
-
     def _turn_in_place(self, turn_rate: float) -> Velocity:
         """Return a turn rate [rad/s] once the robot has stopped."""
-        is_stopped = self._smoother.velocity.forward <= _STOPPED_SPEED
+        is_stopped = abs(self._smoother.velocity.forward) <= _STOPPED_SPEED
         return Velocity(0.0, turn_rate) if is_stopped else Velocity()
 
-    def _allowed_speed(self, robot: SE2, replanner: Replanner) -> float:
+    def _allowed_speed(self, robot: SE2, planning: RoutePlanning, costmap: InflatedCostmap) -> float:
         """Return the speed that commands, obstacles and the goal allow [m/s]."""
-        costmap, settings = replanner.costmap, self._settings
-        robot_radius = self._planner.robot_radius
-        distance_max = max(settings.lookahead, 2.0 * self._smoother.braking_distance())
-        free_distance, clearance = check_path_ahead(
-            costmap, robot, robot_radius + _CELL_MARGIN * costmap.frame.resolution, distance_max
-        )
-        # The nearest point may be behind the robot; the next one is ahead.
-        ahead = replanner.points_map[min(1, len(replanner.points_map) - 1) :]
-        to_goal = path_length(ahead) + math.hypot(*(ahead[0] - (robot.x, robot.y)))
-        return min(
-            self.command_state.speed_limit,
-            obstacle_speed_limit(clearance - robot_radius, settings),
-            braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
-            braking_speed_limit(to_goal, settings),
-        )
-
-
-def _stop(state: DriveState, detail: str = '') -> DriveCommand:
-    return DriveCommand(state, detail or state.value, Velocity())
+        distance_max = max(self._settings.lookahead, 2.0 * self._smoother.braking_distance())
+        points, top = planning.points_map, self._settings.max_linear_velocity
+        limit = route_speed_limit(costmap, robot, planning.robot_radius, points, distance_max, self._settings)
+        mask_limit = self._global_map.masks.speed_limit(robot.x, robot.y, top)
+        return min(self.command_state.speed_limit, mask_limit, limit)

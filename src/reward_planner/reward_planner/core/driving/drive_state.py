@@ -21,6 +21,11 @@ class DriveState(Enum):
     LOST = 'no valid pose'
     MAP_STALE = 'the map is out of date'
     STUCK = 'stuck'
+    PLANNING = 'planning'
+    RECOVERING = 'recovering'
+    GIVING_WAY = 'giving way to a moving obstacle'
+    WAITING = 'waiting for a moving obstacle'
+    GOING_AROUND = 'going around a moving obstacle'
 
     @property
     def needs_attention(self) -> bool:
@@ -43,3 +48,8 @@ class DriveCommand:
     detail: str
     velocity: Velocity | None
     waypoint_map: tuple[float, float] | None = None
+
+
+def stop_command(state: DriveState, detail: str = '') -> DriveCommand:
+    """Return the command to stop, with the state and its detail."""
+    return DriveCommand(state, detail or state.value, Velocity())

@@ -61,3 +61,31 @@ class DrivingSettings:
         "turn once in place where the surroundings are unknown, to map them (the paper's step 1); not for a camera "
         'that sees all around or turns itself',
     )
+    recovery: str = setting(
+        'look_around wait back_up clear replan wait clear',
+        'recovery behaviors in their order, of look_around, wait, back_up, clear and replan, for a robot without a '
+        'route; empty for none',
+    )
+    recovery_wait: float = setting(
+        5.0, 'time of the recovery behavior wait', unit='s', minimum=0.0, maximum=600.0
+    )
+    recovery_distance: float = setting(
+        0.3, 'distance of the recovery behavior back_up', unit='m', minimum=0.0, maximum=5.0
+    )
+    recovery_radius: float = setting(
+        5.0,
+        'the recovery behavior clear clears the map within this radius',
+        unit='m',
+        minimum=0.0,
+        maximum=50.0,
+    )
+    prediction_time: float = setting(
+        2.5, 'time for which moving obstacles are predicted', unit='s', minimum=0.0, maximum=10.0
+    )
+    moving_obstacle_wait: float = setting(
+        5.0,
+        'time of waiting for a moving obstacle before going around it',
+        unit='s',
+        minimum=0.0,
+        maximum=600.0,
+    )

@@ -8,33 +8,48 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.occupancy_map import OCCUPIED_THRESHOLD, GridFrame, clearance
+from reward_planner.core.occupancy_map import OCCUPIED_THRESHOLD, UNKNOWN, GridFrame, clearance
+from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward_planner_error import DrivingError
+from reward_planner.core.route.inflation_cost import inflation_costs
+from reward_planner.core.route.route import COST_MAX, LETHAL
 
 _GROWTH_STEP = 64  # size steps of the costmap [cells], so that it is not resized with each new cell
 _WINDOW_MARGIN = 5.0  # least margin around robot and goal on a map that is too large [m]
+_PLAIN = PlannerSettings(cost_scaling_factor=0.0)
 
 
 class InflatedCostmap:
-    """A rectangle around all known cells, the robot and the goal; unknown cells are free.
+    """A rectangle around all known cells, the robot and the goal.
 
     It has a margin that a robot can drive along, so that routes around the known cells are found. On maps of more than
     cells_max cells it covers a part.
 
     Attributes:
         frame: origin, resolution and size of the grid.
-        clearance: distance to the nearest obstacle, at most ``clearance_max`` [m], shape (rows, columns).
-        blocked: cells within ``inflation_radius`` of an obstacle, shape (rows, columns).
-        inflation_radius: least distance of a route from obstacles [m].
+        clearance: distance to the nearest obstacle, at most ``clearance_max`` [m], shape (rows, columns); 0 in
+            keep-out areas.
+        costs: costs of the cells as in Nav2, see `inflation_costs` and `CostmapMasks`; uint8, shape (rows, columns).
+        blocked: cells that routes do not enter, shape (rows, columns): within ``inscribed_radius`` of an obstacle, in
+            a keep-out area, and the unknown ones if the settings block them.
+        inscribed_radius: least distance of a route from obstacles [m].
         clearance_max: largest clearance that is computed [m].
     """
 
-    def __init__(self, inflation_radius: float, clearance_max: float) -> None:
-        """Start with one cell; ``clearance_max`` is at least ``inflation_radius``."""
-        self.inflation_radius, self.clearance_max = inflation_radius, clearance_max
-        self.frame = GridFrame(0.0, 0.0, 1.0, 1, 1)
-        self.clearance = np.full((1, 1), clearance_max, dtype=np.float32)
-        self.blocked = np.zeros((1, 1), dtype=np.bool_)
+    def __init__(
+        self, inscribed_radius: float, clearance_max: float, settings: PlannerSettings = _PLAIN
+    ) -> None:
+        """Start with one cell; ``clearance_max`` is at least the inscribed and the settings' inflation radius."""
+        self.inscribed_radius, self.clearance_max = inscribed_radius, clearance_max
+        self._settings = settings
+        self._keepout: NDArray[np.uint8] | None = None
+        self._allocate(GridFrame(0.0, 0.0, 1.0, 1, 1))
+
+    def _allocate(self, frame: GridFrame) -> None:
+        self.frame = frame
+        self.clearance = np.full(frame.shape, self.clearance_max, dtype=np.float32)
+        self.costs = np.zeros(frame.shape, dtype=np.uint8)
+        self.blocked = np.zeros(frame.shape, dtype=np.bool_)
 
     def cover(self, global_map: GlobalMap, points_map: ArrayLike) -> bool:
         """Resize the costmap to cover a map and points [m], shape (n, 2); return whether it was resized.
@@ -45,7 +60,7 @@ class InflatedCostmap:
         Raises:
             DrivingError: the points are too far apart.
         """
-        frame = required_frame(global_map, points_map, self.inflation_radius)
+        frame = required_frame(global_map, points_map, self.inscribed_radius)
         if frame.size > global_map.cells_max:
             minimal = _frame_around(*_bounds(points_map), _WINDOW_MARGIN, global_map.resolution)
             if minimal.size > global_map.cells_max:
@@ -61,14 +76,17 @@ class InflatedCostmap:
         else:
             union = _union(self.frame, frame)
             frame = union if union.size <= global_map.cells_max else frame
-        self.frame = frame
-        self.clearance = np.full(frame.shape, self.clearance_max, dtype=np.float32)
-        self.blocked = np.zeros(frame.shape, dtype=np.bool_)
-        self.refresh(global_map, frame)
+        self.cover_frame(global_map, frame)
         return True
 
+    def cover_frame(self, global_map: GlobalMap, frame: GridFrame) -> None:
+        """Cover a frame of the map's resolution, and nothing else."""
+        self._allocate(frame)
+        self._keepout = global_map.masks.keepout_costs(frame)
+        self.refresh(global_map, frame)
+
     def refresh(self, global_map: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
-        """Update the costmap where the map changed; return the cells that became blocked or free, shape (n, 2)."""
+        """Update the costmap where the map changed; return the cells whose cost changed, shape (n, 2)."""
         resolution = self.frame.resolution
         pad = math.ceil(self.clearance_max / resolution) + 1
         corner = np.array([changed.origin_y, changed.origin_x])
@@ -80,10 +98,15 @@ class InflatedCostmap:
         if (last <= first).any():
             return np.empty((0, 2), dtype=np.int64)
         part = (slice(first[0], last[0]), slice(first[1], last[1]))
-        distances = self._distances(global_map, first, last, pad)
-        blocked = distances <= self.inflation_radius + 1e-4 * resolution
-        cells = np.argwhere(blocked != self.blocked[part]) + first
-        self.clearance[part], self.blocked[part] = distances, blocked
+        distances, is_unknown = self._distances(global_map, first, last, pad)
+        costs = inflation_costs(distances, self.inscribed_radius, self._settings)
+        if self._settings.unknown == 'blocked':
+            costs[is_unknown] = LETHAL
+        if self._keepout is not None:
+            np.maximum(costs, self._keepout[part], out=costs)
+            distances[self._keepout[part] > COST_MAX] = 0.0
+        cells = np.argwhere(costs != self.costs[part]) + first
+        self.clearance[part], self.costs[part], self.blocked[part] = distances, costs, costs > COST_MAX
         return cells
 
     def clearance_at(self, points_map: ArrayLike) -> NDArray[np.float32]:
@@ -97,25 +120,26 @@ class InflatedCostmap:
 
     def _distances(
         self, global_map: GlobalMap, first: NDArray[np.int64], last: NDArray[np.int64], pad: int
-    ) -> NDArray[np.float32]:
-        """Return the clearance of the cells [first, last), from obstacles up to ``pad`` cells outside of them."""
+    ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+        """Return the clearance of cells [first, last), from obstacles up to ``pad`` cells outside; and the unknown."""
         resolution = self.frame.resolution
         rows, columns = (int(n) for n in last - first + 2 * pad)
         origin_y, origin_x = (self.frame.origin_y, self.frame.origin_x) + resolution * (first - pad)
         frame = GridFrame(float(origin_x), float(origin_y), resolution, columns, rows)
-        occupied = global_map.occupancy_in(frame) >= OCCUPIED_THRESHOLD
-        distances = np.minimum(clearance(occupied, resolution), np.float32(self.clearance_max))
-        return distances[pad : rows - pad, pad : columns - pad]
+        occupancy = global_map.occupancy_in(frame)
+        inner = (slice(pad, rows - pad), slice(pad, columns - pad))
+        distances = clearance(occupancy >= OCCUPIED_THRESHOLD, resolution)[inner]
+        return np.minimum(distances, np.float32(self.clearance_max)), occupancy[inner] == UNKNOWN
 
 
-def required_frame(global_map: GlobalMap, points_map: ArrayLike, inflation_radius: float) -> GridFrame:
+def required_frame(global_map: GlobalMap, points_map: ArrayLike, inscribed_radius: float) -> GridFrame:
     """Return the smallest frame around a map and some points; arguments as for `InflatedCostmap`."""
     low, high = _bounds(points_map)
     known_frame = global_map.frame()
     if known_frame is not None:
         corner, end = known_frame.corners
         low, high = np.minimum(low, corner), np.maximum(high, end)
-    return _frame_around(low, high, inflation_radius + 2.0 * global_map.resolution, global_map.resolution)
+    return _frame_around(low, high, inscribed_radius + 2.0 * global_map.resolution, global_map.resolution)
 
 
 def _bounds(points_map: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -6,12 +6,15 @@ import json
 import math
 from dataclasses import dataclass
 
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.path_following import turn_rate_for_angle
 from reward_planner.core.reward_planner_error import DrivingError
 from shirube_core.geometry import wrap_angle
 
 OPERATIONS = ('stop', 'resume', 'slow', 'speed_up', 'turn')
 _SPEED_OPERATIONS = ('slow', 'speed_up')
 _VALUE_OPERATIONS = (*_SPEED_OPERATIONS, 'turn')
+_TURN_TOLERANCE = 0.02  # tolerance of a commanded turn [rad]
 _VALUE_MAX = 1000.0
 _TURN_MAX = math.tau + 1e-6
 
@@ -89,6 +92,12 @@ class LightCommandState:
         if self.remaining_turn != 0.0 and math.isfinite(self._yaw):
             self.remaining_turn -= wrap_angle(yaw - self._yaw)
         self._yaw = yaw
+
+    def turn_rate(self, settings: DrivingSettings, *, is_stopped: bool) -> float:
+        """Return the turn rate for the remaining turn [rad/s]; a robot that is stopped within a tolerance ends it."""
+        if is_stopped and abs(self.remaining_turn) <= _TURN_TOLERANCE:
+            self.cancel_turn()
+        return turn_rate_for_angle(self.remaining_turn, settings)
 
     def cancel_turn(self) -> None:
         """End the turn; the next heading may be unrelated to the last."""

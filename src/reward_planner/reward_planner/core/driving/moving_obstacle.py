@@ -13,7 +13,7 @@ class MovingObstacle:
         stamp: time of the position [s].
         position: centre (x, y) [m].
         velocity: (x, y) [m/s].
-        radius: of the disc that holds the cluster [m].
+        radius: radius of the disc that holds the cluster [m].
     """
 
     stamp: float

@@ -12,8 +12,11 @@ from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.velocity_smoother import Velocity
 from shirube_core.geometry import SE2
 
+CELL_MARGIN = 0.75
+"""From the centre of an occupied cell to its edge, rounded up [cells]."""
 _SAMPLES_PER_CELL = 2.0
 _EXIT_DISTANCE = 1.5  # a robot on an occupied cell may drive on if it leaves it within this distance [cells]
+_KEPT_FRACTION = 0.5  # of the clearance that a route keeps above the least one
 _HEADING_TIME_CONSTANT = 0.4  # time constant of the heading error [s]
 _BRAKE_FRACTION = 0.5  # fraction of the maximum acceleration that is planned for braking
 _RESPONSE_TIME = 0.15  # latency from a pose to the motion of the wheels [s]
@@ -27,8 +30,9 @@ def lookahead_point(
 ) -> NDArray[np.float64]:
     """Return the farthest point of the route within the lookahead distance in line of sight, shape (2,) [m].
 
-    This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inflation radius,
-    or the robot's present clearance if that is less. If no point is in line of sight, it is the route's next point.
+    This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inscribed radius
+    and half of what the route keeps above it, or the robot's present clearance if that is less. If no point is in line
+    of sight, it is the route's next point.
     The route begins near the robot [m], shape (n, 2), n at least 1.
     """
     along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))
@@ -38,7 +42,9 @@ def lookahead_point(
         0.0, 1.0, _sample_count(costmap, lookahead + float(np.hypot(*(candidates[0] - start))))
     )
     lines = start + fractions[:, None] * (candidates - start)[:, None]
-    clearance_min = min(costmap.inflation_radius, float(costmap.clearance_at(start)))
+    kept = np.minimum.accumulate(costmap.clearance_at(candidates)) - costmap.inscribed_radius
+    clearance_min = costmap.inscribed_radius + _KEPT_FRACTION * np.maximum(kept, 0.0)
+    clearance_min = np.minimum(clearance_min, costmap.clearance_at(start))
     # A point at the robot gives no direction: on a route that returns there the robot would spin.
     is_distinct = np.hypot(*(candidates - start).T) >= costmap.frame.resolution
     is_visible = is_distinct & (costmap.clearance_at(lines).min(axis=1) >= clearance_min)
@@ -94,3 +100,24 @@ def obstacle_speed_limit(gap: float, settings: DrivingSettings) -> float:
     fastest = settings.max_linear_velocity
     slowest = min(_SLOWEST, _SLOWEST_FRACTION * fastest)
     return max(slowest, fastest * min(1.0, gap / settings.slow_distance))
+
+
+def route_speed_limit(
+    costmap: InflatedCostmap,
+    robot: SE2,
+    robot_radius: float,
+    points_map: NDArray[np.float64],
+    distance_max: float,
+    settings: DrivingSettings,
+) -> float:
+    """Return the speed that obstacles up to a distance straight ahead [m], and the end of the route, allow [m/s]."""
+    radius = robot_radius + CELL_MARGIN * costmap.frame.resolution
+    free_distance, clearance = check_path_ahead(costmap, robot, radius, distance_max)
+    # The nearest point may be behind the robot; the next one is ahead.
+    ahead = points_map[min(1, len(points_map) - 1) :]
+    to_goal = float(np.hypot(*np.diff(ahead, axis=0).T).sum()) + math.hypot(*(ahead[0] - (robot.x, robot.y)))
+    return min(
+        obstacle_speed_limit(clearance - robot_radius, settings),
+        braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
+        braking_speed_limit(to_goal, settings),
+    )

@@ -1,4 +1,4 @@
-"""Replans the route when it is blocked, left by the robot or clearly longer than a new one."""
+"""Replans the route when it is blocked, left by the robot or clearly costlier than a new one."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.footprint_check import FootprintCheck
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import GridFrame
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward.reward_walk import reward_route
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.route import NoRoute, check_endpoints, is_reachable
+from reward_planner.core.route.route import COST_MAX, LETHAL, NoRoute, Route, check_endpoints, is_reachable
+from reward_planner.core.safety.footprint import Footprint
 from shirube_core.geometry import SE2
 
 MARGIN_CELLS_MIN = 1.5  # half diagonals of two cells, rounded up [cells]
 _ROUNDING = 1e-5  # clearances are computed in single precision [m]
 _OFF_ROUTE_DISTANCE = 0.5  # distance from the route at which the robot replans [m]
+_SEARCHES_MAX = 20  # searches for a route that the footprint can follow
 _NEIGHBOURS = np.array([(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1)])
 
 
@@ -31,6 +34,7 @@ class Replanner:
         points_map: remaining route from near the robot to the goal [m], shape (n, 2), n may be 0.
         no_route_reason: why there is no route; None if there is one.
         replan_count: number of routes taken so far.
+        robot_radius: radius of the robot, or of the greatest circle in its footprint [m].
     """
 
     def __init__(
@@ -50,18 +54,26 @@ class Replanner:
         self.replan_count = 0
         self._global_map, self._goal, self._settings = global_map, goal_map, driving
         self._planner, self._reward = planner, reward
+        footprint = Footprint(planner.footprint, planner.robot_radius)
+        self.robot_radius = footprint.inscribed_radius if planner.footprint else planner.robot_radius
+        resolution = global_map.resolution
+        self._footprint = FootprintCheck(footprint, resolution) if planner.footprint else None
         self._covered = [goal_map]  # by the costmap, with the robot
-        horizon = 2 + int(2.0 * driving.lookahead / global_map.resolution)
+        horizon = 2 + int(2.0 * driving.lookahead / resolution)
         self._horizon_steps = None if whole_route else horizon
         self.reset()
 
     def reset(self) -> None:
         """Discard route and costmap, for instance after the map was cleared; the goal stays."""
-        radius, driving = self._planner.robot_radius, self._settings
+        radius, driving, planner = self.robot_radius, self._settings, self._planner
         # Distances are between cell centres; the robot and the obstacle's edge are off them.
         margin = max(driving.clearance_margin, MARGIN_CELLS_MIN * self._global_map.resolution)
-        clearance_max = max(radius + margin, radius + driving.slow_distance) + 0.1
-        self.costmap = InflatedCostmap(radius + margin, clearance_max)
+        clearance_max = max(radius + margin, radius + driving.slow_distance)
+        if planner.cost_scaling_factor > 0.0:
+            clearance_max = max(clearance_max, planner.inflation_radius)
+        if self._footprint is not None:
+            clearance_max = max(clearance_max, self._footprint.clearance_min)
+        self.costmap = InflatedCostmap(radius + margin, clearance_max + 0.1, planner)
         self.points_map = np.empty((0, 2))
         self.no_route_reason: NoRoute | None = None
         self._search: DStarLite | None = None
@@ -76,7 +88,7 @@ class Replanner:
         cells = self.costmap.refresh(self._global_map, part)
         if len(cells):
             if self._search is not None:
-                self._search.update_cells(cells, self.costmap.blocked[cells[:, 0], cells[:, 1]])
+                self._search.update_cells(cells, self.costmap.costs[cells[:, 0], cells[:, 1]])
             self._has_changed = True
 
     def update(self, now: float, robot: SE2) -> None:
@@ -91,7 +103,8 @@ class Replanner:
             or not self._has_costmap
         ):
             if self._planner.mode == 'optimal':
-                self._search = DStarLite(self.costmap.blocked, self._cell_of(self._goal))
+                multiplier = self._planner.cost_travel_multiplier
+                self._search = DStarLite(self.costmap.costs, self._cell_of(self._goal), multiplier)
             self._has_costmap = self._has_changed = True
         # The robot moved: the route begins at its nearest point, and the reward rule remembers the place.
         self._drop_passed_points(robot)
@@ -104,17 +117,20 @@ class Replanner:
         # A route that cannot be followed to its end is replaced at once.
         elif self._is_off_route(robot) or self._is_blocked(self.points_map) or self._is_nearly_finished():
             self._replan(now, robot)
-        # A free route is replaced once per period, if the map changed and the new one is clearly shorter.
-        elif self._has_changed and is_due and self._search is not None:
-            self._replan(now, robot, only_if_shorter=True)
+        elif self._has_changed and self._search is not None:
+            if self._collides(self.points_map).any():
+                self._replan(now, robot)
+            # A free route is replaced once per period, if the map changed and the new one costs clearly less.
+            elif is_due:
+                self._replan(now, robot, only_if_better=True)
 
-    def _replan(self, now: float, robot: SE2, *, only_if_shorter: bool = False) -> None:
+    def _replan(self, now: float, robot: SE2, *, only_if_better: bool = False) -> None:
         result = self._plan(robot)
         self._planned_at, self._has_changed = now, False
         if isinstance(result, NoRoute):
-            if not only_if_shorter:
+            if not only_if_better:
                 self.points_map, self.no_route_reason = np.empty((0, 2)), result
-        elif not only_if_shorter or self._is_clearly_shorter(result):
+        elif not only_if_better or self._is_clearly_better(result):
             self.points_map, self.no_route_reason = result, None
             self.replan_count += 1
 
@@ -132,7 +148,7 @@ class Replanner:
         if not is_reachable(costmap.blocked, begin, goal):
             return NoRoute.UNREACHABLE
         if self._search is not None:
-            result = self._search.route_from(begin)
+            result = self._feasible_route(self._search, begin)
         else:
             result = reward_route(
                 costmap.blocked, begin, goal, self._reward, self._visited_cells(), self._horizon_steps
@@ -143,6 +159,46 @@ class Replanner:
         if (result.cells[-1] == goal).all():
             points[-1] = self._goal
         return points
+
+    def _feasible_route(self, search: DStarLite, begin: tuple[int, int]) -> Route | NoRoute:
+        """Return a route of least cost; with a footprint, one that it can follow in the direction of the route.
+
+        Cells where the footprint collides are blocked, and the search is repeated. Of the last search all cells are
+        blocked that are not free in every direction.
+        """
+        costmap, result = self.costmap, search.route_from(begin)
+        if self._footprint is None:
+            return result
+        ends, avoided = np.array([begin, self._cell_of(self._goal)]), [np.empty((0, 2), dtype=np.int64)]
+        for count in range(_SEARCHES_MAX):
+            cells = self._colliding_cells(result)
+            if len(cells) == 0:
+                break
+            if count == _SEARCHES_MAX - 1:
+                cells = np.argwhere(costmap.clearance <= self._footprint.clearance_min)
+            avoided.append(cells[(cells[:, None] != ends).any(axis=2).all(axis=1)])
+            search.update_cells(avoided[-1], LETHAL)
+            result = search.route_from(begin)
+        rows, columns = np.concatenate(avoided).T
+        search.update_cells(np.stack([rows, columns], axis=1), costmap.costs[rows, columns])
+        return NoRoute.UNREACHABLE if len(self._colliding_cells(result)) else result
+
+    def _colliding_cells(self, route: Route | NoRoute) -> NDArray[np.int64]:
+        """Return the cells of a route where the footprint collides, shape (n, 2)."""
+        if isinstance(route, NoRoute):
+            return np.empty((0, 2), dtype=np.int64)
+        collides = self._collides(self.costmap.frame.centre_of(route.cells))
+        # At the goal the direction is that of the last steps: the cell before it is to blame.
+        collides[-2:-1] |= collides[-1:]
+        return route.cells[collides]
+
+    def _collides(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return at which points of a route but the first the footprint collides, shape (n,)."""
+        if self._footprint is None:
+            return np.zeros(len(points), dtype=np.bool_)
+        collides = self._footprint.collides(points, self.costmap)
+        collides[:1] = False  # the robot is there
+        return collides
 
     def _cell_of(self, point_map: tuple[float, float]) -> tuple[int, int]:
         row, column = self.costmap.frame.cell_of(point_map)
@@ -158,13 +214,13 @@ class Replanner:
         """Record visited positions, one per robot radius; only the reward rule uses them."""
         here = (robot.x, robot.y)
         if self._search is None and (
-            not self._visited or math.dist(self._visited[-1], here) > self._planner.robot_radius
+            not self._visited or math.dist(self._visited[-1], here) > self.robot_radius
         ):
             self._visited.append(here)
 
     def _visited_cells(self) -> NDArray[np.int64]:
         """Return the cells within twice the robot's radius of visited positions, shape (n, 2)."""
-        frame, radius = self.costmap.frame, 2.0 * self._planner.robot_radius
+        frame, radius = self.costmap.frame, 2.0 * self.robot_radius
         cells = int(radius / frame.resolution)
         steps = frame.resolution * np.arange(-cells, cells + 1)
         offsets = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
@@ -172,11 +228,18 @@ class Replanner:
         visited = frame.cell_of((np.array(self._visited).reshape(-1, 1, 2) + disc).reshape(-1, 2))
         return visited[frame.contains(visited)]
 
-    def _is_clearly_shorter(self, points: NDArray[np.float64]) -> bool:
-        """Return whether a route saves the fraction replan_gain and more than the lookahead distance."""
-        remaining = path_length(self.points_map)
-        saved = remaining - path_length(points)
+    def _is_clearly_better(self, points: NDArray[np.float64]) -> bool:
+        """Return whether a route saves the fraction replan_gain of cost and more than the lookahead distance."""
+        remaining = self._travel_cost(self.points_map)
+        saved = remaining - self._travel_cost(points)
         return saved > self._settings.replan_gain * remaining and saved > self._settings.lookahead
+
+    def _travel_cost(self, points: NDArray[np.float64]) -> float:
+        """Return the length of a route [m], with the costs of its cells as the search weights them."""
+        rows, columns = self.costmap.frame.cell_of(points).T
+        costs = np.minimum(self.costmap.costs[rows, columns], COST_MAX) / COST_MAX
+        weights = 1.0 + 0.5 * self._planner.cost_travel_multiplier * (costs[1:] + costs[:-1])
+        return float(np.hypot(*np.diff(points, axis=0).T) @ weights)
 
     def _is_nearly_finished(self) -> bool:
         """Return whether the robot is near the end of a partial route, as the reward rule plans them."""

@@ -71,7 +71,10 @@ class VelocitySmoother:
         if abs(change) >= abs(error) and change * error >= 0.0:
             self._acceleration = 0.0
             return target
-        return max(speed + change, 0.0)  # the end of braking must not drive the robot backwards
+        # The end of braking must not drive the robot the other way.
+        if speed >= 0.0:
+            return max(speed + change, min(target, 0.0))
+        return min(speed + change, max(target, 0.0))
 
 
 def _clamp(value: float, limit: float) -> float:

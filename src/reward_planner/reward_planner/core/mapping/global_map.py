@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.costmap_masks import CostmapMasks
 from reward_planner.core.occupancy_map import UNKNOWN, GridFrame
 from reward_planner.core.reward_planner_error import RewardPlannerError
 
@@ -39,12 +41,14 @@ class GlobalMap:
         resolution: side of a cell [m]; cell borders are at its multiples.
         cells_max: maximum number of cells of the map and of a costmap.
         rejected_cells: number of cells that were not written because the map is full.
+        masks: keep-out and speed masks; they stay when the map is cleared.
     """
 
     def __init__(self, resolution: float, cells_max: int) -> None:
         """Start with an empty map."""
         self.resolution, self.cells_max = resolution, cells_max
         self.rejected_cells = 0
+        self.masks = CostmapMasks()
         self._blocks: dict[tuple[int, int], NDArray[np.int8]] = {}
 
     @property
@@ -68,12 +72,24 @@ class GlobalMap:
             observed = local.observed[part]
             if not observed.any():
                 continue
-            if index not in self._blocks:
-                if (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
-                    self.rejected_cells += int(observed.sum())
-                    continue
-                self._blocks[index] = np.full((_BLOCK, _BLOCK), UNKNOWN, dtype=np.int8)
-            self._blocks[index][block][observed] = local.occupancy[part][observed]
+            if index not in self._blocks and (len(self._blocks) + 1) * _BLOCK**2 > self.cells_max:
+                self.rejected_cells += int(observed.sum())
+                continue
+            # A new block: snapshots keep the old one.
+            known = self._blocks.get(index)
+            cells = np.full((_BLOCK, _BLOCK), UNKNOWN, dtype=np.int8) if known is None else known.copy()
+            cells[block][observed] = local.occupancy[part][observed]
+            self._blocks[index] = cells
+
+    def snapshot(self) -> GlobalMap:
+        """Return a copy that later changes of either map leave as it is, for another thread; it shares the blocks."""
+        snapshot = copy(self)
+        snapshot.replace_by(self)
+        return snapshot
+
+    def replace_by(self, other: GlobalMap) -> None:
+        """Take the cells of another map of the same resolution."""
+        self._blocks = dict(other._blocks)
 
     def frame(self) -> GridFrame | None:
         """Return the smallest rectangle of blocks around all known cells, None if there are none."""

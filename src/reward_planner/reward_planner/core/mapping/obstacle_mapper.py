@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.mapping.moving_points import MovingPoints
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
 from reward_planner.core.voxels.frame_kernels import PointCounts
-from reward_planner.core.voxels.frame_voxels import FrameVoxels
+from reward_planner.core.voxels.frame_voxels import FrameVoxels, as_points
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
@@ -27,6 +28,7 @@ class ObstacleMapper:
     Attributes:
         voxels: voxel map around the robot.
         map: global map.
+        moving: moving obstacles, whose points are kept out of the maps with the rule log_odds.
     """
 
     def __init__(self, mount: CameraMount, voxels: VoxelSettings, mapping: MappingSettings) -> None:
@@ -34,6 +36,7 @@ class ObstacleMapper:
         self._T_base_sensor = _sensor_pose(mount)
         self.voxels = VoxelMap(voxels)
         self.map = GlobalMap(voxels.resolution, mapping.cells_max)
+        self.moving = MovingPoints(voxels)
 
     def apply_settings(self, mount: CameraMount, voxels: VoxelSettings) -> None:
         """Use another mount and other thresholds from the next frame on; errors are those of `VoxelMap`."""
@@ -66,8 +69,12 @@ class ObstacleMapper:
         T_map_robot = _rigid_transform(rotation, (T_map_base.x, T_map_base.y, 0.0))
         T_base_sensor = self._T_base_sensor if mount is None else _sensor_pose(mount)
         view = SensorView(T_map_robot @ T_base_sensor, focal_length)
+        # What moves is no part of the map.
+        cloud = as_points(points)
+        if self.voxels.settings.rule == 'log_odds':
+            cloud = self.moving.static_points(stamp, cloud, view.T_map_sensor)
         # 2.2.2: voxels from the points.
-        frame = self.voxels.add(stamp, points, view)
+        frame = self.voxels.add(stamp, cloud, view)
         # 2.2.3, step 1: the voxels of obstacles, projected to the floor, and the movable area between them.
         local = project_voxels(self.voxels, view, self.map, frame)
         # 2.2.3, steps 2 and 3: the global map, where the local one observed it.
@@ -78,6 +85,7 @@ class ObstacleMapper:
         """Clear both maps."""
         self.voxels.clear()
         self.map.clear()
+        self.moving.reset()
 
 
 def _sensor_pose(mount: CameraMount) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""D* Lite: replans the shortest route to one goal while the robot moves and the map changes."""
+"""D* Lite: replans the shortest or least-cost route to one goal while the robot moves and the map changes."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.d_star_lite_kernels import (
     UNREACHED,
+    WEIGHT_BITS,
     OpenList,
     SearchState,
     apply_changes,
@@ -15,7 +16,7 @@ from reward_planner.core.route.d_star_lite_kernels import (
     insert_if_inconsistent,
     replan,
 )
-from reward_planner.core.route.route import NoRoute, Route, check_endpoints
+from reward_planner.core.route.route import COST_MAX, LETHAL, NoRoute, Route, check_endpoints
 
 _CHANGES_MAX = 100_000  # with more changed cells since the last route, a search from scratch is faster
 
@@ -23,22 +24,27 @@ _CHANGES_MAX = 100_000  # with more changed cells since the last route, a search
 class DStarLite:
     """Incremental planner to one goal (Koenig and Likhachev, AAAI 2002); see `d_star_lite_kernels` for the symbols.
 
-    Its routes are as short as those of `shortest_route`.
+    Without costs its routes are as short as those of `shortest_route`.
 
     Args:
-        blocked: cells that the robot cannot enter, shape (rows, columns); it is copied.
+        costs: cells that the robot cannot enter, or costs of cells, of which those above `COST_MAX` are blocked; uint8,
+            shape (rows, columns); it is copied.
         goal: row and column of the goal.
+        multiplier: a step between cells of the greatest cost counts as so many more steps.
     """
 
-    def __init__(self, blocked: NDArray[np.bool_], goal: tuple[int, int]) -> None:
-        padded = np.pad(blocked, 1, constant_values=True)
-        self._blocked = padded[1:-1, 1:-1]
+    def __init__(
+        self, costs: NDArray[np.bool_ | np.uint8], goal: tuple[int, int], multiplier: float = 0.0
+    ) -> None:
+        padded = np.pad(_as_costs(costs), 1, constant_values=LETHAL)
+        self._costs = padded[1:-1, 1:-1]
         self._goal = goal
-        inside = 0 <= goal[0] < blocked.shape[0] and 0 <= goal[1] < blocked.shape[1]
+        inside = 0 <= goal[0] < costs.shape[0] and 0 <= goal[1] < costs.shape[1]
         width = padded.shape[1]
         number = (goal[0] + 1) * width + goal[1] + 1 if inside else 0
         g, rhs = np.empty((2, padded.size), dtype=np.int64)
-        self._state = SearchState(padded.reshape(-1), g, rhs, width, number)
+        weight = round(multiplier / (2 * COST_MAX) * (1 << WEIGHT_BITS))
+        self._state = SearchState(padded.reshape(-1), weight, g, rhs, width, number)
         self._reset()
 
     def _reset(self) -> None:
@@ -51,22 +57,20 @@ class DStarLite:
 
     @property
     def blocked(self) -> NDArray[np.bool_]:
-        """Cells that the robot cannot enter, shape (rows, columns), read-only."""
-        view = self._blocked.view()
-        view.flags.writeable = False
-        return view
+        """Cells that the robot cannot enter, shape (rows, columns)."""
+        return self._costs > COST_MAX
 
-    def update_cells(self, cells: ArrayLike, blocked: ArrayLike) -> None:
-        """Set cells (rows and columns, shape (n, 2)) blocked or free (shape (n,)).
+    def update_cells(self, cells: ArrayLike, costs: ArrayLike) -> None:
+        """Set cells (rows and columns, shape (n, 2)) blocked or free, or their costs (shape (n,) or one number).
 
         Raises:
             RewardPlannerError: a cell is outside of the map.
         """
         indices = np.ascontiguousarray(cells, dtype=np.int64).reshape(-1, 2)
         # Copied, because broadcast_to gives read-only arrays, for which numba would compile the kernel again.
-        now = np.broadcast_to(np.asarray(blocked, dtype=np.bool_), len(indices)).copy()
-        if len(indices) and (indices.min() < 0 or (indices.max(axis=0) >= self._blocked.shape).any()):
-            raise RewardPlannerError(f'a cell to change is outside of the map of {self._blocked.shape} cells')
+        now = np.broadcast_to(_as_costs(np.asarray(costs)), len(indices)).copy()
+        if len(indices) and (indices.min() < 0 or (indices.max(axis=0) >= self._costs.shape).any()):
+            raise RewardPlannerError(f'a cell to change is outside of the map of {self._costs.shape} cells')
         changed = apply_changes(self._state, indices, now)
         if self._start is None:
             return  # no search to update yet
@@ -75,8 +79,8 @@ class DStarLite:
             self._reset()
 
     def route_from(self, start: tuple[int, int]) -> Route | NoRoute:
-        """Return a shortest route from the robot's cell, row and column (Main, figure 4)."""
-        failure = check_endpoints(self._blocked, start, self._goal)
+        """Return a least-cost route from the robot's cell, row and column (Main, figure 4)."""
+        failure = check_endpoints(self._costs, start, self._goal, COST_MAX)
         if failure is not None:
             return failure
         state, cell = self._state, (start[0] + 1) * self._state.width + start[1] + 1
@@ -92,3 +96,10 @@ class DStarLite:
         self._start, self._changed = cell, []
         self._open_list, cells = replan(state, self._open_list, changed, cell, self._key_modifier)
         return Route(cells) if len(cells) else NoRoute.UNREACHABLE
+
+
+def _as_costs(grid: NDArray[np.bool_ | np.uint8]) -> NDArray[np.uint8]:
+    """Return costs: those of an array of blocked cells, or the array itself."""
+    if grid.dtype == np.bool_:
+        return grid.view(np.uint8) * np.uint8(LETHAL)
+    return np.asarray(grid, dtype=np.uint8)

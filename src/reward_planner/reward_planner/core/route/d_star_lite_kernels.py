@@ -1,5 +1,6 @@
 """Numba kernels of D* Lite (Koenig and Likhachev, AAAI 2002, figure 4), searched from the goal.
 
+An edge costs its length times one plus the mean traversal cost of its two cells, which is 0 for shortest routes.
 Every cell has the cost-to-goal g and the one-step lookahead value rhs; inconsistent cells (g != rhs) are in the open
 list. Grids have a blocked border and cells are flat indices, so neighbours need no range checks.
 A key is one integer: min(g, rhs) + h + k_m, then min(g, rhs) quantised to less than a cell as the tie-breaker. Only the
@@ -15,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.route.open_list import pop_first, push
-from reward_planner.core.route.route import DIAGONAL, STRAIGHT, octile_distance
+from reward_planner.core.route.route import COST_MAX, DIAGONAL, STRAIGHT, octile_distance
 
 UNREACHED = 1 << 60
 
@@ -23,20 +24,27 @@ _TIE_BITS = 20
 _TIE_STEP = 18  # 2^18 units are about half a cell
 _TIE_MAX = (1 << _TIE_BITS) - 1
 _LAST_KEY = (1 << 63) - 1
+_TOTAL_MAX = (
+    1 << (63 - _TIE_BITS)
+) - 1  # costs beyond do not fit into a key: 18 million cells without obstacles
+
+WEIGHT_BITS = 20
 
 
 class SearchState(NamedTuple):
     """State of the search between replans; all arrays are flat over the grid with its border.
 
     Attributes:
-        blocked: cells that the robot cannot enter.
+        costs: cost of each cell, those above `COST_MAX` are blocked; uint8.
+        weight: traversal cost of a cell of cost 1, halved [2^-WEIGHT_BITS].
         g: cost-to-goal g of each cell [1/STRAIGHT cells], `UNREACHED` if unknown; int64.
         rhs: one-step lookahead of g over the best neighbour [1/STRAIGHT cells]; int64.
         width: cells in a row, with the border.
         goal: index of the goal cell.
     """
 
-    blocked: NDArray[np.bool_]
+    costs: NDArray[np.uint8]
+    weight: int
     g: NDArray[np.int64]
     rhs: NDArray[np.int64]
     width: int
@@ -70,7 +78,7 @@ def key_of(state: SearchState, cell: int, start: int, key_modifier: int) -> int:
     cell_g = min(state.g[cell], state.rhs[cell])
     if cell_g >= UNREACHED:
         return _LAST_KEY
-    total = cell_g + cell_distance(state, cell, start) + key_modifier
+    total = min(cell_g + cell_distance(state, cell, start) + key_modifier, _TOTAL_MAX)
     return (total << _TIE_BITS) + min(cell_g >> _TIE_STEP, _TIE_MAX)
 
 
@@ -84,15 +92,26 @@ def step_of(state: SearchState, number: int) -> tuple[int, int]:
 
 
 @njit(cache=True)
+def edge_cost(state: SearchState, cell: int, other: int, step: int) -> int:
+    """Return the cost c of the edge between two neighbours, ``step`` is its length; the same in both directions."""
+    if state.weight == 0:
+        return step
+    both = int(
+        np.int64(state.costs[cell]) + np.int64(state.costs[other])
+    )  # uint8 would become floats in numba
+    return step + ((step * state.weight * both) >> WEIGHT_BITS)
+
+
+@njit(cache=True)
 def is_traversable(state: SearchState, cell: int, offset: int) -> bool:
     """Return whether the robot can go from a free cell to a neighbour without cutting a blocked corner."""
-    if state.blocked[cell + offset]:
+    if state.costs[cell + offset] > COST_MAX:
         return False
     width = state.width
     if offset in (1, -1, width, -width):
         return True
     across = 1 if offset in (width + 1, -width + 1) else -1
-    return not (state.blocked[cell + across] or state.blocked[cell + offset - across])
+    return state.costs[cell + across] <= COST_MAX and state.costs[cell + offset - across] <= COST_MAX
 
 
 @njit(cache=True)
@@ -101,11 +120,11 @@ def best_rhs(state: SearchState, cell: int) -> int:
     if cell == state.goal:
         return 0
     best = UNREACHED
-    if not state.blocked[cell]:
+    if state.costs[cell] <= COST_MAX:
         for number in range(8):
             offset, step = step_of(state, number)
             if state.g[cell + offset] + step < best and is_traversable(state, cell, offset):
-                best = state.g[cell + offset] + step
+                best = min(best, state.g[cell + offset] + edge_cost(state, cell, cell + offset, step))
     return best
 
 
@@ -138,29 +157,29 @@ def _compact_open_list(state: SearchState, open_list: OpenList) -> OpenList:
     return OpenList(keys, cells, size)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def apply_changes(
-    state: SearchState, cells: NDArray[np.int64], blocked: NDArray[np.bool_]
+    state: SearchState, cells: NDArray[np.int64], costs: NDArray[np.uint8]
 ) -> NDArray[np.int64]:
-    """Set cells (without border, shape (n, 2)) blocked or free; return the indices of those that changed."""
+    """Set the costs of cells (without border, shape (n, 2)); return the indices of those that changed."""
     changed = np.empty(len(cells), np.int64)
     count = 0
     for k in range(len(cells)):
         cell = (cells[k, 0] + 1) * state.width + cells[k, 1] + 1
-        if state.blocked[cell] != blocked[k]:
-            state.blocked[cell] = blocked[k]
+        if state.costs[cell] != costs[k]:
+            state.costs[cell] = costs[k]
             changed[count] = cell
             count += 1
     return changed[:count]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def replan(
     state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
 ) -> tuple[OpenList, NDArray[np.int64]]:
-    """Repair the search after changes; return the open list and the cells of a shortest route, empty if there is none.
+    """Repair the search after changes; return the open list and the cells of a least-cost route, empty if none.
 
-    ``changed`` are the cells that became blocked or free since the last call, ``start`` is the robot's cell, and
+    ``changed`` are the cells whose costs changed since the last call, ``start`` is the robot's cell, and
     ``key_modifier`` k_m, the sum of its motions so far [1/STRAIGHT cells].
     """
     # UpdateVertex of all cells whose edges changed.
@@ -177,13 +196,13 @@ def replan(
 def update_changed_cells(
     state: SearchState, open_list: OpenList, changed: NDArray[np.int64], start: int, key_modifier: int
 ) -> OpenList:
-    """Update rhs around cells that became blocked or free (UpdateVertex); return the open list."""
+    """Update rhs around cells whose costs changed (UpdateVertex); return the open list."""
     width = state.width
     for cell in changed:
         for row_begin in (cell - width, cell, cell + width):
             for neighbour in range(row_begin - 1, row_begin + 2):
                 # The border is blocked and never changes.
-                if width <= neighbour < len(state.blocked) - width and 0 < neighbour % width < width - 1:
+                if width <= neighbour < len(state.costs) - width and 0 < neighbour % width < width - 1:
                     state.rhs[neighbour] = best_rhs(state, neighbour)
                     open_list = insert_if_inconsistent(state, open_list, neighbour, start, key_modifier)
     return open_list
@@ -218,11 +237,12 @@ def _process_overconsistent(
 ) -> OpenList:
     """Set g of an overconsistent cell to rhs, and update its neighbours."""
     state.g[cell] = state.rhs[cell]
-    if state.blocked[cell]:
+    if state.costs[cell] > COST_MAX:
         return open_list
     for number in range(8):
         offset, step = step_of(state, number)
-        neighbour, cell_g = cell + offset, state.g[cell] + step
+        neighbour = cell + offset
+        cell_g = state.g[cell] + edge_cost(state, cell, neighbour, step)
         if cell_g < state.rhs[neighbour] and is_traversable(state, cell, offset):
             state.rhs[neighbour] = cell_g
             open_list = insert_if_inconsistent(state, open_list, neighbour, start, key_modifier)
@@ -240,7 +260,8 @@ def _process_underconsistent(
     for number in range(8):
         offset, step = step_of(state, number)
         neighbour = cell + offset
-        if state.rhs[neighbour] == before + step and neighbour != state.goal:
+        total = before + edge_cost(state, cell, neighbour, step)
+        if state.rhs[neighbour] == total and neighbour != state.goal:
             state.rhs[neighbour] = best_rhs(state, neighbour)
             open_list = insert_if_inconsistent(state, open_list, neighbour, start, key_modifier)
     return open_list
@@ -256,8 +277,9 @@ def extract_path(state: SearchState, start: int) -> NDArray[np.int64]:
         best, best_length = cell, UNREACHED
         for number in range(8):
             offset, step = step_of(state, number)
-            if state.g[cell + offset] + step < best_length and is_traversable(state, cell, offset):
-                best, best_length = cell + offset, state.g[cell + offset] + step
+            total = state.g[cell + offset] + edge_cost(state, cell, cell + offset, step)
+            if total < best_length and is_traversable(state, cell, offset):
+                best, best_length = cell + offset, total
                 if best_length == state.rhs[cell]:
                     break
         if count == len(numbers):

@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 STRAIGHT = 470832
 DIAGONAL = 665857
 
+COST_MAX = 252  # greatest cost of a cell that the robot may enter; 253 and 254 are blocked, as in Nav2
+LETHAL = 254
+
 
 @dataclass(frozen=True)
 class Route:
@@ -49,9 +52,12 @@ class NoRoute(Enum):
 
 
 def check_endpoints(
-    blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]
+    blocked: NDArray[np.bool_ | np.uint8], start: tuple[int, int], goal: tuple[int, int], cost_max: int = 0
 ) -> NoRoute | None:
-    """Return why no route on a grid, shape (rows, columns), can start or end at these cells, or None."""
+    """Return why no route can start or end at these cells, or None.
+
+    The grid, shape (rows, columns), holds blocked cells, or costs of which those above ``cost_max`` are blocked.
+    """
     rows, columns = blocked.shape
     ends = (
         (goal, NoRoute.GOAL_OUTSIDE, NoRoute.GOAL_BLOCKED),
@@ -60,7 +66,7 @@ def check_endpoints(
     for (row, column), outside, inside in ends:
         if not (0 <= row < rows and 0 <= column < columns):
             return outside
-        if blocked[row, column]:
+        if blocked[row, column] > cost_max:
             return inside
     return None
 

@@ -33,8 +33,14 @@ from shirube_core.geometry import SE2
 
 FRACTIONS = np.linspace(1.0, 0.0, 11)
 """Parts of the command that are tried, the greatest first."""
+# A robot that stopped for an obstacle drives on when the way has been free for this time [s]; slower, it has stopped.
+_RESUME_TIME, _STOPPED_SPEED = 0.3, 0.02
 _CLOCK_BACK = 0.1  # a clock that goes back by more has jumped [s]
-_YIELD_MARGIN = 0.12  # clearance to the predicted way of people [m]
+_YIELD_MARGINS = (
+    0.02,
+    0.06,
+    0.12,
+)  # clearances to the predicted way of people; the greatest that a stop allows [m]
 _SIGNIFICANT = 3.0  # a velocity counts if it exceeds its standard deviation as many times
 _WALKING = 0.2  # a slower cluster does not walk [m/s]
 
@@ -101,6 +107,7 @@ class CollisionMonitor:
         self._motion = MotionHistory(self._base)
         self._command: tuple[float, float, float] | None = None
         self._command_fault = 'no cmd_vel_in yet'
+        self._stopped = -math.inf, Action.STOP, ''
         self.path = self.slow_path = np.zeros((1, 3))
 
     def add_command(self, now: float, forward: float, turn_rate: float) -> None:
@@ -175,8 +182,8 @@ class CollisionMonitor:
             found = source.obstacles(now, T_odom_base)
             # 6. Approach: the robot stands before a disc that holds each obstacle meets its footprint.
             best = min(best, self._approach(source.name, paths, found.all), key=_fraction)
-            # 7. Giving way: it does not stop where somebody is about to walk.
-            best = min(best, self._yield(source.name, paths, found), key=_fraction)
+            # 7. Giving way: it waits for those whose way it would cross.
+            best = min(best, self._yield(source.name, motion, command, found), key=_fraction)
             # 8. Slow-down zone: along the commanded path for some time, and what may turn out to walk.
             best = min(best, self._slow_down(source.name, command, found.all), key=_fraction)
             caution = max(self._approach(source.name, paths, found.unsure)[0], self._settings.slow_fraction)
@@ -185,6 +192,10 @@ class CollisionMonitor:
         fraction, action, source_name = best
         if fraction == 0.0 and any(command):
             action = Action.STOP if action is not Action.YIELD else action
+            if abs(motion.forward) < _STOPPED_SPEED:
+                self._stopped = now, action, source_name
+        elif now - self._stopped[0] < _RESUME_TIME:
+            fraction, (_, action, source_name) = 0.0, self._stopped
         reason = f'{source_name}: {_REASONS[action]}' if source_name else _REASONS[action]
         return Decision(fraction * command[0], fraction * command[1], action, reason, source_name, fraction)
 
@@ -216,21 +227,34 @@ class CollisionMonitor:
                 return fraction, Action.APPROACH, name
         return 0.0, Action.STOP, name
 
-    def _yield(self, name: str, paths: list[NDArray[np.float64]], found: PredictedObstacles) -> _Limit:
+    def _yield(
+        self, name: str, motion: BaseMotion, command: tuple[float, float], found: PredictedObstacles
+    ) -> _Limit:
+        """Stop for people whom the commanded drive would meet, if they do not walk into a robot that stops now."""
         obstacles, speed = found.all, np.hypot(*found.all.velocity.T)
         walking = (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))
         time, corners, reach = self._settings.yield_time, self.footprint.corners, self.footprint.radius
         if not walking.any():
             return 1.0, Action.YIELD, name
         people = chosen(obstacles, walking)
-        people = people._replace(radius=np.full(len(people.xy), _YIELD_MARGIN), growth=0.0 * people.growth)
-        # Who would walk into the robot wherever it stands is left to the approach.
-        unavoidable = contacts(paths[-1], corners, reach, people, time, False) >= 0
-        people = chosen(people, ~np.isin(people.velocity[:, 0], people.velocity[unavoidable, 0]))
-        for fraction, path in zip(FRACTIONS.tolist(), paths, strict=True):
-            if (contacts(path, corners, reach, people, time, True) < 0).all():
-                return fraction, Action.YIELD, name
-        return 0.0, Action.YIELD, name
+        people = people._replace(growth=0.0 * people.growth)
+        period = 1.0 / self._settings.rate
+        drive = stopping_paths(motion, command, FRACTIONS[:1], time, self._base)[0][: int(time / STEP)]
+        stop = stopping_paths(motion, command, FRACTIONS[-1:], period, self._base)[0]
+        # A group of cells has one velocity.
+        groups, margin = people.velocity[:, 0], _YIELD_MARGINS[-1]
+        people = people._replace(radius=np.full(len(groups), margin))
+        is_met = np.isin(groups, groups[contacts(drive, corners, reach, people, 0.0, False) >= 0])
+        for margin in _YIELD_MARGINS[::-1]:
+            people = chosen(people, is_met)
+            groups, is_met = people.velocity[:, 0], is_met[is_met]
+            people = people._replace(radius=np.full(len(groups), margin))
+            meets = contacts(stop, corners, reach, people, time, False) >= 0
+            is_met = np.isin(groups, groups[meets])
+            if not is_met.all():
+                return 0.0, Action.YIELD, name
+        # Who would walk into the robot wherever it stops is left to the approach.
+        return 1.0, Action.YIELD, name
 
     def _slow_down(self, name: str, command: tuple[float, float], obstacles: Obstacles) -> _Limit:
         settings = self._settings

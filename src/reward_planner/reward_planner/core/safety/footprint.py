@@ -49,6 +49,20 @@ class Footprint:
                 self.corners = self.corners[::-1].copy()
         self.radius = float(np.hypot(*self.corners.T).max())
 
+    @property
+    def inscribed_radius(self) -> float:
+        """Radius of the greatest circle around the base frame's origin in the footprint [m].
+
+        Raises:
+            RewardPlannerError: the origin is outside of the footprint.
+        """
+        radius = -float(polygon_distance(self.corners, 0.0, 0.0))
+        if radius <= 0.0:
+            raise RewardPlannerError(
+                'footprint does not contain the origin of base_frame; give corners around it'
+            )
+        return radius
+
     def distances(self, points_base: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the distances of points, shape (n, 2), from the outline [m], shape (n,), negative inside."""
         return np.array([polygon_distance(self.corners, x, y) for x, y in points_base.tolist()])

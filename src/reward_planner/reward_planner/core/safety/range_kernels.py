@@ -23,6 +23,7 @@ _FREE_MEMORY = 2.0  # space that was seen free is known to be free for this long
 _MOVER_MEMORY, _MOVER_REACH = 1.0, 12  # a leg at rest moves soon [s]; how near it is to the other [cells]
 _STATIC_TIME, _NEAR_MOVER_TIME = 0.4, 1.5  # time at one place until a cell is static [s]
 _CONTINUED = 6  # a new cell as near to a static one continues its surface [cells]
+_BESIDE = 2  # the same for a cell that was seen free, by rays that graze the surface [cells]
 _TOLERANCE_MAX = 4
 _SPAN = 0.02  # tolerance of the heights that were seen free: a scan has one height only [m]
 
@@ -155,6 +156,20 @@ def clear(cells: Cells, bins: RayBins, origin: NDArray[np.float64], stamp: float
 
 
 @njit(cache=True)
+def passed(
+    bins: RayBins, origin: NDArray[np.float64], xy: NDArray[np.float64], noise: float
+) -> NDArray[np.bool_]:
+    """Return which positions, shape (n, 2), rays passed within the heights without a hit before or at them."""
+    is_open = np.zeros(len(xy), dtype=np.bool_)
+    for n in range(len(xy)):
+        dx, dy = xy[n, 0] - origin[0], xy[n, 1] - origin[1]
+        b, flat = _bearing(dx, dy), math.hypot(dx, dy)
+        far = flat + _margin(flat, noise)
+        is_open[n] = bins.start[b] <= flat and min(bins.end[b], bins.hit[b]) > far
+    return is_open
+
+
+@njit(cache=True)
 def insert(
     cells: Cells, ends: NDArray[np.float64], is_used: NDArray[np.bool_], stamp: float, points_min: int
 ) -> None:
@@ -195,7 +210,11 @@ def classify(cells: Cells, origin: NDArray[np.float64], stamp: float, noise: flo
         near = min(int(1.0 + 2.0 * noise * flat * flat / CELL), _TOLERANCE_MAX)
         cells.kind[i, j] = UNSURE
         low, z, high = cells.span[i, j, 0] - _SPAN, cells.xyz[i, j, 2], cells.span[i, j, 1] + _SPAN
-        if _was_occupied(cells, i, j, near, stamp - _STATIC_TIME) or _rested(cells, i, j, near, stamp):
+        if (
+            _was_occupied(cells, i, j, near, stamp - _STATIC_TIME)
+            or _rested(cells, i, j, near, stamp)
+            or _continues_old(cells, i, j, stamp)
+        ):
             cells.kind[i, j] = STATIC
         elif stamp - _FREE_MEMORY < cells.free[i, j] < stamp and low < z < high:
             cells.kind[i, j] = MOVING
@@ -220,8 +239,22 @@ def _settle(cells: Cells, hits: NDArray[np.int64], stamp: float) -> None:
         elif cells.kind[i, j] == UNSURE and _has_static(cells, i, j):
             cells.kind[i, j] = STATIC
     for i, j in hits:
-        if cells.kind[i, j] == STATIC:
+        # Only what is at rest itself, not what touches it: else a slow approach, cell by cell, would be at rest.
+        is_old = NEVER < cells.first[i, j] <= stamp - _STATIC_TIME
+        if cells.kind[i, j] == STATIC and (is_old or cells.rested[i, j] >= stamp - _FREE_MEMORY):
             cells.rested[i, j] = stamp
+
+
+@njit(cache=True)
+def _continues_old(cells: Cells, i: int, j: int, stamp: float) -> bool:
+    """Return whether a cell continues a surface that has been at rest for long and is hit now, too."""
+    side = len(cells.key)
+    for a in range(-_BESIDE, _BESIDE + 1):
+        for b in range(-_BESIDE, _BESIDE + 1):
+            k, m = (i + a) % side, (j + b) % side
+            if cells.last[k, m] == stamp and NEVER < cells.first[k, m] <= stamp - _STATIC_TIME:
+                return True
+    return False
 
 
 @njit(cache=True)

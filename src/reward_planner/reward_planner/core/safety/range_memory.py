@@ -21,6 +21,7 @@ from reward_planner.core.safety.range_kernels import (
     classify,
     clear,
     insert,
+    passed,
 )
 from reward_planner.core.safety.safety_settings import SourceSettings
 from shirube_core.geometry import SE2, rotation_matrix
@@ -40,6 +41,9 @@ class RangeMemory:
     """Compares each measurement with the last seconds: what occupies space that was seen free has moved.
 
     A static obstacle stays until rays pass at its height, so that one too low or too near to be seen is not forgotten.
+
+    Attributes:
+        origin: position of the sensor in the frame of the odometry, shape (3,) [m].
     """
 
     def __init__(self, settings: SourceSettings, memory: float) -> None:
@@ -75,6 +79,7 @@ class RangeMemory:
         heights = settings.height_min, settings.height_max
         noise = settings.range_noise
         bins = bin_rays(origin, ends, frame.is_hit, heights)
+        self._bins, self.origin = bins, origin
         carve(cells, bins, origin, stamp, settings.range_max, noise)
         insert(cells, ends, used, stamp, settings.points_min)
         clear(cells, bins, origin, stamp, noise)
@@ -91,6 +96,10 @@ class RangeMemory:
         cells = self._cells
         chosen = cells.kind != FREE
         return ObstacleCells(cells.xyz[chosen][:, :2], cells.last[chosen], cells.kind[chosen])
+
+    def is_open(self, xy_odom: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return where the rays of the latest measurement passed, shape (n,), at positions of shape (n, 2) [m]."""
+        return passed(self._bins, self.origin, xy_odom, self._settings.range_noise)
 
     def forget(self, xy_odom: NDArray[np.float64]) -> None:
         """Forget the cells at positions, shape (n, 2) [m]."""

@@ -59,7 +59,7 @@ class CollisionMonitorSettings:
         1.6, 'greatest speed of people; ISO 13855 uses 1.6', unit='m/s', minimum=0.0, maximum=10.0
     )
     yield_time: float = setting(
-        3.0, 'the robot does not stop where people walk within this time', unit='s', minimum=0.0, maximum=10.0
+        4.0, 'the robot does not stop where people walk within this time', unit='s', minimum=0.0, maximum=10.0
     )
     memory: float = setting(
         600.0,

@@ -12,13 +12,15 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.safety.cluster_tracker import CellMotion, ClusterTracker
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.safety.range_frame import RangeFrame
-from reward_planner.core.safety.range_kernels import MOVING, UNSURE
-from reward_planner.core.safety.range_memory import RangeMemory
+from reward_planner.core.safety.range_kernels import MOVING, STATIC, UNSURE
+from reward_planner.core.safety.range_memory import ObstacleCells, RangeMemory
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
 from reward_planner.core.safety.stopping_motion import Obstacles
 from shirube_core.geometry import SE2, rotation_matrix
 
 _FUTURE_MAX = 0.1  # stamps may be this far ahead of the clock [s]
+_UNSEEN_MARGIN = 0.018  # [m]
+_GROWTH_TIME = 1.0  # the place of somebody hidden becomes no less certain after this time [s]
 _WALK_CHANGE = 0.3  # by how much somebody changes his velocity at once [m/s]
 
 
@@ -96,10 +98,28 @@ class WatchedSource:
         self._memory.update(stamp, frame, T_odom_base, used)
         self._cells = self._memory.obstacles()
         moves = (self._cells.kind == MOVING) & (self._cells.stamp == stamp)
-        motion = self._tracker.update(stamp, self._cells.xy[moves])
+        motion = self._tracker.update(
+            stamp, self._cells.xy[moves], self._memory.is_open, self._memory.origin[:2]
+        )
         velocity, sigma = np.zeros((len(moves), 2)), np.full(len(moves), np.nan)
         velocity[moves], sigma[moves] = motion
-        self._motion = CellMotion(velocity, sigma)
+        # A part of a surface that comes into view looks as if it moved.
+        resting = np.flatnonzero(moves)[self._tracker.resting]
+        self._cells.kind[resting], velocity[resting], sigma[resting] = STATIC, 0.0, np.nan
+        self._append_hidden(CellMotion(velocity, sigma))
+
+    def _append_hidden(self, motion: CellMotion) -> None:
+        """Add those who left the field of view."""
+        hidden, cells = self._tracker.hidden(), self._cells
+        kind = np.full(len(hidden.xy), MOVING, dtype=np.int8)
+        self._cells = ObstacleCells(
+            np.concatenate([cells.xy, hidden.xy]),
+            np.concatenate([cells.stamp, hidden.stamp]),
+            np.concatenate([cells.kind, kind]),
+        )
+        self._motion = CellMotion(
+            np.concatenate([motion.velocity, hidden.velocity]), np.concatenate([motion.sigma, hidden.sigma])
+        )
 
     def _fault_of(self, stamp: float, now: float, frame: RangeFrame) -> str | None:
         if len(frame.ends) == 0:
@@ -139,8 +159,10 @@ class WatchedSource:
         walk = np.nan_to_num(2.0 * sigma + _WALK_CHANGE, nan=np.inf)
         growth = np.where(moves, np.minimum(walk, settings.obstacle_speed), 0.0)
         xy = T_odom_base.inverse().transform(cells.xy + self._motion.velocity * age[:, None])
-        velocity, margin = self._motion.velocity @ rotation_matrix(T_odom_base.yaw), settings.stop_margin
-        known = Obstacles(xy, velocity, margin + growth * age, growth, ~moves)
+        velocity = self._motion.velocity @ rotation_matrix(T_odom_base.yaw)
+        # What has left the view may be nearer than the part that was seen last.
+        margin = settings.stop_margin + _UNSEEN_MARGIN * (cells.stamp < self._stamp)
+        known = Obstacles(xy, velocity, margin + growth * np.minimum(age, _GROWTH_TIME), growth, ~moves)
         # What was seen for a moment only is an obstacle, and may be somebody.
         speed = np.full(len(xy), settings.obstacle_speed)
         walking = Obstacles(xy, velocity, margin + speed * age, speed, np.zeros(len(xy), dtype=np.bool_))

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.frame_kernels import (
     HIT,
+    UNSEEN,
     PointCounts,
     count_points,
     count_ray_exits,
@@ -27,7 +28,9 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
 )
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
-_EXIT_RAYS_MIN = 2  # rays through the same exit voxel that clear voxels; a single one may be noise
+_EXIT_RAYS_MIN = (
+    2  # rays through the same exit voxel that clear voxels, if so many are expected: one may be noise
+)
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ class FrameVoxelizer:
         """
         window = window_around(view, self.settings)
         T = _window_from_sensor(view, window)
-        filled, point_counts = count_points(_as_points(points), T, self._ranges, self._counts, self._cells)
+        filled, point_counts = count_points(as_points(points), T, self._ranges, self._counts, self._cells)
         cells = self._cells[:filled].copy()
         counts = pop_counts(cells, self._counts)
         expected = expected_points(cells, window, T, view.focal_length)
@@ -88,7 +91,7 @@ class FrameVoxelizer:
         neither hit nor traversed, and clear nothing behind them.
         """
         try:
-            return self._trace(_as_points(points), view, self.count(points, view))
+            return self._trace(as_points(points), view, self.count(points, view))
         except BaseException:  # remains in the work space would count for the next frame
             self._counts.fill(0)
             self._marks.fill(0)
@@ -101,7 +104,8 @@ class FrameVoxelizer:
         T = _window_from_sensor(view, window)
         exit_count = count_ray_exits(cloud, T, self._ranges, self._counts, self._cells)
         exit_cells = self._cells[:exit_count]
-        rays_min = _EXIT_RAYS_MIN if view.focal_length > 0.0 else 1
+        exit_rays = expected_points(exit_cells, window, T, view.focal_length)
+        rays_min = np.clip(exit_rays, 1.0, _EXIT_RAYS_MIN)
         exits = exit_cells[pop_counts(exit_cells, self._counts) >= rays_min]
         ends = frame.cells[is_hit(frame, self.settings.hit_fraction_min)]
         # One ray for each end marks the voxels on its way; those with points stay unmarked.
@@ -113,6 +117,14 @@ class FrameVoxelizer:
         traversed = self._traversed[:count].copy()
         marks[frame.cells] = marks[traversed] = 0
         return replace(frame, traversed=traversed)
+
+    def with_passed(self, frame: FrameVoxels, passed: NDArray[np.int32]) -> FrameVoxels:
+        """Return the frame with more traversed voxels, shape (n,), those with points left out."""
+        marks = self._marks.reshape(-1)
+        marks[frame.cells] = marks[frame.traversed] = HIT
+        new = passed[marks[passed] == UNSEEN]
+        marks[frame.cells] = marks[frame.traversed] = UNSEEN
+        return replace(frame, traversed=np.concatenate([frame.traversed, new]))
 
 
 def is_hit(frame: FrameVoxels, fraction: float) -> NDArray[np.bool_]:
@@ -160,7 +172,8 @@ def _window_from_sensor(view: SensorView, window: FrameWindow) -> NDArray[np.flo
     return T / window.resolution
 
 
-def _as_points(points: ArrayLike) -> NDArray[np.float32]:
+def as_points(points: ArrayLike) -> NDArray[np.float32]:
+    """Return points as a contiguous array, shape (n, 3); raise a RewardPlannerError for other shapes."""
     cloud = np.ascontiguousarray(points, dtype=np.float32)
     if cloud.ndim != 2 or cloud.shape[1] != 3:
         raise RewardPlannerError(f'points have the shape {cloud.shape}; give one row x, y, z per point')

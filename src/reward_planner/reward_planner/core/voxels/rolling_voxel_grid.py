@@ -14,6 +14,7 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 
 _INITIAL_TILES = 64
+_ARRAYS = ('values', 'frames', 'stamps', 'has_obstacle', 'cleared', 'changed', 'was_free')
 NO_TILE = -1
 TILE_SIZE = 16
 """Side of a tile [voxels]."""
@@ -192,6 +193,9 @@ class RollingVoxelGrid:
         frames: number of frames that observed the voxel, of the shape of the values; (slots, 1, 1, 1) if not counted.
         stamps: time of the last decay of the tile [s], shape (slots,).
         has_obstacle: columns with an uncleared obstacle of points, shape (slots, TILE_SIZE, TILE_SIZE).
+        cleared: number of voxels of obstacles that rays cleared since the last hit of the column, of the same shape.
+        changed: time of the last such hit or clearing [s], of the same shape.
+        was_free: voxels that were free at any time, of the shape of the values; (slots, 1, 1, 1) if frames are counted.
     """
 
     def __init__(self, layers: int, tiles_max: int, *, counts_frames: bool = False) -> None:
@@ -202,7 +206,10 @@ class RollingVoxelGrid:
         frames_shape = self.values.shape if counts_frames else (0, 1, 1, 1)
         self.frames = np.empty(frames_shape, dtype=np.float32)
         self.stamps = np.empty(0)
-        self.has_obstacle = np.empty((0, TILE_SIZE, TILE_SIZE), dtype=np.bool_)
+        columns = (0, TILE_SIZE, TILE_SIZE)
+        self.has_obstacle = np.empty(columns, dtype=np.bool_)
+        self.cleared, self.changed = np.empty(columns, dtype=np.uint8), np.empty(columns)
+        self.was_free = np.empty((0, 1, 1, 1) if counts_frames else self.values.shape, dtype=np.bool_)
         self._grow(min(_INITIAL_TILES, tiles_max))
 
     def __len__(self) -> int:
@@ -212,7 +219,7 @@ class RollingVoxelGrid:
     @property
     def bytes(self) -> int:
         """Memory of all slots, used and free [bytes]."""
-        return self.values.nbytes + self.frames.nbytes + self.stamps.nbytes + self.has_obstacle.nbytes
+        return sum(int(getattr(self, name).nbytes) for name in _ARRAYS)
 
     def slots_of(self, window: FrameWindow) -> NDArray[np.int64]:
         """Return the slots of a window's tiles, shape (tiles, tiles) along x and y, NO_TILE for missing ones."""
@@ -235,7 +242,8 @@ class RollingVoxelGrid:
         for (i, j), slot in zip(missing.tolist(), free.tolist(), strict=False):
             place = (window.tile_x + i, window.tile_y + j)
             self._slots[place] = slots[i, j] = slot
-            self.values[slot], self.frames[slot], self.has_obstacle[slot] = 0.0, 0.0, False
+            for name in _ARRAYS:
+                getattr(self, name)[slot] = 0
             self.stamps[slot] = stamp
 
     def clear(self) -> None:
@@ -258,7 +266,6 @@ class RollingVoxelGrid:
 
     def _grow(self, slots: int) -> None:
         extra = slots - len(self.values)
-        self.values, self.frames, self.stamps, self.has_obstacle = (
-            np.concatenate([array, np.zeros((extra, *array.shape[1:]), array.dtype)])
-            for array in (self.values, self.frames, self.stamps, self.has_obstacle)
-        )
+        for name in _ARRAYS:
+            array = getattr(self, name)
+            setattr(self, name, np.concatenate([array, np.zeros((extra, *array.shape[1:]), array.dtype)]))

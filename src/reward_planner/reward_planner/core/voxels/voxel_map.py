@@ -26,7 +26,8 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
     window_around,
     window_shape,
 )
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.voxels.seen_again import forget_rest, look_again, note_changes
+from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 
 _MAXIMUM_QUANTILE = 0.99  # of the counts, M in eq. (3)
 _DECAY_STEPS = 32  # decay updates per half-life
@@ -72,6 +73,7 @@ class VoxelMap:
             return frame
         # The tiles of the window: their values decay, and tiles that the frame touches are allocated.
         slots = self.tiles.slots_of(frame.window)
+        frame, unseen = self._look_again(points, view, frame, slots)
         self._decay(slots[slots != NO_TILE], stamp)
         needed = touched_tiles(frame.window, frame.cells) | touched_tiles(frame.window, frame.traversed)
         self.tiles.allocate_missing(frame.window, slots, needed, stamp)
@@ -82,9 +84,32 @@ class VoxelMap:
             once = np.ones(1, dtype=np.float32)
             for cells in (frame.cells, frame.traversed):
                 add_to_voxels(self.tiles.frames, slots, frame.window, cells, once, limits)
+        else:
+            self._note_changes(frame, slots, unseen, stamp)
         for cells, amounts in self._values_of(frame):
             add_to_voxels(self.tiles.values, slots, frame.window, cells, amounts, limits)
         return frame
+
+    def _look_again(
+        self, points: ArrayLike, view: SensorView, frame: FrameVoxels, slots: NDArray[np.int64]
+    ) -> tuple[FrameVoxels, NDArray[np.int8]]:
+        """Return the frame with the voxels of obstacles that its rays passed, and columns out of view (log-odds)."""
+        if self.settings.rule != 'log_odds' or view.focal_length == 0.0:
+            return frame, np.zeros((0, 0), dtype=np.int8)
+        cloud, occupied = np.ascontiguousarray(points, dtype=np.float32), self.settings.log_odds_occupied
+        passed, unseen = look_again(self.tiles, slots, frame.window, cloud, view, occupied)
+        return self._voxelizer.with_passed(frame, passed), unseen
+
+    def _note_changes(
+        self, frame: FrameVoxels, slots: NDArray[np.int64], unseen: NDArray[np.int8], stamp: float
+    ) -> None:
+        tiles, s = self.tiles, self.settings
+        forget_rest(tiles, slots, frame.window, unseen, frame.traversed, stamp, s.obstacle_memory)
+        arrays = tiles.values, tiles.was_free, tiles.cleared, tiles.changed
+        free = -FREE_FRACTION * s.log_odds_pass
+        change = stamp, s.log_odds_occupied, free, s.log_odds_pass, s.log_odds_hit
+        hits = frame.cells[is_hit(frame, s.hit_fraction_min)]
+        note_changes(arrays, slots, frame.window, hits, frame.traversed, change)
 
     def slots_around(self, view: SensorView) -> tuple[FrameWindow, NDArray[np.int64]]:
         """Return the window of a view and the slots of its tiles, shape (tiles, tiles) along x and y."""

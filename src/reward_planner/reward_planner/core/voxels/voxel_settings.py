@@ -19,6 +19,7 @@ FREE_FRACTION = 0.5
     'log_odds_min',
     'log_odds_occupied',
     'half_life',
+    'obstacle_memory',
 )
 @dataclass(frozen=True)
 class VoxelSettings:
@@ -73,6 +74,14 @@ class VoxelSettings:
         'half-life of the values of voxels that are not observed; cells of the map do not decay',
         unit='s',
         minimum=1.0,
+        maximum=1e6,
+    )
+    obstacle_memory: float = setting(
+        2.0,
+        'time after which the part of an obstacle that is out of view is dropped, when rays cleared the rest of it; '
+        'ten times as long where the floor was never seen free (log_odds)',
+        unit='s',
+        minimum=0.0,
         maximum=1e6,
     )
     tiles_max: int = setting(
