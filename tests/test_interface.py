@@ -174,6 +174,7 @@ def test_the_promised_executables_start_something(package: str, monkeypatch: pyt
     assert set(EXECUTABLES[package].split()) <= scripts.keys()
     for name, target in scripts.items():
         assert callable(EntryPoint(name, target, 'console_scripts').load())
+        assert name != 'node' or target == f'shirube_ros.start:{package}'
 
 
 def entry_points(folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:

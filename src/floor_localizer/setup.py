@@ -23,7 +23,7 @@ setup(
     tests_require=['pytest'],
     entry_points={
         'console_scripts': [
-            f'node = {NAME}.node:main',
+            f'node = shirube_ros.start:{NAME}',
             f'locate = {NAME}.commands.locate:main',
             f'inspect_map = {NAME}.commands.inspect_map:main',
             f'index_map = {NAME}.commands.index_map:main',

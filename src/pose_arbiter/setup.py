@@ -21,5 +21,5 @@ setup(
     description='Fuses the poses of several localizers and wheel odometry into one pose (EKF with outlier rejection).',
     license='Apache-2.0',
     tests_require=['pytest'],
-    entry_points={'console_scripts': [f'node = {NAME}.node:main']},
+    entry_points={'console_scripts': [f'node = shirube_ros.start:{NAME}']},
 )

@@ -24,7 +24,7 @@ setup(
     tests_require=['pytest'],
     entry_points={
         'console_scripts': [
-            f'node = {NAME}.node:main',
+            f'node = shirube_ros.start:{NAME}',
             *(f'{command} = {NAME}.commands.{command}:main' for command in COMMANDS),
         ]
     },

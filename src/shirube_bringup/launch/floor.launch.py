@@ -14,4 +14,4 @@ def generate_launch_description() -> LaunchDescription:
     """Return the node and the launch arguments."""
     arguments = {'image': ('image_raw', 'image topic'), 'camera_info': ('camera_info', 'CameraInfo topic')}
     topics = {'image_raw': LaunchConfiguration('image'), 'camera_info': LaunchConfiguration('camera_info')}
-    return single_node('floor_localizer', arguments, topics, optional=['map_file'])
+    return single_node('floor_localizer', arguments, topics)

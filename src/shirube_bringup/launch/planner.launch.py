@@ -19,4 +19,4 @@ def generate_launch_description() -> LaunchDescription:
         'command': ('vlc_beacon/command', "topic of the lamps' commands"),
         'cmd_vel': ('cmd_vel', 'topic of the velocities'),
     }
-    return single_node('reward_planner', arguments, flags=['drive'], optional=['map_file'])
+    return single_node('reward_planner', arguments)

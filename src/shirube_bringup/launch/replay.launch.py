@@ -6,15 +6,13 @@ starts when this topic has a subscriber; use the images of the localizer that st
 `use_sim_time`. With `namespace`, the nodes subscribe to topics of that name; the bag is that of a robot in it.
 """
 
-from launch.actions import DeclareLaunchArgument, EmitEvent, IncludeLaunchDescription, RegisterEventHandler
-from launch.event_handlers import OnProcessExit
-from launch.events import Shutdown
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction, Shutdown
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchDescription
-from shirube_bringup.launching import declare, share
+from shirube_bringup.launching import check_path, declare, share
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -33,6 +31,7 @@ def generate_launch_description() -> LaunchDescription:
         executable='play',
         output='screen',
         arguments=[LaunchConfiguration('bag'), *options],
+        on_exit=Shutdown(),
     )
     arguments = {
         'rate': ('1.0', 'playback rate; 0: as fast as the nodes keep up'),
@@ -43,5 +42,7 @@ def generate_launch_description() -> LaunchDescription:
         launch_arguments={'driver': 'none', 'motors': 'false', 'use_sim_time': 'true'}.items(),
     )
     bag = DeclareLaunchArgument('bag', description='folder of the bag')
-    end = RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[EmitEvent(event=Shutdown())]))
-    return LaunchDescription([bag, *declare(arguments), robot, player, end])
+    check = OpaqueFunction(
+        function=lambda where: check_path('bag', LaunchConfiguration('bag').perform(where))
+    )
+    return LaunchDescription([bag, *declare(arguments), check, robot, player])

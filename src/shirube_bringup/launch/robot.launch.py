@@ -31,10 +31,21 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from launch import LaunchContext, LaunchDescription
-from shirube_bringup.launching import ROBOT, declare, parameter_in, share
+from shirube_bringup.launching import REQUIRED, ROBOT, check_files, check_path, declare, parameter_in, share
 from shirube_bringup.launching import include as include_from
 
 given = LaunchConfiguration
+
+PARTS = {
+    'floor_localizer': 'floor',
+    'stereo_landmark': 'stereo',
+    'vlc_beacon': 'vlc',
+    'pose_arbiter': '',
+    'reward_planner': 'planner',
+    'collision_monitor': 'monitor',
+    'motor_bridge': 'motors',
+}
+"""The nodes, and the arguments that start them."""
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -59,25 +70,31 @@ def generate_launch_description() -> LaunchDescription:
         **ROBOT,
         'use_sim_time': ('false', 'use /clock'),
     }
-    choice = OpaqueFunction(function=leave_out)
+    choice = OpaqueFunction(function=choose_parts)
     return LaunchDescription([driver, *declare(arguments), choice, *parts(), description()])
 
 
-def leave_out(context: LaunchContext) -> list[LogInfo]:
-    """Leave out the localizers that are not asked for and whose file is not given; return a line for each."""
+def choose_parts(context: LaunchContext) -> list[LogInfo]:
+    """Leave out the localizers that are not asked for and whose file is not given; return a line for each.
+
+    Raises:
+        MissingFileError: a file of another part is missing; no node was started yet.
+    """
+    check_path('description', given('description').perform(context))
     lines = []
-    for name, package, file in (
-        ('stereo', 'stereo_landmark', 'places_dir'),
-        ('vlc', 'vlc_beacon', 'beacons_file'),
-    ):
-        if given(name).perform(context) != 'auto':
-            continue
-        params_file = Path(given('config').perform(context)) / f'{package}.yaml'
-        is_given = bool(given(file).perform(context) or parameter_in(params_file, file))
-        context.launch_configurations[name] = str(is_given).lower()
-        if not is_given:
-            remedy = f'give {file}:=PATH, or set it in {params_file}'
-            lines.append(LogInfo(msg=f'{package} is left out, as {file} is not set; {remedy}'))
+    for node, name in PARTS.items():
+        params_file = Path(given('config').perform(context)) / f'{node}.yaml'
+        choice = given(name).perform(context).lower() if name else 'true'
+        file = REQUIRED.get(node, 'config')
+        path = given(file).perform(context)
+        if choice == 'auto':
+            choice = str(bool(path or parameter_in(params_file, file))).lower()
+            context.launch_configurations[name] = choice
+            if choice == 'false':
+                remedy = f'give {file}:=PATH, or set it in {params_file}'
+                lines.append(LogInfo(msg=f'{node} is left out, as {file} is not set; {remedy}'))
+        if choice in ('true', '1'):
+            check_files(node, params_file, {file: path})
     return lines
 
 

@@ -7,9 +7,8 @@ robot and noise). All nodes use the simulation's /clock, which waits for them; a
 
 from functools import partial
 
-from launch.actions import EmitEvent, ExecuteProcess, GroupAction, RegisterEventHandler
-from launch.event_handlers import OnProcessExit, OnProcessIO
-from launch.events import Shutdown
+from launch.actions import ExecuteProcess, GroupAction, RegisterEventHandler, Shutdown
+from launch.event_handlers import OnProcessIO
 from launch.events.process import ProcessIO
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.substitutions import ExecutableInPackage
@@ -27,7 +26,7 @@ def generate_launch_description() -> LaunchDescription:
     # Not a Node action: that would add --ros-args, which the executable does not accept.
     executable = ExecutableInPackage(package='shirube_bringup', executable='room')
     options = [LaunchConfiguration('folder'), '--seed', LaunchConfiguration('seed'), '--launched']
-    room = ExecuteProcess(cmd=[executable, *options], output='screen')
+    room = ExecuteProcess(cmd=[executable, *options], output='screen', on_exit=Shutdown())
     return LaunchDescription(
         [
             *declare(
@@ -37,7 +36,6 @@ def generate_launch_description() -> LaunchDescription:
                 }
             ),
             RegisterEventHandler(OnProcessIO(target_action=room, on_stdout=start_nodes)),
-            RegisterEventHandler(OnProcessExit(target_action=room, on_exit=[EmitEvent(event=Shutdown())])),
             # Last, so that no output is missed.
             room,
         ]

@@ -28,5 +28,4 @@ def generate_launch_description() -> LaunchDescription:
         **{f'{side}/camera_info': [camera, '/camera_info'] for side, camera in cameras.items()},
         'imu': LaunchConfiguration('imu'),
     }
-    places = ['places_dir']
-    return single_node('stereo_landmark', arguments, topics, paths=places, required=places)
+    return single_node('stereo_landmark', arguments, topics)

@@ -23,13 +23,4 @@ def generate_launch_description() -> LaunchDescription:
     }
     topics = {'image_raw': 'image', 'camera_info': 'camera_info', '~/cmd_vel': 'cmd_vel'}
     remapped = {topic: LaunchConfiguration(argument) for topic, argument in topics.items()}
-    beacons = ['beacons_file']
-    return single_node(
-        'vlc_beacon',
-        arguments,
-        remapped,
-        flags=['drive'],
-        paths=beacons,
-        required=beacons,
-        optional=['key_file'],
-    )
+    return single_node('vlc_beacon', arguments, remapped)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,17 @@ ROBOT = {
 """Launch arguments of every robot: with them, several robots are in one graph."""
 
 
+REQUIRED = {'stereo_landmark': 'places_dir', 'vlc_beacon': 'beacons_file'}
+"""Parameter and launch argument of a node that names a file or folder which it needs."""
+
+OPTIONAL = {'floor_localizer': 'map_file', 'reward_planner': 'map_file', 'vlc_beacon': 'key_file'}
+"""Parameter that may be empty."""
+
+_FLAG = ['true', 'false', 'True', 'False', '1', '0']
+_CHOICES = {'true': _FLAG, 'false': _FLAG, 'auto': [*_FLAG, 'auto']}
+"""Values of a flag by its default: a wrong one must stop the launch before a node is started."""
+
+
 class MissingFileError(Exception):
     """A file that a node needs is missing; the launch stops with this line."""
 
@@ -36,7 +47,7 @@ def share(*parts: str) -> PathJoinSubstitution:
 def declare(arguments: Mapping[str, tuple[Any, str]]) -> list[DeclareLaunchArgument]:
     """Return launch arguments, given default and description of each by name."""
     return [
-        DeclareLaunchArgument(name, default_value=default, description=text)
+        DeclareLaunchArgument(name, default_value=default, description=text, choices=_CHOICES.get(default))
         for name, (default, text) in arguments.items()
     ]
 
@@ -45,31 +56,23 @@ def single_node(
     package: str,
     arguments: Mapping[str, tuple[str, str]],
     topics: Mapping[str, Any] | None = None,
-    *,
-    flags: Sequence[str] = (),
-    paths: Sequence[str] = (),
-    required: Sequence[str] = (),
-    optional: Sequence[str] = (),
     name: str = '',
 ) -> LaunchDescription:
     """Return a node with its parameter file, and its launch arguments.
 
     Args:
         package: package of the node.
-        arguments: default and description of the launch arguments besides ``params_file`` and ``use_sim_time``.
+        arguments: default and description of the launch arguments besides ``params_file`` and ``use_sim_time``; flags,
+            and the required file unless it is empty, are parameters of the node that win over the parameter file.
         topics: remapped topics; by default those of the arguments' names.
-        flags: arguments that are boolean parameters of the node; they have precedence over the parameter file.
-        paths: arguments that are parameters of the node unless they are empty.
-        required: parameters that name files or folders which the node needs.
-        optional: the same, but they may be empty.
         name: name of the node, its executable and its parameter file; empty for the package's and `node`.
     """
 
     def start_node(context: LaunchContext) -> list[Node]:
         switched = [{flag: ParameterValue(LaunchConfiguration(flag), value_type=bool)} for flag in flags]
-        given = {path: LaunchConfiguration(path).perform(context) for path in paths}
+        given = {path: LaunchConfiguration(path).perform(context) for path in file}
         params_file = Path(LaunchConfiguration('params_file').perform(context))
-        check_files(params_file, given, required, optional)
+        check_files(name or package, params_file, given)
         prefix, trees = frame_prefix(context)
         parameters = [*switched, *prefix, *({key: path} for key, path in given.items() if path)]
         return [
@@ -85,7 +88,9 @@ def single_node(
             )
         ]
 
-    own = [each for each in arguments if each not in (*flags, *paths)]
+    flags = [each for each, (default, _) in arguments.items() if default in _CHOICES]
+    file = [REQUIRED[package]] if package in REQUIRED else []
+    own = [each for each in arguments if each not in (*flags, *file)]
     remapped = {each: LaunchConfiguration(each) for each in own} if topics is None else topics
     params_file = {'params_file': (share('config', f'{name or package}.yaml'), 'parameters of the node')}
     declared = declare({**params_file, **arguments, **ROBOT, 'use_sim_time': ('false', 'use /clock')})
@@ -99,20 +104,27 @@ def frame_prefix(context: LaunchContext) -> tuple[list[dict[str, str]], list[tup
     return ([{'frame_prefix': prefix}], []) if prefix else ([], [('/tf', 'tf'), ('/tf_static', 'tf_static')])
 
 
-def check_files(
-    params_file: Path, given: Mapping[str, str], required: Sequence[str], optional: Sequence[str]
-) -> None:
-    """Raise a MissingFileError if the parameter file, or a file that it or an argument names, is missing."""
+def check_files(node: str, params_file: Path, given: Mapping[str, str]) -> None:
+    """Raise a MissingFileError if a node's parameter file, or a file that it or an argument names, is missing.
+
+    ROS launch does not end the nodes that it has started before an error: check all files first.
+    """
     if not params_file.is_file():
         raise MissingFileError(
             f'params_file {params_file} does not exist; give the absolute path of your copy'
         )
-    for name in (*required, *optional):
+    required = REQUIRED.get(node)
+    for name in filter(None, (required, OPTIONAL.get(node))):
         path = given.get(name) or parameter_in(params_file, name)
-        if path and not Path(path).exists():
-            raise MissingFileError(f'{name} {path} does not exist; give an absolute path')
-        if not path and name in required:
+        check_path(name, path)
+        if not path and name == required:
             raise MissingFileError(f'{name} is not set; give {name}:=PATH, or set it in {params_file}')
+
+
+def check_path(name: str, path: str) -> None:
+    """Raise a MissingFileError if the file or folder of an argument is missing; an empty path is none."""
+    if path and not Path(path).exists():
+        raise MissingFileError(f'{name} {path} does not exist; give an absolute path')
 
 
 def parameter_in(params_file: Path, name: str) -> str:

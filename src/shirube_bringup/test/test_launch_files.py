@@ -1,7 +1,6 @@
 """ROS's launch system is not on PyPI, so the launch files run here on a stand-in that stores what they build."""
 
 import importlib.util
-import json
 import re
 import sys
 from collections.abc import Iterator
@@ -173,9 +172,43 @@ def test_a_localizer_without_its_file_is_left_out_with_a_line_unless_it_is_asked
     assert line.named['msg'].startswith(
         'vlc_beacon is left out, as beacons_file is not set; give beacons_file:='
     )
-    context = Context(defaults | {'stereo': 'false', 'vlc': 'true'})
+    context = Context(defaults | {'stereo': 'false', 'vlc': 'true', 'beacons_file': str(PACKAGE)})
     assert choice(context) == []
     assert (context['stereo'], context['vlc']) == ('false', 'true')
+
+
+@pytest.mark.parametrize(
+    ('given', 'words'),
+    [
+        ({'description': '/no/robot.xacro'}, 'description /no/robot.xacro does not exist'),
+        ({'config': '/no'}, 'params_file /no/floor_localizer.yaml does not exist'),
+        ({'floor': '0', 'planner': 'False', 'config': '/no'}, 'params_file /no/pose_arbiter.yaml'),
+        ({'vlc': '1'}, 'beacons_file is not set'),
+        ({'stereo': 'true', 'places_dir': '/no/places'}, 'places_dir /no/places does not exist'),
+    ],
+)
+def test_the_files_of_all_parts_are_checked_before_a_node_starts(given: dict[str, str], words: str) -> None:
+    kinds = [action.kind for action in actions_of('robot')]
+    assert max(i for i, kind in enumerate(kinds) if kind == 'OpaqueFunction') < kinds.index('GroupAction')
+    (choose,) = (a.named['function'] for a in actions_of('robot') if a.kind == 'OpaqueFunction')
+    defaults = declared_in('robot') | {'config': str(PACKAGE / 'config')}
+    assert len(choose(Context(defaults))) == 2
+    with pytest.raises(Exception, match=words) as caught:
+        choose(Context(defaults | given))
+    assert type(caught.value).__name__ == 'MissingFileError'
+
+
+def test_a_replay_without_its_bag_and_a_wrong_flag_start_no_node() -> None:
+    kinds = [action.kind for action in actions_of('replay')]
+    assert kinds.index('OpaqueFunction') < kinds.index('IncludeLaunchDescription')
+    (check,) = (a.named['function'] for a in actions_of('replay') if a.kind == 'OpaqueFunction')
+    check({'bag': str(PACKAGE)})
+    with pytest.raises(Exception, match='bag /no/bag does not exist'):
+        check({'bag': '/no/bag'})
+    for launch in ('robot', *SINGLE):
+        for action in actions_of(launch):
+            default, choices = (action.named.get(name) for name in ('default_value', 'choices'))
+            assert (default in ('true', 'false', 'auto')) <= (default in (choices or ()))
 
 
 def test_topics_are_remapped_to_the_given_ones() -> None:
@@ -193,49 +226,6 @@ def test_topics_are_remapped_to_the_given_ones() -> None:
     assert remapped['stereo'].keys() == {*sides, 'imu'}
     camera, slash, image = remapped['stereo']['left/image_rect']
     assert (camera.args, slash, image.args) == (('left',), '/', ('image',))
-
-
-def strings_in(value: object) -> Iterator[str]:
-    """Yield every key and every text of a file that was read."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict):
-        for key, inner in value.items():
-            yield from strings_in(key)
-            yield from strings_in(inner)
-    elif isinstance(value, list):
-        for inner in value:
-            yield from strings_in(inner)
-
-
-NODES = ('floor_localizer', 'stereo_landmark', 'vlc_beacon', 'reward_planner', 'pose_arbiter')
-
-
-@pytest.mark.parametrize('path', ['rviz/shirube.rviz', 'foxglove/shirube.json'])
-def test_shown_topics_are_published_by_the_nodes(path: str) -> None:
-    text = (PACKAGE / path).read_text()
-    read = json.loads(text) if path.endswith('json') else yaml.safe_load(text)
-    shown = {s for s in strings_in(read) if re.match(rf'/({"|".join(NODES)})/', s)}
-    assert {topic.split('/')[1] for topic in shown} == set(NODES)
-    for topic in shown - {s for s in shown if s.endswith('_updates')}:
-        package, name = topic.split('/')[1:3]
-        source = ''.join(p.read_text() for p in (PACKAGE.parent / package / package).rglob('*.py'))
-        assert f"'~/{name}'" in source, topic
-
-
-def test_the_foxglove_layout_shows_every_topic_of_the_nodes() -> None:
-    layout = json.loads((PACKAGE / 'foxglove' / 'shirube.json').read_text())
-    shown = {re.split(r'[.\[]', text)[0] for text in strings_in(layout['configById'])}
-    wanted = {'/cmd_vel', '/estop', '/odom', '/joint_states', '/diagnostics', '/goal_pose', '/initialpose'}
-    for node in NODES:
-        for source in (PACKAGE.parent / node / node).glob('*.py'):
-            matches = re.findall(r"(?:create_publisher|MapPublisher)\(\s*\S+, '~/(\w+)'", source.read_text())
-            owner = source.stem.removesuffix('_node') if source.stem.endswith('_node') else node
-            wanted |= {f'/{owner}/{name}' for name in matches if name != 'cmd_vel'}
-    assert len(wanted) > 20
-    assert wanted <= shown
-    panels = set(strings_in(layout['layout']))
-    assert set(layout['configById']) <= panels
 
 
 @pytest.mark.parametrize('launch', ['robot', 'simulation'])

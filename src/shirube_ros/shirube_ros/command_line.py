@@ -175,7 +175,7 @@ def help_text(name: str, node: object) -> str:
 
 def _plain(line: str) -> str:
     """Return a line of a docstring without its markup; the columns of a table stay aligned."""
-    return re.sub(r'``(.*?)``', r'\1    ' if line.startswith('``') else r'\1', line)
+    return re.sub(r'``(.*?)``', r'\1', re.sub(r'^``(.*?)``', r'\1    ', line))
 
 
 def _parameter_line(each: SettingDescription) -> str:

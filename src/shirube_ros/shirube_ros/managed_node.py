@@ -19,6 +19,7 @@ from shirube_ros.diagnostics import Diagnostics, Level, Status
 from shirube_ros.input_watch import InputWatch, Need
 from shirube_ros.parameters import (
     change_settings,
+    changed_parameters,
     declare_parameters,
     parameters_of,
     reject_misspelled_parameters,
@@ -266,6 +267,7 @@ class ManagedNode(LifecycleNode):
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]) -> SetParametersResult:
         """Check values as at the start and apply them together, or refuse all with a reason."""
         before = self._settings_by_class
+        parameter_list = changed_parameters(self, parameter_list)
         try:
             changes = change_settings(self, before, parameter_list)
             self._use(before | changes)

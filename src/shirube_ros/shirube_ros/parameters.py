@@ -23,6 +23,7 @@ from shirube_core.settings import (
 Settings = TypeVar('Settings')
 
 _INT64_MAX = 2**63 - 1
+_CLOSE = 0.8  # similarity of a misspelled name to the name that is meant
 
 
 def declare_parameters(node: Node, cls: type[Settings], *, allow_tuning: bool = False) -> Settings:
@@ -55,12 +56,16 @@ def change_settings(
     """Return the settings, by class, that changed parameters of a node belong to, with the new values.
 
     Raises:
-        SettingsError: a parameter that can only be set at start, or a value of a wrong type or out of range.
+        SettingsError: an unknown parameter, one that can only be set at start, or a value of a wrong type or out of
+            range.
     """
     for parameter in parameters:
         name, value = parameter.name, parameter.value
-        if node.has_parameter(name) and node.describe_parameter(name).read_only:
-            raise SettingsError(f'{name} can only be set at start: restart the node with {name}:={value}')
+        if not node.has_parameter(name):
+            raise SettingsError(_unknown_message(name, list(node._parameters)))  # noqa: SLF001 as below
+        if node.describe_parameter(name).read_only:
+            remedy = '' if value is None else f': restart the node with {name}:={value}'
+            raise SettingsError(f'{name} can only be set at start{remedy}')
     changes: dict[type, object] = {}
     for cls, current in settings.items():
         descriptions = {description.name: description for description in describe_settings(cls)}
@@ -73,6 +78,19 @@ def change_settings(
             values = {name: _value_of(current, name) for name in descriptions}
             changes[cls] = settings_from_values(cls, values | given)
     return changes
+
+
+def changed_parameters(node: Node, parameters: Sequence[Parameter]) -> list[Parameter]:
+    """Leave out what can only be set at start and has its value already: a ``ros2 param dump`` can be loaded."""
+    fixed = {name for name in node._parameters if node.describe_parameter(name).read_only}  # noqa: SLF001 as below
+    return [p for p in parameters if p.name not in fixed or _plain(p) != _plain(node.get_parameter(p.name))]
+
+
+def _plain(parameter: Parameter) -> tuple[bool, object]:
+    """Return a value that can be compared: ROS has lists and arrays, and reads an empty one as None."""
+    value = parameter.value
+    is_list = not isinstance(value, (str, bool, int, float))
+    return isinstance(value, bool), list(value or ()) if is_list else value
 
 
 def parameters_of(settings: Mapping[type, object], parameters: Sequence[Parameter]) -> list[Parameter]:
@@ -98,9 +116,14 @@ def reject_misspelled_parameters(node: Node) -> None:
     for name in sorted(node._parameter_overrides.keys() - set(declared)):  # noqa: SLF001
         if name.startswith('qos_overrides.'):
             continue
-        if close := get_close_matches(name, declared, n=1, cutoff=0.8):
-            raise SettingsError(f'parameter {name} does not exist, did you mean {close[0]}?')
+        if get_close_matches(name, declared, n=1, cutoff=_CLOSE):
+            raise SettingsError(_unknown_message(name, declared))
         node.get_logger().warning(f'parameter {name} does not exist in this node and is ignored')
+
+
+def _unknown_message(name: str, declared: list[str]) -> str:
+    close = get_close_matches(name, declared, n=1, cutoff=_CLOSE)
+    return f'parameter {name} does not exist' + (f', did you mean {close[0]}?' if close else ' in this node')
 
 
 def _given_value(node: Node, description: SettingDescription) -> object:

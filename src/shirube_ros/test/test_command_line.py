@@ -22,7 +22,10 @@ class ScalerSettings:
 
 
 class Scaler(ManagedNode):
-    """Publishes what it receives, scaled."""
+    """Publishes what it receives, scaled.
+
+    ``number``  with ``factor`` applied
+    """
 
     SETTINGS = (ScalerSettings,)
 
@@ -97,6 +100,6 @@ def test_help_names_use_and_parameters() -> None:
     assert wants_help('scaler', ['-h', '--ros-args', '-p', 'a:=1'])
     assert not wants_help('scaler', ['--ros-args', '-p', 'text:=--help'])
     text = help_text('scaler', Scaler)
-    assert 'Publishes what it receives, scaled.' in text
+    assert 'Publishes what it receives, scaled.\n\nnumber      with factor applied\n' in text
     assert '\n *factor (2.0; 0 to 10): factor\n' in text
     assert '\n  autostart (True): ' in text

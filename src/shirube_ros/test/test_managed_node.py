@@ -41,6 +41,7 @@ class Limits:
 class ScalerSettings:
     factor: float = setting(2.0, 'factor', minimum=0.0, maximum=10.0)
     file: str = setting('', 'file that must exist')
+    weights: tuple[float, ...] = setting((), 'weights')
     limits: Limits = field(default_factory=Limits)
 
 
@@ -197,6 +198,11 @@ def test_a_tunable_parameter_holds_from_the_next_message_on_and_is_checked_as_at
             {'factor': 4.0, 'file': 'x.csv'},
             'file can only be set at start: restart the node with file:=x.csv',
         ),
+        ({'factr': 4.0}, 'parameter factr does not exist, did you mean factor?'),
+        ({'nonsense': 4.0}, 'parameter nonsense does not exist in this node'),
+        ({'factor': 4.0, 'file': None}, 'file can only be set at start'),  # ros2 param delete
+        ({'factor': 4.0, 'weights': [2.0]}, 'weights can only be set at start'),
+        ({'factor': 4.0, 'autostart': 1}, 'autostart can only be set at start'),
         ({'factor': 4.0, 'use_sim_time': 1.0}, 'Wrong parameter type'),  # rclpy's own,
     ):
         assert reason in manager.set(**values)
@@ -204,4 +210,14 @@ def test_a_tunable_parameter_holds_from_the_next_message_on_and_is_checked_as_at
         assert manager.node.get_parameter('factor').value == 3.0
         assert manager.node.settings(ScalerSettings) == ScalerSettings(3.0)
     assert manager.set(factor=4.0, limits__least=6.0, limits__most=7.0) == ''
-    assert manager.node.settings(ScalerSettings) == ScalerSettings(4.0, '', Limits(6.0, 7.0))
+    assert manager.node.settings(ScalerSettings) == ScalerSettings(4.0, limits=Limits(6.0, 7.0))
+
+
+@pytest.mark.parametrize('weights', [[], [1.0, 2.0]])
+def test_what_ros2_param_dump_wrote_can_be_loaded(graph: IsolatedGraph, weights: list[float]) -> None:
+    manager = Manager(graph, weights=weights)
+    dumped = {name: each.value for name, each in manager.node._parameters.items()}
+    assert manager.set(factor=5.0) == ''
+    assert manager.set(**dumped) == ''
+    assert manager.node.settings(ScalerSettings).factor == 2.0
+    assert manager.set(**{name: value for name, value in dumped.items() if name != 'factor'}) == ''

@@ -70,6 +70,27 @@ def test_a_signal_ends_the_node_cleanly_after_its_work_and_while_publishers_work
     assert words.count('stopped') == len([*filter(STOPPED.__eq__, ending)])
 
 
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_during_the_imports_ends_the_node_without_a_traceback(
+    number: int, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    package = tmp_path / 'big_package'
+    package.mkdir()
+    (package / '__init__.py').touch()
+    (package / 'node.py').write_text('import time\nprint("importing", flush=True)\ntime.sleep(60.0)\n')
+    program = subprocess.Popen(
+        [sys.executable, '-c', 'from shirube_ros.start import big_package\nbig_package()'],
+        env=environment | {'PYTHONPATH': str(tmp_path)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert program.stdout is not None
+    assert program.stdout.readline() == 'importing\n'
+    program.send_signal(number)
+    assert (program.communicate(timeout=20)[1], program.returncode) == ('', 0)
+
+
 def test_stop_is_called_after_an_internal_error(environment: dict[str, str]) -> None:
     program = start(environment, '--ros-args', '-p', 'fault:=later')
     words, errors = program.communicate(timeout=20)

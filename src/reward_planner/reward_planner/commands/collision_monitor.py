@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import sys
+from functools import partial
 
-from reward_planner.collision_monitor_node import main
+from shirube_ros.start import run_main
 
-__all__ = ['main']
+main = partial(run_main, 'reward_planner.collision_monitor_node')
 
 if __name__ == '__main__':
-    sys.exit(main())
+    main()

@@ -172,11 +172,13 @@ class NavigationServer:
         points, pose = self._navigator.controller.points_map, self._navigator.controller.fresh_pose(now)
         to_route = 0.0 if pose is None or not len(points) else math.dist(points[0], (pose.x, pose.y))
         distance = path_length(points) + to_route if len(points) else 0.0
+        speed = 0.0 if drive.velocity is None else drive.velocity.forward
         if self._name == FOLLOW:
-            speed = 0.0 if drive.velocity is None else drive.velocity.forward
             return self._actions.FollowPath.Feedback(distance_to_goal=distance, speed=speed)
         feedback = self._actions.NavigateToPose.Feedback(distance_remaining=distance)
         feedback.navigation_time = Duration(seconds=max(now - self._started, 0.0)).to_msg()
+        if speed > 0.01:  # m/s, as in Nav2
+            feedback.estimated_time_remaining = Duration(seconds=distance / speed).to_msg()
         if pose is not None:
             stamp = self._node.get_clock().now().to_msg()
             frame = self._node.get_parameter('map_frame').value

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -24,6 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0 after a successful mission, else 1."""
     options = _parser().parse_args(arguments)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: otherwise the render worker stays
     try:
         check_bag_path(options.record)
         options.folder.mkdir(parents=True, exist_ok=True)
