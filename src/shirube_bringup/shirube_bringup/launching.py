@@ -27,8 +27,12 @@ ROBOT = {
 REQUIRED = {'stereo_landmark': 'places_dir', 'vlc_beacon': 'beacons_file'}
 """Parameter and launch argument of a node that names a file or folder which it needs."""
 
-OPTIONAL = {'floor_localizer': 'map_file', 'reward_planner': 'map_file', 'vlc_beacon': 'key_file'}
-"""Parameter that may be empty."""
+OPTIONAL = {
+    'floor_localizer': ('map_file',),
+    'reward_planner': ('map_file', 'keepout_mask_file', 'speed_mask_file'),
+    'vlc_beacon': ('key_file',),
+}
+"""Parameters that may be empty."""
 
 _FLAG = ['true', 'false', 'True', 'False', '1', '0']
 _CHOICES = {'true': _FLAG, 'false': _FLAG, 'auto': [*_FLAG, 'auto']}
@@ -114,7 +118,7 @@ def check_files(node: str, params_file: Path, given: Mapping[str, str]) -> None:
             f'params_file {params_file} does not exist; give the absolute path of your copy'
         )
     required = REQUIRED.get(node)
-    for name in filter(None, (required, OPTIONAL.get(node))):
+    for name in filter(None, (required, *OPTIONAL.get(node, ()))):
         path = given.get(name) or parameter_in(params_file, name)
         check_path(name, path)
         if not path and name == required:
