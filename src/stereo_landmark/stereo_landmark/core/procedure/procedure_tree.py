@@ -96,10 +96,11 @@ class ProcedureTree:
     def _branch(self, combination: Combination) -> list[Combination]:
         """Return a combination with each candidate of the surest missing primitive that has one."""
         found = combination.found
+        similarity = self._similarity(found)
         for index in range(len(self._sizes)):
             if index in found:
                 continue
-            centre, radius = self._window(found, index)
+            centre, radius = self._window(similarity, index)
             branches = []
             for candidate in self._detector.find(index, centre, radius):
                 grown = {**found, index: candidate}
@@ -109,9 +110,11 @@ class ProcedureTree:
                 return branches
         return []
 
-    def _window(self, found: dict[int, Detection], index: int) -> tuple[complex, float]:
+    def _window(
+        self, similarity: tuple[complex, complex, complex, bool], index: int
+    ) -> tuple[complex, float]:
         """Return centre, in the complex plane, and radius of the window of a primitive [px]."""
-        mean, taught_mean, scale, is_known = self._similarity(found)
+        mean, taught_mean, scale, is_known = similarity
         step = scale * (self._centres[index] - taught_mean)
         return mean + step, self._settings.window + (GROWTH if is_known else GROWTH_FIRST) * abs(step)
 
