@@ -40,9 +40,6 @@ WHEELS = 0.98
 """Distance driven over that commanded, which the odometry does not see."""
 FEWER = 5
 """Every so manyth image is taken when both lamps have said everything: poses alone need no more."""
-CLOCK_ERROR = 50e-6
-"""Largest relative error of the lamps' quartz clocks. With exactly the camera's clock a standing robot would see the
-same part of each tone in all images, and in one drive of two that part was ambiguous for ever."""
 LATENCY = 0.02
 """From the start of an image to the velocity that follows from it [s]."""
 
@@ -55,7 +52,7 @@ class Channel:
     rate: float
     shutter: Shutter
     shape: LampShape
-    encode: Callable[..., Waveform]
+    encode: Callable[[list[bytes]], Waveform]
 
     @property
     def settings(self) -> ReceiverSettings:
@@ -155,12 +152,9 @@ def lamps_that_say(
     messages: dict[int, list[str]], channel: Channel, eye: CeilingCamera, phases: Sequence[float]
 ) -> CeilingRoom:
     """Return the paper's dark room; lamps without messages send their IDs."""
-    clocks = 1.0 + CLOCK_ERROR * np.linspace(-1.0, 1.0, len(BEACONS))
     waveforms = [
-        channel.encode(
-            encode_messages(messages.get(b.id, ['id']), EncoderContext(b.id, KEY, 1)), clock_scale=clock
-        )
-        for b, clock in zip(BEACONS, clocks, strict=True)
+        channel.encode(encode_messages(messages.get(b.id, ['id']), EncoderContext(b.id, KEY, 1)))
+        for b in BEACONS
     ]
     room = paper_room(waveforms, channel.shape, eye.brightness_for(0.9))
     lamps = zip(room.lamps, phases, strict=True)
