@@ -106,8 +106,11 @@ def names_in_photographs(folder: Path) -> list[tuple[str, int, int, int, list[in
     return found
 
 
-def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> tuple[int, int]:
-    """Return how many of four rendered lamps over a picture that moves are named, and how many names are wrong."""
+def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> tuple[int, int, int]:
+    """Return how many of four rendered lamps over a picture that moves are named, displaced, and how many IDs wrong.
+
+    A lamp is displaced if something bright of the picture belongs to its blob.
+    """
     height, width = picture.shape
     focal = 0.8 * 0.5 * min(height, width) / 0.9 * 2.5
     camera = PinholeCamera(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
@@ -115,16 +118,19 @@ def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> t
     room = lamps_that_say({}, channel, eye, rng.uniform(0.0, 9.0, 4).tolist())
     receiver, pose = LightReceiver(RENDERED, channel.settings), camera_pose(SE2(0.9, 0.9, 0.0), UPWARD_MOUNT)
     true = camera.pixels_from_points(pose.camera_points([beacon.xyz for beacon in RENDERED]))
-    named, wrong = set[int](), set[int]()
+    named, displaced, wrong = set[int](), set[int](), set[int]()
     for stamp in (np.arange(round(seconds * channel.rate)) / channel.rate).tolist():
         light = eye.light(room, lambda _: pose, stamp)
         light += AMBIENT / 255.0 * np.roll(picture, round(30.0 * stamp), axis=1)
         for lamp in receiver.receive(stamp, eye.sensor.expose(light, rng)):
-            if lamp.beacon is not None and np.hypot(*(lamp.sample.centre - true[lamp.beacon - 1])) < NEAR:
-                named.add(lamp.beacon)
+            off = math.inf
+            if lamp.beacon is not None:
+                off = float(np.hypot(*(lamp.sample.centre - true[lamp.beacon - 1])))
+            if lamp.beacon is not None and off < NEAR + lamp.sample.radius:
+                (named if off < NEAR else displaced).add(lamp.beacon)
             elif lamp.beacon is not None or lamp.unknown_id is not None or lamp.commands or lamp.message:
                 wrong.add(lamp.sample.key)
-    return len(named), len(wrong)
+    return len(named), len(displaced), len(wrong)
 
 
 def add_people(run: Run, pictures: int, seconds: float) -> None:
@@ -134,19 +140,25 @@ def add_people(run: Run, pictures: int, seconds: float) -> None:
         path for folder in folders for path in sorted(folder.rglob('*')) if path.suffix in ('.jpg', '.png')
     ]
     chosen = [paths[i] for i in np.linspace(0, len(paths) - 1, min(pictures, len(paths))).astype(int)]
-    heads = 'pictures', 'blobs a picture: median / 95 % / max', 'rendered lamps named', 'wrong IDs'
+    heads = (
+        'pictures',
+        'blobs a picture: median / 95 % / max',
+        'rendered lamps named',
+        'displaced',
+        'wrong IDs',
+    )
     table = run.table('People and rooms', 'camera', *heads)
     for channel in (UFSOOK, RS_FSK_30):
         rows = band_rows(channel.settings, ()) if channel.settings.is_rolling else 0.0
-        detector, blobs, named, wrong = LampDetector(LampSettings(stripe_rows=rows)), [], 0, 0
+        detector, blobs, counts = LampDetector(LampSettings(stripe_rows=rows)), [], np.zeros(3, dtype=int)
         for path in progress(chosen, channel.name):
             picture = np.asarray(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE), np.uint8)
             blobs.append(len(detector.detect(picture)))
-            found = film_over(picture, channel, seconds)
-            named, wrong = named + found[0], wrong + found[1]
+            counts += film_over(picture, channel, seconds)
+        named, displaced, wrong = (int(each) for each in counts)
         table.add(
             *(channel.name, str(len(chosen)), error(np.array(blobs), '.0f')),
-            *(rate(named, 4 * len(chosen)), count(wrong, better='lower')),
+            *(rate(named, 4 * len(chosen)), count(displaced), count(wrong, better='lower')),
         )
 
 

@@ -48,6 +48,14 @@ def test_the_gradient_up_to_the_border_and_the_noise_leave_no_bias(polarity):
     assert smooth_background(np.zeros((50, 70, 3), np.uint8), polarity, 25.0).min() >= 1.0
 
 
+@pytest.mark.parametrize('polarity', ['dark', 'light'])
+def test_a_slight_gradient_makes_no_plateaus(polarity):
+    light = np.linspace(0.9, 1.1, 160)[None, :] * np.ones((160, 1))
+    image = photograph(np.zeros((160, 160)), light=light, noise=1.0)
+    ratio = background_of(image[..., None], polarity, 25.0)[..., 0] / (160.0 * light)
+    assert np.std(ratio[20:-20, 20:-20]) < 0.002
+
+
 SETTINGS = DotDetectorSettings()
 BACKGROUND = np.full((160, 160, 1), 160.0, np.float32)
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from search_scenes import new_search_for, scene
+from search_scenes import new_search_for, scene, view_dots
 
 from floor_localizer.core.constellation.acceptance import is_accepted
 from floor_localizer.core.constellation.pair_search import choose_pairs, search_near, search_pairs
@@ -17,6 +17,20 @@ def test_sparse_views_are_found(floor, indexed_floor, seed):
     search = new_search_for(dots, indexed_floor)
     assert search_pairs(indexed_floor.grid, indexed_floor.addresses, dots, search, 24)
     assert not is_accepted(search, search.runner_up)
+    assert search.best.pose.distance_to(pose) < 0.001
+
+
+@pytest.mark.parametrize('seed', range(3))
+def test_a_view_whose_dots_are_all_far_apart_is_found(floor, indexed_floor, seed):
+    pose, _, dots = scene(floor, indexed_floor, seed, noise=0.05)
+    kept = list[int]()
+    for k, z in enumerate(dots.z):
+        if np.all(np.abs(z - dots.z[kept]) > 2.0 * indexed_floor.grid.cell):
+            kept.append(k)
+    few = view_dots(dots.points[kept], indexed_floor.density)
+    assert len(choose_pairs(few, 0.0, 2.0 * indexed_floor.grid.cell)) == 0
+    search = new_search_for(few, indexed_floor)
+    assert search_pairs(indexed_floor.grid, indexed_floor.addresses, few, search, 24)
     assert search.best.pose.distance_to(pose) < 0.001
 
 

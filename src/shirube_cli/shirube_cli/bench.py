@@ -28,10 +28,10 @@ def bench(arguments: Sequence[str]) -> int:
         for name, program in programs.items():
             print(f'  {name:<20} {(ast.get_docstring(ast.parse(program.read_text())) or "").splitlines()[0]}')
         return 0
-    if {'--all', '--tables'} & set(arguments):
-        command = [sys.executable, str(root / 'benchmarks' / '_run_all.py'), *arguments]
-    elif arguments[0] in programs:
+    if arguments[0] in programs:  # first: a benchmark may have a --tables of its own
         command = [sys.executable, str(programs[arguments[0]]), *arguments[1:]]
+    elif {'--all', '--tables'} & set(arguments):
+        command = [sys.executable, str(root / 'benchmarks' / '_run_all.py'), *arguments]
     else:
         raise CommandError(
             'usage: shirube bench <name> [--quick] [--save] [--compare] [arguments ...], or --all, or --tables; '

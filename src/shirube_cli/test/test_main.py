@@ -3,10 +3,11 @@
 import errno
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from shirube_cli import run
+from shirube_cli import bench, run
 from shirube_cli.main import COMMANDS, USAGE, main
 from shirube_cli.project import safe_environment
 
@@ -58,6 +59,25 @@ def test_refusal_of_the_disk_is_one_line_with_the_remedy(
     assert line.startswith('shirube: ')
     assert said in line
     assert '/out; ' in line
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'program'),
+    [(['paper_tables', '--tables', '1'], 'paper_tables.py'), (['--tables'], '_run_all.py')],
+)
+def test_tables_of_a_benchmark_are_its_own(
+    arguments: list[str], program: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    commands: list[list[str]] = []
+
+    def note(command: list[str], **_: object) -> subprocess.CompletedProcess[bytes]:
+        commands.append(command)
+        return subprocess.CompletedProcess(command, 0)
+
+    monkeypatch.setattr(bench, 'install_development_packages', lambda: None)
+    monkeypatch.setattr(subprocess, 'run', note)
+    assert bench.bench(arguments) == 0
+    assert Path(commands[0][1]).name == program
 
 
 def test_list_names_executables_and_benchmarks(capsys: pytest.CaptureFixture[str]) -> None:

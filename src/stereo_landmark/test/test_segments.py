@@ -49,6 +49,10 @@ def test_noise_and_weak_lines_are_removed_by_length_and_threshold():
     assert len(segments_of(image)) >= 1
     assert len(segments_of(image, threshold=40.0)) == 0
     assert len(segments_of(image, length_min=500.0)) == 0
+    strongest = np.hypot(*extract_edges(image, EdgeSettings()).gradients.T).max()
+    weak = 1.2 * strongest
+    assert len(extract_edges(image, EdgeSettings(threshold=weak)).points) > 0
+    assert len(segments_of(image, threshold=weak)) == 0
 
 
 def test_an_even_image_has_no_edges_and_no_segments():

@@ -18,6 +18,8 @@ from floor_localizer.core.dots import ViewDots
 
 # Length of pairs [mean dot spacings]: shorter pairs leave the yaw too uncertain, longer ones match too many map pairs.
 _SHORTEST, _LONGEST = 1.0, 2.0
+# A view of few dots may have hardly any such pair of right dots: then up to so many pairs, and as long.
+_PAIRS_MIN, _LONGEST_SPARSE = 16, 3.0
 # Number of neighbours of a pair that are looked up, and number of misses that reject a hypothesis.
 _CHECKED_NEIGHBOURS, _MAX_MISSES = 6, 4
 _SHORTEST_NEAR, _LONGEST_NEAR = 1.2, 5.0
@@ -35,6 +37,9 @@ def search_pairs(
         return False
     seeds = np.empty(2, dtype=np.int64)
     pairs = choose_pairs(view, _SHORTEST * grid.cell, _LONGEST * grid.cell)
+    if len(pairs) < _PAIRS_MIN:
+        longer = choose_pairs(view, _LONGEST * grid.cell, _LONGEST_SPARSE * grid.cell)
+        pairs = np.concatenate((pairs, longer[: _PAIRS_MIN - len(pairs)]))
     for first, second in pairs[:max_pairs]:
         seeds[0], seeds[1] = first, second
         _match_pair_to_map(grid, occupancy, view, search, seeds)

@@ -96,24 +96,22 @@ class ProcedureTree:
     def _branch(self, combination: Combination) -> list[Combination]:
         """Return a combination with each candidate of the surest missing primitive that has one."""
         found = combination.found
+        mean, taught_mean, scale, is_known = self._similarity(found)
+        growth = GROWTH if is_known else GROWTH_FIRST
         for index in range(len(self._sizes)):
             if index in found:
                 continue
-            centre, radius = self._window(found, index)
+            # Window of the primitive [px].
+            step = scale * (self._centres[index] - taught_mean)
+            radius = self._settings.window + growth * abs(step)
             branches = []
-            for candidate in self._detector.find(index, centre, radius):
+            for candidate in self._detector.find(index, mean + step, radius):
                 grown = {**found, index: candidate}
                 branches.append(Combination(grown, self._misfit(grown)))
             # Without a candidate, the branch with the next weight is followed; later windows are smaller.
             if branches:
                 return branches
         return []
-
-    def _window(self, found: dict[int, Detection], index: int) -> tuple[complex, float]:
-        """Return centre, in the complex plane, and radius of the window of a primitive [px]."""
-        mean, taught_mean, scale, is_known = self._similarity(found)
-        step = scale * (self._centres[index] - taught_mean)
-        return mean + step, self._settings.window + (GROWTH if is_known else GROWTH_FIRST) * abs(step)
 
     def _similarity(self, found: dict[int, Detection]) -> tuple[complex, complex, complex, bool]:
         """Return the mean centres, found and taught, scale and rotation, and whether several centres give these."""
