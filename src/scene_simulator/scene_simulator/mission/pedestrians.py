@@ -41,7 +41,7 @@ class Pedestrian:
     Attributes:
         start, end: where the person turns round.
         speed: walking speed [m/s].
-        distance: from the start [m].
+        distance: distance from the start [m].
         direction: 1 towards the end, -1 back.
     """
 
