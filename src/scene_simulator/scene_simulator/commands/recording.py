@@ -93,11 +93,14 @@ def imu_entries(readings: Iterable[TiltReading]) -> Iterator[Entry]:
         yield stamp, '/imu', 'sensor_msgs/msg/Imu', messages.imu(reading, 'base_link', stamp)
 
 
-def bag_parser(name: str, description: str | None, seconds: float) -> argparse.ArgumentParser:
-    """Return the parser of a command that records a bag: ``bag`` and ``--seconds``."""
+def bag_parser(
+    name: str, description: str | None, seconds: float, seed: int, seed_use: str
+) -> argparse.ArgumentParser:
+    """Return the parser of a command that records a bag: ``bag``, ``--seconds`` and ``--seed`` with its use."""
     parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument('bag', type=Path, help='folder of the bag to write')
     parser.add_argument('--seconds', type=float, default=seconds, help='length [s] (default: %(default)s)')
+    parser.add_argument('--seed', type=int, default=seed, help=f'seed of {seed_use} (default: %(default)s)')
     return parser
 
 
