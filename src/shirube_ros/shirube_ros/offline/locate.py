@@ -183,6 +183,12 @@ def add_common_options(
     for name in topics:
         add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the usual or the only one)')
     add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
+    add_mount_options(parser, camera, direction)
+
+
+def add_mount_options(parser: argparse.ArgumentParser, camera: CameraSettings, direction: str) -> None:
+    """Add the camera extrinsics with their defaults, whose direction the help names."""
+    add: Callable[..., Any] = parser.add_argument
     add('--camera-xyz', type=float, nargs=3, default=camera.camera_xyz, metavar=('X', 'Y', 'Z'),
         help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=camera.camera_rpy, metavar=('R', 'P', 'Y'),

@@ -15,6 +15,7 @@ from shirube_core.command import add_settings, run_command
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError, check_settings
 from shirube_ros.errors import MessageError
+from shirube_ros.offline.locate import add_mount_options
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.settings import PoseSettings, ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
@@ -24,7 +25,6 @@ from vlc_beacon.files.beacons_file import RADIUS_RANGE, save_beacons
 from vlc_beacon.files.survey_drive import DriveTopics, drive_images, load_camera
 from vlc_beacon.node_settings import NodeSettings
 
-_NODE = NodeSettings()
 _IMU_TOPIC = '/imu'
 _LIGHT_OPTIONS = ('shutter', 'row_time', 'exposure_time', 'lamp_frame_rate')
 
@@ -110,10 +110,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_settings(parser, ReceiverSettings, _LIGHT_OPTIONS)
     add('--tilt-sigma', type=float, default=PoseSettings.tilt_sigma,
         help='standard deviation of the constant tilt error [rad] (default: %(default)s)')  # fmt: skip
-    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw in the base frame [rad] (default: up, image top ahead)')  # fmt: skip
+    add_mount_options(parser, NodeSettings(), 'up, image top ahead')
     return parser
 
 
