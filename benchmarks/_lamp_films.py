@@ -7,11 +7,13 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import Disc, LampShape, LedGrid
 from scene_simulator.ceiling.lamp_drive import LampDrive, LampFrame
 from scene_simulator.ceiling.paper_run import PAPER_LAMPS, distractors, paper_room
-from scene_simulator.ceiling.people import random_people
+from scene_simulator.ceiling.people import Person
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
@@ -85,6 +87,16 @@ class CounterMemory:
     def write(self, counters: Counters) -> None:
         """Keep the counters."""
         self._counters = counters
+
+
+def random_people(count: int, seed: int, height: float = 1.3) -> tuple[Person, ...]:
+    """Return people in the paper's room of 7 x 6 m, every third standing; heads are about so far above the camera."""
+    rng, people = np.random.default_rng(seed), []
+    for index in range(count):
+        start, end = 0.9 + rng.uniform((-3.3, -2.8), (3.3, 2.8), (2, 2))
+        top, speed = height + rng.uniform(-0.2, 0.2), 0.0 if index % 3 == 2 else rng.uniform(0.6, 1.5)
+        people.append(Person((start[0], start[1]), (end[0], end[1]), top, speed))
+    return tuple(people)
 
 
 def encode_packets(beacon: int) -> list[bytes]:

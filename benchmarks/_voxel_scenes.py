@@ -11,7 +11,6 @@ from reward_planner.core.voxels.rolling_voxel_grid import SensorView
 from scene_simulator.room.box_room import (
     BoxRoom,
     add_disparity_noise,
-    add_spurious_depths,
     forward_camera,
     points_from_depth,
 )
@@ -39,6 +38,31 @@ ROOM = BoxRoom(
 )
 NEAR_WALL = BoxRoom((-4.0, -3.5, 0.0, -0.46, 3.5, 2.6))
 """A wall 0.85 m ahead fills the view: every point is within the heights and the range."""
+
+
+def add_spurious_depths(
+    depth: NDArray[np.float32],
+    fraction: float,
+    patch: int,
+    depths: tuple[float, float],
+    rng: np.random.Generator,
+) -> NDArray[np.float32]:
+    """Return the image with square patches of spurious depth at uniformly random positions and depths.
+
+    Args:
+        depth: shape (height, width) [m].
+        fraction: fraction of the pixels in spurious patches; less where patches overlap.
+        patch: side of a patch [px]; 1 gives single points.
+        depths: smallest and largest spurious depth [m].
+        rng: random number generator.
+    """
+    height, width = depth.shape
+    image = depth.copy()
+    count = round(fraction * depth.size / patch**2)
+    rows, columns = rng.integers(0, height - patch + 1, count), rng.integers(0, width - patch + 1, count)
+    for row, column, z in zip(rows, columns, rng.uniform(*depths, count), strict=True):
+        image[row : row + patch, column : column + patch] = z
+    return image
 
 
 def view_at(pose: SE2) -> SensorView:

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from _figures import error, ratio, time
 from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
+from grid_maps import GRID_MAPS, maze, random_field, rooms
+from grid_world import GridWorld
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.driving_settings import DrivingSettings
@@ -26,8 +28,6 @@ from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.inflation_cost import inflation_costs
 from reward_planner.core.route.route import COST_MAX, NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.room.grid_maps import GRID_MAPS, maze, random_field, rooms
-from scene_simulator.room.grid_world import GridWorld
 
 SENSOR_RANGE = 6.0
 STEPS_MAX = 1500

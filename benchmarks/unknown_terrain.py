@@ -11,6 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from _figures import error, mean, rate
 from _harness import MissingError, Option, Run, progress, run_benchmark, use_one_core
+from grid_maps import GRID_MAPS
+from grid_world import GridWorld, distances_from, is_traversable, step_graph
+from movingai_files import load_movingai_map
 from numpy.typing import NDArray
 from scipy import ndimage
 
@@ -18,9 +21,6 @@ from reward_planner.core.planner_settings import RewardSettings, RewardTable
 from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, route_length
-from scene_simulator.room.grid_maps import GRID_MAPS
-from scene_simulator.room.grid_world import GridWorld, distances_from, is_traversable, step_graph
-from scene_simulator.room.movingai_files import load_movingai_map
 
 SENSOR_RANGE = 6.0
 GIVE_UP = 20.0

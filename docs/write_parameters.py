@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from shirube_cli.settings_of_nodes import OTHER_SETTINGS, SETTINGS_OF_NODES
-from shirube_core.settings import settings_table
+from shirube_core.settings import SettingDescription, describe_settings
 from shirube_ros.managed_node import LifecycleSettings
 
 PAGE = Path(__file__).parent / 'parameters.md'
@@ -35,6 +35,43 @@ def _paragraphs() -> Iterator[str]:
             if title in NOTES:
                 yield NOTES[title]
             yield settings_table(cls).strip()
+
+
+def settings_table(cls: type) -> str:
+    """Return a Markdown table of a settings class, one row per setting, with a final newline.
+
+    Args:
+        cls: a settings dataclass; the settings of a nested one are named ``group.name``.
+    """
+    rows: list[tuple[str, ...]] = [
+        ('setting', 'type', 'default', 'unit', 'allowed', 'at run time', 'meaning'),
+        ('---',) * 7,
+    ]
+    rows += [_row(description) for description in describe_settings(cls)]
+    return ''.join('| ' + ' | '.join(_escape(cell) for cell in row) + ' |\n' for row in rows)
+
+
+def _row(description: SettingDescription) -> tuple[str, ...]:
+    return (
+        f'`{description.name}`',
+        description.type.__name__ if isinstance(description.type, type) else str(description.type),
+        f'`{_format_default(description.default)}`',
+        description.unit,
+        description.limits,
+        'yes' if description.is_tunable else '',
+        description.description,
+    )
+
+
+def _format_default(default: object) -> str:
+    """Format floats with six digits: ``3.14159`` for pi."""
+    if isinstance(default, tuple):
+        return '(' + ', '.join(_format_default(element) for element in default) + ')'
+    return f'{default:g}' if isinstance(default, float) else repr(default)
+
+
+def _escape(cell: str) -> str:
+    return cell.replace('|', r'\|')
 
 
 if __name__ == '__main__':

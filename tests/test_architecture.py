@@ -42,7 +42,6 @@ NOT_PURE = (
     'motor_bridge/motor_bridge/emulator/pseudo_terminal.py',
     'scene_simulator/scene_simulator/commands',
     'scene_simulator/scene_simulator/messages.py',
-    'scene_simulator/scene_simulator/room/movingai_files.py',
 )
 PURE_LIBRARIES = {'numpy', 'scipy', 'cv2', 'numba', 'reedsolo', 'shirube_core'}
 TOUCHES_THE_WORLD = {

@@ -95,3 +95,17 @@ def test_every_benchmark_has_a_first_line(bench: SimpleNamespace) -> None:
         assert text.startswith('"""')
         assert 'run_benchmark(' in text
         assert 'argparse' not in text
+
+
+def test_spurious_depths_are_as_many_as_asked_for() -> None:
+    scenes, depth = importlib.import_module('_voxel_scenes'), np.full((480, 640), 9.0, dtype=np.float32)
+    for patch in (1, 8):
+        image = scenes.add_spurious_depths(depth, 0.03, patch, (0.5, 5.0), np.random.default_rng(2))
+        assert (image != depth).mean() == pytest.approx(0.03, rel=0.05)
+
+
+def test_a_seed_makes_the_same_people_and_every_third_stands() -> None:
+    films = importlib.import_module('_lamp_films')
+    people = films.random_people(9, 1)
+    assert people == films.random_people(9, 1)
+    assert sum(person.speed == 0.0 for person in people) == 3

@@ -1,7 +1,10 @@
 """The parameter documentation and the example configuration match the code."""
 
 import importlib.util
+import math
+from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -14,7 +17,7 @@ from reward_planner.interface.monitor_settings import DEFAULT_SOURCES as RANGE_S
 from shirube_bringup.building import BuildingFiles
 from shirube_bringup.nodes import mission_nodes
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES
-from shirube_core.settings import describe_settings, settings_from_values
+from shirube_core.settings import describe_settings, setting, settings_from_values, tunable
 from vlc_beacon.files.beacons_file import load_beacons
 
 pytestmark = pytest.mark.newest_set_only
@@ -22,13 +25,34 @@ pytestmark = pytest.mark.newest_set_only
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def test_the_page_of_parameters_is_up_to_date() -> None:
+def page_writer() -> ModuleType:
     spec = importlib.util.spec_from_file_location('write_parameters', ROOT / 'docs' / 'write_parameters.py')
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_of_parameters_is_up_to_date() -> None:
+    module = page_writer()
     assert module.PAGE.read_text() == module.parameters_page()
+
+
+@tunable('rpy')
+@dataclass(frozen=True)
+class Mounted:
+    rpy: tuple[float, float, float] = setting((math.pi, 0.0, -math.pi / 2), 'how it is turned', unit='rad')
+    mode: str = setting('a', 'either a|b', choices=('a', 'b'))
+
+
+def test_the_table_has_a_row_of_equal_cells_for_each_setting() -> None:
+    assert page_writer().settings_table(Mounted).splitlines() == [
+        '| setting | type | default | unit | allowed | at run time | meaning |',
+        '| --- | --- | --- | --- | --- | --- | --- |',
+        '| `rpy` | tuple[float, float, float] | `(3.14159, 0, -1.5708)` | rad | any | yes | how it is turned |',
+        "| `mode` | str | `'a'` |  | 'a' or 'b' |  | either a\\|b |",
+    ]
 
 
 SETTINGS = {node: tuple(classes.values()) for node, classes in SETTINGS_OF_NODES.items()}

@@ -31,13 +31,12 @@ from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Level, Status
-from shirube_ros.errors import PoseError
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
 from shirube_ros.pose_conversion import (
-    planar_pose,
+    base_odometry,
     planar_pose_with_covariance,
     pose_stamped,
     pose_with_covariance_stamped,
@@ -260,12 +259,7 @@ class FloorLocalizerNode(ManagedNode):
             self._dots.publish(markers)
 
     def _on_odometry(self, message: Odometry) -> None:
-        base_frame = self._settings.base_frame
-        if message.child_frame_id not in ('', base_frame):
-            raise PoseError(
-                f'odom has child_frame_id {message.child_frame_id!r}, base_frame is {base_frame!r}; make them equal'
-            )
-        T_odom_base = planar_pose(message.pose.pose, 'odom')
+        T_odom_base = base_odometry(message, 'odom', self._settings.base_frame)
         stamp = self._stamps.check(message.header, 'odom')
         self._tracker.add_odometry(stamp, T_odom_base)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from grid_world import GridWorld
 from simulated_robot import MotorLimits, SimulatedRobot
 
 from reward_planner.core.driving.drive_controller import DriveController
@@ -13,7 +14,6 @@ from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame, clearance
 from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
-from scene_simulator.room.grid_world import GridWorld
 from shirube_core.geometry import SE2
 
 TICK = 0.05

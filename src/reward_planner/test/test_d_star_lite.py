@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from grid_maps import GRID_MAPS
+from grid_world import GridWorld, is_traversable
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -10,8 +12,6 @@ from reward_planner.core.route import d_star_lite
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import COST_MAX, DIAGONAL, LETHAL, STRAIGHT, NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.room.grid_maps import GRID_MAPS
-from scene_simulator.room.grid_world import GridWorld, is_traversable
 
 
 def assert_as_from_scratch(routes: DStarLite, blocked, start, goal) -> Route | NoRoute:

@@ -18,6 +18,7 @@ from grid_drive import (
     roomy_place,
     wall_with_door,
 )
+from grid_maps import maze, random_field, rooms, warehouse
 
 from reward_planner.core.costmap_masks import CostmapMasks, SpeedMask
 from reward_planner.core.driving.drive_state import DriveState
@@ -26,7 +27,6 @@ from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.occupancy_map import OccupancyMap, clearance
 from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.room.grid_maps import maze, random_field, rooms, warehouse
 from shirube_core.geometry import SE2
 
 WORLDS = {

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from grid_maps import GRID_MAPS, maze
+from grid_world import distances_from, is_traversable
 
 from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk, reward_route
 from reward_planner.core.route.route import NoRoute
-from scene_simulator.room.grid_maps import GRID_MAPS, maze
-from scene_simulator.room.grid_world import distances_from, is_traversable
 
 
 def go(blocked, start, goal, settings, steps_max=3000) -> list[tuple[int, int]]:

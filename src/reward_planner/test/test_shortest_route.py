@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from grid_maps import GRID_MAPS
+from grid_world import distances_from, is_traversable
+from movingai_files import load_movingai_map
 
 from reward_planner.core.route.route import NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
-from scene_simulator.room.grid_maps import GRID_MAPS
-from scene_simulator.room.grid_world import distances_from, is_traversable
-from scene_simulator.room.movingai_files import load_movingai_map
 
 ARENA = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'arena.map'
 

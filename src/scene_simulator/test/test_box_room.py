@@ -9,7 +9,6 @@ from scene_simulator.errors import SceneError
 from scene_simulator.room.box_room import (
     BoxRoom,
     add_disparity_noise,
-    add_spurious_depths,
     disc_clearance,
     forward_camera,
     points_from_depth,
@@ -60,13 +59,6 @@ def test_noise_of_the_depth_grows_with_its_square():
     near = add_disparity_noise(np.full((200, 200), 1.0, np.float32), 50.0, 0.1, rng)
     far = add_disparity_noise(np.full((200, 200), 3.0, np.float32), 50.0, 0.1, rng)
     assert far.std() / near.std() == pytest.approx(9.0, rel=0.05)
-
-
-def test_phantoms_are_as_many_as_asked_for():
-    depth = np.full((480, 640), 9.0, dtype=np.float32)
-    for patch in (1, 8):
-        image = add_spurious_depths(depth, 0.03, patch, (0.5, 5.0), np.random.default_rng(2))
-        assert (image != depth).mean() == pytest.approx(0.03, rel=0.05)
 
 
 def test_a_box_without_volume_is_refused():

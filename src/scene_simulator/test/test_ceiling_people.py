@@ -7,7 +7,7 @@ import pytest
 
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera, CeilingPhoto
 from scene_simulator.ceiling.lamp import CeilingLamp, Disc
-from scene_simulator.ceiling.people import Person, random_people
+from scene_simulator.ceiling.people import Person
 from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import camera_pose
@@ -45,9 +45,6 @@ def test_people_walk_at_their_speed_and_turn_round() -> None:
         [(0.0, 0.0), (1.5, 2.0), (3.0, 4.0), (1.5, 2.0), (0.0, 0.0)]
     )
     assert Person((1.0, 2.0), (3.0, 4.0), 1.5, speed=0.0).position_at(9.0) == (1.0, 2.0)
-    people = random_people(9, 1)
-    assert people == random_people(9, 1)
-    assert sum(person.speed == 0.0 for person in people) == 3
 
 
 @pytest.mark.parametrize('given', [{'radius': 0.0}, {'speed': -1.0}, {'speed': math.nan}])

@@ -82,12 +82,12 @@ class CallbackGuard:
             return str(error)
         except Exception as error:  # noqa: BLE001 a bug must not end the robot's node
             if self._node.context.ok() and count.reject(f'{type(error).__name__} in {topic}'):
-                self._log_internal_error(topic)  # otherwise the node is shutting down
+                # Otherwise the node is shutting down.
+                self._node.get_logger().error(
+                    f'internal error in callback of {topic}:\n{traceback.format_exc()}'
+                )
             return ' '.join(f'{type(error).__name__}: {error}'.split())
         return None
-
-    def _log_internal_error(self, topic: str) -> None:
-        self._node.get_logger().error(f'internal error in callback of {topic}:\n{traceback.format_exc()}')
 
 
 def create_trigger_service(node: Node, guard: CallbackGuard, name: str, function: Callable[[], str]) -> None:

@@ -75,6 +75,15 @@ def planar_pose(message: Pose, topic: str) -> SE2:
     return SE2(message.position.x, message.position.y, yaw_from_quaternion(x, y, z, w))
 
 
+def base_odometry(message: Odometry, topic: str, base_frame: str) -> SE2:
+    """Return ``T_odom_base``; raise a PoseError for odometry of another frame, or an invalid pose."""
+    if message.child_frame_id not in ('', base_frame):
+        raise PoseError(
+            f'{topic} has child_frame_id {message.child_frame_id!r}, base_frame is {base_frame!r}; make them equal'
+        )
+    return planar_pose(message.pose.pose, topic)
+
+
 def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tuple[SE2, NDArray[np.float64]]:
     """Return the pose on the floor and its covariance, shape (3, 3), of (x, y, yaw) [m, m, rad].
 

@@ -14,6 +14,7 @@ from std_msgs.msg import Header
 from shirube_core.geometry import SE2
 from shirube_ros.errors import PoseError
 from shirube_ros.pose_conversion import (
+    base_odometry,
     odometry_message,
     planar_pose,
     planar_pose_with_covariance,
@@ -42,6 +43,15 @@ def test_poses_come_back_from_every_message(pose: SE2) -> None:
         back = planar_pose(message, 'pose')
         assert pose.distance_to(back) < 1e-12
         assert pose.yaw_to(back) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize('child', ['', 'base_link'])
+def test_odometry_is_that_of_the_base(child: str) -> None:
+    message = odometry_message(POSES[0], COVARIANCE, Header(frame_id='odom'), child)
+    assert base_odometry(message, 'odom', 'base_link').distance_to(POSES[0]) < 1e-12
+    message.child_frame_id = 'wheel'
+    with pytest.raises(PoseError, match="odom has child_frame_id 'wheel', base_frame is 'base_link'"):
+        base_odometry(message, 'odom', 'base_link')
 
 
 def test_the_covariance_has_the_layout_of_ros() -> None:

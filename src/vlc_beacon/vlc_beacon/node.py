@@ -20,13 +20,12 @@ from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Status
-from shirube_ros.errors import PoseError
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
 from shirube_ros.node import run_node
 from shirube_ros.pose_conversion import (
-    planar_pose,
+    base_odometry,
     pose_stamped,
     pose_with_covariance_stamped,
     tilt_from_imu,
@@ -255,12 +254,7 @@ class VlcBeaconNode(ManagedNode):
             self._command_executor.execute(Operation(outcome.command.operation), outcome.command.value)
 
     def _on_odometry(self, message: Odometry) -> None:
-        base_frame = self._settings.base_frame
-        if message.child_frame_id not in ('', base_frame):
-            raise PoseError(
-                f'child_frame_id of odom is {message.child_frame_id!r}, base_frame is {base_frame!r}; make them equal'
-            )
-        T_odom_base = planar_pose(message.pose.pose, 'odom')
+        T_odom_base = base_odometry(message, 'odom', self._settings.base_frame)
         stamp = self._stamps.check(message.header, 'odom')  # may replace the receiver
         self._receiver.add_odometry(stamp, T_odom_base)
 

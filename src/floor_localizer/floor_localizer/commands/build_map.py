@@ -10,9 +10,7 @@ import numpy as np
 
 from floor_localizer.commands.options import (
     add_mount_options,
-    add_settings,
     add_worker_options,
-    settings_from,
     task_runner,
 )
 from floor_localizer.core.errors import FloorLocalizerError
@@ -32,6 +30,7 @@ from floor_localizer.survey_files.survey_report import (
 from floor_localizer.survey_files.survey_run import SurveyRun, run_survey, survey_inputs
 from floor_localizer.survey_files.survey_source import BagSource, FolderSource
 from shirube_bags.errors import ShirubeBagsError
+from shirube_core.command import add_settings, settings_from
 from shirube_core.files import atomic_write, exclusive_lock, remove_temporary_files, write_text
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError

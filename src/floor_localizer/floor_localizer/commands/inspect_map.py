@@ -10,11 +10,12 @@ import numpy as np
 from tqdm import tqdm
 
 from floor_localizer.commands.map_report import map_report, places_report
-from floor_localizer.commands.options import add_settings, run_command, settings_from
+from floor_localizer.commands.options import run_command
 from floor_localizer.core.arrays import Floats
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.uniqueness import Place, PlaceKind, ViewSettings, inspect_places, list_places
 from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
+from shirube_core.command import add_settings, settings_from
 from shirube_core.files import atomic_write
 
 _LONG_SIDE, _MIN_SHORT_SIDE = 10.0, 3.0  # size of the plot [inch]

@@ -6,13 +6,11 @@ import argparse
 import logging
 import os
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import fields
 from importlib.util import find_spec
 from multiprocessing import get_context, parent_process, resource_tracker
 from pathlib import Path
@@ -20,8 +18,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner
+from shirube_core import command
 from shirube_core.geometry import CameraMount
-from shirube_core.settings import SettingsError, check_settings, describe_settings, reject_former_option
+from shirube_core.settings import SettingsError
 from shirube_ros.errors import CameraFileError
 
 Settings = TypeVar('Settings')
@@ -35,20 +34,12 @@ _WORKER_DIED = (
 )
 
 
-def run_command(name: str, job: Callable[[], object], out: Path | None = None) -> int:
+def run_command(name: str, job: Callable[[], None], out: Path | None = None) -> int:
     """Run a command; return 0, or 1 after one line about what is wrong with a file or an option.
 
     ``out`` is named for errors of the system without a file.
     """
-    try:
-        job()
-    except (FloorLocalizerError, CameraFileError, SettingsError) as fault:
-        print(f'{name}: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'{name}: {fault.filename or out}: {fault.strerror}; choose a writable place', file=sys.stderr)
-        return 1
-    return 0
+    return command.run_command(name, job, (FloorLocalizerError, CameraFileError, SettingsError), out)
 
 
 def add_mount_options(parser: argparse.ArgumentParser, xyz_help: str, rpy_help: str) -> None:
@@ -59,31 +50,6 @@ def add_mount_options(parser: argparse.ArgumentParser, xyz_help: str, rpy_help: 
         ('--camera-rpy', mount.rpy, ('R', 'P', 'Y'), rpy_help),
     ):
         parser.add_argument(name, type=float, nargs=3, default=default, metavar=letters, help=text)
-
-
-def add_settings(parser: argparse.ArgumentParser, cls: type) -> None:
-    """Add an option for each setting of a class."""
-    for each in describe_settings(cls):
-        unit = f' [{each.unit}]' if each.unit else ''
-        parser.add_argument(
-            f'--{each.name.replace("_", "-")}',
-            type=each.type,
-            default=each.default,
-            help=f'{each.description}{unit} (default: %(default)s)',
-        )
-        if each.former_name:
-            reject_former_option(parser, each.former_name, each.name)
-
-
-def settings_from(options: argparse.Namespace, cls: type[Settings]) -> Settings:
-    """Return the settings from the parsed options.
-
-    Raises:
-        SettingsError: a setting is out of range.
-    """
-    settings = cls(**{field.name: getattr(options, field.name) for field in fields(cls)})  # type: ignore[arg-type]
-    check_settings(settings)
-    return settings
 
 
 def add_worker_options(parser: argparse.ArgumentParser) -> None:

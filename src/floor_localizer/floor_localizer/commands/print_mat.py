@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from floor_localizer.commands.map_report import places_report
-from floor_localizer.commands.options import add_settings, run_command, settings_from
+from floor_localizer.commands.options import run_command
 from floor_localizer.core.mat.page_layout import (
     PAPERS,
     ROLL,
@@ -19,6 +19,7 @@ from floor_localizer.core.mat.page_layout import (
 from floor_localizer.core.mat.random_mat import MatSettings, generate_unique_mat
 from floor_localizer.core.uniqueness import ViewSettings
 from floor_localizer.files.csv_format import save_csv
+from shirube_core.command import add_settings, settings_from
 from shirube_core.files import atomic_write
 
 _SEEDS = 10**6

@@ -46,16 +46,6 @@ class Person:
         return x, y
 
 
-def random_people(count: int, seed: int, height: float = 1.3) -> tuple[Person, ...]:
-    """Return people in the paper's room of 7 x 6 m, every third standing; heads are about so far above the camera."""
-    rng, people = np.random.default_rng(seed), []
-    for index in range(count):
-        start, end = 0.9 + rng.uniform((-3.3, -2.8), (3.3, 2.8), (2, 2))
-        top, speed = height + rng.uniform(-0.2, 0.2), 0.0 if index % 3 == 2 else rng.uniform(0.6, 1.5)
-        people.append(Person((start[0], start[1]), (end[0], end[1]), top, speed))
-    return tuple(people)
-
-
 @njit(cache=True)
 def occlude(
     light: NDArray[np.float32],

@@ -39,9 +39,8 @@ JPEG_QUALITY = 85
 
 def record_stereo_bag(arguments: Sequence[str] | None = None) -> int:
     """``record_stereo_bag``: render a drive in a corridor with meters as a bag; the same seed gives the same bag."""
-    parser = bag_parser('record_stereo_bag', record_stereo_bag.__doc__, SECONDS)
+    parser = bag_parser('record_stereo_bag', record_stereo_bag.__doc__, SECONDS, 0, 'the corridor')
     parser.add_argument('run', choices=RUNS, help='which drive')
-    parser.add_argument('--seed', type=int, default=0, help='seed of the corridor (default: %(default)s)')
     parser.add_argument('--raw', action='store_true', help='raw (distorted) images instead of rectified ones')
     options = parser.parse_args(arguments)
 

@@ -92,13 +92,8 @@ def write_dot_map(dots: NDArray[np.float64], path: Path) -> None:
 
 def record_floor_bag(arguments: Sequence[str] | None = None) -> int:
     """``record_floor_bag``: render the demo drive and write it as a bag; the same seed gives the same bag."""
-    parser = bag_parser('record_floor_bag', record_floor_bag.__doc__, 60.0)
-    parser.add_argument(
-        '--seed',
-        type=int,
-        default=DemoScene.seed,
-        help='seed of dirt, noise and suspension (default: %(default)s)',
-    )
+    use = 'dirt, noise and suspension'
+    parser = bag_parser('record_floor_bag', record_floor_bag.__doc__, 60.0, DemoScene.seed, use)
     options = parser.parse_args(arguments)
 
     def record() -> tuple[Iterator[int], int, str]:

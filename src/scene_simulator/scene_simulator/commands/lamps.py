@@ -53,7 +53,7 @@ def record_lamp_bag(arguments: Sequence[str] | None = None) -> int:
 
     What the lamps send comes from waveform files, such as ``vlc_beacon encode --csv`` writes.
     """
-    parser = bag_parser('record_lamp_bag', record_lamp_bag.__doc__, 39.0)
+    parser = bag_parser('record_lamp_bag', record_lamp_bag.__doc__, 39.0, 0, 'the room, noise and errors')
     parser.add_argument(
         'lamp',
         nargs='+',
@@ -66,9 +66,6 @@ def record_lamp_bag(arguments: Sequence[str] | None = None) -> int:
         default='global',
         choices=('global', 'rolling'),
         help='camera shutter; rolling: disc lamps, 30 Hz, full resolution (default: %(default)s)',
-    )
-    parser.add_argument(
-        '--seed', type=int, default=0, help='seed of the room, noise and errors (default: %(default)s)'
     )
     options = parser.parse_args(arguments)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import heapq
-import sys
 from collections.abc import Callable, Iterable, Iterator
 from operator import itemgetter
 from pathlib import Path
@@ -18,6 +17,7 @@ from scene_simulator.robot.body import TiltReading
 from scene_simulator.robot.wheel_odometry import WheelErrors, WheelReading, simulate_odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
+from shirube_core.command import run_command
 from shirube_core.geometry import SE2
 
 START_NS = 1_780_000_000_000_000_000
@@ -93,11 +93,14 @@ def imu_entries(readings: Iterable[TiltReading]) -> Iterator[Entry]:
         yield stamp, '/imu', 'sensor_msgs/msg/Imu', messages.imu(reading, 'base_link', stamp)
 
 
-def bag_parser(name: str, description: str | None, seconds: float) -> argparse.ArgumentParser:
-    """Return the parser of a command that records a bag: ``bag`` and ``--seconds``."""
+def bag_parser(
+    name: str, description: str | None, seconds: float, seed: int, seed_use: str
+) -> argparse.ArgumentParser:
+    """Return the parser of a command that records a bag: ``bag``, ``--seconds`` and ``--seed`` with its use."""
     parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument('bag', type=Path, help='folder of the bag to write')
     parser.add_argument('--seconds', type=float, default=seconds, help='length [s] (default: %(default)s)')
+    parser.add_argument('--seed', type=int, default=seed, help=f'seed of {seed_use} (default: %(default)s)')
     return parser
 
 
@@ -109,12 +112,11 @@ def run_recording(name: str, record: Callable[[], tuple[Iterator[int], int, str]
         record: returns the numbers of what is written, how many they will be, and the line printed at the end.
         unit: what is counted.
     """
-    try:
+
+    def work() -> None:
         written, total, line = record()
         for _ in tqdm(written, 'rendering', total, unit=unit, mininterval=1.0, delay=1.0):
             pass
-    except (BagError, SceneError) as error:
-        print(f'{name}: {error}', file=sys.stderr)
-        return 1
-    print(line)
-    return 0
+        print(line)
+
+    return run_command(name, work, (BagError, SceneError))

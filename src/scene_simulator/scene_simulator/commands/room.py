@@ -35,10 +35,8 @@ _BORDER = 4  # cells of the true map outside of the room
 
 def record_room_bag(arguments: Sequence[str] | None = None) -> int:
     """``record_room_bag``: render a drive through a furnished room as a bag; the same seed gives the same bag."""
-    parser = bag_parser('record_room_bag', record_room_bag.__doc__, 28.0)
-    parser.add_argument(
-        '--seed', type=int, default=RoomDrive.seed, help='seed of furniture and noise (default: %(default)s)'
-    )
+    use = 'furniture and noise'
+    parser = bag_parser('record_room_bag', record_room_bag.__doc__, 28.0, RoomDrive.seed, use)
     options = parser.parse_args(arguments)
 
     def record() -> tuple[Iterator[int], int, str]:

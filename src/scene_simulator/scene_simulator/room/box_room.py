@@ -86,31 +86,6 @@ def add_disparity_noise(
     return (focal_baseline / np.maximum(disparity, 1e-3)).astype(np.float32)
 
 
-def add_spurious_depths(
-    depth: NDArray[np.float32],
-    fraction: float,
-    patch: int,
-    depths: tuple[float, float],
-    rng: np.random.Generator,
-) -> NDArray[np.float32]:
-    """Return the image with square patches of spurious depth at uniformly random positions and depths.
-
-    Args:
-        depth: shape (height, width) [m].
-        fraction: fraction of the pixels in spurious patches; less where patches overlap.
-        patch: side of a patch [px]; 1 gives single points.
-        depths: smallest and largest spurious depth [m].
-        rng: random number generator.
-    """
-    height, width = depth.shape
-    image = depth.copy()
-    count = round(fraction * depth.size / patch**2)
-    rows, columns = rng.integers(0, height - patch + 1, count), rng.integers(0, width - patch + 1, count)
-    for row, column, z in zip(rows, columns, rng.uniform(*depths, count), strict=True):
-        image[row : row + patch, column : column + patch] = z
-    return image
-
-
 def points_from_depth(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
     """Return the points of a depth image, shape (height * width, 3), in the optical frame [m]."""
     u = (np.arange(camera.width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)

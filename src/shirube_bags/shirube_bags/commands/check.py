@@ -29,6 +29,7 @@ from shirube_bags.errors import ShirubeBagsError, TrajectoryError
 from shirube_bags.stamps import number_from_zero, stamp_from_text, text_from_stamp
 from shirube_bags.trajectory import Trajectory, planar_poses
 from shirube_bags.trajectory_files import load_bag_trajectory, load_header_stamps, load_tum, save_tum
+from shirube_core.command import run_command
 from shirube_core.files import write_csv, write_text
 
 # A pose has the stamp of its image; files of other tools round it to microseconds.
@@ -38,14 +39,12 @@ STAMP_TOLERANCE_NS = 1_000_000
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 if a limit is exceeded or a file is invalid."""
     options = make_parser().parse_args(arguments)
-    try:
-        report = check(options)
-    except ShirubeBagsError as fault:
-        print(f'check: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'check: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
-        return 1
+    return run_command('check', lambda: check_and_print(options), (ShirubeBagsError,))
+
+
+def check_and_print(options: argparse.Namespace) -> int:
+    """Print the report and each exceeded limit; return 1 if there is one."""
+    report = check(options)
     print(format_report(report))
     exceeded = exceeded_limits(report, get_limits(options))
     for line in exceeded:

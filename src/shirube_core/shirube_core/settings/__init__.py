@@ -11,7 +11,6 @@ from shirube_core.settings.definition import (
     SettingsError,
     describe_settings,
     setting,
-    settings_table,
     tunable,
 )
 
@@ -24,6 +23,5 @@ __all__ = [
     'renamed_message',
     'setting',
     'settings_from_values',
-    'settings_table',
     'tunable',
 ]

@@ -85,9 +85,9 @@ def check_value(description: SettingDescription, value: object) -> None:
     numbers = value if isinstance(value, tuple) else (value,)
     if not all(_is_allowed(description, number) for number in numbers):
         unit = f' {description.unit}' if description.unit else ''
+        limits = 'any finite number' if description.limits == 'any' else description.limits
         raise SettingsError(
-            f'setting {description.name} is {value!r}{unit}, allowed is {_describe_limits(description)}'
-            f' ({description.description})'
+            f'setting {description.name} is {value!r}{unit}, allowed is {limits} ({description.description})'
         )
 
 
@@ -123,10 +123,6 @@ def _describe_type(description: SettingDescription) -> str:
         return 'numbers' if description.length is None else f'{description.length} numbers'
     descriptions = {float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a text'}
     return descriptions[description.type]
-
-
-def _describe_limits(description: SettingDescription) -> str:
-    return 'any finite number' if description.limits == 'any' else description.limits
 
 
 def _unknown_name_message(name: str, known: Collection[SettingDescription]) -> str:

@@ -1,4 +1,4 @@
-"""Definition of settings, introspection of a settings class, and its table for the documentation.
+"""Definition of settings, and introspection of a settings class.
 
 A settings class is a frozen dataclass in which every field has a default::
 
@@ -59,11 +59,6 @@ class SettingDescription:
     choices: tuple[Any, ...] = ()
     former_name: str = ''
     is_tunable: bool = False
-
-    @property
-    def type_name(self) -> str:
-        """The type in Python syntax, for example ``float`` or ``tuple[float, ...]``."""
-        return str(self.type.__name__) if self.type in _SCALARS else str(self.type)
 
     @property
     def length(self) -> int | None:
@@ -175,40 +170,3 @@ def _is_supported(kind: object) -> bool:
     if get_origin(kind) is tuple:
         return set(get_args(kind)) - {Ellipsis} == {float}
     return kind in _SCALARS
-
-
-def settings_table(cls: type) -> str:
-    """Return a Markdown table of a settings class, one row per setting, with a final newline.
-
-    Args:
-        cls: a settings dataclass; the settings of a nested one are named ``group.name``.
-    """
-    rows: list[tuple[str, ...]] = [
-        ('setting', 'type', 'default', 'unit', 'allowed', 'at run time', 'meaning'),
-        ('---',) * 7,
-    ]
-    rows += [_row(description) for description in describe_settings(cls)]
-    return ''.join('| ' + ' | '.join(_escape(cell) for cell in row) + ' |\n' for row in rows)
-
-
-def _row(description: SettingDescription) -> tuple[str, ...]:
-    return (
-        f'`{description.name}`',
-        description.type_name,
-        f'`{_format_default(description.default)}`',
-        description.unit,
-        description.limits,
-        'yes' if description.is_tunable else '',
-        description.description,
-    )
-
-
-def _format_default(default: object) -> str:
-    """Format floats with six digits: ``3.14159`` for pi."""
-    if isinstance(default, tuple):
-        return '(' + ', '.join(_format_default(element) for element in default) + ')'
-    return f'{default:g}' if isinstance(default, float) else repr(default)
-
-
-def _escape(cell: str) -> str:
-    return cell.replace('|', r'\|')

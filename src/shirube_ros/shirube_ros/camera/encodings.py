@@ -91,7 +91,8 @@ def decode(name: str, numbers: NDArray[np.uint8] | NDArray[np.uint16], width: in
     if name == 'nv24':
         return _bgr_from_nv24(rows, width, height)
     if name in ('nv12', 'nv21'):
-        rows = _even_height(rows, height)
+        if height % 2:  # the last brightness row is repeated, as it has its own row of colours
+            rows = np.insert(rows, height, rows[height - 1], axis=0)
     elif encoding.channels > 1:
         rows = rows.reshape(len(rows), -1, encoding.channels)
     if encoding.code is None:
@@ -106,11 +107,6 @@ def eight_bits(numbers: NDArray[np.uint8] | NDArray[np.uint16]) -> Bytes:
         return np.asarray(numbers, dtype=np.uint8)
     scaled = cv2.convertScaleAbs(np.ascontiguousarray(numbers), alpha=255.0 / 65535.0)
     return np.asarray(scaled, dtype=np.uint8).reshape(numbers.shape)
-
-
-def _even_height(rows: Bytes, height: int) -> Bytes:
-    """Repeat the last brightness row of an odd image, which has its own row of colours."""
-    return np.insert(rows, height, rows[height - 1], axis=0) if height % 2 else rows
 
 
 def _bgr_from_nv24(rows: Bytes, width: int, height: int) -> Bytes:

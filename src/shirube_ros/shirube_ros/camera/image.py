@@ -19,11 +19,6 @@ _SEARCHED_BYTES = 1024
 """Number of last bytes that are searched, since cameras pad the end of JPEG data [byte]."""
 
 
-def is_jpeg_or_png(data: NDArray[np.uint8]) -> bool:
-    """Return whether data, shape (n,), is JPEG or PNG, by its first bytes."""
-    return data[:2].tobytes() in _END_MARKERS
-
-
 def is_truncated(data: NDArray[np.uint8]) -> bool:
     """Return whether a JPEG or PNG, shape (n,), lacks its end marker; False for other formats."""
     end = _END_MARKERS.get(data[:2].tobytes())
@@ -84,7 +79,7 @@ def array_from_compressed_image(message: CompressedImage, topic: str) -> NDArray
         ImageError: truncated data, or no image.
     """
     data = np.frombuffer(message.data, dtype=np.uint8)
-    if not is_jpeg_or_png(data):
+    if data[:2].tobytes() not in _END_MARKERS:
         raise ImageError(f'{topic} is neither JPEG nor PNG (format {message.format!r}); send jpeg')
     if is_truncated(data):
         raise ImageError(f'{topic} is truncated; check the camera driver and the network')
@@ -108,7 +103,7 @@ def decode_file(data: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
         return None
     eight = eight_bits(pixels)
     if eight.ndim == 3 and eight.shape[2] == 4:
-        return _uint8(cv2.cvtColor(eight, cv2.COLOR_BGRA2BGR))
+        return np.asarray(cv2.cvtColor(eight, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
     return eight
 
 
@@ -127,11 +122,6 @@ def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
         step=width * channels,
         data=data,
     )
-
-
-def _uint8(pixels: object) -> NDArray[np.uint8]:
-    """Return an image of OpenCV with its type."""
-    return np.asarray(pixels, dtype=np.uint8)
 
 
 _TYPES: dict[str, np.dtype[np.uint16] | np.dtype[np.float32]] = {

@@ -18,6 +18,7 @@ from tqdm import tqdm
 from shirube_bags.errors import ShirubeBagsError
 from shirube_bags.trajectory import planar_trajectory
 from shirube_bags.trajectory_files import save_tum
+from shirube_core import command
 from shirube_core.geometry import SE2, PinholeCamera
 from shirube_core.settings import SettingsError
 from shirube_ros.camera.files import list_images, load_calibration, load_image
@@ -151,18 +152,18 @@ def run_command(
         errors: errors of the package for malformed files.
         out: output folder.
     """
-    malformed: tuple[type[Exception], ...] = (*errors, CameraFileError, ShirubeBagsError, SettingsError)
-    try:
+
+    def locate() -> int:
         report, fault = work()
-    except malformed as error:
-        report, fault = [], str(error)
-    except OSError as error:
-        report, fault = [], f'{error.filename or out}: {error.strerror}; choose a writable place'
-    for line in report:
-        print(line)
-    if fault:
-        print(f'locate: {fault}', file=sys.stderr)
-    return 1 if fault else 0
+        for line in report:
+            print(line)
+        if fault:
+            print(f'locate: {fault}', file=sys.stderr)
+        return 1 if fault else 0
+
+    return command.run_command(
+        'locate', locate, (*errors, CameraFileError, ShirubeBagsError, SettingsError), out
+    )
 
 
 def add_single_camera_options(parser: argparse.ArgumentParser, in_bag: str) -> None:
@@ -182,6 +183,12 @@ def add_common_options(
     for name in topics:
         add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the usual or the only one)')
     add('--out', type=Path, default=Path('out/locate'), metavar='FOLDER', help='default: %(default)s')
+    add_mount_options(parser, camera, direction)
+
+
+def add_mount_options(parser: argparse.ArgumentParser, camera: CameraSettings, direction: str) -> None:
+    """Add the camera extrinsics with their defaults, whose direction the help names."""
+    add: Callable[..., Any] = parser.add_argument
     add('--camera-xyz', type=float, nargs=3, default=camera.camera_xyz, metavar=('X', 'Y', 'Z'),
         help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
     add('--camera-rpy', type=float, nargs=3, default=camera.camera_rpy, metavar=('R', 'P', 'Y'),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from enum import Enum
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from shirube_ros.errors import CameraFileError
@@ -100,15 +99,6 @@ class RequestHandler:
     def display_state(self) -> Hashable:
         """State shared by all pages; pages need no update while it is equal."""
         return self.session.state, self._saved_content, len(self._checks)
-
-    def save_draft(self, drafts: PlaceSaver) -> Path:
-        """Write unsaved changes, even with hints, and return the file.
-
-        Raises:
-            StereoLandmarkError: no measurable primitive is selected.
-            OSError: the folder is not writable.
-        """
-        return drafts.save(self.session.draft(), self.session.images, replace=True)
 
     def answer(self, request: Request) -> Answer:
         """Handle a request and return the response."""

@@ -79,7 +79,9 @@ def _save_draft(answers: RequestHandler, options: argparse.Namespace) -> None:
         return
     name = answers.session.state.name
     try:
-        path = answers.save_draft(PlaceSaver(_folder(options) / DRAFT_FOLDER))
+        path = PlaceSaver(_folder(options) / DRAFT_FOLDER).save(
+            answers.session.draft(), answers.session.images, replace=True
+        )
     except (StereoLandmarkError, OSError) as fault:
         print(f'teach: {name} was not saved, and no draft could be written: {fault}', file=sys.stderr)  # noqa: T201
         return

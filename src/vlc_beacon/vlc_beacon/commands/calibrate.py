@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import yaml
 
+from shirube_core.command import run_command
 from shirube_core.files import write_text
 from shirube_ros.camera.files import load_image
 from shirube_ros.errors import CameraFileError
@@ -28,19 +29,16 @@ from vlc_beacon.core.vlc_beacon_error import LampImageError, VlcBeaconError
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when an image or an option is bad."""
     options = make_parser().parse_args(arguments)
-    try:
-        blooming = calibrate(options)
-        write_text(options.out, yaml.safe_dump({'blooming': asdict(blooming)}, sort_keys=False))
-    except (VlcBeaconError, CameraFileError) as error:
-        print(f'calibrate: {error}', file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f'calibrate: {error.filename}: {error.strerror}; choose a writable path', file=sys.stderr)
-        return 1
+    return run_command('calibrate', lambda: calibrate_and_save(options), (VlcBeaconError, CameraFileError))
+
+
+def calibrate_and_save(options: argparse.Namespace) -> None:
+    """Calibrate, and write and print the result."""
+    blooming = calibrate(options)
+    write_text(options.out, yaml.safe_dump({'blooming': asdict(blooming)}, sort_keys=False))
     print(f'{"beta":<16}{blooming.beta:.3f} +- {blooming.beta_sigma:.3f} px')
     print(f'{"alpha":<16}{blooming.alpha:.2f} /px')
     print(f'{"gamma":<16}{blooming.gamma:.1f} grey levels; see {options.out}')
-    return 0
 
 
 def calibrate(options: argparse.Namespace) -> BloomingCalibration:

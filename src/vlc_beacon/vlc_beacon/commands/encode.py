@@ -7,11 +7,11 @@ import math
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import fields
 from pathlib import Path
 
+from shirube_core.command import add_settings, run_command, settings_from
 from shirube_core.files import atomic_write, write_text
-from shirube_core.settings import SettingsError, check_settings, describe_settings, reject_former_option
+from shirube_core.settings import SettingsError
 from shirube_core.waveform import waveform_to_csv
 from vlc_beacon.commands.lamp_port import LampPort
 from vlc_beacon.core.light_code.code_profile import CodeProfile
@@ -25,23 +25,12 @@ from vlc_beacon.files.key_file import read_key
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when an option or a file is invalid or the lamp does not reply."""
     options = make_parser().parse_args(arguments)
-    try:
-        encode(options)
-    except (VlcBeaconError, SettingsError) as fault:
-        print(f'encode: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'encode: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
-        return 1
-    return 0
+    return run_command('encode', lambda: encode(options), (VlcBeaconError, SettingsError))
 
 
 def encode(options: argparse.Namespace) -> None:
     """Encode, print the requirements of the receiver, and write or send the requested outputs."""
-    settings = EncodingSettings(
-        **{field.name: getattr(options, field.name) for field in fields(EncodingSettings)}
-    )
-    check_settings(settings)
+    settings = settings_from(options, EncodingSettings)
     key = read_key(options.key_file) if options.key_file is not None else None
     # Counters from the clock need not be stored; see `files.counter_file`.
     counter = int(time.time()) if options.counter is None else options.counter
@@ -109,17 +98,7 @@ def make_parser() -> argparse.ArgumentParser:
     add('--key-file', type=Path, metavar='FILE', help='key that signs commands; created by make_key')
     add('--counter', type=int, help='counter of the commands (default: seconds since 1970)')
     add('--one-shot', action='store_true', help='the command is executed once and is not a zone rule')
-    for each in describe_settings(EncodingSettings):
-        unit = f' [{each.unit}]' if each.unit else ''
-        add(
-            f'--{each.name.replace("_", "-")}',
-            type=each.type,
-            default=each.default,
-            choices=each.choices or None,
-            help=f'{each.description}{unit} (default: %(default)s)',
-        )
-        if each.former_name:
-            reject_former_option(parser, each.former_name, each.name)
+    add_settings(parser, EncodingSettings)
     return parser
 
 

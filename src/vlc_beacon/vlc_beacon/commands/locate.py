@@ -12,8 +12,9 @@ from pathlib import Path
 from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
+from shirube_core.command import add_settings
 from shirube_core.geometry import PinholeCamera
-from shirube_core.settings import check_settings, reject_former_option
+from shirube_core.settings import check_settings
 from shirube_ros.camera.info import camera_from_camera_info
 from shirube_ros.offline.locate import (
     OfflineLocalizer,
@@ -31,9 +32,10 @@ from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.pose_table import LocatedImage, save_messages, save_pose_table
 from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 
-_LIGHT = ReceiverSettings()
-_LIGHT_OPTIONS = ('shutter', 'row_time', 'exposure_time', 'lamp_frame_rate', 'segment_bytes', 'method',
-                  'camera_height_known', 'blooming')  # fmt: skip
+_LIGHT_OPTIONS = (
+    *('shutter', 'row_time', 'exposure_time', 'lamp_frame_rate'),
+    *('segment_bytes', 'blooming', 'method', 'camera_height_known'),
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -120,25 +122,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     topics = ('topic', 'camera-info-topic', 'odom-topic', 'imu-topic')
     add_common_options(parser, topics, NodeSettings(), 'looking up')
-    add('--shutter', default=_LIGHT.shutter, help='global or rolling (default: %(default)s)')
-    add('--row-time', type=float, default=_LIGHT.row_time,
-        help='line time of a rolling shutter [s] (default: %(default)s)')  # fmt: skip
-    add(
-        '--exposure-time',
-        type=float,
-        default=_LIGHT.exposure_time,
-        help='exposure [s] (default: %(default)s)',
-    )
-    add('--lamp-frame-rate', type=float, default=_LIGHT.lamp_frame_rate,
-        help='frame rate the lamps were encoded for, rolling shutter only [1/s] (default: %(default)s)')  # fmt: skip
-    add('--segment-bytes', type=int, default=_LIGHT.segment_bytes,
-        help='bytes per Manchester segment (default: %(default)s)')  # fmt: skip
-    reject_former_option(parser, 'slot_bytes', 'segment_bytes')
-    add('--blooming', type=float, default=_LIGHT.blooming,
-        help='blooming: increase of the lamp radius, beta of calibrate [px] (default: %(default)s)')  # fmt: skip
-    add('--method', default=_LIGHT.method,
-        help='centroid, radius_interval or radius_interval_printed (default: %(default)s)')  # fmt: skip
-    add('--camera-height-known', action='store_true', help='the base frame is on the floor z = 0 of the map')
+    add_settings(parser, ReceiverSettings, _LIGHT_OPTIONS)
     return parser
 
 

@@ -11,9 +11,11 @@ from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ShirubeBagsError
+from shirube_core.command import add_settings, run_command
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError, check_settings
 from shirube_ros.errors import MessageError
+from shirube_ros.offline.locate import add_mount_options
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.settings import PoseSettings, ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import NotSurveyed, SurveyedLamp, survey_lamp
@@ -23,37 +25,32 @@ from vlc_beacon.files.beacons_file import RADIUS_RANGE, save_beacons
 from vlc_beacon.files.survey_drive import DriveTopics, drive_images, load_camera
 from vlc_beacon.node_settings import NodeSettings
 
-_NODE = NodeSettings()
 _IMU_TOPIC = '/imu'
+_LIGHT_OPTIONS = ('shutter', 'row_time', 'exposure_time', 'lamp_frame_rate')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when the bag is invalid or no lamp was found."""
     options = make_parser().parse_args(arguments)
-    try:
-        results = survey(options)
-        found = {beacon: lamp for beacon, lamp in results.items() if isinstance(lamp, SurveyedLamp)}
-        if not found:
-            raise VlcBeaconError(f'{options.bag}: no lamp was surveyed; see the lines above')
-        save_beacons(
-            options.out, [Beacon(beacon, lamp.xyz, options.lamp_radius) for beacon, lamp in found.items()]
-        )
-    except (VlcBeaconError, ShirubeBagsError, MessageError, SettingsError) as error:
-        print(f'survey: {error}', file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(f'survey: {error.filename}: {error.strerror}; choose a writable path', file=sys.stderr)
-        return 1
+    errors = (VlcBeaconError, ShirubeBagsError, MessageError, SettingsError)
+    return run_command('survey', lambda: survey_and_save(options), errors)
+
+
+def survey_and_save(options: argparse.Namespace) -> None:
+    """Survey the lamps and write the beacons file; raise a VlcBeaconError if no lamp was found."""
+    results = survey(options)
+    found = {beacon: lamp for beacon, lamp in results.items() if isinstance(lamp, SurveyedLamp)}
+    if not found:
+        raise VlcBeaconError(f'{options.bag}: no lamp was surveyed; see the lines above')
+    beacons = [Beacon(beacon, lamp.xyz, options.lamp_radius) for beacon, lamp in found.items()]
+    save_beacons(options.out, beacons)
     print(f'{len(found)} lamps; see {options.out}')
-    return 0
 
 
 def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurveyed]:
     """Triangulate each lamp whose ID was decoded, print the results and return them."""
     mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
-    light = ReceiverSettings(
-        options.shutter, options.row_time, options.exposure_time, options.lamp_frame_rate
-    )
+    light = ReceiverSettings(**{name: getattr(options, name) for name in _LIGHT_OPTIONS})
     check_settings(light)
     low, high = RADIUS_RANGE
     if not low <= options.lamp_radius <= high:
@@ -110,20 +107,10 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add('--imu-topic', metavar='TOPIC',
         help=f'IMU whose orientation gives the tilt (default: {_IMU_TOPIC} if the bag has it)')  # fmt: skip
-    light = ReceiverSettings()
-    add('--shutter', choices=('global', 'rolling'), default=light.shutter, help='default: %(default)s')
-    add('--row-time', type=float, default=light.row_time,
-        help='line time of a rolling shutter [s] (default: %(default)s)')  # fmt: skip
-    add('--exposure-time', type=float, default=light.exposure_time,
-        help='exposure of a row [s] (default: %(default)s)')  # fmt: skip
-    add('--lamp-frame-rate', type=float, default=light.lamp_frame_rate,
-        help='frame rate the lamps were encoded for, rolling shutter only [1/s] (default: %(default)s)')  # fmt: skip
+    add_settings(parser, ReceiverSettings, _LIGHT_OPTIONS)
     add('--tilt-sigma', type=float, default=PoseSettings.tilt_sigma,
         help='standard deviation of the constant tilt error [rad] (default: %(default)s)')  # fmt: skip
-    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='position of the optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='its fixed-axis roll, pitch, yaw in the base frame [rad] (default: up, image top ahead)')  # fmt: skip
+    add_mount_options(parser, NodeSettings(), 'up, image top ahead')
     return parser
 
 

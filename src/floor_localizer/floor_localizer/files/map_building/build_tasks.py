@@ -76,10 +76,6 @@ class BuildPlan:
         begin = number * _BUCKETS_PER_RANGE
         return begin, min(begin + _BUCKETS_PER_RANGE, self.rules.buckets)
 
-    def ranges_of(self, buckets: NDArray[np.uint32]) -> NDArray[np.uint16]:
-        """Return the range of each bucket, shape (m,)."""
-        return (buckets // np.uint32(_BUCKETS_PER_RANGE)).astype(np.uint16)
-
 
 def plan_build(
     folder: Path,
@@ -173,7 +169,7 @@ def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: Ints) -> No
     y0 = frame.y0 + low * frame.cell
     grid = DotGrid(points, starts, frame.x0, y0, frame.cell, frame.columns, high - low)
     buckets, entries = list_constellations(grid, begin, end, before - begin, plan.rules)
-    ranges = plan.ranges_of(buckets)
+    ranges = (buckets // np.uint32(_BUCKETS_PER_RANGE)).astype(np.uint16)
     by_range = np.argsort(ranges, kind='stable')
     parts.save('buckets', stripe, buckets[by_range])
     parts.save('entries', stripe, entries[by_range])

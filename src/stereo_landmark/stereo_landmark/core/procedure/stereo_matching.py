@@ -163,29 +163,6 @@ def _group_starts(left_indices: Ints) -> Ints:
 
 
 @njit(cache=True, error_model='numpy')
-def is_contested(pairs: Ints, disparities: Floats) -> Masks:
-    """Return the mask of pairs that compete for their left or right primitive, shape (m,), except for duplicates.
-
-    Args:
-        pairs: candidate pairs of one kind, shape (m, 2).
-        disparities: disparities of the pairs, shape (m,) [px].
-    """
-    is_unique = np.ones(len(pairs), np.bool_)
-    for side in range(2):
-        order = np.argsort(pairs[:, side])
-        begin = 0
-        for end in range(1, len(order) + 1):
-            if end < len(order) and pairs[order[end], side] == pairs[order[begin], side]:
-                continue
-            for a in range(begin, end):
-                for b in range(begin, end):
-                    if abs(disparities[order[a]] - disparities[order[b]]) > DUPLICATE_DISPARITY:
-                        is_unique[order[a]] = False
-            begin = end
-    return ~is_unique
-
-
-@njit(cache=True, error_model='numpy')
 def mutual_best(pairs: Ints, disparities: Floats, support: Floats) -> Masks:
     """Return the mask of pairs with clearly the most support for both their left and right primitive, shape (m,).
 
@@ -210,3 +187,15 @@ def mutual_best(pairs: Ints, disparities: Floats, support: Floats) -> Masks:
                         chosen[p] = False
             begin = end
     return chosen
+
+
+@njit(cache=True, error_model='numpy')
+def is_contested(pairs: Ints, disparities: Floats) -> Masks:
+    """Return the mask of pairs that compete for their left or right primitive, shape (m,), except for duplicates.
+
+    Args:
+        pairs: candidate pairs of one kind, shape (m, 2).
+        disparities: disparities of the pairs, shape (m,) [px].
+    """
+    # With equal support, no pair has clearly the most.
+    return ~mutual_best(pairs, disparities, np.ones(len(pairs)))

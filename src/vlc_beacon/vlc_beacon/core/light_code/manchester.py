@@ -99,7 +99,8 @@ class Segment:
 
     def chips(self) -> NDArray[np.uint8]:
         """Return the chips, shape (n,), 0 and 1."""
-        bits = np.concatenate([_int_to_bits(self.index, INDEX_BITS), _bytes_to_bits(self.content)])
+        content = np.unpackbits(np.frombuffer(self.content, np.uint8))
+        bits = np.concatenate([_int_to_bits(self.index, INDEX_BITS), content])
         bits = np.append(bits, _int_to_bits(_crc4(bits), CRC_BITS))
         return np.append(np.array(PREAMBLE, np.uint8), np.column_stack([bits, 1 - bits]).ravel())
 
@@ -109,7 +110,8 @@ def segment_from_bits(bits: NDArray[np.uint8]) -> Segment | None:
     if (bits @ _crc4_matrix(len(bits)) % 2).any():
         return None
     content = np.packbits(bits[INDEX_BITS:-CRC_BITS]).tobytes()
-    return Segment(_bits_to_int(bits[:INDEX_BITS]), content)
+    index = int(bits[:INDEX_BITS] @ (1 << np.arange(INDEX_BITS)[::-1]))
+    return Segment(index, content)
 
 
 def segments_waveform(
@@ -122,14 +124,6 @@ def segments_waveform(
 
 def _int_to_bits(number: int, count: int) -> NDArray[np.uint8]:
     return (number >> np.arange(count)[::-1] & 1).astype(np.uint8)
-
-
-def _bits_to_int(bits: NDArray[np.uint8]) -> int:
-    return int(bits @ (1 << np.arange(len(bits))[::-1]))
-
-
-def _bytes_to_bits(content: bytes) -> NDArray[np.uint8]:
-    return np.unpackbits(np.frombuffer(content, np.uint8))
 
 
 def _crc4(bits: NDArray[np.uint8]) -> int:

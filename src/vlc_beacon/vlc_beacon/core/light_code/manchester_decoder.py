@@ -134,7 +134,8 @@ class ManchesterDecoder:
         """Return the packet completed by a segment, None if incomplete."""
         is_new = self._seen.get(segment.index, (0.0, b''))[1] != segment.content
         self._seen[segment.index] = stamp, segment.content
-        self._drop_before(stamp - ROUNDS_KEPT * self._round_seconds())
+        oldest = stamp - ROUNDS_KEPT * self._round_seconds()
+        self._seen = {i: entry for i, entry in self._seen.items() if entry[0] >= oldest}
         # A repeated segment cannot complete a packet.
         contents = {i: content for i, (_, content) in self._seen.items()}
         packet = packet_from_segments(contents) if is_new else None
@@ -145,7 +146,3 @@ class ManchesterDecoder:
     def _round_seconds(self) -> float:
         count = segment_count(self._seen[0][1]) if 0 in self._seen else 1 << INDEX_BITS
         return count * self._format.segment_seconds
-
-    def _drop_before(self, stamp: float) -> None:
-        for index in [i for i, (seen, _) in self._seen.items() if seen < stamp]:
-            del self._seen[index]

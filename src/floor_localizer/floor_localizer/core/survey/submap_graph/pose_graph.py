@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import splu
 
 from floor_localizer.core.arrays import Booleans, Complexes, Ints
 
@@ -89,7 +89,9 @@ def optimize_pose_graph(
     is_free = np.repeat(free, 2)
     weight = np.tile([_SCALE_SIGMA**-2, 1e-6], len(rotations))
     normal = (A.conj().T @ A + sparse.diags(weight)).tocsc()
-    factor = _factorise(normal[is_free][:, is_free])
+    # The options for a matrix that is Hermitian and positive definite.
+    options = {'SymmetricMode': True}
+    factor = splu(normal[is_free][:, is_free], 'MMD_AT_PLUS_A', diag_pivot_thresh=0.0, options=options)
     known = normal[is_free][:, ~is_free] @ state[~is_free]
     for _ in range(_ITERATIONS):
         prior = weight * state
@@ -122,11 +124,6 @@ def component_labels(count: int, edges: Sequence[PoseGraphEdge]) -> Ints:
     submap_indices = np.array([(edge.first, edge.second) for edge in edges], dtype=np.int64).reshape(-1, 2)
     matrix = sparse.coo_matrix((np.ones(len(submap_indices)), submap_indices.T), shape=(count, count))
     return connected_components(matrix, directed=False)[1].astype(np.int64)
-
-
-def _factorise(normal: sparse.csc_matrix) -> SuperLU:
-    """Factorise a sparse matrix that is Hermitian and positive definite."""
-    return splu(normal, permc_spec='MMD_AT_PLUS_A', diag_pivot_thresh=0.0, options={'SymmetricMode': True})
 
 
 class SubmapPoses:

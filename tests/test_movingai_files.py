@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
+from movingai_files import load_movingai_map
 
 from scene_simulator.errors import SceneError
-from scene_simulator.room.movingai_files import load_movingai_map
 
 MAP = 'type octile\nheight 2\nwidth 3\nmap\n.@.\nTGS\n'
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from scene_simulator.room.grid_world import GridWorld, distances_from, is_traversable
+from grid_world import GridWorld, distances_from, is_traversable
 
 REACH = 6.0
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from grid_maps import GRID_MAPS, maze, random_field, rooms
 from scipy import ndimage
 
 from scene_simulator.errors import SceneError
-from scene_simulator.room.grid_maps import GRID_MAPS, maze, random_field, rooms
 
 
 @pytest.mark.parametrize('kind', GRID_MAPS)
