@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from time import monotonic
 
 import numpy as np
 import rclpy
 from _encounter_runs import LOOK, STEP, Base, Outcome, settings_for, source_for
 from _encounter_scenes import HEIGHT, RADIUS, Encounter, encounter, judge_contact
+from _live_node import running_node
 from geometry_msgs.msg import TwistStamped
+from node_testing import cloud_from_points
 from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
 
 _CONTROL_STEPS = 5
-_START_SECONDS = 120.0
 
 
-def parameters_for(scene: Encounter) -> list[str]:
-    """Return the arguments of the node for a robot and its sensor."""
+def parameters_for(scene: Encounter) -> dict[str, object]:
+    """Return the parameters of the node for a robot and its sensor."""
     settings, sensor = settings_for(scene.deceleration), scene.sensor
     source = source_for(sensor)
-    values = {
+    return {
         'robot_radius': settings.robot_radius,
         'deceleration': settings.deceleration,
         'latency': settings.latency,
@@ -35,7 +33,6 @@ def parameters_for(scene: Encounter) -> list[str]:
         'front.xyz': list(map(float, sensor.mount.xyz)),
         'front.rpy': list(map(float, sensor.mount.rpy)),
     }
-    return ['--ros-args', *(part for name, value in values.items() for part in ('-p', f'{name}:={value}'))]
 
 
 class LiveRobot:
@@ -71,32 +68,18 @@ class LiveRobot:
             self.ranges.publish(LaserScan(header=header, angle_min=-0.5 * sensor.view, angle_increment=step,
                                           range_min=0.01, range_max=30.0, ranges=ranges.tolist()))  # fmt: skip
             return
-        points = (sensor.directions * ranges[:, None]).astype('<f4')
-        fields = [
-            PointField(name='xyz'[k], offset=4 * k, datatype=PointField.FLOAT32, count=1) for k in range(3)
-        ]
-        self.ranges.publish(PointCloud2(header=header, height=1, width=len(points), fields=fields, point_step=12,
-                                        row_step=12 * len(points), data=points.tobytes()))  # fmt: skip
+        points = (sensor.directions * ranges[:, None]).astype(np.float32)
+        self.ranges.publish(cloud_from_points(points, header))
 
 
 def run_live(seed: int) -> Outcome:
     """Drive an encounter until contact or its end."""
     scene = encounter(seed)
-    command = [sys.executable, '-m', 'reward_planner.commands.collision_monitor', *parameters_for(scene)]
-    process = subprocess.Popen(command, env=os.environ, stderr=subprocess.DEVNULL)
-    rclpy.init()
-    try:
+    with running_node('reward_planner.commands.collision_monitor', parameters_for(scene)) as wait_until:
         robot = LiveRobot(scene, seed)
-        end = monotonic() + _START_SECONDS
-        while robot.ranges.get_subscription_count() == 0 or robot.node.count_publishers('cmd_vel') == 0:
-            rclpy.spin_once(robot.node, timeout_sec=0.1)
-            if monotonic() > end or process.poll() is not None:
-                raise RuntimeError('the node does not start')
+        ranges, node = robot.ranges, robot.node
+        wait_until(node, lambda: ranges.get_subscription_count() > 0 and node.count_publishers('cmd_vel') > 0)
         return _drive(robot)
-    finally:
-        process.terminate()
-        process.wait()
-        rclpy.try_shutdown()
 
 
 def _drive(robot: LiveRobot) -> Outcome:

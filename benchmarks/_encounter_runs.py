@@ -63,13 +63,11 @@ def frame_of(sensor: Sensor, ranges: NDArray[np.float64]) -> RangeFrame:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Contact or none, the robot's speed then [m/s], what geometry says, and the way driven [m]."""
+    """Contact or none, the robot's speed then [m/s], and what geometry says."""
 
     contact: bool
     speed: float = 0.0
     view: View | None = None
-    distance: float = 0.0
-    trace: tuple[str, ...] = ()
 
 
 def run_encounter(scene: Encounter, seed: int, *, monitored: bool = True) -> Outcome:
@@ -77,7 +75,7 @@ def run_encounter(scene: Encounter, seed: int, *, monitored: bool = True) -> Out
     rng = np.random.default_rng((24, seed))
     monitor = CollisionMonitor(settings_for(scene.deceleration), {'sensor': source_for(scene.sensor)})
     base = Base(SE2(0.0, 0.0, 0.0), scene.deceleration)
-    times, poses, speeds, trace = [], [], [], []
+    times, poses, speeds = [], [], []
     period = 1.0 / scene.sensor.rate
     last_frame = -LOOK
     next_frame = last_frame + rng.uniform(0.0, period)
@@ -100,7 +98,6 @@ def run_encounter(scene: Encounter, seed: int, *, monitored: bool = True) -> Out
             if monitored:
                 decision = monitor.decide(now)
                 given = decision.forward, decision.turn_rate
-                trace.append(f'{time:.2f} {decision.fraction:.1f} {decision.reason}')
             base.give(time, *given)
         base.step(time)
         times.append(time + STEP)
@@ -111,5 +108,5 @@ def run_encounter(scene: Encounter, seed: int, *, monitored: bool = True) -> Out
             return Outcome(False)  # they met before the encounter began
         if gap <= 0.0:
             view = judge_contact(scene, times, poses, speeds, period)
-            return Outcome(True, base.forward, view, np.hypot(base.pose.x, base.pose.y), tuple(trace))
-    return Outcome(False, distance=float(np.hypot(base.pose.x, base.pose.y)), trace=tuple(trace))
+            return Outcome(True, base.forward, view)
+    return Outcome(False)

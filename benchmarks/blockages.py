@@ -1,9 +1,8 @@
 """Corridors that somebody blocks for a while: whether the map lets the planner through again, and what it keeps.
 
-The robot drives up to somebody who stands in its corridor, and waits; who stood there leaves. The corridor is open
-behind him, so many rays return nothing (+inf). Somebody either walks in while the robot looks, or stands there from the
-first sight. The way is free again when the planner finds a route past the place; kept cells are occupied ones of the
-corridor where nothing is. The robot only waits: recovery could only help.
+The robot drives up to somebody who stands in its corridor, and waits; who stood there leaves. Many rays return nothing
+(+inf). Somebody either walks in while the robot looks, or stands there from the first sight. The way is free again when
+the planner finds a route past the place; kept cells are occupied ones where nothing is. There is no recovery here.
 """
 
 from __future__ import annotations
@@ -24,23 +23,22 @@ from reward_planner.core.route.route import NoRoute
 from scene_simulator.room.box_room import BoxRoom
 from scene_simulator.room.people import Walker
 from scene_simulator.room.solids import Solids, cast_rays
-from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 
 PIXELS = ((80, 60), (120, 90), (320, 240), (640, 480))
 VIEWS = (30, 60, 90)
 WIDTHS = (1.0, 1.5, 2.0, 2.5)
 KINDS = ('person', 'legs', 'child', 'wheelchair', 'trolley')
-LENGTH, SENSOR_RANGE = 14.0, 6.0
-"""Length of the corridor, range of the sensor [m]."""
+LENGTH, SENSOR_RANGE, RESOLUTION = 14.0, 6.0, 0.05
+"""Length of the corridor, range of the sensor, side of a cell [m]."""
 PERIOD, SPEED, STAND, PATIENCE = 0.2, 0.5, 6.0, 40.0
 """Time between frames [s], speed of the robot [m/s], time that somebody stands, and after it [s]."""
 GOAL = SE2(9.0, 0.0, 0.0)
-RESOLUTION = 0.05
 
 
 @dataclass(frozen=True)
 class Blockage:
-    """A corridor, its camera, and somebody at a place, who came there or always was."""
+    """A corridor, its camera, somebody at a place, who came there or always was, and where the robot stops, x [m]."""
 
     width: float
     view: int
@@ -48,18 +46,13 @@ class Blockage:
     mount: CameraMount
     kind: str
     place: SE2
-    gap: float
+    stop: float
     enters: bool
 
     @property
     def room(self) -> BoxRoom:
         """The corridor."""
         return BoxRoom((-2.0, -0.5 * self.width, 0.0, LENGTH, 0.5 * self.width, 2.6))
-
-    @property
-    def stop(self) -> float:
-        """Place where the robot stops, along x [m]."""
-        return self.place.x - 0.45 - self.gap
 
     @property
     def leaves(self) -> float:
@@ -85,9 +78,8 @@ def blockage(seed: int) -> Blockage:
     )
     width = float(rng.choice(WIDTHS))
     place = SE2(float(rng.uniform(3.0, 5.0)), float(rng.uniform(-0.1, 0.1)), math.pi)
-    return Blockage(
-        width, view, camera, mount, str(rng.choice(KINDS)), place, float(rng.uniform(0.2, 1.0)), enters
-    )
+    kind, stop = str(rng.choice(KINDS)), place.x - 0.45 - float(rng.uniform(0.2, 1.0))
+    return Blockage(width, view, camera, mount, kind, place, stop, enters)
 
 
 def depth_at(scene: Blockage, time: float, pose: SE2, rng: np.random.Generator) -> NDArray[np.float32]:
@@ -95,8 +87,7 @@ def depth_at(scene: Blockage, time: float, pose: SE2, rng: np.random.Generator) 
     camera = scene.camera
     v, u = np.mgrid[0.0 : camera.height, 0.0 : camera.width]
     rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, np.ones_like(u)], axis=2)
-    turn = np.array([[math.cos(pose.yaw), -math.sin(pose.yaw), 0.0], [math.sin(pose.yaw), math.cos(pose.yaw), 0.0],
-                     [0.0, 0.0, 1.0]])  # fmt: skip
+    turn = matrix_from_rpy((0.0, 0.0, pose.yaw))
     origin = turn @ scene.mount.xyz + (pose.x, pose.y, 0.0)
     directions = rays.reshape(-1, 3) @ (turn @ scene.mount.rotation).T
     depth = cast_rays(scene.room, scene.people_at(time), origin, directions)
@@ -137,12 +128,8 @@ def run_blockage(scene: Blockage, seed: int) -> Outcome:
     navigator = Navigator(scene.mount, NavigatorSettings())
     walls = known_walls(scene)
     navigator.set_static_map(walls)
-    corridor = walls.frame.centre_of(np.argwhere(np.ones(walls.frame.shape, dtype=np.bool_)))
-    inside = (
-        (np.abs(corridor[:, 1]) < 0.5 * scene.width - 0.15)
-        & (corridor[:, 0] > 0.0)
-        & (corridor[:, 0] < GOAL.x)
-    )
+    x, y = walls.frame.centre_of(np.argwhere(np.ones(walls.frame.shape, dtype=np.bool_))).T
+    inside = (np.abs(y) < 0.5 * scene.width - 0.15) & (x > 0.0) & (x < GOAL.x)
     was_blocked, freed, kept = False, math.inf, 0
     for step in range(math.ceil((scene.leaves + PATIENCE) / PERIOD)):
         time = step * PERIOD
@@ -165,26 +152,17 @@ def run_blockage(scene: Blockage, seed: int) -> Outcome:
 
 def main(run: Run, cases: int) -> None:
     """Run all blockages."""
-    outcomes = {
-        seed: run_blockage(blockage(run.seed + seed), run.seed + seed) for seed in progress(range(cases))
-    }
+    seeds = progress(range(run.seed, run.seed + cases))
+    found = [(blockage(seed), run_blockage(blockage(seed), seed)) for seed in seeds]
+    heads = 'blocked before | way free again | time s: median / 95 % / max | kept cells'
     for title, key in GROUPS.items():
-        table = run.table(
-            title,
-            f'{title.lower()} | blocked before | way free again | time s: median / 95 % / max | kept cells',
-        )
-        groups = dict[str, list[Outcome]]()
-        for seed, outcome in outcomes.items():
-            groups.setdefault(key(blockage(run.seed + seed)), []).append(outcome)
-        for name, group in groups.items():
-            free = [outcome for outcome in group if outcome.time < math.inf]
-            table.add(
-                name,
-                rate(sum(outcome.blocked for outcome in group), len(group), ''),
-                rate(len(free), len(group)),
-                error([outcome.time for outcome in free], '.1f'),
-                count(sum(outcome.kept for outcome in group), better='lower'),
-            )
+        table = run.table(title, f'{title.lower()} | {heads}')
+        for name in dict.fromkeys(key(scene) for scene, _ in found):
+            group = [outcome for scene, outcome in found if key(scene) == name]
+            times = [outcome.time for outcome in group if outcome.time < math.inf]
+            blocked, kept = (sum(each) for each in zip(*((o.blocked, o.kept) for o in group), strict=True))
+            counts = rate(blocked, len(group), ''), rate(len(times), len(group))
+            table.add(name, *counts, error(times, '.1f'), count(kept, better='lower'))
 
 
 if __name__ == '__main__':

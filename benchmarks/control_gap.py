@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import subprocess
-import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic
@@ -18,8 +16,10 @@ import numpy as np
 import rclpy
 from _figures import count, measured
 from _harness import Option, Run, run_benchmark
+from _live_node import running_node
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from sensor_msgs.msg import PointCloud2, PointField
+from node_testing import cloud_from_points
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
@@ -27,11 +27,9 @@ from reward_planner.files.occupancy_map_file import save_occupancy_map
 from shirube_core.geometry import SE2
 from shirube_ros.pose_conversion import pose_stamped
 
-RESOLUTION, START, PERIOD, START_SECONDS = 0.05, SE2(1.0, 1.0, math.pi / 2.0), 0.05, 180.0
-FIELDS = [PointField(name='xyz'[k], offset=4 * k, datatype=PointField.FLOAT32, count=1) for k in range(3)]
-FLOOR = np.stack(np.meshgrid(np.linspace(0.5, 3.0, 80), np.linspace(-1.5, 1.5, 60), 0.0), axis=-1).reshape(
-    -1, 3
-)
+RESOLUTION, START, PERIOD = 0.05, SE2(1.0, 1.0, math.pi / 2.0), 0.05
+GRID = np.meshgrid(np.linspace(0.5, 3.0, 80), np.linspace(-1.5, 1.5, 60), 0.0)
+FLOOR = np.stack(GRID, axis=-1).reshape(-1, 3).astype(np.float32)
 
 
 class Robot:
@@ -61,9 +59,7 @@ class Robot:
             self.send_pose('pose', self.pose)
             if step % 2 == 0:
                 header = Header(stamp=self.node.get_clock().now().to_msg(), frame_id='base_link')
-                self.outputs['points'].publish(
-                    PointCloud2(header=header, height=1, width=len(FLOOR), fields=FIELDS, point_step=12,
-                                row_step=12 * len(FLOOR), data=FLOOR.astype('<f4').tobytes()))  # fmt: skip
+                self.outputs['points'].publish(cloud_from_points(FLOOR, header))
             while (left := begin + PERIOD * (step + 1) - monotonic()) > 0.0:
                 rclpy.spin_once(self.node, timeout_sec=left)
 
@@ -80,26 +76,15 @@ def write_map(path: Path, cells: int) -> None:
 def drive(path: Path, goal: float, seconds: float, thread: bool) -> tuple[list[float], float]:
     """Drive for some time; return the gaps between commands since the goal [s], and the distance driven [m]."""
     values = {'map_file': path, 'resolution': RESOLUTION, 'drive': True, 'planning_thread': thread}
-    arguments = [part for key, value in values.items() for part in ('-p', f'{key}:={value}')]
-    command = [sys.executable, '-m', 'reward_planner.node', '--ros-args', *arguments]
-    process = subprocess.Popen(command, env=os.environ, stderr=subprocess.DEVNULL)
-    rclpy.init()
-    try:
-        robot, end = Robot(), monotonic() + START_SECONDS
-        while not all(output.get_subscription_count() for output in robot.outputs.values()):
-            if monotonic() > end or process.poll() is not None:
-                raise RuntimeError('the node does not start')
-            rclpy.spin_once(robot.node, timeout_sec=0.1)
+    with running_node('reward_planner.node', values) as wait_until:
+        robot = Robot()
+        wait_until(robot.node, lambda: all(each.get_subscription_count() for each in robot.outputs.values()))
         robot.run(2.0)
         robot.send_pose('goal_pose', SE2(goal, goal, 0.0))
         began = monotonic()
         robot.run(seconds)
         times = [began, *(time for time, *_ in robot.commands if time > began), monotonic()]
         return list(np.diff(times)), robot.pose.distance_to(START)
-    finally:
-        process.terminate()
-        process.wait()
-        rclpy.try_shutdown()
 
 
 def main(run: Run, cells: int, seconds: float) -> None:

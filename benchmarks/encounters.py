@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from functools import partial
 
 import numpy as np
 from _encounter_runs import STEP, Base, Outcome, frame_of, run_encounter, settings_for, source_for
@@ -29,14 +30,9 @@ REASONS = (
 LOOKAHEAD, SPEED = 0.4, 0.5
 
 
-def with_monitor(seed: int) -> Outcome:
-    """Run an encounter with the monitor."""
-    return run_encounter(encounter(seed), seed)
-
-
-def without_monitor(seed: int) -> Outcome:
-    """Run an encounter without the monitor."""
-    return run_encounter(encounter(seed), seed, monitored=False)
+def run_seed(monitored: bool, seed: int) -> Outcome:
+    """Run an encounter with the monitor or without it."""
+    return run_encounter(encounter(seed), seed, monitored=monitored)
 
 
 def reason_of(outcome: Outcome) -> str:
@@ -105,12 +101,11 @@ def room_stops(seed: int) -> tuple[int, float, float]:
 def main(run: Run, encounters: int, rooms: int, live: int) -> None:
     """Run encounters, rooms and live encounters."""
     seeds = list(range(run.seed * 100_000, run.seed * 100_000 + encounters))
-    add_encounters(
-        run, 'Without the monitor', seeds[::20], in_processes(without_monitor, seeds[::20], 'without')
-    )
-    add_encounters(run, 'With the monitor', seeds, in_processes(with_monitor, seeds, 'encounters'))
-    found = in_processes(room_stops, list(range(rooms)), 'rooms')
-    stops, seconds = sum(f[0] for f in found), sum(f[1] for f in found)
+    for name, chosen, monitored in (('Without', seeds[::20], False), ('With', seeds, True)):
+        found = in_processes(partial(run_seed, monitored), chosen, name)
+        add_encounters(run, f'{name} the monitor', chosen, found)
+    driven = in_processes(room_stops, list(range(rooms)), 'rooms')
+    stops, seconds = sum(f[0] for f in driven), sum(f[1] for f in driven)
     table = run.table('Furnished rooms', 'rooms | minutes | stops without need | in 10 minutes')
     per_10_minutes = measured(600.0 * stops / max(seconds, 1.0), '.2f')
     table.add(rooms, measured(seconds / 60.0, '.1f'), count(stops, better='lower'), per_10_minutes)

@@ -60,7 +60,8 @@ def edge_costs(costs, multiplier: float) -> csr_array:
                     (row * columns + column, to[0] * columns + to[1], step + (step * weight * both >> 20))
                 )
     begins, ends, steps = np.array(edges or [(0, 0, 0)]).T
-    return csr_array((steps.astype(float), (begins, ends)), (costs.size, costs.size))
+    indices = begins.astype(np.int32), ends.astype(np.int32)  # scipy 1.11 knows no others
+    return csr_array((steps.astype(float), indices), (costs.size, costs.size))
 
 
 @pytest.mark.parametrize('multiplier', [0.0, 2.0, 10.0])
