@@ -19,7 +19,7 @@ from shirube_core.settings import (
 
 @dataclass(frozen=True)
 class Dots:
-    diameter: float = setting(0.002, 'smallest dot kept', unit='m', maximum=10.0, former_name='width')
+    diameter: float = setting(0.002, 'smallest dot kept', 'm', (None, 10.0), former_name='width')
     count: int = setting(5, 'fewest dots')
 
 

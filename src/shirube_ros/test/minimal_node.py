@@ -20,7 +20,7 @@ class FloorError(RuntimeError):
 
 @dataclass(frozen=True)
 class MinimalSettings:
-    rate: float = setting(0.5, 'rate', minimum=0.0, maximum=1.0)
+    rate: float = setting(0.5, 'rate', limits=(0.0, 1.0))
     fault: str = setting('', 'what goes wrong at start')
 
 

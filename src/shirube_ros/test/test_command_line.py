@@ -18,7 +18,7 @@ ROBOT = ['-r', '__ns:=/robot_1']
 @tunable()
 @dataclass(frozen=True)
 class ScalerSettings:
-    factor: float = setting(2.0, 'factor', minimum=0.0, maximum=10.0)
+    factor: float = setting(2.0, 'factor', limits=(0.0, 10.0))
 
 
 class Scaler(ManagedNode):

@@ -69,8 +69,8 @@ class Corner:
 class CornerTolerance:
     """Tolerances between a detected corner and the taught one."""
 
-    angle: float = setting(0.35, 'tolerance of the angle', unit='rad', minimum=0.01, maximum=1.5)
-    bisector: float = setting(0.35, 'tolerance of the bisector', unit='rad', minimum=0.01, maximum=3.2)
+    angle: float = setting(0.35, 'tolerance of the angle', 'rad', (0.01, 1.5))
+    bisector: float = setting(0.35, 'tolerance of the bisector', 'rad', (0.01, 3.2))
 
 
 def corner_differences(found: Floats, taught: Floats, tolerance: CornerTolerance) -> Floats:
