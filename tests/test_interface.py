@@ -4,8 +4,6 @@
 here never change without a line in the changelog.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from importlib.metadata import EntryPoint

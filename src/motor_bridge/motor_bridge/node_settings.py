@@ -1,7 +1,5 @@
 """Parameters of the node; those of wheels and limits are settings of the core."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from shirube_core.settings import setting

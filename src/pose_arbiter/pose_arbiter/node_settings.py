@@ -1,7 +1,5 @@
 """Parameters of the node, without those of the filter and of the sources."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from shirube_core.settings import setting

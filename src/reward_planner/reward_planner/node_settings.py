@@ -1,7 +1,5 @@
 """Parameters of the node; those of mapping, planning and control are settings of the core."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

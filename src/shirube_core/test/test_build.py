@@ -1,7 +1,5 @@
 """Settings from values by name, and former names of options."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Which values the check accepts and rejects, and its messages."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Introspection of definitions, their supported types, and their table."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import pytest

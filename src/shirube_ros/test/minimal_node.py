@@ -1,7 +1,5 @@
 """A program for the tests of safe_main: a node with one parameter that may refuse to start."""
 
-from __future__ import annotations
-
 import sys
 import time
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The command line of a node: stray arguments, parameter files for other nodes, mixed lists, help."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

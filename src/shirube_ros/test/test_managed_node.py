@@ -1,7 +1,5 @@
 """Lifecycle and tunable parameters of a managed node, as a manager and `ros2 param set` see them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any

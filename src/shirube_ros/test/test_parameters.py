@@ -1,7 +1,5 @@
 """Parameters of a real node from a settings class."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 

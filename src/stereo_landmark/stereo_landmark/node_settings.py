@@ -1,7 +1,5 @@
 """ROS parameters of the node; the parameters of the method are settings of the core."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

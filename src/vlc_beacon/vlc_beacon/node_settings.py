@@ -1,7 +1,5 @@
 """Parameters of the node, and the files that they name."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field

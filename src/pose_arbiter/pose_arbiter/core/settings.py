@@ -1,7 +1,5 @@
 """Settings of the filter, of outlier rejection and of each source of poses."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

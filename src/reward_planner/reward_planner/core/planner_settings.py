@@ -1,7 +1,5 @@
 """Settings of the planner, and of the paper's reward rule."""
 
-from __future__ import annotations
-
 from dataclasses import astuple, dataclass, field
 
 import numpy as np

@@ -12,8 +12,6 @@ A settings class is a frozen dataclass in which every field has a default::
         dots: DotSettings = field(default_factory=DotSettings)  # holds 'dots.minimum_diameter'
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Parameters of every node with a camera."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

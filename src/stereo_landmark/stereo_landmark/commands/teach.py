@@ -1,7 +1,5 @@
 """``teach``: teaches a place from stereo images, on a page in the browser or from a config file."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence

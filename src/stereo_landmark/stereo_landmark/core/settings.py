@@ -1,7 +1,5 @@
 """Settings of the localizer and of the image processing, in groups."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

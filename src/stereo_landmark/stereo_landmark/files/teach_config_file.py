@@ -1,7 +1,5 @@
 """Loads a lesson of ``teach --batch``: the selections otherwise made on the teaching page, and its stereo pair."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any

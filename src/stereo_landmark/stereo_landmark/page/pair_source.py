@@ -1,7 +1,5 @@
 """Sources of stereo pairs for the page: files, bags and edited places."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Callable, Sequence

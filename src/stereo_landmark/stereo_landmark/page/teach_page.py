@@ -1,7 +1,5 @@
 """Runs the teaching page."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import os

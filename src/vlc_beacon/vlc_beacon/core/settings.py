@@ -1,7 +1,5 @@
 """Settings of the receiver and of the command authorization; the node declares each as a parameter."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from shirube_core.settings import setting, tunable

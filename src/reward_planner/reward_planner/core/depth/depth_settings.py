@@ -1,7 +1,5 @@
 """Settings of stereo matching."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from reward_planner.core.reward_planner_error import RewardPlannerError

@@ -1,7 +1,5 @@
 """Settings of pose checks and map size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from shirube_core.settings import setting

@@ -1,7 +1,5 @@
 """Settings of the collision monitor and of each of its range sensors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from reward_planner.core.reward_planner_error import RewardPlannerError

@@ -1,7 +1,5 @@
 """A pair of cameras: calibration (fields of ``sensor_msgs/CameraInfo``), rectification, faults, synchronization."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Synchronizes left and right images and localizes the pairs; shared by the node and bag localization."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Corners: two straight arms that intersect at a vertex (paper 3.3c); intersections of lines and their covariance."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

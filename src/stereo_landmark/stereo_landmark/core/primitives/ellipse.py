@@ -1,7 +1,5 @@
 """Ellipses: round meters, dials, holes, pipe ends (paper 3.3c)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Parallel lines: pipes, slots, frames (paper 3.3c)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ Frames are made for the measured clock of the lamp's timer: a ceramic resonator 
 tolerate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
