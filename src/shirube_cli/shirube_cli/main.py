@@ -20,6 +20,7 @@ usage: shirube <command> [arguments ...]
   check [--fix]                   format, lint and types
   bench <name>                    run one of the benchmarks
   migrate FILE ...                rename former parameters in your parameter files
+  doctor [FILE ...]               what is wrong with the running nodes, the machine or parameter files
 """
 FULL_DISK = {errno.ENOSPC, errno.EDQUOT}
 REFUSALS = {*FULL_DISK, errno.EACCES, errno.EPERM, errno.EROFS}
@@ -33,6 +34,7 @@ COMMANDS = {
     'check': ('shirube_cli.develop', 'check'),
     'bench': ('shirube_cli.bench', 'bench'),
     'migrate': ('shirube_cli.migrate', 'migrate'),
+    'doctor': ('shirube_cli.doctor.command', 'doctor'),
 }
 
 

@@ -1,0 +1,1 @@
+"""`shirube doctor`: what is wrong with a system, in plain words."""
