@@ -174,9 +174,9 @@ def _check_shutter(node: SeenNode, images: SeenImages) -> Iterator[Finding]:
         yield Finding(
             Severity.ERROR, about, text, 'set shutter to global, or the exposure of the camera to 60 us'
         )
-    if len(images.stamps) < _LAMPS_MIN:
+    period = float(np.median(np.diff(images.stamps))) if len(images.stamps) >= _LAMPS_MIN else 0.0
+    if period <= 0.0:
         return
-    period = float(np.median(np.diff(images.stamps)))
     if not is_rolling and not has_bands and abs(period * FRAME_RATE - 1.0) > _RATE_TOLERANCE:
         text = f'{1.0 / max(period, 1e-6):.0f} images/s; a global shutter reads lamps at {FRAME_RATE:.0f}'
         yield Finding(Severity.ERROR, about, text, f'set the camera to {FRAME_RATE:.0f} images/s')

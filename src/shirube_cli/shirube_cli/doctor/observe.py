@@ -183,7 +183,7 @@ def see_images(
     """Return what received images show: pairs of the time of reception [s] and the message, oldest first."""
     import cv2  # noqa: PLC0415 takes a while
 
-    from shirube_cli.lamp_bands import find_banded_lamps  # noqa: PLC0415
+    from shirube_cli.lamp_bands import count_band_changes  # noqa: PLC0415
     from shirube_ros.camera.image import array_from_compressed_image, array_from_image  # noqa: PLC0415
     from shirube_ros.errors import MessageError  # noqa: PLC0415
 
@@ -199,5 +199,5 @@ def see_images(
             continue
         size = (pixels.shape[1], pixels.shape[0])
         grey = pixels if pixels.ndim == 2 else cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY)
-        changes += [lamp.changes for lamp in find_banded_lamps(grey)]
+        changes += count_band_changes(grey)
     return SeenImages(topic, encoding, size, calibration, tuple(stamps), tuple(ages), tuple(changes))

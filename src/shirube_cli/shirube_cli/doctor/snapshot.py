@@ -43,7 +43,7 @@ class SeenImages:
         calibration: width and height in its CameraInfo [px], None without one.
         stamps: stamps in the order of reception [s].
         ages: times of reception by the system's clock minus the stamps [s].
-        band_changes: of each lamp in some of the images, its changes between bright and dark along the rows.
+        band_changes: changes between bright and dark along the rows of each lamp, in some of the images.
     """
 
     topic: str
