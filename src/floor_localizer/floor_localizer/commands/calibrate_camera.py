@@ -40,11 +40,7 @@ def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
 
 
 def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
-    """Write the intrinsics, atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write the intrinsics, atomically; raises `OSError`."""
     content = {
         'image_width': camera.width,
         'image_height': camera.height,
