@@ -192,7 +192,7 @@ class ClusterTracker:
         return CellMotion(velocity, sigma)
 
     def hidden(self) -> HiddenCells:
-        """Return the cells of people, or of parts of them, that left the field of view before the latest measurement."""
+        """Return the cells of people, or parts of them, that left the view before the latest measurement."""
         outlines = [(each, np.concatenate([each.places, each.rest[:, :2]]), True) for each in self._hidden]
         outlines += [
             (each, each.rest[:, :2], False)
